@@ -5,16 +5,18 @@ square error is at most `FOLLOWED` of that one's. For a step, 0.7 is a first-ord
 flight ends. A scenario that rests asks that the median flight keeps to within half of the error at which a flight is lost.
 Failed flights cost more than any completed one, so more than half of them must complete.
 
-These limits are automatic: no study writes them, and each knows the key of the study that moves it.
+These limits are automatic: no study writes them, and each knows the key of the study that moves it. This is the general part and
+that of quadrotors; `objectives.plant_mission` has that of plants of the user's own.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import isfinite
+from typing import NamedTuple
 
 import numpy as np
 
-from objectives.metrics import parse
+from objectives.metrics import MetricAddress, parse
 from objectives.problem import Constraint, Objective
 from objectives.risk import Risk
 from plant.closed_loop import Limits
@@ -57,9 +59,9 @@ class Mission:
         """Return whether a quantity of a scenario has an automatic limit."""
         return quantity not in self.off and f"{quantity}@{scenario}" not in self.off
 
-    def check_names(self, scenarios: Iterable[str]) -> None:
+    def check_names(self, scenarios: Iterable[str], quantities: tuple[str, ...] = QUANTITIES) -> None:
         """Raise InputError where `off` names no quantity or no scenario."""
-        known = (*QUANTITIES, *[f"{quantity}@{name}" for quantity in QUANTITIES for name in scenarios])
+        known = (*quantities, *[f"{quantity}@{name}" for name in scenarios for quantity in quantities])
         for entry in self.off:
             if entry not in known:
                 raise UnknownNameError("quantity of an automatic limit", entry, known, key="off")
@@ -68,16 +70,41 @@ class Mission:
 USUAL = Mission()
 
 
-def mission_floor(
-    specs: Iterable[ScenarioSpec], limits: Limits, timing: Timing, mission: Mission = USUAL
-) -> tuple[Constraint, ...]:
-    """Return what every scenario asks at least, as constraints beside those of the study."""
-    return tuple(
-        Constraint(Objective(parse(address), MEDIAN, spec.name), most, floor=key)
-        for spec in specs
-        for address, most, key in _asked(spec, limits, timing, mission)
-        if mission.asks(address, spec.name)
+class MissionLimit(NamedTuple):
+    """An automatic limit on the median of a metric in a scenario; key: of the study, that moves it."""
+
+    metric: MetricAddress
+    scenario: str
+    most: float
+    key: str
+
+    @property
+    def objective(self) -> Objective:
+        """The median of the metric."""
+        return Objective(self.metric, MEDIAN, self.scenario)
+
+    @property
+    def constraint(self) -> Constraint:
+        """The limit as a constraint."""
+        return Constraint(self.objective, self.most, floor=self.key)
+
+
+def is_of_mission(constraint: Constraint) -> bool:
+    """Return whether a limit is automatic, or one of the study's own on a quantity that would have an automatic one."""
+    own = constraint.objective
+    return bool(constraint.floor) or (
+        own.metric.metric.name == "rms" and own.risk == MEDIAN and own.scenario is not None
     )
+
+
+def remaining_limits(
+    limits: Iterable[MissionLimit], constraints: Iterable[Constraint], mission: Mission
+) -> list[MissionLimit]:
+    """Return the limits that `mission.off` leaves and the study does not write itself."""
+    written = {constraint.objective.label for constraint in constraints}
+    return [
+        each for each in limits if mission.asks(each.metric.text, each.scenario) and each.objective.label not in written
+    ]
 
 
 def with_mission_floor(
@@ -87,18 +114,18 @@ def with_mission_floor(
     timing: Timing,
     mission: Mission = USUAL,
 ) -> tuple[Constraint, ...]:
-    """Return the constraints of a study and the floor; where the study limits the same quantity itself, its limit stands."""
-    own = {constraint.objective.label for constraint in constraints}
-    floor = mission_floor(specs, limits, timing, mission)
-    return (*constraints, *[entry for entry in floor if entry.objective.label not in own])
+    """Return the constraints of a study of a quadrotor and the floor; a limit of its own on the same quantity stands."""
+    asked = [limit for spec in specs for limit in _limits(spec, limits, timing, mission)]
+    return (*constraints, *[each.constraint for each in remaining_limits(asked, constraints, mission)])
 
 
-def _asked(spec: ScenarioSpec, limits: Limits, timing: Timing, mission: Mission) -> list[tuple[str, float, str]]:
+def _limits(spec: ScenarioSpec, limits: Limits, timing: Timing, mission: Mission) -> list[MissionLimit]:
     samples = spec.track(timing).samples
     moving = [(address, error_at_start(samples, address)) for address in MOVING]
     asked = [(address, mission.followed * error, FOLLOWED_KEY) for address, error in moving if error > 0.0]
     resting = "rms.position" if np.all(samples[:, HOLD] > 0.5, axis=0) else "rms.z"
-    return asked or [(resting, mission.held * limits.position, HELD_KEY)]
+    asked = asked or [(resting, mission.held * limits.position, HELD_KEY)]
+    return [MissionLimit(parse(address), spec.name, most, key) for address, most, key in asked]
 
 
 def error_at_start(samples: np.ndarray, address: str) -> float:

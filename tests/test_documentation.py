@@ -2,11 +2,13 @@
 
 import re
 import sys
+from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+from plant.model.signals import SIGNALS
 from tuner.cli.main import app
 from tuner.study.schema import StrictTable
 
@@ -56,8 +58,19 @@ def test_every_key_of_a_study_file_has_a_meaning_and_a_row(generator, site):
         "[[margin]]",
         "[[contender]]",
         "[[unknown]]",
+        "[plant]",
+        "[[actuator]]",
+        "[[channel]]",
+        "[scenario.sensors.NAME]",
+        "[scenario.reference.NAME], [scenario.disturbance.NAME]",
     ):
         assert f"### {head}\n" in page
+
+
+def test_every_signal_of_a_plant_is_told_with_its_keys(site):
+    for kind, signal in SIGNALS.items():
+        row = re.search(rf"^\| `{kind}` \| (.*) \|$", site["study_file.md"], re.MULTILINE)
+        assert row and all(f"{entry.name} = " in row.group(1) for entry in fields(signal)), kind
 
 
 def test_every_key_of_gains_json_has_a_row(site):

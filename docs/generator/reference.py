@@ -11,11 +11,13 @@ from typer.testing import CliRunner
 
 from tuner.cli.main import app
 from tuner.study.contest_schema import ContestTable, InferenceTable
+from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StrictTable, StudyTable
 from tuner.study.trials import TrialStudyTable
 
 KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Tuning", StudyTable),
+    ("Plant of one's own", PlantStudyTable),
     ("Contest", ContestTable),
     ("Inference", InferenceTable),
     ("Trials of another program", TrialStudyTable),
@@ -24,6 +26,7 @@ MEANINGS = {table.__name__: attribute_docstrings(table) for table in StrictTable
 """Meanings of the keys of each table, by the name of its class."""
 CHOICES = {
     "laws": "Control laws", "airframes": "Airframes", "references": "References", "metrics": "Metrics", "risks": "Risk measures",
+    "signals": "Signals of plants",
     "margins": "Stability margins", "theorems": "Theorems", "searches": "Search algorithms", "targets": "Export targets",
     "sources": "Import sources", "studies": "Shipped studies",
 }  # fmt: skip
@@ -69,7 +72,24 @@ def study_page() -> str:
         for section in sections(document, document.schema, ""):
             heading = f"### {section.path}\n\n{section.about}\n\n" if section.path else ""
             parts.append(heading + table_of(document, section))
+        if model is PlantStudyTable:
+            parts.append(signals_section())
     return "\n".join(parts)
+
+
+def signals_section() -> str:
+    """Return the keys of a signal, by its kind."""
+    rows = [
+        (
+            f"`{row['signal']}`",
+            "either" if row["follows"] == "yes" else "disturbance",
+            f"`{row['parameters']}`",
+            row["about"],
+        )
+        for row in json.loads(output_of("list", "signals", "--json"))
+    ]
+    head = "### [scenario.reference.NAME], [scenario.disturbance.NAME]\n\nA signal by its `kind`, with the keys of that kind.\n\n"
+    return head + markdown_table(("kind", "of", "keys with their defaults", "meaning"), rows)
 
 
 def sections(document: Document, schema: Row, path: str, about: str = "") -> Iterator[Section]:
@@ -84,7 +104,9 @@ def sections(document: Document, schema: Row, path: str, about: str = "") -> Ite
         elif document.is_table(held):
             inner.append((held, f"[{place}]", ""))
         elif table := table_of_any_keys(document, held):
-            inner.append((table, f"[{place}]", held["description"]))
+            # Beside tables a table may hold plain numbers, as [gains] does; its keys are names of the user's then too.
+            named = "" if "oneOf" in held["additionalProperties"] else ".NAME"
+            inner.append((table, f"[{place}{named}]", held["description"]))
         else:
             section.keys[key] = {**held, "required": key in schema.get("required", ())}
     if section.keys:

@@ -1,18 +1,22 @@
 """Sanity rules that the numbers of any real quadrotor obey: they catch shifted rows and wrong units, not bad designs.
 
 The bounds leave room around every bundled vehicle but `paper-literal`: thrust to weight 1.33..3.68, k_m / k_f
-0.006..0.060 m, lag 5..25 ms (0.1 s of small brushed motors that slow down), Iz / mean(Ix, Iy) 1.55..1.92. The last has no
-upper bound of its own: Iz <= Ix + Iy, the triangle inequality, already says 2.
+0.006..0.060 m, 0.066..0.455 of the diameter, lag 5..25 ms (0.1 s of small brushed motors that slow down), Iz / mean(Ix, Iy)
+1.55..1.92. The last has no upper bound of its own: Iz <= Ix + Iy, the triangle inequality, already says 2.
 """
 
 from collections.abc import Callable
-from math import inf, sqrt
+from math import inf, pi, sqrt
 
 from plant.vehicle import Vehicle
 
 THRUST_TO_WEIGHT = (1.2, 5.0)
-TORQUE_RATIO = (0.005, 0.07)
-"""k_m / k_f [m]"""
+TORQUE_RATIO = (0.02, 0.5)
+"""k_m / k_f over the diameter of a propeller with this k_f. Momentum theory asks for sqrt(C_T / (2 pi^3)) over the figure of
+merit (J. G. Leishman, Principles of Helicopter Aerodynamics, chapter 2): 0.04 at the least with the C_T below.
+"""
+THRUST = 0.1 * 1.225
+"""C_T rho [kg/m3] by which a thrust coefficient tells a diameter; C_T of 0.05 to 0.2 is 16 % up to 19 % of it."""
 HOVER_SPEED_SHARE = 0.9
 """Largest hover speed as a share of the maximum speed: thrust must leave room to control with."""
 LAG = (0.005, 0.200)
@@ -31,6 +35,17 @@ def hover_speed(vehicle: Vehicle) -> float:
 def thrust_to_weight(vehicle: Vehicle) -> float:
     """Return the thrust of all rotors at speed_max over the weight."""
     return (vehicle.speed_max / hover_speed(vehicle)) ** 2
+
+
+def propeller_diameter(vehicle: Vehicle) -> float:
+    """Return the diameter [m] of a usual propeller with the thrust coefficient of a vehicle: k_f = C_T rho D^4 / (2 pi)^2."""
+    return (4.0 * pi**2 * vehicle.thrust_coefficient / THRUST) ** 0.25
+
+
+def torque_ratios(vehicle: Vehicle) -> tuple[float, float]:
+    """Return the least and the largest k_m / k_f [m] of propellers as large as those of a vehicle."""
+    low, high = TORQUE_RATIO
+    return low * propeller_diameter(vehicle), high * propeller_diameter(vehicle)
 
 
 def broken_rules(vehicle: Vehicle) -> tuple[str, ...]:
@@ -83,10 +98,13 @@ def _thrust_to_weight(vehicle: Vehicle) -> str | None:
 
 
 def _torque_ratio(vehicle: Vehicle) -> str | None:
-    low, high = TORQUE_RATIO
+    low, high = torque_ratios(vehicle)
     if low <= vehicle.torque_ratio <= high:
         return None
-    return f"torque ratio: k_m / k_f = {vehicle.torque_ratio:.3g} m, propellers have {low:g} to {high:g} m"
+    return (
+        f"torque ratio: k_m / k_f = {vehicle.torque_ratio:.3g} m; propellers of this thrust coefficient, about "
+        f"{1000.0 * propeller_diameter(vehicle):.2g} mm, have {low:.2g} to {high:.2g} m"
+    )
 
 
 def _hover_speed(vehicle: Vehicle) -> str | None:

@@ -18,7 +18,7 @@ from math import exp, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plant.airframes.rules import THRUST_TO_WEIGHT, TORQUE_RATIO, thrust_to_weight
+from plant.airframes.rules import THRUST_TO_WEIGHT, thrust_to_weight, torque_ratios
 from plant.errors import InputError, UnknownNameError
 from plant.vectors import Rotors, Vec3
 from plant.vehicle import Vehicle
@@ -105,7 +105,7 @@ class Uncertainty:
 def can_exist(vehicle: Vehicle) -> bool:
     """Return whether inertias obey the triangle inequality, propellers have such a torque per thrust, and it can take off."""
     x, y, z = vehicle.inertia
-    low, high = TORQUE_RATIO
+    low, high = torque_ratios(vehicle)
     flies = thrust_to_weight(vehicle) >= THRUST_TO_WEIGHT[0]
     return flies and max(x, y, z) <= 0.5 * (x + y + z) * (1.0 + 1e-12) and low <= vehicle.torque_ratio <= high
 

@@ -60,14 +60,14 @@ def stepping(plant: PlantModel, plan: LoopPlan) -> Function:
         "output": plant.output, "axpy": axpy_of(Moving), "select": select, "lagged": lagged, "felt": felt,
     }  # fmt: skip
     inputs = paths(Input)
-    moving = ", ".join(f"lagged(at.actuators.{name}, command.{name}, lags.{name}.pole)" for name in inputs)
+    moving = ", ".join(f"lagged(at.actuators.{name}, command.{name}, f.lags.{name}.pole)" for name in inputs)
     acting = ", ".join(f"felt(at.actuators.{name}, command.{name}, lags.{name}.pole)" for name in inputs)
     names["acting"] = written("acting", ["def acting(at, command, lags):", f"    return Input({acting})"], names)
     rate = [
         "def rate(at, command, disturbance, f):",
         "    return Moving(",
         "        derivative(at.state, acting(at, command, f.lags), disturbance, f.parameters),",
-        f"        Input({moving.replace('lags.', 'f.lags.')}),",
+        f"        Input({moving}),",
         "    )",
     ]
     names["rate"] = written("rate", rate, names)

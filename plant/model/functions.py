@@ -6,7 +6,6 @@ elsewhere would stay in Python.
 """
 
 import ast
-import dis
 import inspect
 import linecache
 import textwrap
@@ -15,6 +14,7 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from plant import primitives
+from plant.backends.rebind import global_names
 from plant.errors import InputError
 
 # Statements that a model function cannot have, and what to write in their place.
@@ -107,15 +107,10 @@ def _reached(function: FunctionType, seen: dict[FunctionType, None]) -> Iterator
         return
     seen[function] = None
     yield function
-    for name in _globals_of(function):
+    for name in global_names(function):
         value = function.__globals__.get(name)
         if isinstance(value, FunctionType):
             yield from _reached(value, seen)
-
-
-def _globals_of(function: FunctionType) -> list[str]:
-    """Return the names that a function looks up outside; attributes of records, which may have the same names, are none."""
-    return [entry.argval for entry in dis.get_instructions(function) if entry.opname in ("LOAD_GLOBAL", "LOAD_NAME")]
 
 
 def _check_statements(function: FunctionType, file: str, memory: str) -> None:
@@ -141,7 +136,7 @@ def _line_of(node: ast.AST, tree: ast.AST) -> int:
 
 
 def _check_names(function: FunctionType, file: str, memory: str) -> None:
-    for name in _globals_of(function):
+    for name in global_names(function):
         value = function.__globals__.get(name)
         if value is None and name in BUILTINS:
             instead = f"; write {BUILTINS[name]}" if BUILTINS[name] else ""

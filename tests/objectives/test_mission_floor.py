@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from objectives.metrics import parse
-from objectives.mission import FOLLOWED, HELD, error_at_start, mission_floor, with_mission_floor
+from objectives.mission import FOLLOWED, HELD, error_at_start, with_mission_floor
 from objectives.problem import Constraint, FlightBatch, Objective, Problem
 from objectives.risk import Risk
 from plant.closed_loop import Limits
@@ -23,7 +23,7 @@ LIMITS, TIMING = Limits(5.0, 0.2), Timing(0.004, 0.001)
 
 
 def floor(reference, duration=8.0):
-    found = mission_floor([ScenarioSpec("a", duration, reference)], LIMITS, TIMING)
+    found = with_mission_floor((), [ScenarioSpec("a", duration, reference)], LIMITS, TIMING)
     return {entry.objective.metric.text: entry.most for entry in found}
 
 
@@ -69,14 +69,17 @@ def test_the_studys_own_limit_on_the_same_quantity_stands():
     own = Constraint(Objective(parse("rms.position"), Risk("quantile", 0.5), "a"), 4.0)
     other = Constraint(Objective(parse("failure"), Risk("mean")), 0.0)
     assert with_mission_floor((own,), [spec], LIMITS, TIMING) == (own,)
-    assert with_mission_floor((other,), [spec], LIMITS, TIMING) == (other, *mission_floor([spec], LIMITS, TIMING))
+    assert with_mission_floor((other,), [spec], LIMITS, TIMING) == (
+        other,
+        *with_mission_floor((), [spec], LIMITS, TIMING),
+    )
 
 
 @pytest.fixture(scope="module")
 def problem():
     study = load_study(QUICKSTART, {**SMALL, "scenario.0.duration": 8.0, "scenario.0.air.intensity": "none"})
     specs = [entry.spec for entry in study.scenarios]
-    asked = mission_floor(specs, study.system.limits, study.system.timing)
+    asked = with_mission_floor((), specs, study.system.limits, study.system.timing)
     return study, Problem(study.system, study.space, study.objectives, asked, study.seed, 2), specs
 
 

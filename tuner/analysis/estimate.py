@@ -30,8 +30,12 @@ GYRATION, SHARE = 0.26, 0.86
 """Ixx over mass times the squared distance to the motors: 0.15 where 30 % of the mass is at the motors and the rest in
 the middle. Izz over Ixx + Iyy, 1 of a flat vehicle.
 """
-LAG = 0.03
-"""Time constant of a motor with its propeller [s]: brushless ones 0.0125 to 0.05, coreless ones up to 0.1."""
+LAG, LAG_AT = 0.03, 0.15
+"""Time constant of a motor with its propeller [s] at a diameter [m]: of 0.13 to 0.25 m 0.0125 to 0.05, coreless ones up to 0.1.
+
+Of others as times scale with length, as its root (Froude) up to in proportion (Mach): A. Kushleyev, D. Mellinger, C. Powers, V.
+Kumar, "Towards a swarm of agile micro quadrotors", Autonomous Robots 35, 2013. Taken is the root.
+"""
 ROTOR = 0.13
 """Inertia of a rotor over D^5 [kg/m3], were all propellers of one shape and density; of bundled ones 0.11 to 0.17."""
 CLIMB, SIDE = 0.4, 0.2
@@ -124,6 +128,11 @@ def torque_ratio(propeller: Propeller) -> float:
     return sqrt(thrust_coefficient(propeller) / (2.0 * DENSITY * area)) / MERIT
 
 
+def rotor_lag(propeller: Propeller) -> float:
+    """Return the time constant [s] of a motor with a propeller of this size."""
+    return LAG * sqrt(propeller.diameter / LAG_AT)
+
+
 def induced_speed(mass: float, propeller: Propeller) -> float:
     """Return the speed [m/s] that momentum theory has the air go through the rotors with at hover."""
     return sqrt(mass * GRAVITY / (4.0 * 2.0 * DENSITY * 0.25 * pi * propeller.diameter**2))
@@ -155,8 +164,11 @@ def _values(parts: PartsList, coefficient: float, full: float, *, lowered: bool)
         ),
         "torque_ratio": (torque_ratio(blade), "m", f"estimated: momentum theory at a figure of merit of {MERIT:g}, 0.3 to 0.65"),
         "rotor_inertia": (ROTOR * blade.diameter**5, "kg m2", f"estimated: {ROTOR:g} kg/m3 D^5, propellers of one shape"),
-        "lag_up": (LAG, "s", "estimated: published motors have 0.0125 to 0.1"),
-        "lag_down": (LAG, "s", "estimated: as lag_up"),
+        "lag_up": (
+            rotor_lag(blade), "s",
+            f"estimated: {LAG:g} s at propellers of {LAG_AT:g} m, with the root of the diameter; coreless motors up to 0.1",
+        ),
+        "lag_down": (rotor_lag(blade), "s", "estimated: as lag_up"),
         "speed_min": (0.0, "rad/s", "0: no lower limit is known"),
         "speed_max": (full, "rad/s", f"estimated: {speed}"),
         "drag_height": (0.0, "m", "0: drag taken at the centre of mass"),

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isclose
 from pathlib import Path
+from shutil import rmtree
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -240,11 +241,20 @@ def _step(rows: np.ndarray, k: int, subjects: list[Subject], flown: StepFlights)
 
 
 def _write(folder: Folder, made: Approach, to: str | None, options: Options, previous: str | Path | None) -> None:
-    """Write the plan, the gains of every step and, for a target, their exports."""
+    """Write the gains of every step, for a target their exports, and the plan; nothing stays where a step cannot be exported."""
+    homes = [folder.path / f"step{k}" for k in range(len(made.gains))]
+    try:
+        for home, gains in zip(homes, made.gains, strict=True):
+            home.mkdir()
+            gains.write(home / "gains.json")
+            if to is not None:
+                export(gains, to, home / to, options=options, previous=previous, flights=CHECKED)
+    except InputError as error:
+        number = sum(home.exists() for home in homes) - 1
+        for home in homes:
+            rmtree(home, ignore_errors=True)
+        remedy = "" if previous else "; with --previous FILE what the vehicle holds already may stay as it is"
+        raise InputError(
+            f"step {number} of {len(homes) - 1}: {error.message}{remedy}", file=error.file, key=error.key
+        ) from error
     folder.write_json("approach.json", made.document)
-    for k, gains in enumerate(made.gains):
-        home = folder.path / f"step{k}"
-        home.mkdir()
-        gains.write(home / "gains.json")
-        if to is not None:
-            export(gains, to, home / to, options=options, previous=previous, flights=CHECKED)

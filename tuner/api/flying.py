@@ -9,6 +9,7 @@ import numpy as np
 
 from objectives.decisions import DecisionSpace
 from objectives.metrics import METRICS, MetricAddress, check, parse
+from objectives.own_meters import metering
 from objectives.plant_system import PlantSystem
 from objectives.problem import FlightBatch, Objective, Problem, System
 from objectives.risk import Risk
@@ -259,10 +260,11 @@ def _(system: PlantSystem, spec: PlantScenario) -> list[MetricAddress]:
 
 
 def _is_judged(system: PlantSystem, metric: MetricAddress, spec: PlantScenario) -> bool:
-    """Return whether a metric means something on flights of a plant: steps, windows and limits are there that it needs."""
+    """Return whether a metric means something on flights of a plant: it has the steps, windows, limits and rate that it needs."""
     try:
         check(metric, system.targets(spec), spec.duration)
         check_bounds(system, [metric])
+        metering(system, [metric])
     except InputError:
         return False
     return True

@@ -174,7 +174,7 @@ class TuningResults(Results):
 
     @cached_property
     def finalists(self) -> "pd.DataFrame":
-        """Every point that was flown on held-out scenarios, the default first; columns as in front.csv."""
+        """Every point that was flown on held-out scenarios, the default first; columns as in front.csv, then what is limited."""
         import pandas as pd
 
         found = self.documents.front
@@ -186,6 +186,14 @@ class TuningResults(Results):
             for name, part in (("", "held_out"), (" low", "low"), (" high", "high")):
                 columns[entry.label + name] = found.stored[part][:, i]
                 units[entry.label + name] = self._unit(entry.label)
+        for entry in self.documents.constraints:
+            held = [self.documents.limited.get((point, entry.label)) for point in found.points]
+            for i, name in enumerate(("", " low", " high")):
+                # A quantity may be an objective too, which stands there already.
+                columns.setdefault(entry.label + name, [float("nan") if each is None else each[i] for each in held])
+                units[entry.label + name] = self._unit(entry.label)
+        for i, entry in enumerate(self.documents.requirements):
+            columns[entry.label], units[entry.label] = found.requirements[:, i], self._unit(entry.label)
         for i, variable in enumerate(self.documents.variables):
             columns[variable.name], units[variable.name] = found.gains[:, i], variable.unit
         table = pd.DataFrame(columns, index=pd.Index(found.points, name="point"))
@@ -194,7 +202,7 @@ class TuningResults(Results):
 
     @cached_property
     def front(self) -> "pd.DataFrame":
-        """The front on held-out scenarios: a row for each point, objectives with 95 % intervals, and the searched gains.
+        """The front on held-out scenarios: a row for each point, objectives and limits with 95 % intervals, and searched gains.
 
         Units stand in `front.attrs["units"]`. The column role tells the recommended point ("tuned"), probability how likely
         a point belongs on the front.

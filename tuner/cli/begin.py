@@ -30,26 +30,30 @@ from tuner.text.errors import BROKEN, USER_ERROR
 @app.command("list")
 def list_(
     what: Annotated[
-        str,
+        str | None,
         typer.Argument(
+            metavar="[WHAT]",
             help="airframes, laws, margins, metrics, references, risks, searches, signals, sources, studies, targets, theorems.",
             autocompletion=LISTING,
         ),
-    ],
+    ] = None,
     containing: Annotated[
         str | None, typer.Argument(help="Keep the rows that hold this text, in any case.", metavar="[FILTER]")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List what the tool knows, or what of it holds a text.
+    """List what the tool knows, or what of it holds a text; alone, say what there is to list.
 
     Example: tuner list metrics
 
     Example: tuner list laws observer
     """
-    from tuner.cli.printers.listing import print_listing
+    from tuner.cli.printers.listing import print_listing, print_listings
 
-    print_listing(what, containing, as_json)
+    if what is None:
+        print_listings(as_json)
+    else:
+        print_listing(what, containing, as_json)
 
 
 @app.command()
@@ -70,6 +74,7 @@ def new(
     hover: Annotated[
         float | None, typer.Option(help="Motor command at hover over full command, where it is known.")
     ] = None,
+    out: Annotated[Path | None, typer.Option(help="The file to write, or the folder for it; default: here.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Write a commented study file to start from, or an airframe with wide ranges from a parts list, where there is no log.
@@ -78,6 +83,8 @@ def new(
 
     Example: tuner new airframe --mass 1.4 --wheelbase 0.45 --propeller 10x4.5 --kv 920 --cells 3
     """
+    if out is not None:
+        name = str(out if out.suffix == ".toml" else out / name)
     parts = {"mass": mass, "wheelbase": wheelbase, "propeller": propeller, "kv": kv, "cells": cells}
     if hover is not None or any(value is not None for value in parts.values()):
         answer(_estimated(name, source, parts, hover), as_json)
@@ -121,7 +128,8 @@ def check(
 ) -> None:
     """Check a file without flying, or judge gains by hard limits: exit code 0 fine, 1 hopeless or broken, 2 bad input.
 
-    Of a study it tells thrust-to-weight, trim in the mean wind, the default's margins and limits that nothing can reach; of a law
+    Of a study it tells thrust-to-weight, trim in the mean wind, the default's margins and limits that neither it nor any of 128
+    draws from the ranges keeps, which is hopeless; of a law
     or a plant of your own, everything that it breaks, with the function's line, and ends with 2 like a study that names it.
 
     Example: tuner check quickstart

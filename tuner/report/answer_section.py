@@ -20,6 +20,8 @@ HEAD = ("Quantity", "Default", "Tuned", "Change", "Verdict")
 SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no clear difference": "≈"}
 # Margins told where a study asks for none, and the columns of margins.parquet that they are read from.
 WORST = {"phase_margin": ("phase_margin",), "gain_margin": ("gain_up", "gain_down"), "ms": ("ms",)}
+# Largest change in per cent of the default's value that is told as such.
+MOST_SHARE = 1000.0
 _LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
 _SHARE = re.compile(r"(?:the )?share (1 - )?`level`")
 
@@ -86,14 +88,24 @@ def verdict(word: str) -> Markup:
 
 
 def change(quantity: ComparedRow) -> tuple[str, str]:
-    """Return the difference and its interval as shares of the default's value, else as they are where there is no such share."""
+    """Return the difference and its interval as shares of the default's value, as they are where a share tells nothing."""
     default, (value, low, high) = quantity.default.value, quantity.difference
     if not default or default < 0.0 or value is None or low is None or high is None:
         return estimate(value, low, high, signed=True)
     shares = [100.0 * part / default for part in (value, low, high)]
+    # A multiple of next to nothing says nothing of what it has become.
+    if max(map(abs, shares)) > MOST_SHARE:
+        return estimate(value, low, high, signed=True)
     decimals = 0 if shares[2] - shares[1] > 2.0 else 1
     middle, bottom, top = (fixed(share, decimals, signed=True) for share in shares)
     return f"{middle} %", f"[{bottom}, {top}]"
+
+
+def change_in_units(quantity: ComparedRow) -> tuple[str, str]:
+    """Return the difference and its interval as `change` does, with the unit where they are no shares."""
+    value, ends = change(quantity)
+    unit = plain(quantity.unit)
+    return value if value.endswith("%") or unit == "1" else f"{value} {unit}", ends
 
 
 def _verdict_sentence(results: TuningFolder) -> Markup:
@@ -105,7 +117,7 @@ def _verdict_sentence(results: TuningFolder) -> Markup:
     if point == DEFAULT:
         return join((element("strong", "The default gains"), f" remain the recommendation: {why}. ", _limits(results)))
     clear = [entry for entry in results.objectives if entry.verdict in ("better", "worse")]
-    told = [" ".join((plain_metric(entry.metric, results.has_rotors), *change(entry))) for entry in clear]
+    told = [" ".join((plain_metric(entry.metric, results.has_rotors), *change_in_units(entry))) for entry in clear]
     even = [
         plain_metric(entry.metric, results.has_rotors)
         for entry in results.objectives

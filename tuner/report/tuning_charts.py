@@ -18,7 +18,7 @@ MOST, LEAST = 200, 60
 # Bytes of an instant of one signal: four series in sixteen bits, in base64, and a fifth of some.
 INSTANT = 4.4 * 2 * 4 / 3
 # A bound is drawn where default or tuned come within reach of it, as a share of the bound; others would press the signal flat.
-NEAR = 0.3
+NEAR = 0.6
 
 
 def response_panels(results: TuningFolder) -> list[Panel]:

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from objectives.mission import Mission, with_mission_floor
+from objectives.mission import with_mission_floor
 from objectives.own_meters import metering
 from objectives.problem import System
 from objectives.requirements import Screen
@@ -32,7 +32,7 @@ from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usual_timing
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
-from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
+from tuner.study.judged_reading import constraint_of, listed, mission_of, objective_of, pick_rule, unique
 from tuner.study.margins import margin_requirement, margin_screen
 from tuner.study.own_code import use_files_of
 from tuner.study.processor_cost.requirement import cost_screen
@@ -121,7 +121,7 @@ def _build(path: Path, table: StudyTable) -> Study:
             with located(path, f"scenario[{i}]"):
                 check_trim(spec, system)
         with located(path, "mission"):
-            mission = _mission(table, [spec.name for spec in specs])
+            mission = mission_of(table.mission, [spec.name for spec in specs])
         constraints = with_mission_floor(constraints, specs, system.limits, timing, mission)
         screens = _screens(table, path, system, tuple(specs))
         with located(path, "search"):
@@ -340,10 +340,3 @@ def _screens(table: StudyTable, path: Path, system: System, specs: tuple[Scenari
     costs = tuple(listed("cost", path, table.cost, lambda entry: cost_screen(entry, system)))
     unique("cost", [screen.requirements[0].label for screen in costs])
     return (*guarantees, *([margin_screen(margins, path, system, specs)] if margins else []), *costs)
-
-
-def _mission(table: StudyTable, scenarios: list[str]) -> Mission:
-    given = table.mission
-    mission = Mission(given.followed, given.held, tuple(given.off))
-    mission.check_names(scenarios)
-    return mission

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from objectives.metrics import MetricAddress, check, parse
+from objectives.mission import QUANTITIES, Mission
 from objectives.problem import Constraint, Objective
 from objectives.risk import Risk
 from plant.errors import InputError, UnknownNameError
@@ -77,6 +78,13 @@ def _finite(value: float, key: str) -> float:
     if not isfinite(value):
         raise InputError(f"given {value}; this must be a finite number", key=key)
     return value
+
+
+def mission_of(table: Any, scenarios: list[str], quantities: tuple[str, ...] = QUANTITIES) -> Mission:
+    """Return the mission of a table; InputError where it names no quantity or no scenario."""
+    mission = Mission(table.followed, table.held, tuple(table.off))
+    mission.check_names(scenarios, quantities)
+    return mission
 
 
 def pick_rule(table: PickTable, objectives: tuple[Objective, ...]) -> str:

@@ -29,7 +29,8 @@ BANDS = {
 }
 MISSION = {
     "followed": "Largest RMS error where the reference moves, as a share of that of a flight that never leaves its start.",
-    "held": "Largest RMS error where the reference rests, as a share of limits.position.",
+    "held": "Largest RMS error where the reference rests, as a share of limits.position; of a channel of a plant of one's own "
+    "that an objective or a limit judges, of its limit.",
     "off": "Quantities without an automatic limit: QUANTITY, or QUANTITY@SCENARIO for one scenario.",
 }
 GUST = {

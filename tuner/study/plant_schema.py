@@ -12,6 +12,7 @@ from tuner.study.schema import (
     ConstraintTable,
     GainTable,
     MarginTable,
+    MissionTable,
     ObjectiveTable,
     OwnCodeTable,
     PickTable,
@@ -162,6 +163,7 @@ class PlantStudyTable(StrictTable):
     law: OwnCodeTable | None = None
     metric: OwnCodeTable | None = None
     actuator: list[ActuatorTable] = Field(default=[])
+    mission: MissionTable = Field(default=MissionTable())  # pyright: ignore[reportInvalidTypeForm]
     constraint: list[ConstraintTable] = Field(default=[])
     margin: list[MarginTable] = Field(default=[])
     search: SearchTable = SearchTable()

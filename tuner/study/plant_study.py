@@ -12,8 +12,11 @@ from objectives.decisions import DecisionSpace, Variable
 from objectives.fmu.system import FmuSystem
 from objectives.margins.quantities import LIMITABLE
 from objectives.margins.requirement import MarginRequirement, requirement_label
+from objectives.mission import USUAL, Mission
 from objectives.own_meters import metering
+from objectives.plant_mission import quantities_of, with_plant_floor
 from objectives.plant_system import PlantSystem
+from objectives.problem import Constraint, FlightBatch, Objective
 from objectives.requirements import Screen
 from plant.backends.identity import identity
 from plant.errors import InputError, UnknownNameError
@@ -29,7 +32,7 @@ from plant.model.signals import Signal, signal_from
 from plant.own_code import in_results_folder, run_own_code
 from plant.records import flatten, paths
 from tuner.gains.ranges import LONGEST_OF_PLANTS, check_multiple, check_value, timing_of
-from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
+from tuner.study.judged_reading import constraint_of, listed, mission_of, objective_of, pick_rule, unique
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
 from tuner.study.plant_schema import ChannelTable, PlantGainTable, PlantScenarioTable, PlantStudyTable, PlantTable
@@ -55,6 +58,7 @@ class PlantStudy(TuningStudy):
     system: PlantSystem
     table: PlantStudyTable
     code_digest: str
+    mission: Mission = USUAL
 
     @property
     def fixes_plant_step(self) -> bool:
@@ -82,7 +86,9 @@ class PlantStudy(TuningStudy):
         values = self._values()
         plant = {key: value for key, value in values["plant"].items() if key not in PATHS}
         content = {**values, "plant": plant}
-        return {key: value for key, value in content.items() if key not in ("title", "description", *without)}
+        # A study that asks for nothing else has the digest that it had before there was a floor.
+        usual = ("mission",) if self.mission == USUAL else ()
+        return {key: value for key, value in content.items() if key not in ("title", "description", *usual, *without)}
 
     def _values(self) -> dict[str, Any]:
         system = self.system
@@ -138,6 +144,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         judged = [entry.metric for entry in (*objectives, *(each.objective for each in constraints))]
         system = metering(system, judged)
         check_bounds(system, judged)
+        mission, constraints = _with_floor(path, table, scenarios, objectives, constraints, system, space)
         margins = margins_asked(table.margin, path, system)
         unique("margin", [entry.label for entry in margins])
         with located(path, "search"):
@@ -155,8 +162,24 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
     return PlantStudy(
         path=path, title=table.title, description=table.description, seed=table.seed, system=system, space=space,
         scenarios=scenarios, objectives=objectives, constraints=constraints, screens=screens, search=search, pick=rule,
-        table=table, code_digest=digest,
+        table=table, code_digest=digest, mission=mission,
     )  # fmt: skip
+
+
+def _with_floor(
+    path: Path,
+    table: PlantStudyTable,
+    scenarios: tuple[StudyScenario, ...],
+    objectives: tuple[Objective, ...],
+    constraints: tuple[Constraint, ...],
+    system: PlantSystem,
+    space: DecisionSpace,
+) -> tuple[Mission, tuple[Constraint, ...]]:
+    """Return the mission of a study, and its constraints with the automatic limits behind them."""
+    with located(path, "mission"):
+        mission = mission_of(table.mission, [entry.spec.name for entry in scenarios], quantities_of(system))
+    flights = [FlightBatch(entry.spec, "", entry.held_out) for entry in scenarios]
+    return mission, with_plant_floor(constraints, objectives, flights, system, space, table.seed, mission)
 
 
 def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str]:

@@ -1,5 +1,6 @@
 """The sanity rules: what they must refuse, that each of them can fire, and who may overrule them."""
 
+from math import pi, sqrt
 from pathlib import Path
 
 import pytest
@@ -36,6 +37,17 @@ def test_one_wrong_number_breaks_one_rule(change: dict[str, object], opening: st
     sentences = broken_rules(GOOD._replace(**change))
     assert len(sentences) == 1
     assert sentences[0].startswith(opening)
+
+
+@pytest.mark.parametrize("diameter", [0.031, 0.127, 0.457])
+def test_torque_ratios_go_with_the_propeller(diameter: float) -> None:
+    """Figures of merit of 0.2 to 0.65 at C_T = 0.1 are propellers; one of 15 times the ideal ratio, or a fifth of it, is none."""
+    ideal = sqrt(0.1 / (2.0 * pi**3)) * diameter
+    rotor = GOOD._replace(thrust_coefficient=0.1 * 1.225 * diameter**4 / (4.0 * pi**2))
+    for merit in (0.2, 0.65):
+        assert not any("torque" in text for text in broken_rules(rotor._replace(torque_ratio=ideal / merit)))
+    for wrong in (10.0 * ideal / 0.65, 0.2 * ideal):
+        assert any("torque ratio" in text for text in broken_rules(rotor._replace(torque_ratio=wrong)))
 
 
 def test_every_rule_is_needed() -> None:

@@ -1,5 +1,6 @@
 """`tuner check my_law.py` tells what a law breaks, with file and line; each way of breaking it is told as such."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -154,6 +155,30 @@ def test_a_law_that_differences_by_itself_where_nothing_measures_the_rate_keeps_
     law = run_own_code(edited(LAW, tmp_path, *DIFFERENCED)).names["LAW"]
     assert list(behaviour.commands_point_the_right_way(law)) == []
     assert list(behaviour.disturbances_are_rejected_as_promised(law)) == []
+
+
+def test_what_is_told_of_a_pi_law_leads_out(tmp_path: Path) -> None:
+    """PI holds no double integrator; followed, the messages end in the empty promise, and none asks for what another forbids."""
+    pi = [
+        ("    kd: float\n", ""), (" + constants.kd * rate", ""),
+        (ERROR, "error = setpoint.value - measured.value"),
+        (re.findall(r" +GainInfo\(\n +\"kd\".*?\n        \),\n", LAW.read_text(encoding="utf-8"), re.DOTALL)[0], ""),
+    ]  # fmt: skip
+    left = {"tracks", "rejects"}
+    for _ in range(3):
+        words = ", ".join(repr(each) for each in sorted(left))
+        promised = ("    sampling=", f"    promises=frozenset({{{words}}}),\n    sampling=") if left else (
+            "    sampling=", "    promises=frozenset(),\n    sampling=")  # fmt: skip
+        law = run_own_code(edited(LAW, tmp_path, *pi, promised)).names["LAW"]
+        clauses = (behaviour.references_are_flown_as_promised, behaviour.disturbances_are_rejected_as_promised)
+        messages = [breach.message for clause in clauses for breach in clause(law)]
+        assert not any("; promise " in text for text in messages)
+        dropped = {each for each in left if any(f'leave "{each}" out' in text for text in messages)}
+        assert bool(dropped) == bool(messages)
+        left -= dropped
+        if not messages:
+            break
+    assert left == set()
 
 
 def test_a_law_that_brakes_only_by_a_rate_that_it_is_not_given_is_told_once(tmp_path: Path) -> None:

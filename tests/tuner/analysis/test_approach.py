@@ -7,6 +7,7 @@ import pytest
 
 import tuner
 from plant.errors import InputError
+from plant.gains import gain_addresses
 from tests.tuner.in_process import tuner as typed
 from tuner.analysis.approach import MOST_FACTOR, MOST_STEPS, factors_between, rows_between, steps_between, steps_of_size
 from tuner.api.gains import Gains, gains_of
@@ -96,6 +97,19 @@ def test_a_margin_that_falls_between_two_good_ends_is_named(present, monkeypatch
     found = tuner.approach(present, scaled(present, omega_c=1.01), flights=2)
     assert not found.passed and [bool(step.short) for step in found.document.steps] == [False, True, False]
     assert all(not row.kept for row in found.document.steps[1].short)
+
+
+def test_what_cannot_be_exported_leaves_nothing_behind_and_names_a_gain_that_there_is(tmp_path):
+    present = tuner.default_gains("px4", "px4_position", "f450")
+    # PX4 documents 0.2 to 3 for the integral gain of the climb: refused of both ends alike.
+    outside = scaled(present, i=0.05)
+    with pytest.raises(InputError) as refused:
+        tuner.approach(outside, scaled(outside, p=1.1), steps=1, flights=2, to="px4", out=tmp_path / "way")
+    said = str(refused.value)
+    assert "MPC_Z_VEL_I_ACC" in said and "step 0 of 1" in said and "--previous FILE" in said
+    named = said.split("change ")[1].split(";")[0]
+    assert named in {gain.address for gain in gain_addresses(present.controller.cascade)}
+    assert not (tmp_path / "way").exists()
 
 
 def test_steps_are_written_with_their_exports_and_other_laws_are_refused(present, tmp_path, monkeypatch, capsys):

@@ -165,3 +165,10 @@ def test_debug_shows_the_traceback():
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode != 0
     assert "Traceback" in done.stderr
+
+
+def test_list_alone_says_what_there_is_to_list():
+    done = CliRunner().invoke(app, ["list"])
+    assert done.exit_code == 0 and all(name in done.stdout for name in LISTINGS)
+    rows = json.loads(CliRunner().invoke(app, ["list", "--json"]).stdout)
+    assert {row["what"] for row in rows} == set(LISTINGS) and all(row["rows"] > 0 for row in rows)

@@ -35,6 +35,22 @@ def test_a_parts_list_becomes_an_airframe_that_a_study_flies(tmp_path, monkeypat
     assert drawn.count == 8
 
 
+# A whoop of 31 mm propellers and a heavy lifter of 457 mm; lags of both scale with the root of the diameter.
+WHOOP = {"--mass": "0.019", "--wheelbase": "0.065", "--propeller": "1.2x0.8", "--kv": "19000", "--cells": "1"}
+LIFTER = {"--mass": "5.5", "--wheelbase": "0.9", "--propeller": "18x6", "--kv": "380", "--cells": "6"}
+
+
+def test_what_it_writes_of_small_and_large_ones_is_an_airframe(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    lags = []
+    for name, parts in (("whoop", WHOOP), ("lifter", LIFTER)):
+        code, _, _ = called("new", name, *options(parts))
+        assert code == 0 and called("check", f"{name}.toml")[0] == 0
+        lags.append(load(tmp_path / f"{name}.toml").vehicle.lag_up)
+    assert 0.01 < lags[0] < 0.02 < 0.04 < lags[1] < 0.08
+    assert lags[1] / lags[0] == pytest.approx((18.0 / 1.2) ** 0.5, rel=0.01)
+
+
 def test_the_ranges_are_printed_with_what_to_do_next(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, said, _ = called("new", "mine", *options(PARTS), "--hover", "0.55")
@@ -66,3 +82,12 @@ def test_a_new_study_is_told_as_json_too(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, said, _ = called("new", "mine", "--json")
     assert code == 0 and json.loads(said) == {"written": ["mine.toml"]}
+
+
+def test_a_study_goes_where_out_says(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for out, path in (("there", "there/mine.toml"), ("here/own.toml", "here/own.toml")):
+        code, said, _ = called("new", "mine", "--out", out)
+        assert code == 0 and path in said and (tmp_path / path).exists()
+    code, _, err = called("new", "mine", "--out", "there")
+    assert code == USER_ERROR and "exists already" in err

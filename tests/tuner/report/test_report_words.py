@@ -4,8 +4,11 @@ from typing import Any
 
 import pytest
 
+from tuner.cli.printers.margins import reading, time_unit
+from tuner.documents.margins import Reading
 from tuner.documents.parts import Estimate
-from tuner.documents.summary import PickedOn, VariableRow
+from tuner.documents.summary import ComparedRow, PickedOn, VariableRow
+from tuner.report.answer_section import change, change_in_units
 from tuner.report.gains_section import gains_table
 from tuner.report.words import gap_words
 
@@ -50,3 +53,38 @@ def test_a_wider_range_is_advised_only_where_the_end_can_be_moved():
     assert "at the low end: a wider range may do better" in remark(0.0, "high")
     assert "at the high end: a wider range may do better" in remark(40.0, "low")
     assert "end:" not in remark(20.0, "low")
+
+
+@pytest.mark.parametrize(
+    ("default", "difference", "said"),
+    [
+        (2.0, (-0.5, -0.7, -0.3), ("\u221225 %", "[\u221235, \u221215]")),
+        # Of next to nothing 43,260 % is none of a reader's concern.
+        (1e-5, (4.326e-3, 4.2e-3, 4.4e-3), ("+0.00433 rad", "[+0.00420, +0.00440]")),
+    ],
+)
+def test_a_change_is_told_in_per_cent_where_that_tells_something(default, difference, said):
+    row = ComparedRow(
+        label="mean(rms.pan)", metric="rms.pan", definition="", risk="", unit="rad", kind="objective", verdict="worse",
+        difference=Estimate(*difference), default=Estimate(default, default, default), tuned=Estimate(1.0, 1.0, 1.0),
+    )  # fmt: skip
+    assert change_in_units(row) == said and said[0].startswith(change(row)[0])
+
+
+@pytest.mark.parametrize(
+    ("delays", "unit", "texts"),
+    [
+        ([0.0058, None], "ms", ["5.8", "inf"]),
+        ([12.5, 300.0], "s", ["12.50", "300"]),
+        ([1670.0, 60.0], "min", ["27.83", "1.00"]),
+    ],
+)
+def test_delays_are_printed_in_a_unit_of_their_size(delays, unit, texts):
+    shown, per_unit = time_unit("delay_margin", delays)
+    assert shown == unit
+    found = [
+        reading(Reading(value=value, unit="s", frequency=None, case=None, note=None), "delay_margin", per_unit)
+        for value in delays
+    ]
+    assert found == texts
+    assert time_unit("phase_margin", [100.0]) == ("deg", 1.0)

@@ -2,6 +2,7 @@
 
 import subprocess
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import control
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+import tuner
 from objectives.margins.plant_margins import PlantMargins
 from objectives.problem import score_flights
 from plant.errors import InputError
@@ -17,8 +19,13 @@ from plant.records import flatten
 from tests.clients import program
 from tests.objectives.margins.python_control import Loop, classical
 from tests.plant.model.plants import FILES, stepped
+from tuner.analysis.margins.curves import frequency_grid
 from tuner.api.studies import make_study
 from tuner.exchange.c99.plant_export import export_plant
+from tuner.experiments.tuning.tables import margin_table
+from tuner.gains.plant_document import plant_gains_document
+from tuner.store.document import json_text
+from tuner.study.plant_study import plant_margins
 
 PERIOD, HORIZON, STEP, AT = 10.0, 7200.0, 5.0, 600.0
 KP, KI = 60.0, 0.05
@@ -155,3 +162,34 @@ def test_its_controller_in_c_is_the_one_that_flew(tmp_path):
     export_plant(study.system, study.default_row.tolist(), tmp_path, real="double", digest="")
     made = subprocess.run([program("make")], cwd=tmp_path, capture_output=True, text=True)
     assert made.returncode == 0, made.stderr[-2000:]
+
+
+def test_the_curves_of_the_report_show_where_the_loop_crosses_over():
+    study = study_of(metrics=("iae",))
+    outcome: Any = SimpleNamespace(study=study, finalist_rows=study.default_row[None], names=["default"])
+    table = margin_table(outcome)
+    assert table is not None
+    (frequency,), (real,), (imag,) = (table[name] for name in ("frequency", "real", "imag"))
+    gain = np.abs(real + 1j * imag)
+    # The report once began at 0.05 rad/s: this loop has crossed over long before.
+    assert table["crossover"][0] < 0.05
+    assert frequency[0] < 0.2 * table["crossover"][0] and gain[0] > 3.0 and gain[-1] < 0.3
+
+
+@pytest.mark.parametrize("period", [0.5, 2400.0])
+def test_a_grid_begins_below_the_crossover_however_fast_the_loop_is_sampled(period):
+    study = study_of(period=period, plant_step=min(period, 60.0), duration=36000.0, **QUIET)
+    model = plant_margins(study.system, study.space)
+    margins = model.evaluate(study.default_row[None])
+    grid, crossover = frequency_grid(model, margins, 120), margins.crossover.value[0, 0]
+    assert len(grid) == 120 and grid[-1] == pytest.approx(np.pi / period)
+    assert grid[0] < 0.2 * crossover if crossover > 0.0 else grid[0] == pytest.approx(1e-4 * np.pi / period)
+
+
+def test_a_slow_plant_is_flown_without_the_noise_that_its_rate_does_not_show(tmp_path):
+    study = study_of(metrics=("iae",))
+    file = tmp_path / "gains.json"
+    document = plant_gains_document(study.system, study.default_row, study.code_digest)
+    file.write_text(json_text(document), encoding="utf-8")
+    table = tuner.fly(str(file), study=study, flights=2).table
+    assert "noise" not in table.index and "travel" in table.index

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plant.airframes import Airframe
-from plant.airframes.rules import TORQUE_RATIO
+from plant.airframes.rules import torque_ratios
 from plant.errors import InputError
+from plant.vehicle import Vehicle
 from tuner.analysis.identification.fit import Fit, Problem, fitted
 from tuner.analysis.identification.judging import Judged, judged
 from tuner.analysis.identification.parameters import ARM, MASS, Known, Space, space_of
@@ -103,7 +104,7 @@ def identify_vehicle(
     start = start_of(space, samples, vehicle) if known is None else space.centre
     early = fitted(part, start, free, _share(told, 0))
     seen = windowed(part, early.point, held_out=False)
-    reasons = {**unexcited(early, seen), **impossible(early)}
+    reasons = {**unexcited(early, seen), **impossible(early, airframe.vehicle)}
     part, whole = counted_outputs(part, reasons), counted_outputs(whole, reasons)
     free &= np.array([name not in reasons for name in space.names])
     start = np.where(free | np.array([name in GIVEN for name in space.names]), early.point, space.centre)
@@ -180,16 +181,14 @@ def wider_than_prior(fit: Fit, free: NDArray[np.bool_]) -> dict[str, str]:
     }
 
 
-def impossible(fit: Fit) -> dict[str, str]:
+def impossible(fit: Fit, vehicle: Vehicle) -> dict[str, str]:
     """Return the numbers of yaw with the reason where no vehicle can have them: something else than the rotors turns this one."""
     numbers = fit.space.numbers(fit.point)
     x, y, z = numbers.inertia
-    low, high = TORQUE_RATIO
+    low, high = torque_ratios(vehicle)
     if z <= x + y and low <= numbers.torque_ratio <= high:
         return {}
-    said = (
-        f"yaw would take {z / (x + y):.2f} of x + y, at most 1, and {numbers.torque_ratio:.2g} m, {low:g} to {high:g}"
-    )
+    said = f"yaw would take {z / (x + y):.2f} of x + y, at most 1, and {numbers.torque_ratio:.2g} m, {low:.2g} to {high:.2g}"
     return dict.fromkeys(OF_OUTPUT["yaw"], said)
 
 

@@ -28,7 +28,8 @@ def print_checked(checked: "Checked", _: Console) -> None:
     elif isinstance(checked.document, StudyPreview):
         show_study(checked.document, wide_console())
     else:
-        print_figures(checked.content)
+        # Automatic limits stand among the sentences.
+        print_figures({key: value for key, value in checked.content.items() if key != "automatic_limits"})
 
 
 def print_own(content: Row) -> None:

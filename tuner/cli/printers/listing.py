@@ -4,7 +4,7 @@ from typing import Any
 
 from rich.text import Text
 
-from tuner.api.catalogue import rows_of
+from tuner.api.catalogue import LISTINGS, rows_of
 from tuner.api.frames import json_text
 from tuner.cli.tables import TerminalTable, wide_console
 
@@ -17,6 +17,20 @@ WIDE = {
 
 # Column whose values stand as lines of their own above the rows that share them.
 GROUPED = {"laws": "law"}
+
+
+def print_listings(as_json: bool) -> None:
+    """Print the names of the registries, each with its number of rows."""
+    rows = [{"what": name, "rows": len(list(make()))} for name, make in LISTINGS.items()]
+    if as_json:
+        print(json_text(rows))
+        return
+    table = TerminalTable()
+    table.columns_of("what", "rows", left=("what",))
+    for row in rows:
+        table.add_row(row["what"], str(row["rows"]))
+    wide_console().print(table)
+    print("See one of them with: tuner list laws")
 
 
 def print_listing(what: str, containing: str | None, as_json: bool) -> None:

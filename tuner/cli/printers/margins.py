@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from tuner.api.plant_designing import PlantDesign
 
 
+# Times from which on they are printed in seconds, and in minutes [s].
+SLOW, VERY_SLOW = 10.0, 600.0
 SHORT_CASES = {"steepest slope": "steep", "small signals": "small"}
 
 
@@ -78,7 +80,8 @@ def add_rows(
 
     add("stable", "stable", ["yes" if c.stable else "NO" for c in channels])
     for name in REPORTED:
-        add(heading(name), name, [reading(c.quantities[name], name) for c in channels])
+        unit, per_unit = time_unit(name, [c.quantities[name].value for c in channels])
+        add(heading(name, unit), name, [reading(c.quantities[name], name, per_unit) for c in channels])
         if name == "disk":
             ranges = [c.disk_range for c in channels]
             add("  gain from", "", [shown(each.low, 2) for each in ranges])
@@ -99,16 +102,29 @@ def marks_of(requirements: list[LimitRow]) -> dict[tuple[str, str], str]:
     return marks
 
 
-def heading(name: str) -> str:
+def time_unit(name: str, values: Sequence[float | None]) -> tuple[str, float]:
+    """Return the unit in which a line of the table is printed, and how many of the quantity's shown unit it is.
+
+    Args:
+        name: Name of the quantity.
+        values: Its readings in SI units; None has no end.
+    """
+    unit = QUANTITIES[name].shown_unit
+    longest = max((value for value in values if value is not None), default=0.0)
+    slow = unit == "ms" and longest >= SLOW
+    return ("min", 6e4) if slow and longest >= VERY_SLOW else ("s", 1e3) if slow else (unit, 1.0)
+
+
+def heading(name: str, unit: str) -> str:
     """Return the name of a line of the table: a margin quantity with the unit in which it is printed."""
-    quantity = QUANTITIES[name]
-    return f"{quantity.short}{unit_text(quantity.shown_unit, ' [{}]')}"
+    return f"{QUANTITIES[name].short}{unit_text(unit, ' [{}]')}"
 
 
-def reading(entry: Reading, name: str) -> str:
-    """Return a reading of a margin quantity as text, in the unit in which it is printed."""
+def reading(entry: Reading, name: str, per_unit: float = 1.0) -> str:
+    """Return a reading of a margin quantity as text; per_unit: how many of its shown unit the printed one is."""
     quantity = QUANTITIES[name]
-    return number_text(None if entry.value is None else float(quantity.shown(entry.value)), quantity.digits)
+    value = None if entry.value is None else float(quantity.shown(entry.value)) / per_unit
+    return number_text(value, quantity.digits if per_unit == 1.0 else 2)
 
 
 def mark(text: str, sign: str | None) -> Text:
@@ -252,10 +268,12 @@ def both_margins(margins: dict[str, MarginsDocument]) -> TerminalTable:
     table.columns_of("", "", *[channel.channel for channel in default.channels], left=("",))
     marks = {name: marks_of(document.requirements) for name, document in margins.items()}
     for name in REPORTED:
+        values = [c.quantities[name].value for document in (default, design) for c in document.channels]
+        unit, per_unit = time_unit(name, values)
         for who, document in (("default", default), ("design", design)):
             cells = [
-                mark(reading(c.quantities[name], name), marks[who].get((c.channel, name)))
+                mark(reading(c.quantities[name], name, per_unit), marks[who].get((c.channel, name)))
                 for c in document.channels
             ]  # fmt: skip
-            table.add_row(heading(name) if who == "default" else "", who, *cells)
+            table.add_row(heading(name, unit) if who == "default" else "", who, *cells)
     return table

@@ -92,9 +92,12 @@ class ParameterSet:
         axes = {axis for entry in laws for axis in entry.names}
         foreign = {name for axis in axes if axis in self.names for name in self.names[axis][:3]}
         own = frozenset(name for entry in laws for name in entry.parameters)
+        # A gain of its own loops has another name than the one of our PID that a parameter otherwise follows from.
+        sources = {name: address for entry in laws for name, address in entry.addresses.items()}
+        known = {**self.table, **{name: entry for name, entry in self.own_table.items() if name in own}}
         return replace(
             self,
-            table={**self.table, **{name: entry for name, entry in self.own_table.items() if name in own}},
+            table={name: replace(entry, source=sources.get(name, entry.source)) for name, entry in known.items()},
             names={axis: names for axis, names in self.names.items() if axis not in axes},
             carried=(self.carried - foreign) | own,
             own=laws,

@@ -40,6 +40,15 @@ class OwnLaw:
         """Every parameter that its gains are."""
         return frozenset(name for names in self.names.values() for name in names.values())
 
+    @property
+    def addresses(self) -> dict[str, str]:
+        """The gain that each parameter of one axis is, by its name."""
+        found: dict[str, list[str]] = {}
+        for axis, names in self.names.items():
+            for gain, name in names.items():
+                found.setdefault(name, []).append(f"{axis}.{gain}")
+        return {name: gains[0] for name, gains in found.items() if len(gains) == 1}
+
     def factor(self, gain: str, quotient: float) -> float:
         """Return the parameter over the gain; quotient: of the gains' authority and the autopilot's unit."""
         return self.factors.get(gain, 1.0) * (quotient if gain in self.scaled else 1.0)

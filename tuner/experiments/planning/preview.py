@@ -5,8 +5,10 @@ from math import isfinite
 from typing import Any, Literal
 
 from objectives.requirements import known_values
+from tuner.documents.plan import AutomaticLimit
 from tuner.experiments.planning.counts import comparison_flights, flights_of, search_flights
 from tuner.experiments.planning.study_preview import StudyPreview, study_preview
+from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.store.document import DocumentPart
 from tuner.study.contest import Contender, Contest
@@ -51,6 +53,7 @@ class PlantPreview(DocumentPart):
     variables: int
     objectives: list[str]
     constraints: list[str]
+    automatic_limits: list[AutomaticLimit]
     requirements: dict[str, float | None]
     search_flights: int
     digest: str
@@ -93,6 +96,7 @@ def plant_preview(study: PlantStudy) -> PlantPreview:
         variables=len(study.space.variables),
         objectives=[objective.label for objective in study.objectives],
         constraints=[entry.objective.label for entry in study.constraints],
+        automatic_limits=automatic_rows(study.automatic_limits),
         requirements={
             entry.label: value if isfinite(value) else None
             for entry, value in zip(study.requirements, values, strict=True)
@@ -100,7 +104,7 @@ def plant_preview(study: PlantStudy) -> PlantPreview:
         search_flights=search_flights(study),
         digest=study.digest(),
         warnings=warnings_before_run(study),
-        told=[study.search.text] if study.space.variables else [],
+        told=[*([study.search.text] if study.space.variables else []), *automatic_limit_texts(study.automatic_limits)],
     )
 
 

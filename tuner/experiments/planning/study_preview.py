@@ -223,7 +223,7 @@ def _problem(row: TrimRow) -> str:
 
 
 def is_hopeless(found: StudyPreview) -> bool:
-    """Return whether a hard limit is out of reach for certain, or a mean wind is more than the vehicle can hold."""
+    """Return whether nothing looked at keeps a hard limit, or a mean wind is more than the vehicle can hold."""
     soft = {row.label for row in found.default if not row.hard}
-    lost = any(row.certain and row.label not in soft for row in found.out_of_reach)
+    lost = any(row.label not in soft for row in found.out_of_reach)
     return lost or any(not row.held for row in found.trim)

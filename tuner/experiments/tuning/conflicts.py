@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from objectives.mission import OFF_KEY
+from objectives.plant_mission import REGULATED
 from objectives.problem import Constraint
 from objectives.requirements import Requirement
 from objectives.scales import Scale
@@ -47,7 +49,8 @@ class Limit(NamedTuple):
     def text(self) -> str:
         """Return "mean(saturation) at most 0.02", of an automatic limit with its key."""
         asked = f"{self.label} at {self.sense} {number_text(self.limit, self.unit)}"
-        return f"{asked} (automatic: {self.automatic})" if self.automatic else asked
+        source = f"{REGULATED:g} times the default's, {OFF_KEY}" if self.automatic == OFF_KEY else self.automatic
+        return f"{asked} (automatic: {source})" if self.automatic else asked
 
 
 class Relaxation(NamedTuple):

@@ -13,6 +13,7 @@ from statistics import NormalDist
 import numpy as np
 
 from objectives.margins.requirement import MarginRequirement
+from objectives.mission import OFF_KEY
 from objectives.problem import Constraint
 from objectives.requirements import Requirement, Screen
 from objectives.scales import SCALES
@@ -273,9 +274,10 @@ def _told(found: ObstacleRow) -> str:
         f"at {found.sense} {_shown(found.limit, found)} is asked."
     ]
     if found.automatic:
+        moves = "" if found.automatic == OFF_KEY else f"{found.automatic} moves it, "
         off = found.label.split("(", 1)[1].rsplit(")", 1)[0]
         words.append(
-            f'This limit is automatic: {found.automatic} moves it, mission.off = ["{off}"] takes it away, and a [[constraint]] '
+            f'This limit is automatic: {moves}mission.off = ["{off}"] takes it away, and a [[constraint]] '
             "of your own on the same quantity replaces it."
         )
     words.append(_told_moves(found))

@@ -201,8 +201,8 @@ class PlantRun(TuningRun):
 
     @classmethod
     def notes(cls, study: TuningStudy) -> list[str]:
-        """Say which search it is."""
-        return [study.search.text]
+        """Say which search it is and which limits the study does not write."""
+        return [study.search.text, *automatic_limit_texts(study.automatic_limits)]
 
     def prepare(self) -> None:
         """Pose the problem as ever; an FMU that fails tells of it as a warning."""

@@ -17,6 +17,7 @@ from objectives.metrics.noise import NOISE
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
 from plant.errors import InputError
+from tuner.analysis.margins.curves import frequency_grid
 from tuner.analysis.spectrum import command_spectrum
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.experiments.tuning.fans import drawn
@@ -118,8 +119,8 @@ def constraint_table(outcome: Outcome) -> Columns:
     return columns_of([dict(zip(COLUMNS, row, strict=True)) for row in rows])
 
 
-# Frequencies of a curve, from so many rad/s up to Nyquist: 28 a decade, which a line through them does not show.
-POINTS, LOWEST = 120, 0.05
+# Frequencies of a curve: 28 a decade for a quadrotor, which a line through them does not show.
+POINTS = 120
 
 
 def margin_table(outcome: FlightOutcome) -> Columns | None:
@@ -135,7 +136,7 @@ def margin_table(outcome: FlightOutcome) -> Columns | None:
         return None
     gains = outcome.finalist_rows
     margins = model.evaluate(gains)
-    frequency = np.geomspace(LOWEST, np.pi / model.period, POINTS)
+    frequency = frequency_grid(model, margins, POINTS)
     curves = model.curves(gains, np.maximum(margins.sensitivity.case, 0), frequency)
     looped = {channel for block in model.blocks for channel in block}
     rows = [

@@ -156,6 +156,12 @@ def test_a_limit_that_nothing_searched_moves_is_hopeless_before_any_flight(check
     assert "in the yaw loop reaches" in out and "`tuner design` reaches" in out
 
 
+def test_a_limit_that_no_draw_keeps_is_hopeless_although_gains_move_it(checked, tmp_path):
+    code, figures, _ = checked(write(tmp_path, STUDY + MARGINS.format(89).replace("attitude", "roll")))
+    assert figures["out_of_reach"] and not any(entry["certain"] for entry in figures["out_of_reach"])
+    assert figures["problems"] and code == 1
+
+
 def test_a_limit_that_a_draw_keeps_is_no_problem(checked, tmp_path):
     code, figures, _ = checked(write(tmp_path, STUDY + MARGINS.format(1)))
     assert code == 0 and figures["out_of_reach"] == [] and figures["problems"] == []

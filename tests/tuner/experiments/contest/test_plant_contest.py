@@ -59,6 +59,16 @@ def test_the_document_tells_the_plant_and_the_law_of_each_channel(contest):
     assert signals == {"angle", "voltage"}
 
 
+def test_the_mission_stands_at_the_top_and_holds_for_all(contest, tmp_path):
+    path = write_motor(tmp_path, BASE + "[mission]\nfollowed = 0.5\n" + ADRC)
+    for entry in load_study(path).contenders:
+        assert {each.objective.label: each.most for each in entry.study.automatic_limits} == {
+            "quantile50(rms.angle)@step": pytest.approx(0.5)
+        }
+    rows = json.loads((contest[1] / "contenders/adrc/summary.json").read_text(encoding="utf-8"))["table"]
+    assert [row["label"] for row in rows if row.get("automatic")] == ["quantile50(rms.angle)@step"]
+
+
 def test_every_contender_flies_the_same_confirmation_flights(contest):
     """The scores of the table are those of each study's own problem on a stream that no search saw."""
     asked, rows = load_study(contest[0]), document(contest[1])

@@ -62,6 +62,23 @@ def test_the_outcome_is_that_of_the_plant_in_python(run, written):
         assert gains[0][address].value == pytest.approx(entry.value, rel=1e-6), address
 
 
+def test_an_angle_that_nothing_judges_is_held_by_the_default_as_in_python(written):
+    found = []
+    for text, name in ((STUDY, "forgotten_fmu"), (MOTOR, "forgotten_python")):
+        path = written / f"{name}.toml"
+        text = text.replace('[[objective]]\nmetric = "itae.angle"\n', "").replace(
+            'reference.angle = { kind = "step", size', "#"
+        )
+        path.write_text(
+            text.replace('metric = "overshoot.angle"\nmax = 10.0', 'metric = "failure"\nmax = 0.0'), encoding="utf-8"
+        )
+        found.append(load_study(path, SHORT).automatic_limits)
+    (fmu,), (python,) = found
+    assert (fmu.objective.label, fmu.floor) == ("quantile50(rms.angle)@turn", "mission.off")
+    # The torque of 1 mN m turns the shaft; a default of 10 V/rad holds it to a small part of a radian.
+    assert fmu.most == pytest.approx(python.most, rel=1e-6) and 1e-6 < fmu.most < 0.1
+
+
 def test_what_flew_is_on_record(run):
     results = open_results(run)
     assert results.resolved.plant.fmu == "motor.fmu" and results.resolved.plant.file is None

@@ -51,6 +51,19 @@ def test_the_library_gives_its_points_as_values_by_address(run):
     assert results.default == written.resolved.gains != results.recommended
 
 
+def test_a_point_can_be_chosen_by_what_is_limited(run):
+    results = api.open_results(run)
+    front, units = results.front, results.front.attrs["units"]
+    rows = {row.label: row for row in open_results(run).summary.table}
+    limit = rows["quantile50(rms.angle)@step"]
+    assert (front[limit.label] <= limit.limit).all() and (
+        front[f"{limit.label} low"] <= front[f"{limit.label} high"]
+    ).all()
+    assert (front["ms"] <= 2.0).all() and units["ms"] == "1" and units[limit.label] == "rad"
+    ms = open_results(run).front.requirements
+    assert results.finalists["ms"].tolist() == ms[:, 0].tolist()
+
+
 def test_it_is_flown_again_to_the_same_bits(run, written, monkeypatch, capsys):
     code, out, err = tuner(monkeypatch, capsys, "verify", run, "--code", written / "motor.py")
     assert code == 0, err

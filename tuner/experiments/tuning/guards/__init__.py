@@ -10,13 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from objectives.mission import mission_floor
-from objectives.problem import Constraint
+from objectives.mission import is_of_mission
+from objectives.plant_mission import unjudged_places
 from tuner.analysis.held_out import differences_to
 from tuner.experiments.tuning.bounds import on_bounds
 from tuner.experiments.tuning.guards import after
-from tuner.experiments.tuning.guards.before import default_elsewhere, few_scenarios, leading_yaw, rates_without_damping
+from tuner.experiments.tuning.guards.before import (
+    default_elsewhere,
+    few_scenarios,
+    leading_yaw,
+    rates_without_damping,
+    unjudged_channels,
+)
 from tuner.experiments.tuning.outcome import Outcome
+from tuner.study.plant_study import PlantStudy
 from tuner.study.study import SearchedStudy, Study, TuningStudy
 
 __all__ = ["GUARDS", "Guard", "warnings_after_run", "warnings_before_run", "times_of_never"]
@@ -62,8 +69,7 @@ def _on_bounds(outcome: Outcome) -> list[str]:
 
 def _idle(outcome: Outcome) -> list[str]:
     study = outcome.study
-    asked = {entry.objective.label for entry in floor_of(study)}
-    columns = [i for i, entry in enumerate(study.constraints) if entry.objective.label in asked]
+    columns = [i for i, entry in enumerate(study.constraints) if is_of_mission(entry)]
     broken = outcome.archive.violations > 0.0
     others = np.delete(broken, columns, axis=1).any(axis=1)
     idle = np.sum(broken[:, columns].any(axis=1) & ~others & outcome.archive.flown, axis=0)
@@ -95,10 +101,15 @@ def _(study: TuningStudy) -> list[list[float]]:
     return found
 
 
-def floor_of(study: Study) -> tuple[Constraint, ...]:
-    """Return the mission floor of a study."""
-    system = study.system
-    return mission_floor([entry.spec for entry in study.scenarios], system.limits, system.timing, study.mission)
+def _unjudged(study: PlantStudy) -> list[str]:
+    judged = [*study.objectives, *[entry.objective for entry in study.constraints if not entry.floor]]
+    names = [entry.spec.name for entry in study.scenarios]
+    channels = [channel.name for channel in study.system.plan.outer]
+    held = {(entry.objective.metric.axes[0], entry.objective.scenario) for entry in study.automatic_limits}
+    places = unjudged_places(channels, names, judged)
+    # A place that has no limit although none is switched off is one where nothing moves the channel.
+    free = [(channel, name) for channel, name in places if not study.mission.asks(f"rms.{channel}", name)]
+    return unjudged_channels([place for place in places if place in held], free)
 
 
 GUARDS = {
@@ -109,7 +120,8 @@ GUARDS = {
         BEFORE, "a yaw loop that the inertia of the rotors speeds up",
         lambda study: leading_yaw(study, study.default_row, "the default's yaw loop"), Study,
     ),
-    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle, Study),
+    "unjudged": Guard(BEFORE, "channels and scenarios that no objective and no limit judges", _unjudged, PlantStudy),
+    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle, TuningStudy),
     "constant_objective": Guard(
         AFTER, "an objective that nothing searched moves",
         lambda outcome: after.constant_objectives(_labels(outcome), _flown_values(outcome), times_of_never(outcome.study)),

@@ -1,5 +1,6 @@
 """Warnings that can be given before a run, some of them from the vehicle alone."""
 
+from collections.abc import Sequence
 from math import pi
 
 import numpy as np
@@ -67,6 +68,28 @@ def _merged(study: Study) -> list[str]:
         f"One value is searched where the default has several: {', '.join(split)}; tables show the first. Give axes keys of "
         'their own in [gains], for instance "yaw.kp" = {}, to search them apart.'
     ]
+
+
+def unjudged_channels(held: Sequence[tuple[str, str]], free: Sequence[tuple[str, str]]) -> list[str]:
+    """Warn of channels of a plant that no objective and no limit of the study judges; each with its scenario.
+
+    Args:
+        held: Those that an automatic limit holds.
+        free: Those whose automatic limit the study switches off.
+    """
+    said = []
+    for places, what in (
+        (held, "an automatic limit alone holds it"),
+        (free, "mission.off leaves it without any limit"),
+    ):
+        if places:
+            channel, scenario = places[0]
+            named = ", ".join(f'{name} in scenario "{at}"' for name, at in places)
+            said.append(
+                f"No objective and no limit of the study judges {named}: {what}, and the search looks for nothing better. "
+                f'Add for instance [[objective]] metric = "rms.{channel}", scenario = "{scenario}".'
+            )
+    return said
 
 
 # The lead of the rotors' inertia is felt where it begins below this many times the crossover of yaw: at 3 it still adds 18 deg

@@ -144,6 +144,7 @@ def test_the_registry_knows_when_each_speaks():
         "rates_without_damping",
         "leading_yaw",
         "mission_floor",
+        "unjudged",
         "constant_objective",
         "correlated_objectives",
         "duplicate_knee",

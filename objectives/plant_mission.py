@@ -1,0 +1,130 @@
+"""The mission floor of a plant of the user's own, see `objectives.mission`.
+
+Every channel with a reference has one in every scenario. Where the reference leaves the rest of the plant, the median flight
+comes closer to it than a plant that stays there. Where it rests and an objective or a limit of the study judges the channel,
+the median flight keeps to within half of the error at which a flight is lost. Where it rests and nothing judges it, it is no
+worse than `REGULATED` times the error of the default gains. Only for that flights are made.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from math import isfinite
+from typing import Any, cast
+
+import numpy as np
+
+from objectives.decisions import DecisionSpace
+from objectives.metrics import parse
+from objectives.mission import FOLLOWED_KEY, HELD_KEY, OFF_KEY, Mission, MissionLimit, remaining_limits
+from objectives.problem import Constraint, FlightBatch, Objective, Problem
+from plant.errors import InputError
+from plant.model.plan import Channel
+from plant.model.scenario import PlantScenario
+from plant.model.signals import Constant
+
+# Twice the standard error of the median of 32 flights whose errors differ by a quarter: 1.25 * 0.25 / sqrt(32) is 5.5 %.
+REGULATED, FLIGHTS = 1.1, 32
+STREAM = "mission"
+"""Stream of the flights of the default, which are neither those of a search nor those of a check."""
+# Share of a channel's limit below which its error is rounding: nothing moves it.
+SILENT = 1e-9
+
+
+def quantities_of(system: Any) -> tuple[str, ...]:
+    """Return everything of a plant that an automatic limit can be put on."""
+    return tuple(f"rms.{channel.name}" for channel in system.plan.outer)
+
+
+def is_judged(channel: str, scenario: str, judged: Iterable[Objective]) -> bool:
+    """Return whether an objective or a limit is about a channel in a scenario."""
+    return any(channel in each.metric.axes and each.scenario in (None, scenario) for each in judged)
+
+
+def with_plant_floor(
+    constraints: tuple[Constraint, ...],
+    objectives: Sequence[Objective],
+    flights: Sequence[FlightBatch],
+    system: Any,
+    space: DecisionSpace,
+    root: int,
+    mission: Mission,
+) -> tuple[Constraint, ...]:
+    """Return the constraints of a study and the floor of its plant; a limit of its own on the same quantity stands.
+
+    Args:
+        constraints: Constraints that the study writes.
+        objectives: Objectives of the study.
+        flights: Scenarios, each with the most flights of the default that may be made through it.
+        system: The `PlantSystem`.
+        space: Decision space, whose base is the default.
+        root: Root seed.
+        mission: Table [mission] of the study.
+    """
+    judged = [*objectives, *[constraint.objective for constraint in constraints]]
+    asked = [limit for batch in flights for limit in _limits(cast(PlantScenario, batch.spec), system, judged, mission)]
+    asked = remaining_limits(asked, constraints, mission)
+    for limit in asked:
+        _check_limit(system.plan.channel(limit.metric.axes[0]), limit)
+    return (*constraints, *[each.constraint for each in _with_default(asked, flights, system, space, root)])
+
+
+def _limits(spec: PlantScenario, system: Any, judged: Sequence[Objective], mission: Mission) -> Iterator[MissionLimit]:
+    """Yield the limits of a scenario; those that the flights of the default decide are the ones of a channel at rest."""
+    times = system.timing.control_period * np.arange(spec.steps(system.timing))
+    for channel in system.plan.outer:
+        metric, held = parse(f"rms.{channel.name}", system.axes), mission.held * channel.limit
+        error = error_at_rest(spec, channel.name, times)
+        if error > 0.0:
+            yield MissionLimit(metric, spec.name, mission.followed * error, FOLLOWED_KEY)
+        else:
+            key = HELD_KEY if is_judged(channel.name, spec.name, judged) else OFF_KEY
+            yield MissionLimit(metric, spec.name, held, key)
+
+
+def error_at_rest(spec: PlantScenario, channel: str, times: np.ndarray) -> float:
+    """Return the RMS error of a channel over times (K,) [s] of a plant that stays where it rests."""
+    signal = spec.references.get(channel, Constant()).values(times, np.random.default_rng(0))[0]
+    return float(np.sqrt(np.square(signal).mean(axis=0)))
+
+
+def _check_limit(channel: Channel, limit: MissionLimit) -> None:
+    if not isfinite(channel.limit):
+        raise InputError(
+            f"an automatic limit judges '{limit.metric}' in scenario \"{limit.scenario}\", and {channel.name} has no limit; "
+            f'write limit = ..., the |error| at which a flight has failed, or mission.off = ["{limit.metric}"]',
+            key=f"channel.{channel.name}.limit",
+        )
+
+
+def _with_default(
+    asked: Sequence[MissionLimit], flights: Sequence[FlightBatch], system: Any, space: DecisionSpace, root: int
+) -> list[MissionLimit]:
+    """Return limits with those of channels that nothing judges set by flights of the default; none where nothing moves them."""
+    regulated = [limit for limit in asked if limit.key == OFF_KEY]
+    if not regulated:
+        return list(asked)
+    named = {limit.scenario for limit in regulated}
+    batches = tuple(
+        replace(batch, stream=STREAM, start=0, count=min(batch.count, FLIGHTS))
+        for batch in flights
+        if batch.spec.name in named
+    )
+    problem = Problem(system, space, tuple(limit.objective for limit in regulated), (), root)
+    errors = problem.evaluate_gains(np.array([space.base]), batches, fly_all=True).values[0].tolist()
+    of_default = dict(zip(regulated, errors, strict=True))
+    found = [
+        limit._replace(most=min(REGULATED * of_default[limit], limit.most)) if limit in of_default else limit
+        for limit in asked
+    ]
+    return [
+        limit
+        for limit in found
+        if limit.key != OFF_KEY or limit.most > SILENT * system.plan.channel(limit.metric.axes[0]).limit
+    ]
+
+
+def unjudged_places(
+    channels: Iterable[str], scenarios: Sequence[str], judged: Sequence[Objective]
+) -> list[tuple[str, str]]:
+    """Return the pairs of channel and scenario that no objective and no limit is about."""
+    return [(channel, name) for channel in channels for name in scenarios if not is_judged(channel, name, judged)]
