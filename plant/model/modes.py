@@ -52,12 +52,22 @@ def poles_at_rest(plant: PlantModel, parameters: Any, actuators: Sequence[Actuat
     return np.concatenate([np.linalg.eigvals(slope), lags]) if np.isfinite(slope).all() else lags
 
 
+def accurate_steps(z: Array) -> int:
+    """Return the fewest steps that take modes (n,) accurately over a period in which they do z = T s; above 100 within 1 %."""
+    grown = np.maximum(z.real, 0.0)
+    exact, allowed = np.exp(z - grown), MAX_ERROR * np.clip(np.abs(z.real), MIN_DAMPING * np.abs(z), 1.0)
+    steps = max(1, ceil(np.abs(z).max(initial=0.0) / MAX_STRIDE - 1e-9))
+    while np.any(np.abs((_factor(z / steps) * np.exp(-grown / steps)) ** steps - exact) > allowed):
+        steps += 1 + steps // 100
+    return steps
+
+
 def accurate_timing(poles: Array, control_period: float) -> Timing:
     """Return a control period [s] in the fewest equal plant steps that fly modes with poles [rad/s] accurately.
 
     Raises InputError with the key where these are more than MAX_STEPS.
     """
-    steps = _accurate_steps(control_period * poles)
+    steps = accurate_steps(control_period * poles)
     if steps > MAX_STEPS:
         raise InputError(
             f"not given; {_fastest(poles)}, which takes {steps} steps in a control period, and up to {MAX_STEPS} are taken by "
@@ -72,22 +82,12 @@ def check_plant_step(poles: Array, timing: Timing) -> None:
     z = timing.plant_step * poles
     wrong = poles[(z.real < 0.0) & (np.abs(_factor(z)) > 1.0)]
     if len(wrong):
-        enough = timing.control_period / _accurate_steps(timing.control_period * poles)
+        enough = timing.control_period / accurate_steps(timing.control_period * poles)
         raise InputError(
             f"given {timing.plant_step:g} s; {_fastest(wrong)}, which would grow at such steps: leave plant_step out, or write "
             f"plant_step = {enough:.12g}",
             key="plant_step",
         )
-
-
-def _accurate_steps(z: Array) -> int:
-    """Return the fewest steps that take modes (n,) accurately over a period in which they do z = T s; above 100 within 1 %."""
-    grown = np.maximum(z.real, 0.0)
-    exact, allowed = np.exp(z - grown), MAX_ERROR * np.clip(np.abs(z.real), MIN_DAMPING * np.abs(z), 1.0)
-    steps = max(1, ceil(np.abs(z).max(initial=0.0) / MAX_STRIDE - 1e-9))
-    while np.any(np.abs((_factor(z / steps) * np.exp(-grown / steps)) ** steps - exact) > allowed):
-        steps += 1 + steps // 100
-    return steps
 
 
 def _factor(z: Array) -> Array:

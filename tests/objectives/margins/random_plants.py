@@ -76,8 +76,8 @@ class Draw:
 
     def _sampled(self, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         a, b, c = self._matrices()
-        a, b, *_ = cont2discrete((a, b, c, np.zeros((2, 1))), step)
-        return a, b, c
+        sampled: Any = cont2discrete((a, b, c, np.zeros((2, 1))), step)
+        return sampled[0], sampled[1], c
 
     def _late(self, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The plant sampled with a command that comes into force `delay` periods late: whole steps in a queue, and the rest."""
