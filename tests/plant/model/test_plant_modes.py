@@ -1,5 +1,7 @@
 """Plant steps that modes at rest allow, against Runge-Kutta maps and exponentials of matrices."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -103,3 +105,13 @@ def test_a_study_and_a_system_take_and_refuse_the_same_lags(timing):
             [Actuator("power", delay=0.03)],
             control_period=PERIOD,
         )
+
+
+def test_a_lag_beside_an_fmu_is_at_least_half_a_step():
+    """Of an FMU nobody knows the equations: it is driven in the steps that are written, by default the control period."""
+    fmu: Any = object()
+    assert plant_timing(fmu, [Actuator("power", lag=0.02)], None, PERIOD).plant_step == PERIOD
+    with pytest.raises(InputError, match="must be at most twice the lag of power") as caught:
+        plant_timing(fmu, [Actuator("power", lag=0.001)], None, PERIOD)
+    advised = float(str(caught.value).split("plant_step = ")[1].split(",")[0])
+    assert plant_timing(fmu, [Actuator("power", lag=0.001)], None, PERIOD, advised).steps == 20
