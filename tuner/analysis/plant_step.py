@@ -20,6 +20,7 @@ from plant.model.plant_model import PlantModel
 from tuner.documents.parts import PlantStep
 from tuner.study.plant_study import PlantStudy, plant_margins
 from tuner.study.study import Study, TuningStudy
+from tuner.text.numbers import significant
 
 Array = np.ndarray
 STREAM, FLIGHTS = "plant step", 8
@@ -198,10 +199,11 @@ def _excesses(integration: PlantStep) -> list[tuple[float, str]]:
         excesses.append((integration.error / LARGEST, excess))
     most = f"more than {100.0 * LARGEST_SHARE:g} %"
     if integration.relative_error is not None:
-        excess = f"{integration.relative_metric} off by {100.0 * integration.relative_error:.2g} %, {most}"
+        excess = f"{integration.relative_metric} off by {significant(100.0 * integration.relative_error, 2)} %, {most}"
         excesses.append((integration.relative_error / LARGEST_SHARE, excess))
     if integration.margin_error is not None:
-        excess = f"{integration.margin} of the loop that flies off by {100.0 * integration.margin_error:.2g} %, {most}"
+        share = significant(100.0 * integration.margin_error, 2)
+        excess = f"{integration.margin} off by {share} % in the loop as it flies, {most}"
         excesses.append((integration.margin_error / LARGEST_SHARE, excess))
     return excesses
 

@@ -7,6 +7,7 @@ from pydantic import ConfigDict
 
 from objectives.scales import DECIBEL
 from tuner.store.document import Document, DocumentPart
+from tuner.text.numbers import significant
 from tuner.text.units import in_degrees
 from tuner.text.units import in_shown_units as shown_content
 
@@ -93,7 +94,7 @@ class PlantStep(DocumentPart):
             (self.relative_error, f"the value ({self.relative_metric})"),
             (self.margin_error, f"a margin ({self.margin})"),
         ]
-        errors = [f"{100.0 * error:.1g} % of {of}" for error, of in shares if error is not None]
+        errors = [f"{significant(100.0 * error, 1)} % of {of}" for error, of in shares if error is not None]
         error = f"error up to {', '.join(errors)}" if errors else "error not estimated (`tuner plan` does)"
         return f"{count} of {1000.0 * self.step:.4g} ms a control period{who}; {error}"
 
