@@ -132,7 +132,9 @@ def mean_errors(coarse: Array, fine: Array, counted: Array, held_out: int, floor
         spread, size = np.std(seen, axis=1, ddof=min(1, flights.sum() - 1)), np.abs(seen).max(axis=1)
         differ = spread > ALIKE * size
         np.divide(change, spread / held_out**0.5, out=standard[i], where=differ)
-        np.divide(np.maximum(change - unseen, 0.0), np.maximum(size, floor), out=relative[i], where=~differ)
+        # Of 0 with both steps, such as the lost flights of none, nothing can be told.
+        alike = ~differ & (np.maximum(size, np.abs(coarse[i][:, flights]).max(axis=1)) > 0.0)
+        np.divide(np.maximum(change - unseen, 0.0), np.maximum(size, floor), out=relative[i], where=alike)
     return Errors(*[np.fmax.reduce(errors, axis=0) for errors in (standard, relative)])
 
 
