@@ -12,7 +12,6 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from plant.errors import InputError
 from plant.loop import Timing
@@ -21,7 +20,6 @@ from plant.model.plant_model import PlantModel
 from plant.records import flatten, pack, zeros
 
 Array = np.ndarray
-Complex = NDArray[np.complex128]
 # Perturbation relative to 1 + |value|: near the cube root of the rounding error, which central differences like best.
 NUDGE = 1e-5
 # Largest error of a mode in a control period, as a share of what the mode decays or grows by in it, at most all.
@@ -54,10 +52,10 @@ def poles_at_rest(plant: PlantModel, parameters: Any, actuators: Sequence[Actuat
     return np.concatenate([np.linalg.eigvals(slope), lags]) if np.isfinite(slope).all() else lags
 
 
-def accurate_steps(z: Complex) -> int:
+def accurate_steps(z: Array) -> int:
     """Return the fewest steps that take modes (n,) accurately over a period in which they do z = T s; above 100 within 1 %."""
-    grown = np.maximum(z.real, 0.0)
-    exact, allowed = np.exp(z - grown), MAX_ERROR * np.clip(np.abs(z.real), MIN_DAMPING * np.abs(z), 1.0)
+    grown = np.maximum(np.real(z), 0.0)
+    exact, allowed = np.exp(z - grown), MAX_ERROR * np.clip(np.abs(np.real(z)), MIN_DAMPING * np.abs(z), 1.0)
     steps = max(1, ceil(np.abs(z).max(initial=0.0) / MAX_STRIDE - 1e-9))
     while np.any(np.abs((_factor(z / steps) * np.exp(-grown / steps)) ** steps - exact) > allowed):
         steps += 1 + steps // 100
