@@ -1,6 +1,7 @@
 """Margins of the loops of a plant of the user's own, for batches of gains: those of `objectives.margins.margins`, at rest."""
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -48,9 +49,17 @@ class PlantMargins:
         self.terms = self._periods[0].terms
         self.cases = tuple(cases) if self.terms else (Case(0.0),)
         self.channels = system.plan.names
-        self._grid = frequency_grid(self.period, points, LOWEST / self.period)
+        self._grid, self._points = frequency_grid(self.period, points, LOWEST / self.period), points
         draws = np.array([generator(0, "margins/probes", i).uniform(size=len(low)) for i in range(PROBES)])
-        self._plants = [rates_for(period, low + draws * (high - low), points) for period in self._periods]
+        self._probes = low + draws * (high - low)
+        self._plants = [rates_for(period, self._probes, points) for period in self._periods]
+
+    def as_flown(self) -> "PlantMargins":
+        """Return the margins of the loops whose plant moves by the Runge-Kutta steps of flights; these here are exact."""
+        flown = copy(self)
+        flown._periods = [period.as_flown() for period in self._periods]  # noqa: SLF001
+        flown._plants = [rates_for(period, self._probes, self._points) for period in flown._periods]  # noqa: SLF001
+        return flown
 
     @property
     def period(self) -> float:

@@ -1,10 +1,12 @@
 """One control period of a plant of the user's own, linearised where the plant rests: x+ = A x + B u, o = C x + D u.
 
-The functions are those that fly (`plant.model.closing`), rebound to CasADi, with signals added where a command goes to the plant
-or to another channel. Inputs u and readings o are those of `objectives.margins.linearise`. Where channels step at several rates
-there is one linearisation for each control period of their common period.
+The controller's functions are those that fly (`plant.model.closing`), rebound to CasADi, with signals added where a command
+goes to the plant or to another channel; the plant moves by the exponential of its slope, which is exact whatever steps fly it.
+Inputs u and readings o are those of `objectives.margins.linearise`. Where channels step at several rates there is one
+linearisation for each control period of their common period.
 """
 
+from copy import copy
 from functools import cached_property
 from typing import Any
 
@@ -16,13 +18,14 @@ from objectives.margins.derivative import Batch, Derivative, column_of, columns,
 from objectives.margins.lifting import common_period
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.period import NO_METERS, NoMeters, Term
-from objectives.margins.plant_rest import slope_of
+from objectives.margins.plant_rest import flown_slope_of, slope_of
 from objectives.plant_system import PlantSystem
 from plant.backends import array, symbolic
 from plant.errors import InputError
 from plant.laws.law import Nonlinearity
 from plant.model.closing import close_plant, to_plant
 from plant.model.controller import to_channel
+from plant.model.plant_model import PlantModel
 from plant.records import flatten, pack, paths, record_type, size, zeros
 
 Array = NDArray[np.float64]
@@ -56,6 +59,14 @@ class PlantPeriod:
         self._counters = [
             (names.index(f"control.phase.{each.name}"), each) for each in self.plan.channels if each.every > 1
         ]
+
+    def as_flown(self) -> "PlantPeriod":
+        """Return the same with the plant moved by its Runge-Kutta steps; an FMU as it is, whose steps are its own."""
+        if not isinstance(self.plant, PlantModel):
+            return self
+        flown = copy(self)
+        flown._slope = flown_slope_of(self.system, self.loop, self.parameters).by  # noqa: SLF001
+        return flown
 
     @property
     def n_channels(self) -> int:

@@ -11,7 +11,6 @@ from objectives.plant_system import PlantSystem
 from plant.errors import InputError
 from plant.input_files import read_input, read_input_text
 from plant.laws import LAWS
-from plant.model.modes import check_plant_step
 from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.plant_model import plant_from
 from tuner.api.frames import Documented
@@ -42,15 +41,16 @@ def plant_system(
         channels: Its loops.
         actuators: Limits, rate, delay and lag of its inputs.
         control_period: [s].
-        plant_step: [s], by default the control period.
+        plant_step: [s], by default the longest that is accurate at rest.
 
     Raises:
         InputError: The plant or its loops do not fit together; the message has the line.
 
     """
-    timing, plant = plant_timing(control_period, plant_step), plant_from(names, name, str(names.get("__file__", "")))
-    check_plant_step(plant, plant.parameters, timing)
-    return PlantSystem(plant, plan_loop(plant, channels, actuators), plant.parameters, timing)
+    plant = plant_from(names, name, str(names.get("__file__", "")))
+    plan = plan_loop(plant, channels, actuators)
+    timing = plant_timing(plant, plan.actuators, plant.parameters, control_period, plant_step)
+    return PlantSystem(plant, plan, plant.parameters, timing)
 
 
 C99, PRECISION = "c99", "precision"

@@ -7,6 +7,7 @@ from pydantic import ConfigDict
 
 from objectives.scales import DECIBEL
 from tuner.store.document import Document, DocumentPart
+from tuner.text.numbers import significant
 from tuner.text.units import in_degrees
 from tuner.text.units import in_shown_units as shown_content
 
@@ -63,8 +64,11 @@ class NumberWithUnit(DocumentPart):
 class PlantStep(DocumentPart):
     """Integration of the plant: equal Runge-Kutta steps [s] in a control period, and their error as far as it was estimated.
 
-    fixed: the study writes the step. error: largest of any metric's mean, in standard errors of its held-out mean [1]; metric:
-    that has it; ended_otherwise: of the `flights` flown to find out, those that end otherwise with steps half as long.
+    fixed: the study writes the step. error: largest of any metric's mean, in standard errors of its held-out mean [1], where
+    flights differ; metric: that has it. relative_error: largest as a share of a metric where flights do not differ [1];
+    relative_metric: that has it. margin_error: largest share by which a margin of the loop that flies is off the exact one [1], 1
+    where one of the two is unstable; margin: that has it. Each null where there is none. ended_otherwise: of the `flights` flown
+    to find out, those that end otherwise with steps half as long. advised: a step that is short enough [s]; null where this is.
     """
 
     step: float
@@ -73,18 +77,25 @@ class PlantStep(DocumentPart):
     flights: int
     error: float | None = None
     metric: str | None = None
+    relative_error: float | None = None
+    relative_metric: str | None = None
+    margin_error: float | None = None
+    margin: str | None = None
     ended_otherwise: int = 0
+    advised: float | None = None
 
     @property
     def words(self) -> str:
         """Steps and error in a line."""
         count = "1 step" if self.steps == 1 else f"{self.steps} steps"
         who = ", as the study says" if self.fixed else ""
-        error = (
-            "error not estimated (`tuner plan` does)"
-            if self.error is None
-            else f"error up to {100.0 * self.error:.1g} % of the standard error of the held-out mean ({self.metric})"
-        )
+        shares = [
+            (self.error, f"the standard error of the held-out mean ({self.metric})"),
+            (self.relative_error, f"the value ({self.relative_metric})"),
+            (self.margin_error, f"a margin ({self.margin})"),
+        ]
+        errors = [f"{significant(100.0 * error, 1)} % of {of}" for error, of in shares if error is not None]
+        error = f"error up to {', '.join(errors)}" if errors else "error not estimated (`tuner plan` does)"
         return f"{count} of {1000.0 * self.step:.4g} ms a control period{who}; {error}"
 
 

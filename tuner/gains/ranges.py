@@ -35,20 +35,23 @@ def check_value(key: str, gain: GainAddress, value: float, control_period: float
 MULTIPLE = 1e-9
 # Shortest and longest period [s]: beyond either a digit slipped.
 SHORTEST, LONGEST = 1e-5, 0.1
-# Longest of a plant of one's own [s]: kilns and basins are sampled by the minute.
-LONGEST_OF_PLANTS = 3600.0
+# Longest of a plant of one's own [s]: kilns and basins are sampled by the minute. Shortest step of one: stiff plants need it.
+LONGEST_OF_PLANTS, SHORTEST_OF_PLANTS = 3600.0, 1e-9
 
 
-def check_period(key: str, value: float, longest: float = LONGEST) -> None:
+def check_period(key: str, value: float, longest: float = LONGEST, shortest: float = SHORTEST) -> None:
     """Refuse a period [s] that is out of range; key: its name."""
-    if not SHORTEST <= value <= longest:
-        raise InputError(f"given {value:g} s; allowed: {SHORTEST:g} s to {longest:g} s", key=key)
+    if not shortest <= value <= longest:
+        raise InputError(f"given {value:g} s; allowed: {shortest:g} s to {longest:g} s", key=key)
 
 
-def timing_of(control_period: float, plant_step: float, longest: float = LONGEST) -> Timing:
-    """Return the periods [s]; InputError with the key where one is out of range or the first no multiple of the second."""
+def timing_of(control_period: float, plant_step: float, longest: float = LONGEST, shortest: float = SHORTEST) -> Timing:
+    """Return the periods [s]; InputError with the key where one is out of range or the first no multiple of the second.
+
+    shortest: that the plant step may be.
+    """
     check_period("control_period", control_period, longest)
-    check_period("plant_step", plant_step, longest)
+    check_period("plant_step", plant_step, longest, shortest)
     check_multiple(control_period, plant_step, "control_period", "plant_step")
     return Timing(control_period, plant_step)
 

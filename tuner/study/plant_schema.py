@@ -42,7 +42,7 @@ class PlantTable(StrictTable):
     control_period: float
     """Period of the controller [s]."""
     plant_step: float | None = None
-    """Runge-Kutta step of the plant [s], or the step in which an FMU is driven; by default the control period."""
+    """Runge-Kutta step of the plant [s], by default what its modes need, or of an FMU, by default the control period."""
     parameters: dict[str, float] = Field(default={})
     """Values in place of the nominal ones of the file."""
 

@@ -1,8 +1,8 @@
 """A study of a plant of the user's own, from its tables to what runs."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import ceil, inf, isfinite
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -24,14 +24,21 @@ from plant.fmu.fmu_model import FmuModel, read_fmu
 from plant.gains import GainAddress
 from plant.laws import law
 from plant.loop import Timing
-from plant.model.modes import check_plant_step
+from plant.model.modes import accurate_timing, check_plant_step, poles_at_rest
 from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
 from plant.model.plant_model import PlantModel, PlantRecords, check_rest, plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
 from plant.own_code import in_results_folder, run_own_code
 from plant.records import flatten, paths
-from tuner.gains.ranges import LONGEST_OF_PLANTS, check_multiple, check_value, timing_of
+from tuner.gains.ranges import (
+    LONGEST_OF_PLANTS,
+    SHORTEST_OF_PLANTS,
+    check_multiple,
+    check_period,
+    check_value,
+    timing_of,
+)
 from tuner.study.judged_reading import constraint_of, listed, mission_of, objective_of, pick_rule, unique
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
@@ -120,14 +127,16 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         use_files_of(path, {"law": table.law, "metric": table.metric})
         plant, digest = _plant(path, table.plant) if plant is None else (plant, identity(plant))
         with located(path, "plant"):
-            timing = plant_timing(table.plant.control_period, table.plant.plant_step)
+            check_period("control_period", table.plant.control_period, LONGEST_OF_PLANTS)
             parameters = _parameters(plant, table.plant.parameters)
             if isinstance(plant, PlantModel):
                 check_rest(plant, parameters)
-                check_plant_step(plant, parameters, timing)
+        h = table.plant.control_period
         channels = tuple(listed("channel", path, table.channel, channel_of))
-        actuators = tuple(listed("actuator", path, table.actuator, lambda entry: _actuator(entry.model_dump(), timing)))
+        actuators = tuple(listed("actuator", path, table.actuator, lambda entry: _actuator(entry.model_dump(), h)))
         plan = plan_loop(plant, channels, actuators)
+        with located(path, "plant"):
+            timing = plant_timing(plant, actuators, parameters, h, table.plant.plant_step)
         system = _system(plant, plan, parameters, timing, table.plant.patience)
         with located(path, "gains"):
             space = plant_space(table.gains, system)
@@ -207,9 +216,46 @@ def _system(plant: PlantRecords, plan: LoopPlan, parameters: Any, timing: Timing
     return PlantSystem(plant, plan, parameters, timing)
 
 
-def plant_timing(control_period: float, plant_step: float | None = None) -> Timing:
-    """Return the periods [s] of a plant, whose step is the control period unless it is given; InputError with the key."""
-    return timing_of(control_period, control_period if plant_step is None else plant_step, LONGEST_OF_PLANTS)
+def plant_timing(
+    plant: PlantRecords,
+    actuators: Sequence[Actuator],
+    parameters: Any,
+    control_period: float,
+    plant_step: float | None = None,
+) -> Timing:
+    """Return the periods of a plant with these parameters and actuators; InputError with the key where they do not fit.
+
+    Args:
+        plant: Its equations, or those of an FMU, which nobody knows.
+        actuators: Of its inputs.
+        parameters: Of the plant.
+        control_period: [s].
+        plant_step: [s], by default the longest that is accurate at rest; of an FMU the control period.
+
+    """
+    for actuator in actuators:
+        actuator.periods(control_period)
+    step = control_period if plant_step is None else plant_step
+    timing = timing_of(control_period, step, LONGEST_OF_PLANTS, SHORTEST_OF_PLANTS)
+    if not isinstance(plant, PlantModel):
+        _check_lags(actuators, timing)
+        return timing
+    poles = poles_at_rest(plant, parameters, actuators)
+    if plant_step is None:
+        return accurate_timing(poles, control_period)
+    check_plant_step(poles, timing)
+    return timing
+
+
+def _check_lags(actuators: Sequence[Actuator], timing: Timing) -> None:
+    """Refuse lags beside an FMU that settle within a step, over which it feels their mean."""
+    for actuator in actuators:
+        if 0.0 < actuator.lag < 0.5 * timing.plant_step:
+            raise InputError(
+                f"given {timing.plant_step:g} s; it must be at most twice the lag of {actuator.name}, {actuator.lag:g} s: write "
+                f"plant_step = {timing.control_period / ceil(0.5 * timing.control_period / actuator.lag):.12g}, or lag = 0",
+                key="plant_step",
+            )
 
 
 def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:
@@ -235,17 +281,11 @@ def channel_of(table: ChannelTable) -> Channel:
     )  # fmt: skip
 
 
-def _actuator(values: dict[str, Any], timing: Timing) -> Actuator:
+def _actuator(values: dict[str, Any], control_period: float) -> Actuator:
     low, high = _or_infinite(values["low"], values["high"])
     rate = inf if values["rate"] is None else values["rate"]
     made = Actuator(values["name"], low, high, rate, values["delay"], values["lag"], values["scale"])
-    made.periods(timing.control_period)
-    if 0.0 < made.lag < 0.5 * timing.plant_step:
-        raise InputError(
-            f"given {made.lag:g} s; a lag must be at least half the plant step of {timing.plant_step:g} s, or 0: give a smaller "
-            "plant.plant_step",
-            key="lag",
-        )
+    made.periods(control_period)
     return made
 
 

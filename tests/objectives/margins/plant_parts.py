@@ -1,6 +1,6 @@
 """Plants and laws as systems of python-control, from the user's derivative and the law alone.
 
-A plant is its Runge-Kutta map, which is a polynomial of its matrix; a law is asked what each of its inputs does.
+A plant is sampled with its input held; a law is asked what each of its inputs does.
 """
 
 from typing import Any
@@ -14,8 +14,8 @@ from plant.records import flatten, pack
 
 
 def plant_blocks(system, actuator) -> dict[str, Any]:
-    """Systems of python-control from the command of an input to every output, one Runge-Kutta step after another."""
-    plant, h = system.plant, system.timing.plant_step
+    """Systems of python-control from the command of an input to every output, sampled with the command held."""
+    plant = system.plant
     state, held = plant.rest(system.parameters)
     quiet = pack(plant.Disturbance, [0.0] * len(plant.Disturbance._fields))
     point = np.array([*state, held[plant.Input._fields.index(actuator.name)]])
@@ -32,17 +32,10 @@ def plant_blocks(system, actuator) -> dict[str, Any]:
         b = np.append(np.zeros(n), 1.0 / actuator.lag)
     else:
         a, b = slope[:, :n], slope[:, n]
-    powers = [np.eye(len(a)), h * a, (h * a) @ (h * a) / 2.0]
-    powers += [powers[2] @ (h * a) / 3.0, powers[2] @ (h * a) @ (h * a) / 12.0]
-    one = sum(powers)
-    by_input = h * (np.eye(len(a)) + powers[1] / 2.0 + powers[2] / 3.0 + powers[3] / 4.0) @ b
-    steps = system.timing.steps
-    whole = np.linalg.matrix_power(one, steps)
-    driven = np.sum([np.linalg.matrix_power(one, i) @ by_input for i in range(steps)], axis=0)
     outputs = np.array(plant.output(plant.State(*np.eye(n)), held, quiet, system.parameters))
     period = system.timing.control_period
     return {
-        name: control.ss(whole, driven[:, None], np.append(row, np.zeros(len(a) - n))[None], 0.0, period)
+        name: control.c2d(control.ss(a, b[:, None], np.append(row, np.zeros(len(a) - n))[None], 0.0), period)
         for name, row in zip(plant.Output._fields, outputs, strict=True)
     }
 

@@ -1,6 +1,6 @@
 """Margins of plants of one's own against python-control, on loops put together from the user's derivative and the law alone.
 
-A plant is its Runge-Kutta map, which is a polynomial of its matrix; a law is asked what each of its inputs does. Neither the
+A plant is sampled by python-control with its input held; a law is asked what each of its inputs does. Neither the
 closing of the loop nor its linearisation has a part in it.
 """
 

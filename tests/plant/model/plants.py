@@ -17,7 +17,7 @@ from plant.records import flatten, pack
 
 ROOT = Path(__file__).parents[3]
 FILES = {path.stem: path for path in (ROOT / "studies").glob("*.py")}
-for name in ("pendulum", "kiln"):
+for name in ("pendulum", "kiln", "modal"):
     FILES[name] = Path(__file__).with_name(f"{name}.py")
 
 

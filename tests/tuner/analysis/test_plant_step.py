@@ -9,11 +9,14 @@ import pytest
 
 from plant.airframes import load
 from plant.errors import StoreError
+from plant.own_code import run_own_code
 from plant.scenarios import sample_scenarios
+from tests.plant.model.plants import FILES
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.analysis.plant_step import (
     FLIGHTS,
     LARGEST,
+    LARGEST_SHARE,
     RICHARDSON,
     STREAM,
     estimated_plant_step,
@@ -21,6 +24,7 @@ from tuner.analysis.plant_step import (
     plant_step_of,
     plant_step_warnings,
 )
+from tuner.api.studies import make_study
 from tuner.documents.parts import PlantStep
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.problem import problem_of
@@ -61,11 +65,70 @@ def test_the_mean_is_off_by_its_change_over_its_standard_error():
     # Flights of one scenario without noise are one flight, but for rounding.
     fine[:, 1] = 3.0
     fine[:, 1, ::2] = np.nextafter(3.0, 4.0)
-    errors = mean_errors(coarse, fine, counted, 100)
-    assert errors[0] == pytest.approx(RICHARDSON * 0.01 / (fine[0, 0][counted[0]].std(ddof=1) / 10.0), rel=1e-9)
-    assert errors[1] == 0.0 and errors[2] == 0.0
+    floor, unseen = np.full(3, 1e-7), np.zeros(3)
+    errors = mean_errors(coarse, fine, counted, 100, floor, unseen)
+    assert errors.standard[0] == pytest.approx(
+        RICHARDSON * 0.01 / (fine[0, 0][counted[0]].std(ddof=1) / 10.0), rel=1e-9
+    )
+    assert np.isnan(errors.standard[1]) and errors.standard[2] == 0.0
+    assert np.isnan(errors.relative[[0, 2]]).all()
     counted[:] = False
-    assert np.all(mean_errors(coarse, fine, counted, 100) == 0.0)
+    assert np.isnan(mean_errors(coarse, fine, counted, 100, floor, unseen)).all()
+
+
+def test_where_flights_do_not_differ_the_error_is_a_share_of_their_value():
+    """Of a value of 3, of a time that is a period of 0.04 s later, of one that is two, of what has decayed to rounding, of 0."""
+    fine = np.array([3.0, 2.0, 2.0, 1e-12, 0.0])[None, :, None] * np.ones(8)
+    coarse = fine + np.array([-0.06, 0.037, 0.08, 1e-12, 0.0])[None, :, None]
+    counted, floor, unseen = np.ones((1, 8), dtype=bool), np.full(5, 1e-7), np.array([0.0, 0.04, 0.04, 0.0, 0.0])
+    errors = mean_errors(coarse, fine, counted, 100, floor, unseen)
+    assert np.isnan(errors.standard).all()
+    wanted = [RICHARDSON * 0.02, 0.0, (RICHARDSON * 0.08 - 0.04) / 2.0, RICHARDSON * 1e-5, np.nan]
+    assert errors.relative == pytest.approx(wanted, rel=1e-9, nan_ok=True)
+    counted[:, 1:] = False
+    one = mean_errors(coarse + np.arange(8.0), fine + np.arange(8.0), counted, 100, floor, unseen)
+    assert np.isnan(one.standard).all() and one.relative == pytest.approx(wanted, rel=1e-9, nan_ok=True)
+
+
+def sway(**plant):
+    """Two masses and a spring of 50 rad/s at 40 ms, in which nothing is random."""
+    tables = {
+        "title": "Sway", "seed": 1, "plant": {"control_period": 0.04, "parameters": {"second_frequency": 1.0}, **plant},
+        "actuator": [{"name": "force", "low": -1e3, "high": 1e3}],
+        "channel": [{"name": "place", "law": "pid", "output": "place", "to": "force", "limit": 1e3}],
+        "gains": {"place.kp": {"low": 1.0, "high": 8.0, "default": 4.0}, "place.ki": 0.0, "place.kd": 8.0, "place.t_f": 0.0},
+        "scenario": [{"name": "step", "duration": 4.0, "search": 4, "held_out": 8, "reference": {"place": {"kind": "step", "size": 1.0}}}],
+        "objective": [{"metric": "iae.place"}, {"metric": "travel"}],
+    }  # fmt: skip
+    return make_study(tables, "sway", plant=run_own_code(FILES["modal"]).names)
+
+
+def test_flights_that_do_not_differ_and_margins_tell_a_plant_step_that_is_too_long():
+    """Without anything random the error was 0, and the remedy that was named left a tenth of it."""
+    long = sway(plant_step=0.04)
+    errors = estimated_plant_step(problem_of(long, 1, None), long, long.default_row[None])
+    assert errors.error is None and (errors.relative_metric, errors.margin) == ("travel", "phase_margin")
+    # Ms alone, no margin with the largest error, is 1.57 in place of 2.67.
+    assert (errors.relative_error or 0.0) > 0.1 and (errors.margin_error or 0.0) > 1.0 - 1.572 / 2.674
+    warnings = plant_step_warnings(errors, long.plant_step_key)
+    assert [text.split(" puts ")[1].split(" off ")[0] for text in warnings] == [
+        "travel",
+        "phase_margin",
+    ]
+    advised = float(warnings[0].split("plant.plant_step = ")[1].rstrip("."))
+    for short in (sway(plant_step=advised), sway()):
+        mended = estimated_plant_step(problem_of(short, 1, None), short, short.default_row[None])
+        assert max(mended.relative_error or 1.0, mended.margin_error or 1.0) < LARGEST_SHARE
+        assert not plant_step_warnings(mended) and mended.advised is None
+
+
+def test_a_loop_that_is_stable_in_its_steps_alone_is_warned_of():
+    long = sway(plant_step=0.04)
+    gains = long.default_row.copy()
+    gains[2] = 20.0
+    alone = plant_step_of(long, gains[None])
+    assert (alone.margin, alone.margin_error) == ("stability", 1.0)
+    assert alone.words.endswith("error up to 100 % of a margin (stability)")
 
 
 def test_the_estimate_is_the_error_against_steps_sixteen_times_as_short():
@@ -96,13 +159,13 @@ def test_the_quickstart_keeps_the_share_and_says_so():
 
 
 def test_too_long_a_step_is_warned_of():
-    found = PlantStep(step=0.004, steps=1, fixed=True, flights=16, error=0.25, metric="travel", ended_otherwise=3)
-    off, otherwise = plant_step_warnings(found)
-    assert (
-        "the mean of travel off by 0.25 standard errors" in off and "controller.plant_step, for instance 0.002" in off
+    found = PlantStep(
+        step=0.004, steps=1, fixed=True, flights=16, error=0.25, metric="travel", ended_otherwise=3, advised=0.002
     )
+    off, otherwise = plant_step_warnings(found)
+    assert "the mean of travel off by 0.25 standard errors" in off and "write controller.plant_step = 0.002." in off
     assert otherwise.startswith("3 of 16 flights end otherwise")
-    assert "plant.plant_step, for instance 0.002" in plant_step_warnings(found, "plant.plant_step")[0]
+    assert "write plant.plant_step = 0.002." in plant_step_warnings(found, "plant.plant_step")[0]
 
 
 def test_a_run_of_an_earlier_version_is_read_with_the_step_that_it_flew(small_run, tmp_path):

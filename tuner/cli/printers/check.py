@@ -7,6 +7,7 @@ from tuner.cli.tables import TerminalTable, wide_console
 from tuner.cli.terminal import Console, bound_text, digits, unit_text, width
 from tuner.documents.judgement import JudgedRow, JudgementDocument
 from tuner.documents.parts import in_shown_units
+from tuner.experiments.planning.preview import PlantPreview
 from tuner.experiments.planning.study_preview import DefaultRow, StudyPreview, TrimRow, VehicleRow
 from tuner.gains.sections import VERSIONS
 from tuner.search.names import CONVERGED
@@ -27,6 +28,8 @@ def print_checked(checked: "Checked", _: Console) -> None:
         print_own(checked.content)
     elif isinstance(checked.document, StudyPreview):
         show_study(checked.document, wide_console())
+    elif isinstance(checked.document, PlantPreview):
+        print_figures({**checked.content, "plant_step": checked.document.plant_step.words})
     else:
         # Automatic limits stand among the sentences.
         print_figures({key: value for key, value in checked.content.items() if key != "automatic_limits"})

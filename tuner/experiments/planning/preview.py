@@ -5,6 +5,8 @@ from math import isfinite
 from typing import Any, Literal
 
 from objectives.requirements import known_values
+from tuner.analysis.plant_step import plant_step_of, plant_step_warnings
+from tuner.documents.parts import PlantStep
 from tuner.documents.plan import AutomaticLimit
 from tuner.experiments.planning.counts import comparison_flights, flights_of, search_flights
 from tuner.experiments.planning.study_preview import StudyPreview, study_preview
@@ -44,7 +46,10 @@ class InferencePreview(DocumentPart):
 
 
 class PlantPreview(DocumentPart):
-    """A study of a plant of one's own before anything flies; default: limits on its margins and their values."""
+    """A study of a plant of one's own before anything flies.
+
+    requirements: limits on margins and the default's values; plant_step: with the error of the default's margins.
+    """
 
     kind: Literal["plant"]
     title: str
@@ -57,6 +62,7 @@ class PlantPreview(DocumentPart):
     requirements: dict[str, float | None]
     search_flights: int
     digest: str
+    plant_step: PlantStep
     warnings: list[str]
     told: list[str]
 
@@ -88,6 +94,7 @@ def preview(study: AnyStudy) -> Preview:
 def plant_preview(study: PlantStudy) -> PlantPreview:
     """Return what a study of a plant would fly, with the default's values of what is known without flying."""
     values = known_values(study.screens, study.default_row[None], complete=True)[0].tolist() if study.screens else []
+    plant_step = plant_step_of(study, study.default_row[None])
     return PlantPreview(
         kind="plant",
         title=study.title,
@@ -103,7 +110,8 @@ def plant_preview(study: PlantStudy) -> PlantPreview:
         },
         search_flights=search_flights(study),
         digest=study.digest(),
-        warnings=warnings_before_run(study),
+        plant_step=plant_step,
+        warnings=[*warnings_before_run(study), *plant_step_warnings(plant_step, study.plant_step_key)],
         told=[*([study.search.text] if study.space.variables else []), *automatic_limit_texts(study.automatic_limits)],
     )
 
