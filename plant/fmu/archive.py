@@ -13,11 +13,11 @@ from pathlib import Path, PurePosixPath
 
 from plant.errors import InputError, one_line, shortened
 from plant.input_files import MOST_TEXT, read_input
-from plant.own_code import digest_of_bytes, named_binary
+from plant.own_code import MOST_BINARY, digest_of_bytes, named_binary
 
 DESCRIPTION = "modelDescription.xml"
-# Largest archive and largest content of one [bytes], and most files in it.
-MOST_ARCHIVE, MOST_CONTENT, MOST_FILES = 2**29, 2**32, 20_000
+# Largest content of an archive [bytes], and most files in it.
+MOST_CONTENT, MOST_FILES = 2**32, 20_000
 # Systems as FMI 2 and FMI 3 call them, and the ending of their libraries.
 SYSTEMS = {
     "linux": ("linux", "linux", ".so"),
@@ -64,14 +64,14 @@ class Archive:
         return InputError(f"its {DESCRIPTION} {what}", file=self.file)
 
 
-def open_archive(file: Path, recorded: bool = False) -> Archive:
-    """Return the archive of an FMU; recorded: it was found through a results folder, where only what the user named counts.
+def open_archive(file: Path, study: Path | None = None) -> Archive:
+    """Return the archive of an FMU; study: the file that names it, None where the user does.
 
-    Raises UnnamedCodeError for another one of a results folder, and InputError for what is no FMU or cannot be unpacked safely.
+    Raises UnnamedCodeError as `plant.own_code` does, and InputError for what is no FMU or cannot be unpacked safely.
     """
-    digest = named_binary(file, recorded, MOST_ARCHIVE).digest
+    digest = named_binary(file, study, MOST_BINARY).digest
     try:
-        with zipfile.ZipFile(BytesIO(read_input(file, MOST_ARCHIVE))) as archive:
+        with zipfile.ZipFile(BytesIO(read_input(file, MOST_BINARY))) as archive:
             infos = archive.infolist()
     except BROKEN as error:
         raise InputError(f"is no archive that can be read ({error}); an FMU is a ZIP file", file=file) from None
@@ -97,7 +97,7 @@ def unpacked(file: Path, digest: str) -> Path:
 
 
 def _opened(file: Path, digest: str) -> zipfile.ZipFile:
-    content = read_input(file, MOST_ARCHIVE)
+    content = read_input(file, MOST_BINARY)
     if digest_of_bytes(content) != digest:
         raise InputError("has changed since it was read; run the study again", file=file)
     return zipfile.ZipFile(BytesIO(content))

@@ -16,6 +16,7 @@ from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk
 from plant.errors import InputError
 from plant.gains import gain_addresses
+from plant.output_files import make_folders
 from plant.scenarios import HELD_OUT
 from plant.vectors import Vec3
 from tuner.analysis.approach import factors_between, falls_short, rows_between, steps_between
@@ -225,7 +226,7 @@ def _write(folder: Folder, made: Approach, to: str | None, options: Options, pre
     folder.write_json("approach.json", made.document)
     for k, gains in enumerate(made.gains):
         home = folder.path / f"step{k}"
-        home.mkdir()
+        make_folders(home)
         gains.write(home / "gains.json")
         if to is not None:
             export(gains, to, home / to, options=options, previous=previous, flights=CHECKED)

@@ -41,3 +41,8 @@ def base_file(folder: Path, name: str) -> Path:
     if not beside.is_file() and Path(name).name == name:
         return shipped_studies().get(Path(name).stem, beside)
     return beside
+
+
+def is_shipped(file: Path) -> bool:
+    """Return whether a file lies, behind all links, among the shipped studies."""
+    return file.resolve().is_relative_to(SHIPPED)

@@ -20,7 +20,7 @@ from tests.tuner.fuzz.hostile_text import json_of, toml_of
 from tests.tuner.in_process import tuner
 from tuner.experiments.tuning.problem import problem_of
 from tuner.gains import read_gains, to_document
-from tuner.store.folder import ASIDE
+from plant.output_files import ASIDE
 from tuner.study import load_study
 from tuner.study.kinds import load_any
 from tuner.study.size import flight_steps

@@ -15,7 +15,7 @@ from tests.tuner.experiments.again.killing import assert_sealed, compare, result
 from tests.tuner.in_process import tuner as command
 from tests.tuner.store.faults import AFTER, BEFORE, FULL, KINDS, Faults
 from tuner.report.drawing import Drawing
-from tuner.store.folder import ASIDE
+from plant.output_files import ASIDE
 
 # Everything that a run writes, in the fewest flights.
 TINY = {

@@ -7,7 +7,8 @@ import pytest
 
 from tuner.store import clock as clock_module
 from tuner.store.clock import Clock
-from tuner.store.folder import ASIDE, Folder
+from plant.output_files import ASIDE
+from tuner.store.folder import Folder
 
 
 @pytest.fixture
