@@ -3,7 +3,15 @@
 import os
 from pathlib import Path
 
-RECORDS = ("run.json", "manifest.json", "resolved.json", "environment.json", "summary.json", "comparison.json", "contest.json")
+RECORDS = (
+    "run.json",
+    "manifest.json",
+    "resolved.json",
+    "environment.json",
+    "summary.json",
+    "comparison.json",
+    "contest.json",
+)
 """Files of which a results folder holds at least one."""
 
 

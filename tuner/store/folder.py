@@ -76,7 +76,8 @@ class Folder:
 
         empty: whether an empty folder may be there.
         """
-        if path.exists() and not (empty and path.is_dir() and not any(path.iterdir())):
+        free = empty and path.is_dir() and not path.is_symlink() and not any(path.iterdir())
+        if os.path.lexists(path) and not free:
             resume = f"continue it with `tuner resume {path}`, " if can_be_resumed(path) else ""
             raise StoreError(
                 f"{path} exists already and nothing in it was touched; {resume}choose another folder with --out, or remove it"
