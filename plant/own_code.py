@@ -23,7 +23,6 @@ from plant.input_files import MOST_TEXT, read_input
 from plant.origin import Origin
 from plant.results_folder import in_results_folder
 
-
 # Largest FMU [bytes].
 MOST_BINARY = 2**29
 
