@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError, one_line, shortened
+from plant.input_files import check_json_size
 
 DEEPEST = 16
 """Levels of tables and lists inside each other that are read; what anything here needs is 5."""
@@ -90,6 +91,10 @@ def toml_table(text: str, file: Path) -> dict[str, Any]:
 
 def json_table(text: str, file: Path) -> dict[str, Any]:
     """Return the content of a JSON text that holds an object; InputError, with the line where there is one, if it is none."""
+    try:
+        check_json_size(text)
+    except ValueError as error:
+        raise InputError(f"is {error}", file=file) from None
     table = _read(json.loads, text, file, "JSON")
     if not isinstance(table, dict):
         raise InputError("holds no JSON object, which begins with {", file=file)
