@@ -6,6 +6,7 @@ that print, so neither line breaks nor escape sequences nor marks that turn the 
 
 import json
 import re
+import signal
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -82,6 +83,14 @@ def texts_in(table: Any, key: str = "") -> Iterator[tuple[str, str]]:
     elif isinstance(table, list):
         for i, inner in enumerate(table):
             yield from texts_in(inner, f"{key}[{i}]")
+
+
+def signal_name(number: int) -> str:
+    """Return the name of a signal, "signal 35" of one without."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
 
 
 def toml_table(text: str, file: Path) -> dict[str, Any]:

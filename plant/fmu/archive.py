@@ -1,12 +1,14 @@
 """The archive of an FMU: looked at before anything of it is unpacked, for its names and sizes are whatever its maker wrote."""
 
 import atexit
+import os
 import platform
 import shutil
 import sys
 import tempfile
 import zipfile
 import zlib
+from contextlib import suppress
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path, PurePosixPath
@@ -14,6 +16,10 @@ from pathlib import Path, PurePosixPath
 from plant.errors import InputError, one_line, shortened
 from plant.input_files import MOST_TEXT, read_input
 from plant.own_code import MOST_BINARY, digest_of_bytes, named_binary
+
+fcntl = None
+with suppress(ImportError):
+    import fcntl
 
 DESCRIPTION = "modelDescription.xml"
 # Largest content of an archive [bytes], and most files in it.
@@ -24,8 +30,10 @@ SYSTEMS = {
     "darwin": ("darwin", "darwin", ".dylib"),
     "win32": ("win", "windows", ".dll"),
 }
-BROKEN = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
+BROKEN = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError, ValueError)
 REGULAR, FOLDER, UNSAID = 0o100000, 0o040000, 0
+PREFIX, LOCK = "holdfast-fmu-", ".lock"
+_held: list[int | None] = []
 # Folders into which FMUs were unpacked, by digest; they go when this process ends.
 _unpacked: dict[str, Path] = {}
 
@@ -85,8 +93,10 @@ def open_archive(file: Path, study: Path | None = None) -> Archive:
 def unpacked(file: Path, digest: str) -> Path:
     """Return a folder of this process with the content of an archive; InputError where it has changed since it was looked at."""
     if digest not in _unpacked:
-        folder = Path(tempfile.mkdtemp(prefix="holdfast-fmu-"))
+        remove_abandoned()
+        folder = Path(tempfile.mkdtemp(prefix=PREFIX))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        _held.append(_locked(folder, os.O_CREAT))
         with _opened(file, digest) as archive:
             try:
                 archive.extractall(folder)
@@ -94,6 +104,30 @@ def unpacked(file: Path, digest: str) -> Path:
                 raise InputError(f"cannot be unpacked ({error}); export it again", file=file) from None
         _unpacked[digest] = folder
     return _unpacked[digest]
+
+
+def remove_abandoned() -> None:
+    """Remove the folders of processes that were killed: those whose locks the system has taken back."""
+    for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+        with suppress(OSError):
+            if not folder.is_symlink() and folder.stat().st_uid == os.getuid():
+                handle = _locked(folder)
+                if handle is not None:
+                    shutil.rmtree(folder, ignore_errors=True)
+                    os.close(handle)
+
+
+def _locked(folder: Path, flags: int = 0) -> int | None:
+    """Return the handle of a folder's lock, which this process now holds; None where another does or the system has none."""
+    if fcntl is None:
+        return None
+    handle = os.open(folder / LOCK, os.O_RDWR | os.O_NOFOLLOW | flags, 0o600)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        return None
+    return handle
 
 
 def _opened(file: Path, digest: str) -> zipfile.ZipFile:

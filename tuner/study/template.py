@@ -10,7 +10,7 @@ from plant.input_files import read_input_text
 from plant.output_files import make_folders, write_new_file
 from plant.own_code import refuse_unnamed
 from plant.texts import toml_table
-from tuner.study.files import SHIPPED, study_file
+from tuner.study.files import SHIPPED, check_file_name, study_file
 from tuner.study.reading import parse_toml
 from tuner.text.toml_text import with_paths
 
@@ -134,6 +134,7 @@ def write_study(name: str, source: Path | None = None) -> list[Path]:
     and UnnamedCodeError where a study from elsewhere names code that the user has not named: the copy would run it.
     """
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
+    check_file_name(path)
     title = "".join(letter for letter in path.stem.replace("_", " ") if letter not in '"\\')
     if source is None:
         files = {path: TEMPLATE.replace("@TITLE@", title)}

@@ -1,6 +1,5 @@
 """JSON that is nested without end, or larger than any document, is one line of error in little memory and time."""
 
-import os
 import resource
 import shutil
 import subprocess
@@ -75,13 +74,3 @@ def test_many_bad_lines_are_counted_and_some_are_told(tmp_path, monkeypatch, cap
     code, _, err = in_this_process(monkeypatch, capsys, "tell", "r", tmp_path / "lines")
     assert code == 2 and err.count("Refused: ") == MOST_REASONS and "20000 refused" in err
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 40_000, "kB"
-
-
-def test_a_command_that_cannot_write_its_letters_escapes_them(tmp_path):
-    """Output that is ASCII alone, no columns, and no standard output at all."""
-    for surroundings in ({"PYTHONIOENCODING": "ascii"}, {"COLUMNS": "1"}, {"COLUMNS": "3"}, {"LC_ALL": "C", "PYTHONUTF8": "0"}):
-        code = "from tuner.__main__ import run; run()"
-        done = subprocess.run(
-            [sys.executable, "-c", code, "list", "laws"], capture_output=True, check=False, env={**os.environ, **surroundings}
-        )  # fmt: skip
-        assert done.returncode == 0 and b"Traceback" not in done.stderr, done.stderr[-1500:]
