@@ -14,7 +14,7 @@ from typing import Any
 MOST_TEXT, MOST_TABLE = 2**26, 2**31
 """Largest text file, some ten times the largest in use, and largest Parquet file [bytes]."""
 MOST_JSON, MOST_VALUES = 2**23, 200_000
-"""Largest JSON text [bytes] and most values in one, some fifty times the largest in use: each value takes 1 kB while it is checked."""
+"""Largest JSON text [bytes] and most values in one, fifty times the largest in use: each takes 1 kB while it is checked."""
 # A system that lacks the flag has no such pipes either.
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0)
 
@@ -56,7 +56,9 @@ def parse_json(text: str, **options: Any) -> Any:
 def check_json_size(text: str) -> None:
     """Raise ValueError where a JSON text is larger, or holds more values, than any document of the tool."""
     if len(text) > MOST_JSON:
-        raise ValueError(f"a JSON text of {len(text) / 2**20:,.0f} MiB, and at most {MOST_JSON / 2**20:,.0f} MiB are read")
+        raise ValueError(
+            f"a JSON text of {len(text) / 2**20:,.0f} MiB, and at most {MOST_JSON / 2**20:,.0f} MiB are read"
+        )
     # Every value but the first of its list or object stands behind a comma.
     if sum(map(text.count, ",[{")) > MOST_VALUES:
         raise ValueError(f"a JSON text of more than {MOST_VALUES:,} values, which no document has")

@@ -53,7 +53,7 @@ def write_new_file(file: Path, content: bytes) -> None:
 
 
 def replace_file(file: Path, content: bytes, settle: Callable[[Path], None] = lambda path: None) -> None:
-    """Write a file whole or not at all; settle: has the disk take a file or a folder. Raises OSError, and StoreError for a link."""
+    """Write a file whole or not at all; raises OSError, and StoreError for a link. settle: has the disk take a file or folder."""
     if file.is_symlink():
         raise _link(file)
     aside = file.with_name(f".{file.name}{ASIDE}")

@@ -50,8 +50,8 @@ class OwnCode:
 
 HAVE_RUN: dict[str, OwnCode] = {}
 """All code of the user's that has run in this process, by digest."""
-ANNOUNCEMENTS: list[Callable[[str], object]] = []
-"""Functions that get a sentence on each code that a study names, before its first run."""
+ANNOUNCEMENTS: list[Callable[[str, str], object]] = []
+"""Functions that get the digest of code that a study names, and a sentence on it, before it runs."""
 _files: set[str] = set()
 
 
@@ -99,7 +99,7 @@ def _admit(files: list[Path], main: Path, digest: str, study: Path | None) -> No
         if not any(file.resolve().is_relative_to(folder) for folder in near):
             raise _unnamed(main, digest, f"this code lies outside the folder of {study} and the working folder")
     for announce in ANNOUNCEMENTS:
-        announce(f"{study} runs code: {', '.join(str(file) for file in reversed(files))} (digest {digest}).")
+        announce(digest, f"{study} runs code: {', '.join(str(file) for file in reversed(files))} (digest {digest}).")
 
 
 def sources_of(file: Path) -> tuple[Source, ...]:

@@ -56,7 +56,7 @@ class Document(DocumentPart):
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Return the document that a text holds; raises pydantic's ValidationError, see `explained`, ValueError for a huge one."""
+        """Return the document that a text holds; raises pydantic's ValidationError, see `explained`, or ValueError."""
         check_json_size(text)
         return cls.model_validate_json(text)
 

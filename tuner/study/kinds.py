@@ -9,9 +9,9 @@ from plant.errors import InputError
 from tuner.study.build import study_from_table
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import contest_from_layers
+from tuner.study.files import check_file_name
 from tuner.study.inference import Inference
 from tuner.study.inference_reading import inference_from_layers
-from tuner.study.files import check_file_name
 from tuner.study.layers import Layer, read_layers
 from tuner.study.plant_study import PlantStudy, plant_study_from_table
 from tuner.study.reading import put

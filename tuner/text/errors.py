@@ -9,7 +9,8 @@ from contextlib import contextmanager, suppress
 from typing import Any, NoReturn
 
 from plant.errors import ToolError, one_line
-from plant.own_code import place_of_error
+from plant.output_files import write_new_file
+from plant.own_code import ANNOUNCEMENTS, place_of_error
 from tuner.text.inert_stream import inert_streams
 from tuner.text.signals import SIGNALLED, Interrupted, Signals
 
@@ -34,7 +35,7 @@ def guarded(run: Callable[[], Any]) -> int:
     debug = "--debug" in sys.argv
     if debug:
         sys.argv.remove("--debug")
-    with inert_streams(), warnings_in_lines(), seldom_collected():
+    with inert_streams(), warnings_in_lines(), code_announced(), seldom_collected():
         return _guarded(run, debug)
 
 
@@ -95,6 +96,29 @@ def warnings_in_lines() -> Iterator[None]:
         yield
     finally:
         warnings.showwarning = usual
+
+
+@contextmanager
+def code_announced() -> Iterator[None]:
+    """Print a line on standard error before code that a study names runs for the first time for this user."""
+
+    def announce(digest: str, sentence: str) -> None:
+        from plant.backends.cache import cache_folder
+        from plant.backends.sealed import private_folder
+
+        known = private_folder(cache_folder() / "code")
+        if known is not None and (known / digest).exists():
+            return
+        print(one_line(sentence), file=sys.stderr)
+        if known is not None:
+            with suppress(OSError):
+                write_new_file(known / digest, b"")
+
+    ANNOUNCEMENTS.append(announce)
+    try:
+        yield
+    finally:
+        ANNOUNCEMENTS.remove(announce)
 
 
 def finished(run: Callable[[], Any]) -> int:

@@ -10,7 +10,12 @@ import pytest
 from tests.tuner.conftest import QUICKSTART
 
 CODE = "from tuner.__main__ import run; run()"
-COMMANDS = {"list": ("list", "laws"), "help": ("run", "--help"), "show": ("show", "RESULTS"), "check": ("check", "quickstart")}
+COMMANDS = {
+    "list": ("list", "laws"),
+    "help": ("run", "--help"),
+    "show": ("show", "RESULTS"),
+    "check": ("check", "quickstart"),
+}
 SURROUNDINGS = {
     "one column": {"COLUMNS": "1"}, "three columns": {"COLUMNS": "3"}, "ASCII alone": {"PYTHONIOENCODING": "ascii"},
     "plain locale": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},

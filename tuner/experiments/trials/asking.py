@@ -60,7 +60,8 @@ class Asked:
 class Told:
     """What became of the lines told.
 
-    taken, repeated: their numbers; refused: why, of the first `MOST_REASONS` of `n_refused`; lacking: trials asked for and not told.
+    taken, repeated: their numbers; refused: why, of the first `MOST_REASONS` of `n_refused`; lacking: trials asked for of which
+    nothing was told.
     """
 
     taken: int
