@@ -1,4 +1,4 @@
-"""Engines by the names of `--backend`; where there is no graphics card, the run is refused: its record would name another engine."""
+"""Engines by the names of `--backend`; a card that is not there is refused, for no other engine has its bits."""
 
 from contextlib import suppress
 from pathlib import Path

@@ -67,6 +67,30 @@ def test_the_interval_of_a_ratio_holds_the_truth_in_19_of_20_pairs():
     assert 0.91 < np.mean(held) <= 1.0
 
 
+def test_the_relative_error_of_a_root_mean_square_is_that_of_its_samples():
+    """Of n normal samples it is 1/sqrt(2 n), half of that of the mean square; of travel, no root, it is what scatters."""
+    draw, logs = np.random.default_rng(6), []
+    for _ in range(30):
+        logs.append(measured(log_of(draw, 12.0)))
+    for name in ("rate.roll", "rate.pitch", "rate.yaw", "lift"):
+        mean = np.sqrt(np.mean([log[name].relative ** 2 for log in logs]))
+        assert mean == pytest.approx(1.0 / np.sqrt(2.0 * 6000.0), rel=0.2)
+    travels = np.array([log["travel"].value for log in logs])
+    mean = np.sqrt(np.mean([log["travel"].relative ** 2 for log in logs]))
+    assert mean == pytest.approx(np.std(np.log(travels), ddof=1), rel=0.45)
+
+
+def test_the_interval_of_a_short_and_a_long_log_is_that_of_the_short_ones_few_blocks():
+    """Six blocks against 30: with the degrees of freedom of the 30, intervals would hold the truth in 90 %, not in 95 %."""
+    draw, held = np.random.default_rng(7), []
+    for _ in range(200):
+        short, long = measured(log_of(draw, 6.01)), measured(log_of(draw, 30.0))
+        for name in ("rate.roll", "rate.pitch", "rate.yaw", "lift"):
+            _, low, high = ratio_of(short[name], long[name])
+            held.append(low <= 1.0 <= high)
+    assert 0.925 < np.mean(held) < 0.98
+
+
 def test_a_short_flight_is_refused():
     with pytest.raises(InputError, match="at least 6 s are compared"):
         measured(log_of(np.random.default_rng(3), 4.0))
