@@ -10,7 +10,7 @@ import stat
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO
 
 from plant.errors import StoreError
 from plant.results_folder import results_folder_of
@@ -23,7 +23,7 @@ ASIDE = ".aside"
 _UNLINKED = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_CLOEXEC", 0)
 
 
-def open_in_place(file: Path, mode: str) -> BinaryIO:
+def open_in_place(file: Path, mode: str) -> IO[bytes]:
     """Open a file to be written where it stands; StoreError where it is a link, has a second name or is no regular file.
 
     mode: "ab" or "xb", as for `open`. Raises OSError too, as `open` does.
