@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from objectives.metrics import METRICS, noise
+from plant.airframes import load
 from plant.errors import InputError
+from tuner.analysis.identification.checks import check_flight
 from tuner.analysis.identification.log_comparison import MEASURES, Spread, measured, ratio_of
 from tuner.logs.flight_log import FlightLog
 
@@ -123,3 +125,11 @@ def test_a_pause_is_no_part_of_the_flight():
     assert found["rate.roll"].value == pytest.approx(measured(whole)["rate.roll"].value, rel=0.01)
     with pytest.raises(InputError, match="without pauses"):
         measured(replace(whole, time=whole.time + 2.0 * np.floor(whole.time / 0.9)))
+
+
+@pytest.mark.parametrize(("rate", "fatal"), [(49.0, True), (51.0, False)])
+def test_a_log_of_less_than_50_samples_a_second_cannot_be_used(rate, fatal):
+    log = log_of(np.random.default_rng(9), 20.0)
+    slow = replace(log, time=np.arange(float(len(log.time))) / rate)
+    told = [finding for finding in check_flight(slow, load("f450")) if "samples a second" in finding.text]
+    assert [finding.fatal for finding in told] == [fatal]
