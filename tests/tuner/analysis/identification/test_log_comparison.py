@@ -133,3 +133,12 @@ def test_a_log_of_less_than_50_samples_a_second_cannot_be_used(rate, fatal):
     slow = replace(log, time=np.arange(float(len(log.time))) / rate)
     told = [finding for finding in check_flight(slow, load("f450")) if "samples a second" in finding.text]
     assert [finding.fatal for finding in told] == [fatal]
+
+
+@pytest.mark.parametrize(("gap", "parts"), [(0.2, 1), (0.3, 2)])
+def test_a_pause_of_a_slow_log_is_longer_than_25_of_its_samples(gap, parts):
+    """At 100 samples a second 0.25 s are a pause; 0.1 s would be a few samples that a card lost."""
+    log = log_of(np.random.default_rng(10), 4.0)
+    time = np.arange(float(len(log.time))) * 0.01
+    late = np.where(time > time[len(time) // 2], time + gap - 0.01, time)
+    assert len(replace(log, time=late).stretches()) == parts
