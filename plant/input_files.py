@@ -5,12 +5,16 @@ opening does not wait, for a pipe may have no writer.
 """
 
 import errno
+import json
 import os
 import stat
 from pathlib import Path
+from typing import Any
 
 MOST_TEXT, MOST_TABLE = 2**26, 2**31
 """Largest text file, some ten times the largest in use, and largest Parquet file [bytes]."""
+MOST_JSON, MOST_VALUES = 2**23, 200_000
+"""Largest JSON text [bytes] and most values in one, fifty times the largest in use: each takes 1 kB while it is checked."""
 # A system that lacks the flag has no such pipes either.
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0)
 
@@ -35,6 +39,29 @@ def read_input(file: Path, most: int = MOST_TEXT) -> bytes:
 def read_input_text(file: Path, encoding: str = "utf-8") -> str:
     """Return a text file with its line ends as line feeds; raises as `read_input` does, and UnicodeDecodeError."""
     return read_input(file).decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def parse_json(text: str, **options: Any) -> Any:
+    """Return the content of a JSON text; ValueError, JSONDecodeError among them, where it is none or is too large or too deep.
+
+    options: as for `json.loads`.
+    """
+    check_json_size(text)
+    try:
+        return json.loads(text, **options)
+    except RecursionError:
+        raise ValueError("a JSON text that is nested too deeply") from None
+
+
+def check_json_size(text: str) -> None:
+    """Raise ValueError where a JSON text is larger, or holds more values, than any document of the tool."""
+    if len(text) > MOST_JSON:
+        raise ValueError(
+            f"a JSON text of {len(text) / 2**20:,.0f} MiB, and at most {MOST_JSON / 2**20:,.0f} MiB are read"
+        )
+    # Every value but the first of its list or object stands behind a comma.
+    if sum(map(text.count, ",[{")) > MOST_VALUES:
+        raise ValueError(f"a JSON text of more than {MOST_VALUES:,} values, which no document has")
 
 
 def opened_at_once(file: str, flags: int) -> int:

@@ -2,12 +2,15 @@
 
 The digest of a file is taken over its bytes and those of the files beside it that it imports, which are run before it. What has
 run is known by its digest: a copy of it elsewhere, such as in a results folder, is the same code and is not run again.
+
+Code that is found through a study runs where the study is no results folder's and the code lies with it: in the folder of the
+study, below that, or below the working folder. Other code runs only where the user names it.
 """
 
 import ast
 import hashlib
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,9 +21,10 @@ from typing import Any, NamedTuple
 from plant.errors import InputError, UnnamedCodeError
 from plant.input_files import MOST_TEXT, read_input
 from plant.origin import Origin
+from plant.results_folder import in_results_folder
 
-# The file in a results folder that says so.
-RECORD = "run.json"
+# Largest FMU [bytes].
+MOST_BINARY = 2**29
 
 
 class Source(NamedTuple):
@@ -46,39 +50,56 @@ class OwnCode:
 
 HAVE_RUN: dict[str, OwnCode] = {}
 """All code of the user's that has run in this process, by digest."""
+ANNOUNCEMENTS: list[Callable[[str, str], object]] = []
+"""Functions that get the digest of code that a study names, and a sentence on it, before it runs."""
 _files: set[str] = set()
 
 
-def run_own_code(file: Path, recorded: bool = False) -> OwnCode:
-    """Run a file, once for a digest; recorded: it was found through a results folder, where only what has run before counts.
+def run_own_code(file: Path, study: Path | None = None) -> OwnCode:
+    """Run a file, once for a digest; study: the file that names it, None where the user does.
 
-    Raises UnnamedCodeError for other code of a results folder, and InputError, with file and line, where the code fails.
+    Raises UnnamedCodeError for code of a results folder or from elsewhere that no user named, and InputError, with file and
+    line, where the code fails.
     """
     sources = sources_of(file)
     digest = digest_of(sources)
     if digest not in HAVE_RUN:
-        if recorded:
-            raise _unnamed(file, digest)
+        _admit([source.file for source in sources], file, digest, study)
         HAVE_RUN[digest] = OwnCode(file, digest, _run(sources, digest))
     return HAVE_RUN[digest]
 
 
-def named_binary(file: Path, recorded: bool = False, most: int = MOST_TEXT) -> OwnCode:
-    """Return machine code of the user's, which runs elsewhere, as known by its digest; recorded: as for `run_own_code`.
+def named_binary(file: Path, study: Path | None = None, most: int = MOST_TEXT) -> OwnCode:
+    """Return machine code of the user's, which runs elsewhere, as known by its digest; study: as for `run_own_code`.
 
-    Raises UnnamedCodeError for other code of a results folder, and InputError where the file cannot be read.
+    Raises UnnamedCodeError as `run_own_code` does, and InputError where the file cannot be read.
     """
     digest = digest_of_bytes(_read(file, most))
     if digest not in HAVE_RUN:
-        if recorded:
-            raise _unnamed(file, digest)
+        _admit([file], file, digest, study)
         HAVE_RUN[digest] = OwnCode(file, digest, {})
     return HAVE_RUN[digest]
 
 
-def in_results_folder(file: Path) -> bool:
-    """Return whether a file lies in a results folder, however deep."""
-    return any((folder / RECORD).exists() for folder in file.absolute().parents)
+def refuse_unnamed(file: Path) -> None:
+    """Raise UnnamedCodeError for a file of code, or an FMU, that the user has not named in this process."""
+    digest = digest_of(sources_of(file)) if file.suffix == ".py" else digest_of_bytes(_read(file, MOST_BINARY))
+    if digest not in HAVE_RUN:
+        raise _unnamed(file, digest, "this is code from elsewhere")
+
+
+def _admit(files: list[Path], main: Path, digest: str, study: Path | None) -> None:
+    """Announce code that a study names before its first run; UnnamedCodeError where the user has to name it."""
+    if study is None:
+        return
+    if in_results_folder(study) or any(map(in_results_folder, files)):
+        raise _unnamed(main, digest, "this is code in a results folder")
+    near = (study.parent.resolve(), Path.cwd())
+    for file in files:
+        if not any(file.resolve().is_relative_to(folder) for folder in near):
+            raise _unnamed(main, digest, f"this code lies outside the folder of {study} and the working folder")
+    for announce in ANNOUNCEMENTS:
+        announce(digest, f"{study} runs code: {', '.join(str(file) for file in reversed(files))} (digest {digest}).")
 
 
 def sources_of(file: Path) -> tuple[Source, ...]:
@@ -191,7 +212,7 @@ def _standing_in(modules: Mapping[str, ModuleType]) -> Iterator[None]:
                 sys.modules[name] = module
 
 
-def _unnamed(file: Path, digest: str) -> UnnamedCodeError:
+def _unnamed(file: Path, digest: str, what: str) -> UnnamedCodeError:
     changed = [code for code in HAVE_RUN.values() if code.file.name == file.name]
     if changed:
         return UnnamedCodeError(
@@ -200,7 +221,7 @@ def _unnamed(file: Path, digest: str) -> UnnamedCodeError:
             file=file,
         )
     return UnnamedCodeError(
-        f"this is code in a results folder, which runs only where you name it: look at it, then add --code {file}, or "
-        "--code and your own file",
+        f"{what} (digest {digest}), which runs only where you name it: look at it, then add --code {file}, or --code and "
+        "your own file",
         file=file,
     )

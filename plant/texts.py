@@ -6,12 +6,14 @@ that print, so neither line breaks nor escape sequences nor marks that turn the 
 
 import json
 import re
+import signal
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError, one_line, shortened
+from plant.input_files import check_json_size
 
 DEEPEST = 16
 """Levels of tables and lists inside each other that are read; what anything here needs is 5."""
@@ -83,6 +85,14 @@ def texts_in(table: Any, key: str = "") -> Iterator[tuple[str, str]]:
             yield from texts_in(inner, f"{key}[{i}]")
 
 
+def signal_name(number: int) -> str:
+    """Return the name of a signal, "signal 35" of one without."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+
+
 def toml_table(text: str, file: Path) -> dict[str, Any]:
     """Return the content of a TOML text; InputError, with the line where there is one, if it is none."""
     return _read(tomllib.loads, text, file, "TOML")
@@ -90,6 +100,10 @@ def toml_table(text: str, file: Path) -> dict[str, Any]:
 
 def json_table(text: str, file: Path) -> dict[str, Any]:
     """Return the content of a JSON text that holds an object; InputError, with the line where there is one, if it is none."""
+    try:
+        check_json_size(text)
+    except ValueError as error:
+        raise InputError(f"is {error}", file=file) from None
     table = _read(json.loads, text, file, "JSON")
     if not isinstance(table, dict):
         raise InputError("holds no JSON object, which begins with {", file=file)

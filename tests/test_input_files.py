@@ -120,7 +120,7 @@ def test_a_folder_is_told_as_one(tmp_path):
 
 # Modules that read what is no user's file: sources and data of the package, what they wrote themselves, the system's.
 OWN = {
-    "plant/input_files.py", "plant/backends/cache.py", "plant/backends/cuda_card.py", "objectives/memory.py",
+    "plant/input_files.py", "plant/output_files.py", "plant/backends/cache.py", "plant/backends/cuda_card.py", "objectives/memory.py",
     "tuner/exchange/rotorpy/export.py", "tuner/exchange/fmi/export.py", "tuner/exchange/fmi/code.py", "tuner/report/page.py",
     "tuner/exchange/processor_cost/qemu.py", "tuner/study/processor_cost/cost.py", "tuner/exchange/processor_cost/measure.py", "tuner/store/environment.py",
     "tuner/store/manifest.py", "tuner/exchange/texts.py", "plant/backends/sealed.py", "tuner/report/kept.py",

@@ -3,7 +3,6 @@
 An FMU that crashes takes its worker with it and nothing else.
 """
 
-import signal
 import subprocess
 import sys
 from contextlib import suppress
@@ -14,6 +13,7 @@ from typing import Any
 from objectives.fmu.brief import Brief
 from objectives.fmu.messages import Ready, Refused, receive, send
 from plant.errors import InputError
+from plant.texts import signal_name
 
 # Seconds in which a worker must have loaded an FMU; some unpack a whole run-time system of their tool.
 START = 120.0
@@ -100,7 +100,4 @@ def _ended(code: int) -> str:
     """Say how a process ended by its exit status."""
     if code >= 0:
         return f"ended its process with status {code}"
-    try:
-        return f"crashed ({signal.Signals(-code).name})"
-    except ValueError:
-        return f"crashed (signal {-code})"
+    return f"crashed ({signal_name(-code)})"

@@ -1,31 +1,39 @@
 """The archive of an FMU: looked at before anything of it is unpacked, for its names and sizes are whatever its maker wrote."""
 
 import atexit
+import os
 import platform
 import shutil
 import sys
 import tempfile
 import zipfile
 import zlib
+from contextlib import suppress
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path, PurePosixPath
 
 from plant.errors import InputError, one_line, shortened
 from plant.input_files import MOST_TEXT, read_input
-from plant.own_code import digest_of_bytes, named_binary
+from plant.own_code import MOST_BINARY, digest_of_bytes, named_binary
+
+fcntl = None
+with suppress(ImportError):
+    import fcntl
 
 DESCRIPTION = "modelDescription.xml"
-# Largest archive and largest content of one [bytes], and most files in it.
-MOST_ARCHIVE, MOST_CONTENT, MOST_FILES = 2**29, 2**32, 20_000
+# Largest content of an archive [bytes], and most files in it.
+MOST_CONTENT, MOST_FILES = 2**32, 20_000
 # Systems as FMI 2 and FMI 3 call them, and the ending of their libraries.
 SYSTEMS = {
     "linux": ("linux", "linux", ".so"),
     "darwin": ("darwin", "darwin", ".dylib"),
     "win32": ("win", "windows", ".dll"),
 }
-BROKEN = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
+BROKEN = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError, ValueError)
 REGULAR, FOLDER, UNSAID = 0o100000, 0o040000, 0
+PREFIX, LOCK = "holdfast-fmu-", ".lock"
+_held: list[int | None] = []
 # Folders into which FMUs were unpacked, by digest; they go when this process ends.
 _unpacked: dict[str, Path] = {}
 
@@ -64,14 +72,14 @@ class Archive:
         return InputError(f"its {DESCRIPTION} {what}", file=self.file)
 
 
-def open_archive(file: Path, recorded: bool = False) -> Archive:
-    """Return the archive of an FMU; recorded: it was found through a results folder, where only what the user named counts.
+def open_archive(file: Path, study: Path | None = None) -> Archive:
+    """Return the archive of an FMU; study: the file that names it, None where the user does.
 
-    Raises UnnamedCodeError for another one of a results folder, and InputError for what is no FMU or cannot be unpacked safely.
+    Raises UnnamedCodeError as `plant.own_code` does, and InputError for what is no FMU or cannot be unpacked safely.
     """
-    digest = named_binary(file, recorded, MOST_ARCHIVE).digest
+    digest = named_binary(file, study, MOST_BINARY).digest
     try:
-        with zipfile.ZipFile(BytesIO(read_input(file, MOST_ARCHIVE))) as archive:
+        with zipfile.ZipFile(BytesIO(read_input(file, MOST_BINARY))) as archive:
             infos = archive.infolist()
     except BROKEN as error:
         raise InputError(f"is no archive that can be read ({error}); an FMU is a ZIP file", file=file) from None
@@ -85,8 +93,10 @@ def open_archive(file: Path, recorded: bool = False) -> Archive:
 def unpacked(file: Path, digest: str) -> Path:
     """Return a folder of this process with the content of an archive; InputError where it has changed since it was looked at."""
     if digest not in _unpacked:
-        folder = Path(tempfile.mkdtemp(prefix="holdfast-fmu-"))
+        remove_abandoned()
+        folder = Path(tempfile.mkdtemp(prefix=PREFIX))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        _held.append(_locked(folder, os.O_CREAT))
         with _opened(file, digest) as archive:
             try:
                 archive.extractall(folder)
@@ -96,8 +106,32 @@ def unpacked(file: Path, digest: str) -> Path:
     return _unpacked[digest]
 
 
+def remove_abandoned() -> None:
+    """Remove the folders of processes that were killed: those whose locks the system has taken back."""
+    for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
+        with suppress(OSError):
+            if not folder.is_symlink() and folder.stat().st_uid == os.getuid():
+                handle = _locked(folder)
+                if handle is not None:
+                    shutil.rmtree(folder, ignore_errors=True)
+                    os.close(handle)
+
+
+def _locked(folder: Path, flags: int = 0) -> int | None:
+    """Return the handle of a folder's lock, which this process now holds; None where another does or the system has none."""
+    if fcntl is None:
+        return None
+    handle = os.open(folder / LOCK, os.O_RDWR | os.O_NOFOLLOW | flags, 0o600)
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(handle)
+        return None
+    return handle
+
+
 def _opened(file: Path, digest: str) -> zipfile.ZipFile:
-    content = read_input(file, MOST_ARCHIVE)
+    content = read_input(file, MOST_BINARY)
     if digest_of_bytes(content) != digest:
         raise InputError("has changed since it was read; run the study again", file=file)
     return zipfile.ZipFile(BytesIO(content))

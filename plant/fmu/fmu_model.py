@@ -54,7 +54,7 @@ class FmuModel(PlantRecords):
 
 def read_fmu(
     file: Path, disturbances: Sequence[str] = (), states: Sequence[str] = (), units: Mapping[str, str] | None = None,
-    recorded: bool = False,
+    study: Path | None = None,
 ) -> FmuModel:  # fmt: skip
     """Return the plant that an FMU is; nothing of its machine code runs.
 
@@ -63,20 +63,20 @@ def read_fmu(
         disturbances: Inputs that disturb it instead of being commanded.
         states: Its states, by default those that its description names, or else its outputs.
         units: Of variables for which the description has none.
-        recorded: Whether it was found through a results folder, see `plant.own_code`.
+        study: The file that names it, None where the user does, see `plant.own_code`.
 
     Raises:
         InputError: It is no FMU that can be used here; the message names file and variable.
 
     """
-    archive, description = looked_at(file, recorded)
+    archive, description = looked_at(file, study)
     interface = interface_of(description, file, archive.digest, disturbances, states, units or {})
     return fmu_model(interface, str(file))
 
 
-def looked_at(file: Path, recorded: bool = False) -> tuple[Archive, Description]:
+def looked_at(file: Path, study: Path | None = None) -> tuple[Archive, Description]:
     """Return an FMU and its description, whatever a study would say of it; InputError where it is none that can be used here."""
-    archive = open_archive(file, recorded)
+    archive = open_archive(file, study)
     description = read_description(archive.description, file)
     archive.check_library(description.version, description.identifier)
     return archive, description

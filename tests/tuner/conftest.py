@@ -9,6 +9,7 @@ into `TOGETHER` of `tests/conftest.py`, so that one worker makes it for all. Wha
 stand-in, is marked `slow` and named in `.ci/run`.
 """
 
+from contextlib import nullcontext
 from pathlib import Path
 from subprocess import CompletedProcess
 
@@ -60,6 +61,12 @@ def blank_figures():
     """Have figures written blank and by this process: drawing takes half of a short run, a process that draws three seconds."""
     with undrawn():
         yield
+
+
+@pytest.fixture(autouse=True)
+def _code_is_not_announced(monkeypatch):
+    """Leave out the line that code of the user's gets before its first run on a machine, which a test cannot know to be the first."""
+    monkeypatch.setattr("tuner.text.errors.code_announced", nullcontext)
 
 
 @pytest.fixture

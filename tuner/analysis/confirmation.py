@@ -99,7 +99,7 @@ def _quantity(flown: PairedFlights, i: int) -> ConfirmedQuantity:
         scenario=quantity.scenario,
         correlation=_correlation(firmware, model, *often),
         gap=Estimate(gap, *_ends(np.mean(often[0] - often[1], axis=0))),
-        relative=gap / abs(size) if size else None,
+        relative=gap / size if size else None,
         jitter=None if flown.again is None else float(np.max(np.abs(flown.again[i] - flown.firmware[0, i]), axis=0)),
     )
 

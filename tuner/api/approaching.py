@@ -17,6 +17,7 @@ from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk
 from plant.errors import InputError
 from plant.gains import gain_addresses
+from plant.output_files import make_folders
 from plant.scenarios import HELD_OUT
 from plant.vectors import Vec3
 from tuner.analysis.approach import factors_between, falls_short, rows_between, steps_between, steps_of_size
@@ -245,7 +246,7 @@ def _write(folder: Folder, made: Approach, to: str | None, options: Options, pre
     homes = [folder.path / f"step{k}" for k in range(len(made.gains))]
     try:
         for home, gains in zip(homes, made.gains, strict=True):
-            home.mkdir()
+            make_folders(home)
             gains.write(home / "gains.json")
             if to is not None:
                 export(gains, to, home / to, options=options, previous=previous, flights=CHECKED)

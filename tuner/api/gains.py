@@ -16,6 +16,7 @@ from plant.gains import default_row, gain_addresses
 from plant.input_files import read_input_text
 from plant.laws import law as find_law
 from plant.nominal import ControlOptions
+from plant.output_files import make_folders, write_new_file
 from tuner.api import AIRFRAME, POSITION_LAW
 from tuner.api.frames import frame, shown
 from tuner.gains import Controller, to_document
@@ -174,9 +175,8 @@ def write_new(path: Path, document: Document, parents: bool = False) -> Path:
     """Write a JSON file that must not exist yet, with the folders above it if asked to; StoreError where that cannot be."""
     try:
         if parents:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("x", encoding="utf-8") as file:
-            file.write(json_text(document))
+            make_folders(path.parent)
+        write_new_file(path, json_text(document).encode())
     except FileExistsError:
         raise taken(path) from None
     except OSError as error:

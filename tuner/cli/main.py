@@ -5,13 +5,13 @@ library's names load when a command calls them, and what prints an answer when t
 """
 
 import os
-import signal
 import sys
 from typing import Any
 
 from tuner.cli import begin, identify, judge, read, trials, tune, vehicle
 from tuner.cli.app import app, with_code_first
 from tuner.text.errors import guarded, leave
+from tuner.text.signals import end_at_interrupts
 
 FAMILIES = (begin, identify, tune, trials, read, judge, vehicle)
 """Modules whose import registers their commands."""
@@ -23,9 +23,8 @@ def main() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Nobody's plugin is to check our documents: pydantic would read what every installed package offers, for 0.02 s.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
-    # Before and after the command's own work, Ctrl-C ends the process without a word.
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    # Before and after the command's own work.
+    end_at_interrupts()
     leave(guarded(_invoke))
 
 

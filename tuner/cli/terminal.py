@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from tuner.documents.contest_document import EstimateRow
     from tuner.documents.parts import Estimate
 
+MIN_WIDTH = 20
+"""Least columns for which anything is laid out."""
 PLAIN = str.maketrans({"−": "-", "\u202f": ","})
 
 
@@ -25,6 +27,8 @@ class Console(console.Console):
 
     def __init__(self, **options: Any) -> None:
         super().__init__(markup=False, emoji=False, highlight=False, **options)
+        # Charts and tables have no form in less; the terminal breaks longer lines.
+        self.width = max(self.width, MIN_WIDTH)
 
     def render_str(self, text: str, **options: Any) -> Text:
         """Return a text ready to be laid out; see `Console.render_str`."""

@@ -1,12 +1,11 @@
 """summary.json: what a tuning run found."""
 
-import json
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from plant.input_files import read_input_text
+from plant.input_files import parse_json, read_input_text
 from tuner.documents.parts import Estimate, PlantStep
 from tuner.store.document import Document, DocumentPart, Scale, Sense
 
@@ -355,4 +354,4 @@ def gains_name(feasible: bool) -> str:
 
 def is_recommended(file: Path) -> bool:
     """Return whether a gains file that can be read says nothing against being flown."""
-    return bool(json.loads(read_input_text(file)).get("study", {}).get("feasible", True))
+    return bool(parse_json(read_input_text(file)).get("study", {}).get("feasible", True))

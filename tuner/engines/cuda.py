@@ -1,11 +1,11 @@
-"""Engines by the names of `--backend`; where there is no graphics card, the processor flies and says so."""
+"""Engines by the names of `--backend`; a card that is not there is refused, for no other engine has its bits."""
 
-from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from objectives.engine import Engine
 from objectives.system import System
-from plant.errors import StoreError, UnknownNameError
+from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.store.inputs import read_record
 
 KEY = "--backend"
@@ -14,8 +14,8 @@ PRECISIONS = {"cuda": "float64", "cuda-float32": "float32"}
 BACKENDS = (LANES, *PRECISIONS)
 
 
-def engine_named(backend: str, system: System, root: int, say: Callable[[str], None]) -> Engine | None:
-    """Return the engine of a backend, None for the processor; say is told where that stands in for a card."""
+def engine_named(backend: str, system: System, root: int) -> Engine | None:
+    """Return the engine of a backend, None for the processor; InputError where this machine has no card for it."""
     check(backend)
     if backend == LANES:
         return None
@@ -23,8 +23,7 @@ def engine_named(backend: str, system: System, root: int, say: Callable[[str], N
 
     why = missing()
     if why is not None:
-        say(f"{why}; flying on the processor instead")
-        return None
+        raise InputError(f"given '{backend}', and {why}; leave the option out to fly on the processor", key=KEY)
     from objectives.cuda_engine import CudaEngine
 
     return CudaEngine(system, root, PRECISIONS[backend])
@@ -43,7 +42,9 @@ def engine_again(results: Path, system: System, root: int, cluster: Engine | Non
     if cluster is not None:
         raise StoreError(f"{results} was flown by {recorded}; the workers of a cluster fly lanes, so leave --dask out")
     backend = next((name for name, precision in PRECISIONS.items() if recorded.startswith(f"cuda-{precision},")), None)
-    engine = None if backend is None else engine_named(backend, system, root, lambda _: None)
+    engine = None
+    with suppress(InputError):
+        engine = None if backend is None else engine_named(backend, system, root)
     if engine is None or engine.arithmetic != recorded:
         here = "there is none here" if engine is None else f"here it is {engine.arithmetic}"
         raise StoreError(

@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from plant.errors import StoreError
+from plant.output_files import make_folders, refuse_links_to, write_new_file
 from tuner.documents.export import EXPORT_FORMAT, EXPORT_VERSION, ExportDocument, ExportedParameter
 from tuner.documents.parts import LawNames
 from tuner.exchange.aboard import origin
@@ -83,8 +84,8 @@ def write_files(out: Path, files: Mapping[str, bytes]) -> None:
         for name, content in files.items():
             assert not PurePosixPath(name).is_absolute() and ".." not in PurePosixPath(name).parts, name
             target = part / name
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(content)
+            make_folders(target.parent)
+            write_new_file(target, content)
         if out.exists():
             out.rmdir()
         part.rename(out)
@@ -96,7 +97,8 @@ def write_files(out: Path, files: Mapping[str, bytes]) -> None:
 
 def check_free(out: Path) -> None:
     """Raise StoreError where anything stands at the place of an export."""
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+    refuse_links_to(out)
+    if out.is_symlink() or (out.exists() and (not out.is_dir() or any(out.iterdir()))):
         raise StoreError(f"{out} exists already and was not touched; choose another folder with --out, or empty it")
 
 

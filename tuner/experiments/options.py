@@ -35,7 +35,7 @@ REUSE = RunOption(
     "only a tuning study takes flights over",
 )  # fmt: skip
 BACKEND = RunOption(
-    str, "Who flies: lanes (the processor), cuda (a graphics card) or cuda-float32.",
+    str, "Who flies: lanes (the processor), cuda (a graphics card; so far checked in a simulator only) or cuda-float32.",
     "only a tuning study flies on a graphics card", "lanes",
 )  # fmt: skip
 BUDGET = RunOption(

@@ -1,13 +1,12 @@
 """gains.json of a plant of the user's own: its loops as data, and their gains, each with its unit."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from objectives.plant_system import PlantSystem
-from plant.input_files import read_input_text
+from plant.input_files import parse_json, read_input_text
 from plant.records import flatten, paths
 from tuner.gains.quantities import code_or_note, quantity
 from tuner.gains.sections import PLANT_FORMAT
@@ -39,7 +38,7 @@ def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) ->
 def is_plant_gains(file: Path) -> bool:
     """Return whether a file holds gains of a plant of the user's own."""
     try:
-        return json.loads(read_input_text(file)).get("format") == PLANT_FORMAT
+        return parse_json(read_input_text(file)).get("format") == PLANT_FORMAT
     except (OSError, ValueError, AttributeError):
         return False
 

@@ -1,10 +1,12 @@
 """Figures for a paper: those of `tuner.report.sheets`, drawn."""
 
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plant.errors import InputError
+from plant.output_files import replace_file
 from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.paper import DPI, Figure, drawn, files_of, style
 from tuner.report.sheets import flown_sheet, front_sheet, progress_sheet, scenario_sheets, search_sheets
@@ -46,8 +48,10 @@ def write_responses(responses: "Responses", scenario: str, file: Path) -> None:
         raise InputError(f"given '{file}'; allowed endings: {', '.join(ENDINGS)}", key="--plot")
     with style():
         figure = flown_figure(responses, scenario)
+        content = BytesIO()
+        figure.savefig(content, dpi=DPI, format=file.suffix[1:].lower())
         try:
-            figure.savefig(file, dpi=DPI)
+            replace_file(file, content.getvalue())
         except OSError as error:
             raise InputError(f"{file} cannot be written ({error.strerror})", key="--plot") from error
 

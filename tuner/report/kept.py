@@ -6,6 +6,7 @@ from contextlib import suppress
 
 from plant.backends.cache import cache_folder
 from plant.backends.sealed import DIGEST, SEAL, private_folder, sealed
+from plant.output_files import write_new_file
 
 
 def kept(name: str, make: Callable[[], bytes]) -> bytes:
@@ -23,6 +24,6 @@ def kept(name: str, make: Callable[[], bytes]) -> bytes:
     # Where it cannot be kept it is made again by the next report.
     with suppress(OSError):
         aside = file.with_name(f"{name}.{os.getpid()}.tmp")
-        aside.write_bytes(sealed(name, content))
+        write_new_file(aside, sealed(name, content))
         aside.replace(file)
     return content

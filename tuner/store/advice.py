@@ -3,11 +3,10 @@
 Told from its run.json alone, for whoever reports the error may be at any other work.
 """
 
-import json
 import shlex
 from pathlib import Path
 
-from plant.input_files import read_input_text
+from plant.input_files import parse_json, read_input_text
 
 RECORD = "run.json"
 TUNING, CONTEST, INFERENCE, JUDGEMENT = "tuning", "contest", "inference", "judgement"
@@ -23,7 +22,7 @@ CONTENDERS = "contenders"
 def kind_of(path: Path) -> str | None:
     """Return the kind of run that a folder is of; None where nothing tells."""
     try:
-        kind = json.loads(read_input_text(path / RECORD))["kind"]
+        kind = parse_json(read_input_text(path / RECORD))["kind"]
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return kind if isinstance(kind, str) else None

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
 from plant.errors import StoreError
-from plant.input_files import read_input_text
+from plant.input_files import check_json_size, parse_json, read_input_text
 from tuner.store.advice import kind_of, mend
 from tuner.text.input_errors import Fault
 
@@ -56,7 +56,8 @@ class Document(DocumentPart):
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """Return the document that a text holds; raises pydantic's ValidationError, see `explained`."""
+        """Return the document that a text holds; raises pydantic's ValidationError, see `explained`, or ValueError."""
+        check_json_size(text)
         return cls.model_validate_json(text)
 
     @classmethod
@@ -67,6 +68,8 @@ class Document(DocumentPart):
             return cls.parse(text)
         except ValidationError as error:
             raise refuse(file, explained(error, text)) from None
+        except ValueError as error:
+            raise refuse(file, str(error)) from None
 
 
 def json_text(content: Any, ascii_only: bool = False) -> str:
@@ -128,10 +131,10 @@ def _expected(kind: str, given: Any, context: dict[str, Any]) -> str:
 
 def _not_json(text: str, otherwise: str) -> str:
     try:
-        json.loads(text)
+        parse_json(text)
     except json.JSONDecodeError as error:
         return f"not JSON, {error.msg} in line {error.lineno}"
-    except (ValueError, RecursionError):
+    except ValueError:
         pass
     return f"not JSON ({otherwise:.80})"
 

@@ -14,6 +14,15 @@ from pathlib import Path
 from typing import Any
 
 from plant.errors import StoreError
+from plant.output_files import (
+    ASIDE,
+    FOLDER_MODE,
+    make_folders,
+    refuse_links,
+    refuse_links_in,
+    refuse_links_to,
+    replace_file,
+)
 from tuner.store import manifest
 from tuner.store.advice import can_be_resumed, go_on
 from tuner.store.columns import Columns, csv_text
@@ -21,9 +30,6 @@ from tuner.store.document import Document, json_text
 from tuner.store.lock import NAME as LOCK
 from tuner.store.lock import Lock
 from tuner.store.manifest import Manifest, digest_at, digest_of, manifest_of, read_manifest
-
-ASIDE = ".aside"
-"""Ending of the name under which a file is written before it gets its own."""
 
 
 class Folder:
@@ -70,13 +76,17 @@ class Folder:
 
         empty: whether an empty folder may be there.
         """
-        if path.exists() and not (empty and path.is_dir() and not any(path.iterdir())):
+        free = empty and path.is_dir() and not path.is_symlink() and not any(path.iterdir())
+        if os.path.lexists(path) and not free:
             resume = f"continue it with `tuner resume {path}`, " if can_be_resumed(path) else ""
             raise StoreError(
                 f"{path} exists already and nothing in it was touched; {resume}choose another folder with --out, or remove it"
             )
         try:
-            (path / inside).mkdir(parents=True, exist_ok=empty)
+            refuse_links_to(path)
+            make_folders(path.parent)
+            path.mkdir(mode=FOLDER_MODE, exist_ok=empty)
+            make_folders(path / inside)
         except OSError as error:
             raise StoreError(f"{path} cannot be made ({_reason(error)}); choose another folder with --out") from error
         return cls(path, Lock(path), made=True)
@@ -86,6 +96,7 @@ class Folder:
         """Open a folder to go on writing it; StoreError where there is none, or where another process writes it."""
         if not path.is_dir():
             raise StoreError(f"{path}: there is no such results folder; give a folder that `tuner run` wrote")
+        refuse_links_in(path)
         lock = Lock(path)
         folder = cls(path, lock, _former(path))
         folder._clear()
@@ -181,18 +192,10 @@ def put(folder: Path, name: str, content: bytes, made: bool = False) -> Path:
     made: whether the folder was made by this process.
     """
     file = folder / name
-    aside = file.with_name(f".{file.name}{ASIDE}")
+    refuse_links(folder, name)
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            aside.write_bytes(content)
-            _settled(aside)
-            aside.replace(file)
-        except BaseException:
-            with suppress(OSError):
-                aside.unlink(missing_ok=True)
-            raise
-        _settled(file.parent)
+        make_folders(file.parent)
+        replace_file(file, content, _settled)
     except OSError as error:
         raise StoreError(
             f"{file} cannot be written ({_reason(error)}); what was written before it is kept. Make room, then "

@@ -16,7 +16,7 @@ from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input, read_input_text
 from plant.own_code import sources_of
 from tuner.store.advice import RECORD, again
-from tuner.store.document import Document, DocumentPart
+from tuner.store.document import Document, DocumentPart, explained
 from tuner.store.folder import Folder
 from tuner.study.layers import read_layers
 from tuner.text.toml_text import toml_text, with_paths
@@ -105,14 +105,17 @@ def read_record(path: Path) -> RunRecord:
     """Read the run.json of a results folder; StoreError where it is missing or damaged."""
     if not path.is_dir():
         raise StoreError(f"{path}: there is no such results folder; give a folder that `tuner run` wrote")
+    text = ""
     try:
-        return RunRecord.parse(read_input_text(path / RECORD))
+        text = read_input_text(path / RECORD)
+        return RunRecord.parse(text)
     except FileNotFoundError:
         nothing = not (path / "flights").exists()
         what = "nothing was recorded yet, so remove it and run the study again" if nothing else again(path)
         raise StoreError(f"{path} holds no {RECORD}, so it cannot be continued; {what}") from None
-    except (OSError, UnicodeDecodeError, ValidationError):
-        raise StoreError(f"{path / RECORD} is damaged; {again(path)}") from None
+    except (OSError, ValueError) as error:
+        what = explained(error, text) if isinstance(error, ValidationError) else str(error)
+        raise StoreError(f"{path / RECORD} is damaged ({what}); {again(path)}") from None
 
 
 def as_recorded(record: RunRecord, file: Path) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from plant.errors import HeldError, StoreError
+from plant.output_files import unlinked
 
 fcntl = None
 with suppress(ImportError):
@@ -24,7 +25,7 @@ class Lock:
         if fcntl is None:
             return
         try:
-            handle = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o644)
+            handle = unlinked(str(folder / NAME), os.O_RDWR | os.O_CREAT)
         except OSError as error:
             raise StoreError(f"{folder} cannot be written ({error.strerror}); choose another with --out") from error
         try:

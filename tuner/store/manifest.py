@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, ValidationError
+from pydantic import AfterValidator
 
 from plant.errors import StoreError
 from plant.input_files import read_input_text
@@ -80,7 +80,7 @@ def read_manifest(path: Path) -> Manifest | None:
         return Manifest.parse(read_input_text(path / FILE))
     except FileNotFoundError:
         return None
-    except (OSError, UnicodeDecodeError, ValidationError):
+    except (OSError, ValueError):
         raise StoreError(str(Damage(path, FILE, "is damaged"))) from None
 
 

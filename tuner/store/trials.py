@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input
+from plant.output_files import open_in_place
 from tuner.store.document import DocumentPart
 
 ASKED, TOLD = "asked.jsonl", "told.jsonl"
@@ -105,7 +106,7 @@ class TrialRecord:
         content = "".join(line_of(entry) + "\n" for entry in lines).encode()
         file = self._folder / name
         try:
-            with file.open("ab") as out:
+            with open_in_place(file, "ab") as out:
                 # What a killed process left of a line would spoil the next one.
                 out.truncate(self._whole.get(name, 0))
                 out.write(content)

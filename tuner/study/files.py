@@ -41,3 +41,14 @@ def base_file(folder: Path, name: str) -> Path:
     if not beside.is_file() and Path(name).name == name:
         return shipped_studies().get(Path(name).stem, beside)
     return beside
+
+
+def is_shipped(file: Path) -> bool:
+    """Return whether a file lies, behind all links, among the shipped studies."""
+    return file.resolve().is_relative_to(SHIPPED)
+
+
+def check_file_name(path: Path) -> None:
+    """Refuse a study file whose name cannot stand in a results folder: with a backslash or bytes that are no UTF-8."""
+    if "\\" in path.name or not path.name.isprintable():
+        raise InputError("its name holds a backslash or signs that do not print; rename the file", file=path)

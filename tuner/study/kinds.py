@@ -9,6 +9,7 @@ from plant.errors import InputError
 from tuner.study.build import study_from_table
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import contest_from_layers
+from tuner.study.files import check_file_name
 from tuner.study.inference import Inference
 from tuner.study.inference_reading import inference_from_layers
 from tuner.study.layers import Layer, read_layers
@@ -70,6 +71,7 @@ def load_any(path: Path, overrides: Overrides | None = None) -> AnyStudy:
     overrides: dotted keys that replace values of the file, for a contest contender.NAME.KEY among them. Raises InputError naming
     file and key.
     """
+    check_file_name(path)
     layers = read_layers(path)
     return kind_of_layers(layers).build(path, layers, overrides or {})
 

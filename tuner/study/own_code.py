@@ -22,10 +22,11 @@ from plant.errors import InputError, UnnamedCodeError
 from plant.fmu.archive import Archive, open_archive
 from plant.laws import LAWS, Law
 from plant.model.plant_model import PlantModel, plant_from
-from plant.own_code import OwnCode, in_results_folder, run_own_code
+from plant.own_code import OwnCode, run_own_code
 from plant.references import REFERENCES, ReferenceSpec
 from plant.registry import Registry
 from tuner.gains.quantities import UCUM
+from tuner.study.files import is_shipped
 from tuner.study.reading import parse_toml
 from tuner.study.schema import OwnCodeTable
 
@@ -132,20 +133,19 @@ def _files_in(table: Any, key: str = "file") -> list[str]:
 def use_files_of(study: Path, tables: Mapping[str, OwnCodeTable | None]) -> None:
     """Take the files that the tables of a study name; study: its path, which they are relative to.
 
-    Raises InputError with the key, and UnnamedCodeError where the study lies in a results folder and the user has not named them.
+    Raises InputError with the key, and UnnamedCodeError where the user has to name them and has not.
     """
-    recorded = in_results_folder(study)
     for kind in OWN_KINDS:
         table = tables.get(kind.noun)
         for name in [] if table is None else table.files:
-            _take(_code_beside(study, name, kind.noun, recorded), (kind,))
+            _take(_code_beside(study, name, kind.noun), (kind,))
 
 
-def _code_beside(study: Path, name: str, noun: str, recorded: bool) -> OwnCode:
+def _code_beside(study: Path, name: str, noun: str) -> OwnCode:
     """Run a file that a study names; one that is not there is a mistake of the study."""
     file = study.parent / name
     try:
-        return run_own_code(file, recorded)
+        return run_own_code(file, None if is_shipped(file) else study)
     except UnnamedCodeError:
         raise
     except InputError as error:

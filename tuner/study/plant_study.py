@@ -29,7 +29,7 @@ from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
 from plant.model.plant_model import PlantModel, PlantRecords, check_rest, plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
-from plant.own_code import in_results_folder, run_own_code
+from plant.own_code import run_own_code
 from plant.records import flatten, paths
 from tuner.gains.ranges import (
     LONGEST_OF_PLANTS,
@@ -39,6 +39,7 @@ from tuner.gains.ranges import (
     check_value,
     timing_of,
 )
+from tuner.study.files import is_shipped
 from tuner.study.judged_reading import constraint_of, listed, mission_of, objective_of, pick_rule, unique
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
@@ -197,17 +198,17 @@ def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str]:
         raise InputError(
             'needs a file or an FMU, one of them; write file = "motor.py" or fmu = "motor.fmu"', key="plant"
         )
-    recorded = in_results_folder(path)
     if table.fmu is not None:
         with located(path, "plant"):
-            fmu = read_fmu(path.parent / table.fmu, table.disturbances, table.states, table.units, recorded)
+            fmu = read_fmu(path.parent / table.fmu, table.disturbances, table.states, table.units, path)
         return fmu, fmu.interface.digest
     for key in FMU_KEYS:
         if key in table.model_fields_set:
             raise InputError("belongs to an FMU; a plant in Python says so itself: leave it out", key=f"plant.{key}")
     with located(path, "plant.file"):
-        code = run_own_code(path.parent / str(table.file), recorded)
-        return plant_from(code.names, Path(str(table.file)).stem, str(path.parent / str(table.file))), code.digest
+        file = path.parent / str(table.file)
+        code = run_own_code(file, None if is_shipped(file) else path)
+        return plant_from(code.names, file.stem, str(file)), code.digest
 
 
 def _system(plant: PlantRecords, plan: LoopPlan, parameters: Any, timing: Timing, patience: float) -> PlantSystem:

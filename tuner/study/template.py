@@ -7,8 +7,10 @@ from typing import Any
 
 from plant.errors import InputError, StoreError
 from plant.input_files import read_input_text
+from plant.output_files import make_folders, write_new_file
+from plant.own_code import refuse_unnamed
 from plant.texts import toml_table
-from tuner.study.files import SHIPPED, study_file
+from tuner.study.files import SHIPPED, check_file_name, study_file
 from tuner.study.reading import parse_toml
 from tuner.text.toml_text import with_paths
 
@@ -128,15 +130,20 @@ rule = "knee"                   # knee, closest, min:METRIC, or weights with wei
 def write_study(name: str, source: Path | None = None) -> list[Path]:
     """Write the commented template, or a copy of the study `source`, and return what was written: NAME.toml in this folder first.
 
-    Code beside a shipped study is copied along, to be changed. Raises StoreError where a file of such a name is there already.
+    Code beside a shipped study is copied along, to be changed. Raises StoreError where a file of such a name is there already,
+    and UnnamedCodeError where a study from elsewhere names code that the user has not named: the copy would run it.
     """
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
+    check_file_name(path)
     title = "".join(letter for letter in path.stem.replace("_", " ") if letter not in '"\\')
     if source is None:
         files = {path: TEMPLATE.replace("@TITLE@", title)}
     else:
         origin = study_file(source)
         code = {path.parent / name: read_input_text(origin.parent / name) for name in _shipped_code(origin)}
+        if not code and origin.parent.resolve() != path.parent.resolve():
+            for name in _code_of(origin):
+                refuse_unnamed(origin.parent / name)
         files = {path: copied_study(origin, path), **code}
     # Code that lies there already, as it is, serves another study too.
     new = {file: content for file, content in files.items() if file == path or not _holds(file, content)}
@@ -153,9 +160,8 @@ def _holds(file: Path, text: str) -> bool:
 
 def _write_new(path: Path, text: str) -> None:
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
+        make_folders(path.parent)
+        write_new_file(path, text.encode())
     except FileExistsError:
         raise StoreError(f"{path} exists already and was not touched; choose another name") from None
     except OSError as error:
@@ -164,6 +170,11 @@ def _write_new(path: Path, text: str) -> None:
 
 def _shipped_code(study: Path) -> list[str]:
     """Return the files of code that a shipped study names, relative to it; none of a study of the user's own."""
+    return [name for name in _code_of(study) if name.endswith(".py")] if study.parent.resolve() == SHIPPED else []
+
+
+def _code_of(study: Path) -> list[str]:
+    """Return the files of code that a study names, FMUs included, relative to it."""
     named: list[str] = []
 
     def note(name: str) -> str:
@@ -171,7 +182,7 @@ def _shipped_code(study: Path) -> list[str]:
         return name
 
     with_paths(parse_toml(study), note)
-    return [name for name in named if name.endswith(".py") and study.parent.resolve() == SHIPPED]
+    return [name for name in named if name.endswith((".py", ".fmu"))]
 
 
 def copied_study(source: Path, target: Path) -> str:

@@ -2,18 +2,17 @@
 
 import gc
 import os
-import signal
 import sys
-import threading
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from types import FrameType
 from typing import Any, NoReturn
 
 from plant.errors import ToolError, one_line
-from plant.own_code import place_of_error
+from plant.output_files import write_new_file
+from plant.own_code import ANNOUNCEMENTS, place_of_error
 from tuner.text.inert_stream import inert_streams
+from tuner.text.signals import SIGNALLED, Interrupted, Signals
 
 BROKEN = 1
 """A limit is broken, or a difference is found: of commands that check something."""
@@ -21,10 +20,6 @@ USER_ERROR = 2
 """Exit code where what was given, a file or the disk is in the way."""
 NOTHING_FEASIBLE = 3
 """Exit code of a run that came to its end and found no candidate that keeps every limit."""
-SIGNALLED = 128
-"""Exit code of an end by a signal, less the number of the signal."""
-INTERRUPTED = SIGNALLED + signal.SIGINT
-TERMINATED = SIGNALLED + signal.SIGTERM
 CLOSED_PIPE = 1
 """Exit code where whoever read the output has gone."""
 NEW_OBJECTS = 300_000
@@ -35,59 +30,12 @@ class RenamedKeyWarning(FutureWarning):
     """A key of a file under a name that a later version does not read."""
 
 
-class Interrupted(BaseException):
-    """A signal that asks this process to end; no KeyboardInterrupt, which the libraries of the command line take for theirs."""
-
-    def __init__(self, number: int) -> None:
-        self.number = number
-        super().__init__(signal.Signals(number).name)
-
-
-class Signals:
-    """Turns Ctrl-C and SIGTERM into `Interrupted` while it is entered; a second one ends the process where it stands.
-
-    number: of the signal that came, None before. Outside the main thread, and for signals that are ignored, nothing changes.
-    """
-
-    def __init__(self) -> None:
-        self.number: int | None = None
-        self._before: dict[int, Any] = {}
-        self._hook = sys.unraisablehook
-
-    def __enter__(self) -> "Signals":
-        if threading.current_thread() is threading.main_thread():
-            self._hook, sys.unraisablehook = sys.unraisablehook, self._ask_again
-            for number in (signal.SIGINT, signal.SIGTERM):
-                if signal.getsignal(number) is not signal.SIG_IGN:
-                    self._before[number] = signal.signal(number, self._interrupt)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, signal.SIG_DFL if handler is None else handler)
-        sys.unraisablehook = self._hook
-
-    def _interrupt(self, number: int, frame: FrameType | None) -> None:
-        if self.number is not None:
-            os._exit(SIGNALLED + number)
-        self.number = number
-        raise Interrupted(number)
-
-    def _ask_again(self, found: Any) -> None:
-        """Send a signal again that was raised where nobody could take it, such as in a destructor."""
-        if not isinstance(found.exc_value, Interrupted):
-            self._hook(found)
-            return
-        self.number = None
-        threading.Timer(0.02, os.kill, (os.getpid(), found.exc_value.number)).start()
-
-
 def guarded(run: Callable[[], Any]) -> int:
     """Run the command line and return its exit code; --debug anywhere lets the traceback through."""
     debug = "--debug" in sys.argv
     if debug:
         sys.argv.remove("--debug")
-    with inert_streams(), warnings_in_lines(), seldom_collected():
+    with inert_streams(), warnings_in_lines(), code_announced(), seldom_collected():
         return _guarded(run, debug)
 
 
@@ -106,7 +54,7 @@ def _guarded(run: Callable[[], Any], debug: bool) -> int:
         let_go_of_output()
         return CLOSED_PIPE
     except BaseException as error:
-        # A library may make another error of the signal, an import for instance.
+        # A library may make another error of the signal, a damaged file for instance.
         number = error.number if isinstance(error, Interrupted) else signals.number
         told = message(error, number)
         if debug or told is None:
@@ -148,6 +96,29 @@ def warnings_in_lines() -> Iterator[None]:
         yield
     finally:
         warnings.showwarning = usual
+
+
+@contextmanager
+def code_announced() -> Iterator[None]:
+    """Print a line on standard error before code that a study names runs for the first time for this user."""
+
+    def announce(digest: str, sentence: str) -> None:
+        from plant.backends.cache import cache_folder
+        from plant.backends.sealed import private_folder
+
+        known = private_folder(cache_folder() / "code")
+        if known is not None and (known / digest).exists():
+            return
+        print(one_line(sentence), file=sys.stderr)
+        if known is not None:
+            with suppress(OSError):
+                write_new_file(known / digest, b"")
+
+    ANNOUNCEMENTS.append(announce)
+    try:
+        yield
+    finally:
+        ANNOUNCEMENTS.remove(announce)
 
 
 def finished(run: Callable[[], Any]) -> int:

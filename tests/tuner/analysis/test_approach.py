@@ -129,3 +129,21 @@ def test_steps_are_written_with_their_exports_and_other_laws_are_refused(present
     assert code == 2 and "steps lead between gains of the same laws" in err and err.count("\n") == 1
     with pytest.raises(InputError, match="nothing to approach"):
         tuner.approach(present, present)
+
+
+def test_factors_are_those_of_gains_that_keep_their_sign():
+    before, after = np.array([2.0, 1.0, -4.0, 1.0, 0.0, 0.0]), np.array([1.0, 3.0, -1.0, -1.0, 0.0, 2.0])
+    assert factors_between(before, after).tolist() == [2.0, 3.0, 4.0, 1.0, 1.0, 1.0]
+
+
+@pytest.mark.parametrize(("factor", "steps"), [(1.0, 1), (1.5, 1), (1.51, 2), (2.25, 2), (0.4, 3), (1e6, 8), (1e-9, 8)])
+def test_no_step_is_larger_than_half_and_there_are_eight_at_most(factor, steps):
+    assert steps_between(np.array([3.0, 1.0]), np.array([3.0 * factor, 1.0])) == steps
+
+
+def test_both_ends_of_the_way_are_the_gains_to_the_bit():
+    draw = np.random.default_rng(9)
+    present, tuned = draw.lognormal(size=(2, 1000))
+    rows = rows_between(present, tuned, 3)
+    assert (rows[0] == present).all() and (rows[-1] == tuned).all()
+    np.testing.assert_allclose(rows[1:] / rows[:-1], np.cbrt(tuned / present)[None].repeat(3, axis=0))

@@ -1,5 +1,6 @@
 """Rank correlation against SciPy's, and gaps of flights whose truth is known."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -51,3 +52,27 @@ def test_a_known_gap_is_found_by_pairs(gap):
 def test_two_finalists_have_no_ranks():
     (found,) = confirmed_quantities(flown(0.1, (2, 1, 8)))
     assert found.correlation.value is None and found.gap.value == pytest.approx(0.1, abs=0.02)
+
+
+def test_the_interval_of_a_gap_holds_it_in_95_of_100():
+    held = []
+    for seed in range(60):
+        draw = np.random.default_rng(seed)
+        model = 1.0 + draw.lognormal(size=(3, 1, 40))
+        lost = np.zeros((3, 40), dtype=bool)
+        firmware = model + 0.2 + 0.1 * draw.standard_normal((1, 1, 40)) * np.ones((3, 1, 1))
+        quantities = (Objective(parse("rms.attitude"), Risk("mean")),)
+        flights = PairedFlights(
+            ("a", "b", "c"), quantities, firmware, model, lost, lost, np.repeat("g", 40), None, seed
+        )
+        gap: Any = confirmed_quantities(flights)[0].gap
+        held.append(gap.low <= 0.2 <= gap.high)
+    assert 0.86 < np.mean(held), "four standard deviations of 60 are 11 %"
+
+
+def test_lost_flights_are_counted_where_they_were_lost():
+    flights = flown(0.1)
+    firmware, model = np.zeros((4, 16), dtype=bool), np.zeros((4, 16), dtype=bool)
+    firmware[1, :3], model[2, :5] = True, True
+    points = confirmed_points(replace(flights, lost_firmware=firmware, lost_model=model))
+    assert [(point.lost_firmware, point.lost_model) for point in points] == [(0, 0), (3, 0), (0, 5), (0, 0)]

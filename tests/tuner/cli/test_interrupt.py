@@ -22,6 +22,7 @@ from tests.tuner.experiments.again.killing import (
     run_arguments,
     timed,
 )
+from tuner.text.signals import PATIENCE as PATIENCE_OF_SIGNALS
 
 PATIENCE = 120
 
@@ -103,19 +104,36 @@ def test_a_command_without_a_folder_just_ends():
 
 # What raises the signal where an exception cannot be taken, or makes another one of it.
 LOST = {
+    "an import statement": "sys.path.insert(0, sys.argv[1])\nimport late\ntime.sleep(30)",
+    "a model of pydantic": (
+        "from typing import Annotated\nfrom pydantic import AfterValidator, TypeAdapter\n"
+        "def check(value):\n    signal.raise_signal(signal.SIGINT)\n    return value\n"
+        "TypeAdapter(Annotated[int, AfterValidator(check)] | str).validate_python(1)\ntime.sleep(30)"
+    ),
+    "a damaged file": (
+        "class Gone:\n    def __del__(self): signal.raise_signal(signal.SIGINT)\n"
+        "Gone()\nraise StoreError('run.json is damaged')"
+    ),
+    "threads that wait for each other": (
+        "lock = threading.Lock()\nlock.acquire()\nwaiting = threading.Thread(target=lock.acquire)\nwaiting.start()\n"
+        "try: signal.raise_signal(signal.SIGINT)\nfinally: waiting.join()"
+    ),
     "a destructor": "class Gone:\n    def __del__(self): signal.raise_signal(signal.SIGINT)\nGone(); time.sleep(30)",
     "an import": "try: signal.raise_signal(signal.SIGINT)\nexcept BaseException: raise ImportError('numpy failed') from None",
 }
 
 
 @pytest.mark.parametrize("where", LOST)
-def test_a_signal_is_not_lost_where_its_exception_is(where):
+def test_a_signal_is_not_lost_where_its_exception_is(where, tmp_path):
+    (tmp_path / "late.py").write_text("import signal\nsignal.raise_signal(signal.SIGINT)\nwhole = True\n")
     body = "".join(f"    {line}\n" for line in LOST[where].splitlines())
     code = (
-        f"import signal, sys, time\nfrom tuner.text.errors import guarded\ndef work():\n{body}sys.exit(guarded(work))"
+        "import signal, sys, threading, time\nfrom plant.errors import StoreError\nfrom tuner.text.errors import guarded\n"
+        f"def work():\n{body}sys.exit(guarded(work))"
     )
-    process = started(code=code)
+    process, begin = started(tmp_path, code=code), time.monotonic()
     _, err = process.communicate(timeout=PATIENCE)
+    assert time.monotonic() - begin < PATIENCE_OF_SIGNALS + 2.0
     assert (process.returncode, err) == (130, "Interrupted.\n")
 
 
@@ -131,7 +149,9 @@ def test_the_second_signal_waits_for_nothing():
     assert process.stdout is not None and process.stdout.readline() == "begun\n"
     os.kill(process.pid, signal.SIGINT)
     assert process.stdout.readline() == "ending\n"
-    assert ended(process) == (130, "")
+    begin = time.monotonic()
+    assert ended(process) == (130, "Interrupted.\n")
+    assert time.monotonic() - begin < PATIENCE_OF_SIGNALS / 2
 
 
 def test_an_ignored_signal_stays_ignored():
@@ -156,6 +176,49 @@ def test_a_reader_that_has_gone_is_no_error():
     done = subprocess.run(command("list", "laws"), stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
     os.close(writer)
     assert (done.returncode, done.stderr) == (1, "")
+
+
+# Commands at whose beginning a signal comes: all that is imported lies there. RESULTS is a finished folder.
+EARLY = {
+    "show": ("show", "RESULTS"), "verify": ("verify", "RESULTS"), "resume": ("resume", "RESULTS"),
+    "rejudge": ("rejudge", "RESULTS", "--out", "OUT"), "report": ("report", "RESULTS"), "check": ("check", "quickstart"),
+    "margins": ("margins", "--law", "pid"), "compare": ("compare", "RESULTS", "RESULTS/gains.json", "--out", "OUT"),
+}  # fmt: skip
+BEGUN = "import sys; sys.stdout.write('begun\\n'); sys.stdout.flush(); from tuner.__main__ import run; run()"
+
+
+def interrupt_early(command, alone, folder, instant):
+    """Send Ctrl-C so many seconds after the tool's first line has run; one line, 130, at once."""
+    given = {"RESULTS": alone, "OUT": folder / "out", "RESULTS/gains.json": alone / "gains.json"}
+    process = started(*[given.get(word, word) for word in EARLY[command]], code=BEGUN)
+    assert process.stdout is not None and process.stdout.readline() == "begun\n"
+    time.sleep(instant)
+    if process.poll() is not None:
+        process.communicate()
+        return
+    begin = time.monotonic()
+    code, err = ended(process)
+    assert time.monotonic() - begin < 5.0, (command, instant)
+    if code == 0:
+        return
+    told = [line for line in err.splitlines() if not line.startswith("Compil")]
+    # The end of the interpreter itself is not the tool's: there the signal ends it without a word.
+    assert (code == -signal.SIGINT and not told) or (code, len(told)) == (130, 1), (command, instant, code, err)
+    assert all(line.startswith("Interrupted") for line in told), (command, instant, err)
+
+
+@pytest.mark.parametrize("command", EARLY)
+def test_a_signal_in_the_first_moments_is_one_line(command, alone, tmp_path):
+    for i, instant in enumerate(generator(2, f"test/early/{command}", 0).uniform(0.02, 1.0, 2)):
+        (tmp_path / str(i)).mkdir()
+        interrupt_early(command, alone, tmp_path / str(i), instant)
+
+
+@pytest.mark.slow
+def test_two_hundred_signals_in_the_first_two_seconds(alone, tmp_path):
+    for i, instant in enumerate(generator(3, "test/early", 0).uniform(0.01, 2.0, 200)):
+        (tmp_path / str(i)).mkdir()
+        interrupt_early(list(EARLY)[i % len(EARLY)], alone, tmp_path / str(i), instant)
 
 
 @pytest.mark.slow

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from plant.output_files import ASIDE
 from tests.tuner.conftest import QUICKSTART, NoDrawing
 from tests.tuner.fuzz.fuzzing import fuzzed, outcome, patience
 from tests.tuner.fuzz.hostile import mutated, shaken
@@ -20,7 +21,6 @@ from tests.tuner.fuzz.hostile_text import json_of, toml_of
 from tests.tuner.in_process import tuner
 from tuner.experiments.tuning.problem import problem_of
 from tuner.gains import read_gains, to_document
-from tuner.store.folder import ASIDE
 from tuner.study import load_study
 from tuner.study.kinds import load_any
 from tuner.study.size import flight_steps

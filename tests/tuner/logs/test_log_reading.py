@@ -171,3 +171,11 @@ def test_damaged_files_are_read_or_refused_in_a_line(kind, count, tmp_path, mapp
             assert np.all(np.isfinite(log.gyro)) and np.all(np.diff(log.time) > 0.0)
         assert monotonic() - begin < LONGEST
         assert tracemalloc.get_traced_memory()[1] < MOST_MEMORY
+
+
+def test_a_column_that_stands_twice_is_refused():
+    from tuner.logs.csv_table import read_columns
+
+    with pytest.raises(InputError, match="has 2 columns 'a'"):
+        read_columns(b"a,b,a\n1,2,3\n4,5,6\n", "log.csv", ["a"])
+    assert read_columns(b"a,b,a\n1,2,3\n4,5,6\n", "log.csv", ["b"]).tolist() == [[2.0], [5.0]]

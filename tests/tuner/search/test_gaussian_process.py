@@ -10,6 +10,7 @@ from scipy.stats import multivariate_normal, norm
 
 from plant.seeds import generator
 from tests.tuner.search.search_runs import bowls, run, started, stepped
+from tuner.search import gaussian_process
 from tuner.search.covariance import (
     correlations,
     drawn,
@@ -19,7 +20,7 @@ from tuner.search.covariance import (
     likelihood,
 )
 from tuner.search.front import feasible_front, hypervolume
-from tuner.search.gaussian_process import GaussianProcess
+from tuner.search.gaussian_process import GaussianProcess, picked
 from tuner.search.improvement import Box, Improvement, directions, share_of_ball
 from tuner.search.surrogate import NUGGET, Shape, Surrogate, fitted_shape, minimised, misfit
 
@@ -261,3 +262,58 @@ def test_a_longer_analysis_is_asked_about_few_points_and_nothing_is_asked_for_th
     chosen = np.concatenate(points)
     assert len(np.unique(chosen, axis=0)) == len(chosen) and np.all(half_known(chosen) <= 0.0)
     assert counts[1] < 0.4 * counts[0] and counts[1] < 3 * len(chosen)
+
+
+class Coverage:
+    """What rows add to those that were chosen: the weight of what they cover and the others do not."""
+
+    def __init__(self, covered, weights):
+        self.covered, self.weights, self.left = covered, weights, np.ones(len(weights), dtype=bool)
+
+    def of(self, rows):
+        return (self.covered[rows] & self.left) @ self.weights
+
+    def choose(self, row):
+        self.left &= ~self.covered[row]
+
+
+class Open:
+    """Limits that nothing breaks."""
+
+    def __init__(self, size):
+        self.of, self.possible, self.asked = np.ones(size), np.ones(size, dtype=bool), np.ones(size, dtype=bool)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_batch_is_what_picking_one_at_a_time_gives(seed):
+    """Of 20 rows that cover parts of the same, each pick is the best after those before it, by brute force."""
+    draw = np.random.default_rng(seed)
+    covered, weights = draw.random((20, 40)) < 0.2, draw.random(40)
+    expected, done = [], np.zeros(40, dtype=bool)
+    for _ in range(6):
+        adds = [-1.0 if row in expected else weights[covered[row] & ~done].sum() for row in range(20)]
+        expected.append(int(np.argmax(adds)))
+        done |= covered[expected[-1]]
+    assert picked(Coverage(covered, weights), Open(20), 6).tolist() == expected
+
+
+def test_the_shortlist_leaves_out_what_breaks_a_constraint(monkeypatch):
+    """Both objectives fall towards the side of the cube on which the constraint is broken; parents lie on the other."""
+    parents, children = [], gaussian_process.children
+
+    def heard(points, *rest):
+        parents.append(points)
+        return children(points, *rest)
+
+    monkeypatch.setattr(gaussian_process, "children", heard)
+    search = GaussianProcess(np.random.default_rng(1).random((40, 2)), 2, 1, 5)
+    search.tell(*broken_beyond_a_half(search.ask()))
+    search.ask()
+    shortlist = parents[-1]
+    assert np.mean(shortlist[:, 0] < 0.55) > 0.9
+
+
+def broken_beyond_a_half(points):
+    """Objectives (n, 2) that are better the larger the first number is, and a constraint (n, 1) on it."""
+    x, y = points.T
+    return np.stack([1.0 - x + 0.3 * y, 1.0 - x + 0.3 * (1.0 - y)], axis=1), (x - 0.5)[:, None]

@@ -11,10 +11,10 @@ import subprocess
 
 import pytest
 
+from plant.output_files import ASIDE
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.experiments.again.killing import command, compare, result_of
 from tests.tuner.in_process import tuner
-from tuner.store.folder import ASIDE
 
 SETS = [part for key, value in SMALL.items() for part in ("--set", f"{key}={json.dumps(value)}")]
 # Sizes of the disk [kB] and what is being written when it is full.

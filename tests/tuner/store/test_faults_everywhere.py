@@ -10,12 +10,12 @@ import sys
 import pytest
 
 import tuner.report
+from plant.output_files import ASIDE
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.again.killing import assert_sealed, compare, result_of
 from tests.tuner.in_process import tuner as command
 from tests.tuner.store.faults import AFTER, BEFORE, FULL, KINDS, Faults
 from tuner.report.drawing import Drawing
-from tuner.store.folder import ASIDE
 
 # Everything that a run writes, in the fewest flights.
 TINY = {

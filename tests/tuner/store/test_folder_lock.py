@@ -9,7 +9,8 @@ import time
 import pytest
 
 from plant.errors import InputError, StoreError
-from tuner.store.folder import ASIDE, Folder
+from plant.output_files import ASIDE
+from tuner.store.folder import Folder
 
 
 def test_a_second_writer_is_refused_and_told_who_holds_it(tmp_path):

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from plant.output_files import ASIDE
 from tuner.store import clock as clock_module
 from tuner.store.clock import Clock
-from tuner.store.folder import ASIDE, Folder
+from tuner.store.folder import Folder
 
 
 @pytest.fixture

@@ -33,7 +33,7 @@ class Measure(NamedTuple):
 
 
 MEASURES = {
-    "noise": Measure("1", f"rotor commands above {CUTOFF:g} Hz, in hover thrusts"),
+    "noise": Measure("1", f"rotor commands behind a high-pass of first order at {CUTOFF:g} Hz, in hover thrusts"),
     "travel": Measure("1/s", "how far all rotor commands move in a second, in hover thrusts", root=False),
     "rate.roll": Measure("rad/s", "roll rate"),
     "rate.pitch": Measure("rad/s", "pitch rate"),

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from hashlib import blake2b
 from math import isfinite
 from typing import Annotated, Any
 
@@ -32,6 +33,8 @@ WORDS = frozenset(
     "xor_eq".split()
 )
 # Names in the C that no record may take.
+LONGEST_PREFIX = 40
+"""Letters of the prefix of all names in a bundle; with more, declarations are longer than a line and were cut."""
 TAKEN = ("real", "status", "loop", "init", "step", "floor")
 
 
@@ -209,6 +212,8 @@ def _gains(tuned: TunedPlant) -> dict[str, dict[str, str]]:
 
 
 def c_name(text: str) -> str:
-    """Return a text as an identifier of C in lower case."""
+    """Return a text as an identifier of C in lower case, a long one with digits that tell it from others of its beginning."""
     plain = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower()
+    if len(plain) > LONGEST_PREFIX:
+        plain = f"{plain[: LONGEST_PREFIX - 5].rstrip('_')}_{blake2b(plain.encode(), digest_size=2).hexdigest()}"
     return plain if plain[:1].isalpha() else f"plant_{plain}".rstrip("_")

@@ -21,7 +21,7 @@ import numpy as np
 from objectives.memory import model_key
 from objectives.problem import Problem
 from plant.errors import StoreError
-from plant.input_files import read_input_text
+from plant.input_files import parse_json, read_input_text
 from plant.seeds import generator
 from tuner.documents.opening import kind_in
 from tuner.documents.summary import gains_name
@@ -310,7 +310,7 @@ def compare_front(
     name = gains_name(outcome.feasible)
     try:
         there = read_input_text(path / "front.csv")
-        gains, summary = (json.loads(read_input_text(path / file)) for file in (name, "summary.json"))
+        gains, summary = (parse_json(read_input_text(path / file)) for file in (name, "summary.json"))
     except (OSError, ValueError) as error:
         raise Different(f"front.csv, {name} or summary.json cannot be read ({error})") from None
     compare_csv("front.csv", there, csv_text(front_table(outcome)), margin_columns(study), moved)

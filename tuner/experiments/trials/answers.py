@@ -9,6 +9,7 @@ from math import isfinite
 from typing import Any
 
 from plant.errors import InputError, UnknownNameError, one_line, shortened
+from plant.input_files import parse_json
 from tuner.store.trials import Answer, Trial, TrialRecord
 
 LONGEST_LINE = 1_000_000
@@ -105,10 +106,10 @@ def parsed(line: bytes | str, source: str) -> dict[str, Any]:
         raise InputError(f"is longer than {LONGEST_LINE:,} bytes; each line is {FORM}", file=source)
     try:
         text = line.decode("utf-8-sig") if isinstance(line, bytes) else line
-        table = json.loads(text, object_pairs_hook=_once)
+        table = parse_json(text, object_pairs_hook=_once)
     except UnicodeDecodeError:
         raise InputError(f"is not UTF-8 text; each line is {FORM}", file=source) from None
-    except (ValueError, RecursionError):
+    except ValueError:
         raise InputError(f"{_shown_line(line)} is not JSON; each line is {FORM}", file=source) from None
     except InputError as error:
         raise error.located(file=source) from None

@@ -24,6 +24,8 @@ from tuner.text.sentences import counted
 
 PATIENCE, PAUSE = 30.0, 0.05
 """Time [s] for which a folder that another process writes is waited for, and between two looks."""
+MOST_REASONS = 1000
+"""Refused lines of which the reason is kept."""
 BEGUN = {".lock", MANIFEST, "generations", "inputs", "study.toml", "resolved.json", "environment.json"}
 """What a run that was killed before its run.json may have left."""
 
@@ -56,17 +58,22 @@ class Asked:
 
 @dataclass(frozen=True)
 class Told:
-    """What became of the lines told. taken, repeated: their numbers; refused: why; lacking: trials asked for and not told."""
+    """What became of the lines told.
+
+    taken, repeated: their numbers; refused: why, of the first `MOST_REASONS` of `n_refused`; lacking: trials asked for of which
+    nothing was told.
+    """
 
     taken: int
     repeated: int
     refused: list[InputError]
+    n_refused: int
     lacking: int
 
     @property
     def words(self) -> str:
         """The numbers in a sentence, and what is to be done."""
-        done = [f"{self.taken} taken", f"{self.repeated} told before", f"{len(self.refused)} refused"]
+        done = [f"{self.taken} taken", f"{self.repeated} told before", f"{self.n_refused} refused"]
         rest = f"{counted(self.lacking, 'trial')} still lacking." if self.lacking else "Nothing is lacking: ask again."
         return f"Lines: {', '.join(done)}. {rest}"
 
@@ -153,6 +160,7 @@ def tell(path: Path, lines: Iterable[bytes | str], source: str) -> Told:
     study = load_any(path / record.study)
     assert isinstance(study, TrialStudy), "the kind of the folder says so"
     refused: list[InputError] = []
+    n_refused = 0
     with waited_for(path):
         trials = TrialRecord(path)
         answers = Answers(trials, [metric.text for metric in study.metrics])
@@ -162,8 +170,11 @@ def tell(path: Path, lines: Iterable[bytes | str], source: str) -> Told:
             try:
                 answers.take(line, f"{source}, line {number}")
             except InputError as error:
-                refused.append(error)
-        return Told(answers.taken, answers.repeated, refused, len(trials.lacking))
+                n_refused += 1
+                if n_refused <= MOST_REASONS:
+                    # With its traceback each would take some 4 kB.
+                    refused.append(error.with_traceback(None))
+        return Told(answers.taken, answers.repeated, refused, n_refused, len(trials.lacking))
 
 
 def lines_of(source: IO[bytes]) -> Iterator[bytes]:

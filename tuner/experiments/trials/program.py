@@ -14,6 +14,7 @@ from threading import Thread
 from types import TracebackType
 
 from plant.errors import InputError
+from plant.texts import signal_name
 from tuner.experiments.trials.answers import LONGEST_LINE, Answers
 from tuner.store.trials import Answer, Trial, line_of
 
@@ -101,7 +102,7 @@ class Program:
             return f"gave no answer within {self._timeout:g} s"
         if code is None:
             return "closed its output"
-        return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+        return f"was ended by {signal_name(-code)}" if code < 0 else f"ended with exit code {code}"
 
     def _end(self, kindly: bool) -> None:
         """End the program and all that it started; kindly: let it see the end of its input first."""

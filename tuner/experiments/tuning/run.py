@@ -83,7 +83,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
                 yield engine_again(recorded, study.system, study.seed, cluster)
             else:
                 backend = options.get("backend", LANES)
-                yield cluster or engine_named(backend, study.system, study.seed, watcher.on_message)
+                yield cluster or engine_named(backend, study.system, study.seed)
 
     def prepare(self) -> None:
         """Index the flights on record and pose the problem."""

@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import chirp
 
 from plant.references.spec import HOLD, PITCH, ROLL, YAW, YAW_RATE
+from tuner.analysis.flight_plan.choosing import coarse
 from tuner.analysis.flight_plan.excitation import LEAD, PAUSE, TAIL, Excitation, Shape, begins, length_of, references
 
 PERIOD = 0.004
@@ -57,3 +58,10 @@ def test_a_flight_excites_one_axis_after_the_other_with_consistent_references():
     assert np.gradient(samples[:, 2], PERIOD) == pytest.approx(samples[:, 5], abs=0.06)
     assert np.abs(samples[:, PITCH]).max() == pytest.approx(made[1].angle, rel=0.05)
     assert not samples[-1, [ROLL, 5, 8]].any()
+
+
+@pytest.mark.parametrize(("degrees", "coarse_degrees"), [(5.74, 5.7), (5.7, 5.7), (5.79, 5.7), (0.02, 0.1)])
+def test_an_amplitude_in_whole_steps_is_not_larger_than_it_was(degrees, coarse_degrees):
+    """Limits were tried with the amplitude itself; a tenth of a degree is the least that a target takes."""
+    given = Excitation("roll", "angle", float(np.radians(degrees)), 0.5, 4.0, 10.0)
+    assert np.degrees(coarse(given).amplitude) == pytest.approx(coarse_degrees)

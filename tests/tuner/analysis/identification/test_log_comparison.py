@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from objectives.metrics import METRICS, noise
+from plant.airframes import load
 from plant.errors import InputError
-from tuner.analysis.identification.log_comparison import MEASURES, measured, ratio_of
+from tuner.analysis.identification.checks import check_flight
+from tuner.analysis.identification.log_comparison import MEASURES, Spread, measured, ratio_of
 from tuner.logs.flight_log import FlightLog
 
 PERIOD = 0.002
@@ -67,6 +69,43 @@ def test_the_interval_of_a_ratio_holds_the_truth_in_19_of_20_pairs():
     assert 0.91 < np.mean(held) <= 1.0
 
 
+def test_the_relative_error_of_a_root_mean_square_is_that_of_its_samples():
+    """Of n normal samples it is 1/sqrt(2 n), half of that of the mean square; of travel, no root, it is what scatters."""
+    draw, logs = np.random.default_rng(6), []
+    for _ in range(30):
+        logs.append(measured(log_of(draw, 12.0)))
+    for name in ("rate.roll", "rate.pitch", "rate.yaw", "lift"):
+        mean = np.sqrt(np.mean([log[name].relative ** 2 for log in logs]))
+        assert mean == pytest.approx(1.0 / np.sqrt(2.0 * 6000.0), rel=0.2)
+    travels = np.array([log["travel"].value for log in logs])
+    mean = np.sqrt(np.mean([log["travel"].relative ** 2 for log in logs]))
+    assert mean == pytest.approx(np.std(np.log(travels), ddof=1), rel=0.45)
+
+
+def test_the_interval_of_a_short_and_a_long_log_is_that_of_the_short_ones_few_blocks():
+    """Six normal blocks against a log that is known: with the degrees of freedom of the latter it would hold in 89 %."""
+    draw, known = np.random.default_rng(7), Spread(1.0, 1.0, 1.0, 0.0, 10_000)
+    blocks = 1.0 + 1e-4 * draw.standard_normal((4000, 6))
+    errors = blocks.std(axis=1, ddof=1) / np.sqrt(6.0)
+    held = [
+        low <= 1.0 <= high
+        for mean, error in zip(blocks.mean(axis=1), errors, strict=True)
+        for _, low, high in (
+            ratio_of(Spread(mean, mean, mean, error, 6), known),
+            ratio_of(known, Spread(mean, mean, mean, error, 6)),
+        )
+    ]
+    assert np.mean(held) == pytest.approx(0.95, abs=0.012)
+
+
+def test_an_offset_of_the_sensors_is_no_motion():
+    log = log_of(np.random.default_rng(8), 8.0)
+    moved = replace(log, gyro=log.gyro + [0.5, -0.3, 0.2], acceleration=log.acceleration + 0.4)
+    before, after = measured(log), measured(moved)
+    for name in ("rate.roll", "rate.pitch", "rate.yaw", "lift"):
+        assert after[name] == pytest.approx(before[name])
+
+
 def test_a_short_flight_is_refused():
     with pytest.raises(InputError, match="at least 6 s are compared"):
         measured(log_of(np.random.default_rng(3), 4.0))
@@ -86,3 +125,20 @@ def test_a_pause_is_no_part_of_the_flight():
     assert found["rate.roll"].value == pytest.approx(measured(whole)["rate.roll"].value, rel=0.01)
     with pytest.raises(InputError, match="without pauses"):
         measured(replace(whole, time=whole.time + 2.0 * np.floor(whole.time / 0.9)))
+
+
+@pytest.mark.parametrize(("rate", "fatal"), [(49.0, True), (51.0, False)])
+def test_a_log_of_less_than_50_samples_a_second_cannot_be_used(rate, fatal):
+    log = log_of(np.random.default_rng(9), 20.0)
+    slow = replace(log, time=np.arange(float(len(log.time))) / rate)
+    told = [finding for finding in check_flight(slow, load("f450")) if "samples a second" in finding.text]
+    assert [finding.fatal for finding in told] == [fatal]
+
+
+@pytest.mark.parametrize(("gap", "parts"), [(0.2, 1), (0.3, 2)])
+def test_a_pause_of_a_slow_log_is_longer_than_25_of_its_samples(gap, parts):
+    """At 100 samples a second 0.25 s are a pause; 0.1 s would be a few samples that a card lost."""
+    log = log_of(np.random.default_rng(10), 4.0)
+    time = np.arange(float(len(log.time))) * 0.01
+    late = np.where(time > time[len(time) // 2], time + gap - 0.01, time)
+    assert len(replace(log, time=late).stretches()) == parts

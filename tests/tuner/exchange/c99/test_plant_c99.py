@@ -211,6 +211,19 @@ def test_float_has_the_bits_of_its_golden_vectors(case, compiler, tmp_path):
     assert (done.returncode, done.stdout) == (0, "the same bits: 200 steps\n")
 
 
+@pytest.mark.parametrize("letters", [40, 41, 60, 100, 200])
+def test_a_plant_with_a_long_name_compiles(letters, tmp_path):
+    """Declarations of names of 60 letters were cut in two, and the export ended with 0."""
+    name = "m" * letters
+    made = plant_files(system("slewed"), usual_gains(system("slewed")), name=name)
+    written(tmp_path, made)
+    sources = [each for each in made if each.endswith(".c")]
+    compiled(tmp_path, "gcc", STRICT, *sources, "-o", "golden")
+    prefix = sources[0].removesuffix("_controller.c")
+    other = plant_files(system("slewed"), usual_gains(system("slewed")), name=name + "n")
+    assert len(prefix) <= 40 and f"{prefix}_controller.c" not in other
+
+
 def test_the_source_is_cpp(tmp_path):
     written(tmp_path, files("cascade"))
     flags = ("-x", "c++", "-std=c++11", "-Wall", "-Wextra", "-Werror", "-O2", "-ffp-contract=off")

@@ -23,7 +23,7 @@ STAGES = {
     "scenario.0.held_out": 128, "scenario.0.duration": 2.0, "scenario.0.air.intensity": 2.0, "margin.0.min": 20,
     "margin.1.min": 3, "margin.2.max": 4, "margin.3.min": 0.5,
 }  # fmt: skip
-CODE = "import sys; from tuner.cli.main import main; main()"
+CODE = "from tuner.__main__ import run; run()"
 # What tells how long something took, and where it was made.
 TIMES = ("wall_seconds", "search_seconds")
 

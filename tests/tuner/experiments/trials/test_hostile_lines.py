@@ -2,14 +2,19 @@
 
 import json
 import random
+from io import BytesIO
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from plant.errors import InputError
+from plant.scenarios import SEARCH
 from tests.tuner.experiments.trials.bench import bowls, line, made
 from tuner.experiments.trials.answers import LONGEST_LINE
-from tuner.experiments.trials.asking import ask, tell
-from tuner.store.trials import ASKED, TOLD
+from tuner.experiments.trials.asking import ask, lines_of, tell
+from tuner.experiments.trials.problem import TrialProblem
+from tuner.store.trials import ASKED, TOLD, Answer, TrialRecord
 
 
 @pytest.fixture(scope="module")
@@ -151,3 +156,24 @@ def test_late_is_what_was_given_up_before(tmp_path):
     late = refusal(out, line(trials[0], made))
     assert f"{trials[0]['id']}: was told before as failed (no answer for an hour), and now as" in late
     assert ask(study, out).trials == following
+
+
+def test_of_a_line_that_is_too_long_one_part_is_given_and_the_next_line_whole():
+    source = BytesIO(b"x" * (3 * LONGEST_LINE) + b"\nnext\n" + b"y" * (LONGEST_LINE + 5) + b"\nlast")
+    lines = list(lines_of(source))
+    assert [line[:4] for line in lines] == [b"xxxx", b"next", b"yyyy", b"last"]
+
+
+def test_candidates_keep_their_numbers_where_survivors_make_more_trials(tmp_path):
+    study = bowls(tmp_path)
+    (tmp_path / "r").mkdir()
+    record, batch = TrialRecord(tmp_path / "r"), SimpleNamespace(stream=SEARCH)
+    problem = TrialProblem(study, record, lambda trials: [record.tell(answer_of(trial)) for trial in trials])
+    flown = np.empty((0, 0))
+    for rows, first, last in (([[0.1, 0.2], [0.3, 0.4]], 0, 1), ([[0.3, 0.4]], 1, 2), ([[0.5, 0.6]], 0, 1)):
+        problem.scored(np.array(rows), flown, batch, first, last)  # pyright: ignore[reportArgumentType]
+    assert list(record.asked) == ["p0000-search-000", "p0001-search-000", "p0001-search-001", "p0002-search-000"]
+
+
+def answer_of(trial):
+    return Answer(id=trial.id, metrics=made(trial.content()))

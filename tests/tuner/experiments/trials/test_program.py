@@ -92,3 +92,12 @@ def test_a_program_is_ended_with_all_that_it_started(tmp_path):
     program.__exit__(None, None, None)
     # The end of its input lets it end by itself.
     assert mark.exists()
+
+
+@pytest.mark.parametrize(("number", "name"), [(9, "SIGKILL"), (35, "signal 35")])
+def test_a_program_that_a_signal_ends_is_said_by_name_or_number(tmp_path, number, name):
+    """Signals from 35 on have no name in Python."""
+    study, out = bowls(tmp_path), tmp_path / "out"
+    before = f'if trial["id"] == "p0003-search-000": os.kill(os.getpid(), {number}); time.sleep(60)'
+    assert ask(study, out, command=command(tmp_path, before)).concluded
+    assert TrialRecord(out).told["p0003-search-000"].reason == f"the program was ended by {name}"

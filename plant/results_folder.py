@@ -1,0 +1,30 @@
+"""Which folders are results folders: by what a run leaves, for a stranger may have taken part of it away."""
+
+import os
+from pathlib import Path
+
+RECORDS = (
+    "run.json",
+    "manifest.json",
+    "resolved.json",
+    "environment.json",
+    "summary.json",
+    "comparison.json",
+    "contest.json",
+)
+"""Files of which a results folder holds at least one."""
+
+
+def results_folder_of(path: Path) -> Path | None:
+    """Return the outermost results folder that a path lies in, by its name; None where there is none."""
+    return next((folder for folder in reversed(path.absolute().parents) if is_results_folder(folder)), None)
+
+
+def is_results_folder(folder: Path) -> bool:
+    """Return whether a folder holds a record of a run, or the flights of one."""
+    return any(os.path.exists(folder / name) for name in RECORDS) or any((folder / "flights").glob("*.parquet"))
+
+
+def in_results_folder(path: Path) -> bool:
+    """Return whether a path lies in a results folder, however deep, by its name or behind its links."""
+    return results_folder_of(path) is not None or results_folder_of(path.resolve()) is not None

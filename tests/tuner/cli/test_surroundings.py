@@ -1,0 +1,64 @@
+"""Terminals and names that are odd: no columns, no output, ASCII alone, study names that no results folder can hold."""
+
+import os
+import subprocess
+import sys
+from itertools import product
+
+import pytest
+
+from tests.tuner.conftest import QUICKSTART
+
+CODE = "from tuner.__main__ import run; run()"
+COMMANDS = {
+    "list": ("list", "laws"),
+    "help": ("run", "--help"),
+    "show": ("show", "RESULTS"),
+    "check": ("check", "quickstart"),
+}
+SURROUNDINGS = {
+    "one column": {"COLUMNS": "1"}, "three columns": {"COLUMNS": "3"}, "ASCII alone": {"PYTHONIOENCODING": "ascii"},
+    "plain locale": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+}  # fmt: skip
+
+
+def ended(*words, surroundings=None, closed=()):
+    """Run a command as a process of its own; closed: numbers of streams that it is started without."""
+    return subprocess.run(
+        [sys.executable, "-c", CODE, *map(str, words)], capture_output=True, check=False, timeout=120,
+        env={**os.environ, **(surroundings or {})}, preexec_fn=lambda: [os.close(number) for number in closed],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("command", "where"), list(product(COMMANDS, SURROUNDINGS)))
+def test_every_terminal_will_do(command, where, small_run):
+    words = [small_run[1] if word == "RESULTS" else word for word in COMMANDS[command]]
+    done = ended(*words, surroundings=SURROUNDINGS[where])
+    assert (done.returncode, done.stderr) == (0, b"") and done.stdout
+
+
+@pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
+@pytest.mark.parametrize(("words", "code"), [(("list", "laws"), 0), (("show", "nowhere"), 2)])
+def test_closed_streams_change_no_exit_code(words, code, closed):
+    done = ended(*words, closed=closed)
+    assert done.returncode == code and b"Traceback" not in done.stderr
+    assert code == 0 or 2 in closed or done.stderr.count(b"\n") == 1
+
+
+def test_a_file_never_stands_in_the_place_of_a_closed_stream(tmp_path):
+    """Else what is printed would go into it."""
+    done = ended("new", tmp_path / "first", closed=(0, 1, 2))
+    text = (tmp_path / "first.toml").read_text()
+    assert done.returncode == 0 and text.startswith("# A tuning study.") and "Wrote" not in text
+
+
+@pytest.mark.parametrize("name", [b"a\\b.toml", b"a\xff.toml", b"a\nb.toml", b"a\x1b[2Jb.toml"])
+@pytest.mark.parametrize("command", ["check", "run", "new"])
+def test_a_name_that_no_results_folder_can_hold_is_refused_in_one_line(command, name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / os.fsdecode(name)
+    if command != "new":
+        file.write_bytes(QUICKSTART.read_bytes())
+    done = subprocess.run([sys.executable, "-c", CODE, command, file.name], capture_output=True, check=False)
+    assert done.returncode == 2 and done.stderr.count(b"\n") == 1 and b"rename the file" in done.stderr, done.stderr
+    assert not (tmp_path / "results").exists()

@@ -1,0 +1,139 @@
+"""Ctrl-C and SIGTERM: one line, the exit code of the signal, within a bounded time, wherever the signal lands.
+
+An exception that is raised inside an import leaves modules half made, and threads that wait for them wait for ever; one inside a
+model of pydantic is taken for a value that does not fit. So a signal that comes there waits until they are done. And
+whatever becomes of it, a watchdog ends the process after `PATIENCE`. Imports little, for it is in place before everything else.
+"""
+
+import _thread
+import atexit
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from types import FrameType
+from typing import Any, NoReturn
+
+SIGNALLED = 128
+"""Exit code of an end by a signal, less the number of the signal."""
+INTERRUPTED = SIGNALLED + signal.SIGINT
+TERMINATED = SIGNALLED + signal.SIGTERM
+PATIENCE = 3.0
+"""Time from a signal to the end of the process, at most [s]."""
+RETRY = 0.02
+"""Time after which a signal is raised again that could not be taken where it came [s]."""
+SWALLOWING = ("<frozen importlib._bootstrap>", f"{os.sep}pydantic{os.sep}")
+"""Parts of the names of files whose code makes something else of an exception: half a module, another branch of a union."""
+
+
+class Interrupted(BaseException):
+    """A signal that asks this process to end; no KeyboardInterrupt, which the libraries of the command line take for theirs."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        super().__init__(signal.Signals(number).name)
+
+
+class Signals:
+    """Turns Ctrl-C and SIGTERM into `Interrupted` while it is entered; a second one ends the process where it stands.
+
+    number: of the signal that came, None before; it stays, whatever became of the exception. Outside the main thread, and for
+    signals that are ignored, nothing changes.
+    """
+
+    def __init__(self) -> None:
+        self.number: int | None = None
+        self._is_open = False
+        self._is_retried = False
+        self._before: dict[int, Any] = {}
+        self._hook = sys.unraisablehook
+
+    def __enter__(self) -> "Signals":
+        self._is_open = True
+        if threading.current_thread() is threading.main_thread():
+            self._hook, sys.unraisablehook = sys.unraisablehook, self._retry_unraisable
+            for number in (signal.SIGINT, signal.SIGTERM):
+                if signal.getsignal(number) is not signal.SIG_IGN:
+                    self._before[number] = signal.signal(number, self._interrupt)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._is_open = False
+        for number, handler in self._before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        sys.unraisablehook = self._hook
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        if self.number is None:
+            end_after(PATIENCE, number, lambda: self._is_open)
+        elif not self._is_retried:
+            end_now(number)
+        self.number, self._is_retried = number, False
+        if is_swallowed(frame):
+            self._retry(number)
+        else:
+            raise Interrupted(number)
+
+    def _retry_unraisable(self, found: Any) -> None:
+        """Send a signal again that was raised where nobody could take it, such as in a destructor."""
+        if isinstance(found.exc_value, Interrupted):
+            self._retry(found.exc_value.number)
+        else:
+            self._hook(found)
+
+    def _retry(self, number: int) -> None:
+        self._is_retried = True
+        _later(RETRY, lambda: self._is_open and os.kill(os.getpid(), number))
+
+
+def is_swallowed(frame: FrameType | None) -> bool:
+    """Return whether a frame runs on behalf of an import or of a model of pydantic, which would take an exception for theirs."""
+    while frame is not None:
+        if any(part in frame.f_code.co_filename for part in SWALLOWING):
+            return True
+        frame = frame.f_back
+    return False
+
+
+def end_now(number: int, frame: FrameType | None = None) -> None:
+    """Print one line and end the process where it stands: a handler of a signal before and after a command's own work."""
+    with suppress(OSError):
+        os.write(2, b"Interrupted.\n")
+    os._exit(SIGNALLED + number)
+
+
+def end_after(seconds: float, number: int, is_wanted: Callable[[], bool]) -> None:
+    """End the process after so many seconds as if by a signal, where that is still wanted then."""
+    _later(seconds, lambda: is_wanted() and end_now(number))
+
+
+def end_without_joining(code: int) -> NoReturn:
+    """End an interrupted process: what was registered for the end is done, threads that are at work are not waited for.
+
+    The interpreter's own end joins threads that may wait for each other, and aborts where another is inside of C++.
+    """
+    end_after(PATIENCE, code - SIGNALLED, lambda: True)
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):
+            stream.flush()
+    os._exit(code)
+
+
+def end_at_interrupts() -> None:
+    """Have Ctrl-C end this process with one line, unless somebody handles or ignores it."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, end_now)
+
+
+def _later(seconds: float, do: Callable[[], object]) -> None:
+    """Call a function after so many seconds; no `threading.Timer`, whose locks the interrupted code may hold."""
+
+    def wait() -> None:
+        time.sleep(seconds)
+        do()
+
+    _thread.start_new_thread(wait, ())
