@@ -2,6 +2,7 @@
 
 from typing import Annotated, Literal
 
+from tuner.documents.parts import ShareCount
 from tuner.store.document import Document, DocumentPart, OneOf, Sense
 
 
@@ -9,7 +10,7 @@ class JudgedRow(DocumentPart):
     """One limit; null limit: an objective, reported alone.
 
     value: null where infinite; low, high: ends of the 95 % interval, null where there is none; flights: that it rests on, 0 for
-    what is known without flying.
+    what is known without flying; count: of a quantity that is 0 or 1.
     """
 
     label: str
@@ -24,6 +25,7 @@ class JudgedRow(DocumentPart):
     high: float | None
     flights: int
     verdict: str
+    count: ShareCount | None = None
 
 
 class JudgementDocument(Document):

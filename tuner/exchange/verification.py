@@ -12,7 +12,7 @@ from objectives.decisions import DecisionSpace
 from objectives.margins.trim import Trim
 from objectives.metrics import parse
 from objectives.problem import FlightBatch, Objective, Problem
-from objectives.risk import Risk, paired_difference
+from objectives.risk import Risk
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.seeds import generator
@@ -127,7 +127,7 @@ def _requirements(controller: Controller) -> list[LimitRow]:
 
 def metric_rows(asked: Controller, held: Controller, flights: int, watcher: Watcher) -> list[RoundedMetric]:
     """Return mean metrics over the same flights before and after rounding, with the difference flight by flight and its 95 %
-    bootstrap interval.
+    interval.
     """
     first, second = _problem(asked), _problem(held)
     if not first.flyer.cached:
@@ -141,7 +141,7 @@ def metric_rows(asked: Controller, held: Controller, flights: int, watcher: Watc
         low, high = 0.0, 0.0
         if held is not asked:
             drawn = generator(SEED, "bootstrap/export", i)
-            low, high = _interval(after[i], before[i], drawn)
+            low, high = _interval(first.objectives[i], after[i], before[i], drawn)
         row = RoundedMetric(
             metric=name, unit=parse(name).unit, asked=float(before[i].mean(axis=0)), held=float(after[i].mean(axis=0)),
             difference=float((after[i] - before[i]).mean(axis=0)), low=low, high=high,
@@ -150,9 +150,12 @@ def metric_rows(asked: Controller, held: Controller, flights: int, watcher: Watc
     return rows
 
 
-def _interval(after: np.ndarray, before: np.ndarray, drawn: np.random.Generator) -> tuple[float, float]:
-    estimate = paired_difference(after, before, Risk("mean"), drawn, REPLICATES)
-    return float(estimate.low), float(estimate.high)
+def _interval(
+    metric: Objective, after: np.ndarray, before: np.ndarray, draw: np.random.Generator
+) -> tuple[float, float]:
+    resample = draw.integers(len(after), size=(REPLICATES, len(after)), dtype=np.intp)
+    _, low, high = metric.difference(after, before, resample)
+    return float(low), float(high)
 
 
 def _problem(controller: Controller) -> Problem:

@@ -29,7 +29,7 @@ from plant.model.signals import Signal, signal_from
 from plant.own_code import in_results_folder, run_own_code
 from plant.records import flatten, paths
 from tuner.gains.ranges import LONGEST_OF_PLANTS, check_multiple, check_value, timing_of
-from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
+from tuner.study.judged_reading import constraint_of, held_with, listed, objective_of, pick_rule, unique
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
 from tuner.study.plant_schema import ChannelTable, PlantGainTable, PlantScenarioTable, PlantStudyTable, PlantTable
@@ -37,7 +37,7 @@ from tuner.study.reading import checked_table
 from tuner.study.schema import MarginTable
 from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import ScenarioSize, check_size
-from tuner.study.study import StudyScenario, TuningStudy
+from tuner.study.study import StudyScenario, TuningStudy, usual_keys
 from tuner.text.input_errors import located
 
 # Keys of [plant] that name files, and those that only an FMU has.
@@ -82,7 +82,8 @@ class PlantStudy(TuningStudy):
         values = self._values()
         plant = {key: value for key, value in values["plant"].items() if key not in PATHS}
         content = {**values, "plant": plant}
-        return {key: value for key, value in content.items() if key not in ("title", "description", *without)}
+        left = ("title", "description", *without, *usual_keys(self.table.confidence))
+        return {key: value for key, value in content.items() if key not in left}
 
     def _values(self) -> dict[str, Any]:
         system = self.system
@@ -135,6 +136,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
             listed("constraint", path, table.constraint, lambda entry: constraint_of(entry, scenarios, system))
         )
         unique("constraint", [entry.objective.label for entry in constraints])
+        constraints = held_with(table.confidence, constraints)
         judged = [entry.metric for entry in (*objectives, *(each.objective for each in constraints))]
         system = metering(system, judged)
         check_bounds(system, judged)

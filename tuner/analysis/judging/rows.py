@@ -1,9 +1,7 @@
 """One limit after the other: value, interval, verdict.
 
 A limit on flights is judged by the value over all of them; its interval says whether another draw could have judged otherwise.
-The interval is the bootstrap's, but for a mean share of lost flights it is exact, because no resample of flights that all
-completed loses one: C. J. Clopper, E. S. Pearson, Biometrika 26(4):404-413, 1934. Of a worst case none can be given.
-Requirements that are known without flying are exact and have no interval.
+Of a worst case none can be given. Requirements that are known without flying are exact and have no interval.
 """
 
 from math import isfinite
@@ -12,13 +10,13 @@ import numpy as np
 
 from objectives.problem import Evaluation, Objective, Problem
 from objectives.requirements import Requirement
-from objectives.risk import bootstrap_interval
 from plant.seeds import generator
 from tuner.documents.judgement import JudgedRow
+from tuner.documents.parts import ShareCount
 from tuner.study.study import TuningStudy
 
 Array = np.ndarray
-REPLICATES, TAIL = 2000, 0.025
+REPLICATES = 2000
 PASS, UNCERTAIN, FAIL = "pass", "not certain", "fail"
 REPORTED, KEPT, MISSED = "reported", "target kept", "target missed"
 # Kept by the value, broken by the value, but for a target that nothing depends on.
@@ -49,7 +47,7 @@ def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, i
     value = float(quantity.risk.apply(scores))
     low, high = interval(quantity, scores, generator(root, "check/bootstrap", index))
     metric = quantity.metric.metric
-    return JudgedRow(
+    row = JudgedRow(
         label=quantity.label,
         kind="objective" if most is None else "constraint",
         quantity=metric.definition,
@@ -62,6 +60,7 @@ def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, i
         flights=len(scores),
         verdict=verdict(most, value, high),
     )
+    return row.model_copy(update={"count": ShareCount.of(scores)}) if quantity.is_binary else row
 
 
 def verdict(most: float | None, value: float, high: float | None) -> str:
@@ -77,19 +76,9 @@ def interval(quantity: Objective, scores: Array, draw: np.random.Generator) -> t
     """Return the 95 % interval of a risk over scores (flights,); None for a worst case."""
     if quantity.risk.name == "worst":
         return None, None
-    if quantity.risk.name == "mean" and not quantity.metric.metric.graded:
-        return share_interval(int(np.sum(scores > 0.0, axis=0)), len(scores))
-    low, high = bootstrap_interval(scores, quantity.risk, draw, REPLICATES)
+    resample = draw.integers(len(scores), size=(REPLICATES, len(scores)), dtype=np.intp)
+    low, high = quantity.interval(scores, resample)
     return float(low), float(high)
-
-
-def share_interval(hits: int, count: int) -> tuple[float, float]:
-    """Return the exact 95 % interval of a share of which `hits` of `count` were seen."""
-    from scipy.special import betaincinv
-
-    low = float(betaincinv(hits, count - hits + 1, TAIL)) if hits else 0.0
-    high = float(betaincinv(hits + 1, count - hits, 1.0 - TAIL)) if hits < count else 1.0
-    return low, high
 
 
 def known_row(requirement: Requirement, value: float) -> JudgedRow:

@@ -162,6 +162,8 @@ def cells(row: JudgedRow) -> list[str]:
         return [row.label, limit, value, "", unit, row.verdict]
     room = width(row)
     ends = f"{digits(row.low, room)} to {digits(row.high, room)}"
+    if row.count is not None and not row.count.events:
+        ends = f"{ends} ({row.count.words})"
     return [row.label, limit, digits(row.value, room), ends, unit, row.verdict]
 
 

@@ -9,6 +9,7 @@ from objectives.margins.period import CHANNELS
 from objectives.margins.trim import Trim
 from objectives.problem import Objective
 from objectives.risk import minimum_samples
+from objectives.risk.measures import TAIL_SCENARIOS
 from plant.nominal import yaw_lead
 from plant.scenarios import HELD_OUT, SEARCH
 from tuner.analysis.judging.judge import differences
@@ -26,7 +27,7 @@ def few_scenarios(study: SearchedStudy) -> list[str]:
     few = study.search.first is not None or ALGORITHMS[study.search.algorithm].usual.first is not None
     streams = (HELD_OUT,) if few else (SEARCH, HELD_OUT)
     return [
-        f"{objective.label} rests on {have} {stream} scenarios; {need} would put five into its tail, so expect "
+        f"{objective.label} rests on {have} {stream} scenarios; {need} would put {TAIL_SCENARIOS} into its tail, so expect "
         f"its {stream} value to be optimistic."
         for objective in study.objectives
         for stream in streams
