@@ -1,6 +1,7 @@
 """One limit after the other: value, interval, verdict.
 
 A limit on flights is judged by the value over all of them; its interval says whether another draw could have judged otherwise.
+A share that is limited to 0 is judged on the flights made, for no number of them shows that; its bound is told beside it.
 Of a worst case none can be given. Requirements that are known without flying are exact and have no interval.
 """
 
@@ -58,7 +59,7 @@ def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, i
         low=low,
         high=high,
         flights=len(scores),
-        verdict=verdict(most, value, high),
+        verdict=verdict(most, value, value if quantity.is_binary and most == 0.0 else high),
     )
     return row.model_copy(update={"count": ShareCount.of(scores)}) if quantity.is_binary else row
 

@@ -53,14 +53,7 @@ def contest_document(result: Result, warnings: list[str]) -> ContestDocument:
         contenders=[contender_row(result, k) for k in range(len(result.names))],
         quantities=[quantity_row(quantity) for quantity in contest.quantities],
         estimates=[
-            EstimateRow(
-                contender=name,
-                quantity=quantity.label,
-                **result.comparison.estimates[k][i].content(),
-                **count_of(result, k, i),
-            )
-            for k, name in enumerate(result.names)
-            for i, quantity in enumerate(contest.quantities)
+            estimate_row(result, k, i) for k in range(len(result.names)) for i in range(len(contest.quantities))
         ],
         differences=[difference_row(result, entry) for entry in result.comparison.differences],
         fronts=fronts_part(result),

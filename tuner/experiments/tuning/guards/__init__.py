@@ -15,7 +15,13 @@ from objectives.problem import Constraint
 from tuner.analysis.held_out import differences_to
 from tuner.experiments.tuning.bounds import on_bounds
 from tuner.experiments.tuning.guards import after
-from tuner.experiments.tuning.guards.before import default_elsewhere, few_scenarios, leading_yaw, rates_without_damping
+from tuner.experiments.tuning.guards.before import (
+    default_elsewhere,
+    few_scenarios,
+    leading_yaw,
+    rates_without_damping,
+    unprovable_shares,
+)
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.study.study import SearchedStudy, Study, TuningStudy
 
@@ -103,6 +109,7 @@ def floor_of(study: Study) -> tuple[Constraint, ...]:
 
 GUARDS = {
     "few_scenarios": Guard(BEFORE, "too few scenarios for the level of a risk", few_scenarios),
+    "unprovable_shares": Guard(BEFORE, "limits on shares that the held-out flights cannot show", unprovable_shares),
     "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere, Study),
     "rates_without_damping": Guard(BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping, Study),
     "leading_yaw": Guard(
