@@ -98,7 +98,9 @@ class FinalFlights:
         apart = quantity.difference(samples[self.complete], samples[row], drawn)
         if quantity.is_binary:
             early = self.seen(i, early=True)[0]
-            return PairedDifference(*self._merged(apart, quantity.difference(early[~self.complete], early[row], drawn)))
+            parts = self._merged(apart, quantity.difference(early[~self.complete], early[row], drawn))
+            # From itself it differs by nothing, whatever was not seen.
+            return PairedDifference(*[np.where(np.arange(len(part)) == row, 0.0, part) for part in parts])
         return PairedDifference(*self._carried(i, 0.95, *apart))
 
     def replicates(self, i: int) -> Array:

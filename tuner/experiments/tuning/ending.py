@@ -80,10 +80,13 @@ def _broken(outcome: Outcome) -> list[str]:
     limits, split = limits_of(study.constraints, study.requirements), len(study.constraints)
     said = []
     for i in np.flatnonzero(finalists.excess[row] > 0.0).tolist():
-        if i < split:
-            said.append(f"{limits[i].text} with {_estimate(finalists.flown.estimate(len(study.objectives) + i), row)}")
+        if i >= split:
+            told = f"{finalists.evaluation.requirements[row, i - split]:.4g}"
+        elif study.constraints[i].rests_on_value:
+            told = f"{limits[i].limit + finalists.excess[row, i]:.4g}"
         else:
-            said.append(f"{limits[i].text} with {finalists.evaluation.requirements[row, i - split]:.4g}")
+            told = _estimate(finalists.flown.estimate(len(study.objectives) + i), row)
+        said.append(f"{limits[i].text} with {told}")
     return said
 
 

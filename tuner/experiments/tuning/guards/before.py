@@ -38,7 +38,7 @@ def few_scenarios(study: SearchedStudy) -> list[str]:
 def unprovable_shares(study: SearchedStudy) -> list[str]:
     """Warn of shares that the held-out flights cannot show to keep their limit, not even without a single event."""
     return [
-        f"{entry.objective.label} at most {entry.most:g} cannot be shown by {have} held-out flights, not even where none is lost: "
+        f"{entry.objective.label} at most {entry.most:g} cannot be shown by {have} held-out flights, not even if none is lost: "
         f"their {100.0 * entry.confidence:g} % interval ends at {high:.2g}. It takes {need:,} flights: raise held_out, or ask "
         "max = 0 (none of those flown), or confidence = 0 (the value alone)."
         for entry in study.constraints
