@@ -90,7 +90,7 @@ def known_row(requirement: Requirement, value: float) -> JudgedRow:
         label=requirement.label,
         kind="requirement",
         quantity=requirement.quantity,
-        **requirement.units(),
+        **requirement.units(),  # pyright: ignore[reportArgumentType]
         sense=requirement.sense,
         limit=requirement.in_file(requirement.limit),
         value=requirement.in_file(value) if isfinite(value) else None,
