@@ -131,10 +131,11 @@ def _shown(row: ComparedRow) -> str:
 def _rejudged(limit: Limit, index: int, row: ComparedRow) -> str:
     key = limit.automatic or f"constraint.{index}.max"
     smaller = f"a smaller {key} picks a point that lies further from this limit, and " if limit.limit > 0.0 else ""
-    larger = significant(row.tuned.high, 2)
+    # An automatic limit is a share of an error that the key does not tell.
+    larger = "a larger one" if limit.automatic else f"one of about {significant(row.tuned.high, 2)} or more"
     return (
         f"`tuner rejudge FOLDER --set {key}=VALUE --out NEW` judges the flights already flown by another limit: {smaller}"
-        f"one of about {larger} or more has room for this point."
+        f"{larger} has room for this point."
     )
 
 
