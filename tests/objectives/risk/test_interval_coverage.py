@@ -147,3 +147,16 @@ def test_gap_limits_by_hand(level, low, high):
     value, other = np.array([5.0 * level]), np.array([3.0 * level])
     ends = gap_interval(value, 4 / 5 * value, 8 / 5 * value, other, 0 * other, 3.75 / 3 * other)
     np.testing.assert_allclose(ends, [[level * (2 - 1.25)], [level * (2 + 18**0.5)]], rtol=1e-12)
+
+
+def test_a_mean_of_rare_values_keeps_the_room_that_its_resamples_show():
+    # One of 256 is not 0: 37 % of the resamples hold none of it. Left out, they would leave the value itself as the upper end.
+    values = np.zeros(256)
+    values[7] = 1.0
+    drawn = np.random.default_rng(5).integers(256, size=(4000, 256))
+    low, high = interval_on(values, Risk("mean"), drawn)
+    # The number of them in a resample is binomial(256, 1/256); its 97.5 % quantile is 3.
+    assert (low * 256, high * 256) == (0.0, pytest.approx(binom.ppf(0.975, 256, 1 / 256)))
+    # Two flights: all resamples with a standard error are the sample itself.
+    low, high = interval_on(np.array([1.0, 2.0]), Risk("mean"), drawn[:, :2] % 2)
+    assert (low, high) == (1.0, 2.0)

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from itertools import combinations
 
+import numpy as np
+
 from objectives.risk import resampled_scenarios, within
 from plant.seeds import generator
 from tuner.analysis.held_out import TABLE_REPLICATES
@@ -61,5 +63,8 @@ def compare_all(flown: Flown, quantities: tuple[Quantity, ...], root: int) -> Co
             own.append(SampledValue(*map(float, ends)))
         for first, second in combinations(range(count), 2):
             apart = objective.difference(samples[second], samples[first], part)
-            differences.append(Difference(first, second, i, SampledValue(*map(float, apart))))
+            # Who flew every flight alike to the bit is the same: nothing is open, not even losses that were not seen.
+            same = np.array_equal(flown.scores[first], flown.scores[second])
+            value = SampledValue(0.0, 0.0, 0.0) if same else SampledValue(*map(float, apart))
+            differences.append(Difference(first, second, i, value))
     return Comparison(estimates, differences)
