@@ -100,3 +100,15 @@ def test_a_share_of_zero_is_a_matter_of_the_flights_made(most, confidence, alone
     assert Constraint(FAILURE, most, confidence=confidence).rests_on_value == alone
     worst = Constraint(Objective(parse("travel"), Risk("worst")), 1.0, confidence=confidence)
     assert worst.rests_on_value
+
+
+def test_an_interval_of_a_metric_has_no_end_below_zero():
+    # Eight values of which most are 0: the studentised end alone lies below 0.
+    values = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.2, 1.0])
+    drawn, risk = np.random.default_rng(3).integers(8, size=(400, 8)), Risk("mean")
+    assert interval_on(values, risk, drawn).low < 0.0
+    low, high = Objective(parse("itae.x"), risk).interval(values, drawn)
+    assert low == 0.0 and high == interval_on(values, risk, drawn).high
+    assert (
+        Objective(parse("itae.x"), risk).interval(values - 1.0, drawn).low == interval_on(values - 1.0, risk, drawn).low
+    )
