@@ -24,7 +24,15 @@ from objectives.requirements import (
     requirements_of,
     worth_flying,
 )
-from objectives.risk import Risk
+from objectives.risk import (
+    Interval,
+    PairedDifference,
+    Risk,
+    binary_difference,
+    binary_interval,
+    interval_on,
+    paired_difference_on,
+)
 from objectives.system import FlightBatch
 
 
@@ -43,17 +51,47 @@ class Objective:
         where = "" if self.scenario is None else f"@{self.scenario}"
         return f"{self.risk.name}{level}({self.metric}){where}"
 
+    @property
+    def is_binary(self) -> bool:
+        """Whether every flight has 0 or 1."""
+        return self.metric.metric.is_binary
+
+    def interval(self, samples: np.ndarray, resample: np.ndarray, confidence: float = 0.95) -> Interval:
+        """Return the interval of the risk of samples (..., n), exact for shares, else on resamples (replicates, n)."""
+        if self.is_binary:
+            return Interval(*binary_interval(samples, self.risk, confidence))
+        low, high = interval_on(samples, self.risk, resample, confidence)
+        # A metric is at least 0, and so is every risk of it; the studentised end of a few flights need not be.
+        return Interval(np.where(np.min(samples, axis=-1) >= 0.0, np.maximum(low, 0.0), low), high)
+
+    def difference(
+        self, first: np.ndarray, second: np.ndarray, resample: np.ndarray, confidence: float = 0.95
+    ) -> PairedDifference:
+        """Return risk(first) - risk(second) with its interval as `interval`; shapes as in `paired_difference_on`."""
+        if self.is_binary:
+            value = self.risk.apply(first) - self.risk.apply(second)
+            return PairedDifference(value, *binary_difference(first, second, self.risk, confidence))
+        return paired_difference_on(first, second, self.risk, resample, confidence)
+
 
 @dataclass(frozen=True)
 class Constraint:
     """An objective's value that must not exceed `most`.
 
     floor: key of the study that moves a limit which no study writes, see `objectives.mission`; "" for a study's own limit.
+    confidence: of the interval whose upper end must not exceed it either where a point is recommended; 0: the value alone.
     """
 
     objective: Objective
     most: float
     floor: str = ""
+    confidence: float = 0.0
+
+    @property
+    def rests_on_value(self) -> bool:
+        """Whether the value alone decides: of a worst case no interval is known, and no number of flights shows a share of 0."""
+        unknown = self.objective.risk.name == "worst" or (self.objective.is_binary and self.most == 0.0)
+        return self.confidence == 0.0 or unknown
 
 
 @dataclass(frozen=True)
@@ -63,7 +101,8 @@ class Evaluation:
     came from; origin (flights,): name of the scenario of each flight; requirements (n, requirements): their values, known
     without flying; flown (n,): false where those spared the flights, whose scores are then those of failures at t = 0;
     counted (n,): number of flights of each candidate where a race ended some early (`objectives.racing`), None where everyone
-    flew all; screening_seconds, flight_seconds: how long asking for the requirements and flying took.
+    flew all; failed (n, flights): which of them did not complete, None where that was not kept; screening_seconds,
+    flight_seconds: how long asking for the requirements and flying took.
     """
 
     values: np.ndarray
@@ -74,6 +113,7 @@ class Evaluation:
     requirements: np.ndarray
     flown: np.ndarray
     counted: np.ndarray | None = None
+    failed: np.ndarray | None = None
     screening_seconds: float = 0.0
     flight_seconds: float = 0.0
 
@@ -218,17 +258,19 @@ class Evaluator(ABC):
                 scores.append(part)
                 failed.append(status)
                 origin += [batch.spec.name] * (last - first)
+        lost = np.concatenate(failed, axis=-1)
         all_scores, names = np.concatenate(scores, axis=-1), np.array(origin)
         risks = self.risks(all_scores, names)
         n = len(self.objectives)
         return Evaluation(
             values=risks[:, :n],
             violations=np.concatenate([self.broken(risks), known_violations(self.requirements, known)], axis=1),
-            failures=np.concatenate(failed, axis=-1).mean(axis=-1),
+            failures=lost.mean(axis=-1),
             scores=all_scores,
             origin=names,
             requirements=known,
             flown=flown,
+            failed=lost,
             screening_seconds=screened - begin,
             flight_seconds=self.now() - screened,
         )

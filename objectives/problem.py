@@ -72,7 +72,7 @@ class Problem(Evaluator):
         self.system = system = metering(system, (quantity.metric for quantity in self.quantities))
         self.flyer = system.flyer(threads)
         self.memory = memory
-        self._root = root
+        self.root = root
         self._model = model
         self.engine = engine or LocalEngine(system, root, self.flyer)
         self._known_targets: dict[ScenarioSpec, Targets] = {}
@@ -115,7 +115,7 @@ class Problem(Evaluator):
 
     def key(self, batch: FlightBatch) -> str:
         """Return what names the flights of a batch, but for gains and index, see `objectives.memory`."""
-        return scenario_key(self.system, self._root, batch, self.engine.arithmetic, self._model)
+        return scenario_key(self.system, self.root, batch, self.engine.arithmetic, self._model)
 
     def results(
         self,
@@ -182,7 +182,7 @@ class Problem(Evaluator):
         batch = FlightBatch(spec, SEARCH, 1)
         self.engine.warm_up(gains, batch)
         if not isinstance(self.engine, LocalEngine):
-            LocalEngine(self.system, self._root, self.flyer).warm_up(gains, batch)
+            LocalEngine(self.system, self.root, self.flyer).warm_up(gains, batch)
 
     def score(self, results: np.ndarray, spec: ScenarioSpec) -> tuple[np.ndarray, np.ndarray]:
         """Turn result rows (n, flights, rows) into scores (n, quantities, flights) and failures (n, flights)."""

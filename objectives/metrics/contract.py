@@ -66,6 +66,10 @@ def is_described(metric: Any) -> Iterator[Breach]:
     for key, allowed in CHOICES.items():
         if getattr(metric, key) not in allowed:
             yield Breach("", f"given {key} = {getattr(metric, key)!r}; allowed: {', '.join(map(repr, allowed))}")
+    if metric.is_binary and (metric.graded or metric.combine != "max"):
+        yield Breach(
+            "", 'given is_binary with graded = True or another combine than "max"; a lost flight has 0 or 1 too'
+        )
     for key in ("value", "bound"):
         if not callable(getattr(metric, key)):
             yield Breach("", f"{key} must be a function of the view")
@@ -117,6 +121,8 @@ def values_are_right(metric: Metric) -> Iterator[Breach]:
                 "bound",
                 f"is exceeded {over:.3g} times by a flight inside the limits; a lost flight must cost more than any",
             )
+        if metric.is_binary and not (np.isin(value, (0.0, 1.0)).all() and (bound == 1.0).all()):
+            yield Breach("value", "is not 0 or 1 with a bound of 1, though is_binary says so")
         if not np.array_equal(value, _array(metric.value(view))):
             yield Breach("value", "gives another number when it is asked again")
 

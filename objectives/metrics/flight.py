@@ -58,5 +58,7 @@ FLIGHT_METRICS = (
         graded=False,
         highest=1.0,
         reaches_zero=True,
+        is_binary=True,
+        combine="max",
     ),
 )

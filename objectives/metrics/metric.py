@@ -77,8 +77,8 @@ class Metric:
     meaningless on an axis that makes no step. censored(view): where the flight ended before the awaited event, for
     metrics that are times. graded: a failed flight costs the more, the earlier it failed; otherwise it costs the
     bound. highest: the largest value that there is, 1 for a share. reaches_zero: whether a flight can have 0; the others
-    come near it at best. accumulator: what it adds up itself. origin: the file or package that it comes from, None where it is
-    bundled.
+    come near it at best. is_binary: every flight has 0 or 1, lost ones included, so risks are functions of a share and get exact
+    intervals. accumulator: what it adds up itself. origin: the file or package that it comes from, None where it is bundled.
     """
 
     name: str
@@ -95,6 +95,7 @@ class Metric:
     graded: bool = True
     highest: float = inf
     reaches_zero: bool = False
+    is_binary: bool = False
     accumulator: Accumulator | None = None
     origin: Origin | None = field(default=None, compare=False)
 

@@ -11,8 +11,18 @@ from objectives.risk.bootstrap import (
 )
 from objectives.risk.joint import resampled_scenarios, within
 from objectives.risk.measures import RISKS, Risk, RiskMeasure, minimum_samples
+from objectives.risk.shares import (
+    ShareInterval,
+    binary_difference,
+    binary_interval,
+    clopper_pearson,
+    flights_to_show,
+    share_difference,
+    upper_bound,
+)
 
 __all__ = [
-    "RISKS", "Interval", "PairedDifference", "Risk", "RiskMeasure", "bootstrap_interval", "interval_on", "minimum_samples",
-    "paired_difference", "paired_difference_on", "replicates_on", "resampled_scenarios", "within",
+    "RISKS", "Interval", "PairedDifference", "Risk", "RiskMeasure", "ShareInterval", "binary_difference", "binary_interval",
+    "bootstrap_interval", "clopper_pearson", "flights_to_show", "interval_on", "minimum_samples", "paired_difference",
+    "paired_difference_on", "replicates_on", "resampled_scenarios", "share_difference", "upper_bound", "within",
 ]  # fmt: skip

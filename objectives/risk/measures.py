@@ -26,8 +26,8 @@ Values = NDArray[np.float64]
 # a n is an integer up to rounding (0.55 * 100 > 55), and the next order statistic must not be taken for that.
 ROUNDING = 1e-9
 
-TAIL_SCENARIOS = 5
-"""Scenarios that must lie in the tail of a measure before its value is worth reporting."""
+TAIL_SCENARIOS = 8
+"""Scenarios in the tail of a measure below which its interval covers too little: with 5, 91 to 93 % instead of 95 %."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ RISKS: dict[str, RiskMeasure] = {
         has_level=True,
         coherent=True,
     ),
-    # 59 scenarios exceed the 95 % quantile at least once with 95 % confidence (Wilks): 5/59 is that number as a tail.
+    # 59 scenarios exceed the 95 % quantile at least once with 95 % confidence (Wilks); as a tail that is TAIL_SCENARIOS/59.
     "worst": RiskMeasure("worst scenario", _worst, lambda level: TAIL_SCENARIOS / 59, has_level=False, coherent=True),
 }
 

@@ -7,8 +7,10 @@ and q + max(x - q, 0)/(1 - a) for CVaR at level a with quantile q, whose mean is
 
 Measured on 800 repetitions with 256 values, CVaR at 0.95: the percentile interval covers 87 to 89 %, BCa 90 to 91 %, this one
 94 to 95 % (normal, lognormal with sigma 0.5 and 1). Single order statistics (quantile, worst) have no standard error in the
-sample and keep the percentile interval, which covers 94 to 96 % for the quantile. So does a quantity that some resample finds
-constant, like a failure rate of 1 in 256: it cannot be measured in a standard error of zero.
+sample and keep the percentile interval, which covers 94 to 96 % for the quantile. A resample that finds a quantity constant
+cannot be measured in its standard error of zero and is left out, as long as such are fewer than the tail: with 5 flights in the
+tail (CVaR of lognormal values, sigma 0.6) intervals then cover 91 to 93 %, where percentiles covered 86 to 88 %. Shares have
+exact intervals (`objectives.risk.shares`).
 """
 
 from math import sqrt
@@ -68,8 +70,10 @@ def ends(value: float, error: float, sampled: Resampled, confidence: float) -> t
     """Return both ends of the interval of a risk with this value and standard error in the sample itself."""
     tails = [0.5 * (1.0 - confidence), 0.5 * (1.0 + confidence)]
     least = ROUNDING * np.max(np.abs(sampled.drawn), axis=0)
-    if error <= least or np.min(sampled.errors, axis=0) <= least:
+    measurable = sampled.errors > least
+    # They count as the lowest t of all: beyond the tail, an upper end that leaves them out would be too low.
+    if error <= least or np.mean(~measurable, axis=0) > tails[0]:
         low, high = np.quantile(sampled.drawn, tails, axis=0)
         return float(low), float(high)
-    low, high = np.quantile((sampled.drawn - value) / sampled.errors, tails, axis=0)
+    low, high = np.quantile((sampled.drawn[measurable] - value) / sampled.errors[measurable], tails, axis=0)
     return value - float(high) * error, value - float(low) * error

@@ -6,12 +6,13 @@ from functools import cached_property
 import numpy as np
 
 from objectives.problem import Objective, seen_scores
-from objectives.risk import paired_difference_on, replicates_on, resampled_scenarios, within
+from objectives.risk import binary_difference, replicates_on, resampled_scenarios, within
 from plant.seeds import generator
 from tuner.documents.confirmation import ConfirmedPoint, ConfirmedQuantity, ConfirmedValue
 from tuner.documents.parts import Estimate
 
 REPLICATES, ENDS = 2000, (0.025, 0.975)
+Pair = tuple[np.ndarray, np.ndarray]
 # Finalists from which on ranks say something.
 LEAST_RANKED = 3
 
@@ -75,7 +76,7 @@ def _ranks(values: np.ndarray) -> np.ndarray:
     return below + 0.5 * (same + 1.0)
 
 
-def _seen(flown: PairedFlights, i: int) -> tuple[np.ndarray, np.ndarray]:
+def _seen(flown: PairedFlights, i: int) -> Pair:
     scenario = flown.quantities[i].scenario
     return (
         seen_scores(flown.firmware, i, flown.origin, scenario),
@@ -98,10 +99,18 @@ def _quantity(flown: PairedFlights, i: int) -> ConfirmedQuantity:
         unit=quantity.metric.unit,
         scenario=quantity.scenario,
         correlation=_correlation(firmware, model, *often),
-        gap=Estimate(gap, *_ends(np.mean(often[0] - often[1], axis=0))),
+        gap=Estimate(gap, *_gap_ends(quantity, both, often)),
         relative=gap / size if size else None,
         jitter=None if flown.again is None else float(np.max(np.abs(flown.again[i] - flown.firmware[0, i]), axis=0)),
     )
+
+
+def _gap_ends(quantity: Objective, both: Pair, often: list[np.ndarray]) -> tuple[float, float]:
+    """Return the interval of the mean gap over finalists; of shares from those of the finalists (Bonferroni)."""
+    if not quantity.is_binary:
+        return _ends(np.mean(often[0] - often[1], axis=0))
+    low, high = binary_difference(*both, quantity.risk, 1.0 - 0.05 / len(both[0]))
+    return float(np.mean(low, axis=0)), float(np.mean(high, axis=0))
 
 
 def _correlation(firmware: np.ndarray, model: np.ndarray, often: np.ndarray, beside: np.ndarray) -> Estimate:
@@ -120,7 +129,7 @@ def _ends(found: np.ndarray) -> tuple[float, float]:
 def _values(flown: PairedFlights, i: int) -> list[ConfirmedValue]:
     quantity = flown.quantities[i]
     firmware, model = _seen(flown, i)
-    apart = paired_difference_on(firmware, model, quantity.risk, within(flown.drawn, flown.origin, quantity.scenario))
+    apart = quantity.difference(firmware, model, within(flown.drawn, flown.origin, quantity.scenario))
     risks = zip(quantity.risk.apply(firmware), quantity.risk.apply(model), *apart, strict=True)
     return [
         ConfirmedValue(firmware=float(there), model=float(here), gap=Estimate(*map(float, gap)))

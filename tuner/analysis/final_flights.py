@@ -3,7 +3,7 @@
 What a finalist that stopped is worth is its paired difference to one that made all flights, from the flights of both, plus the
 value of that one: points that lie close together rise and fall with the air alike, so their difference varies far less than
 their values (control variates: P. Glasserman, "Monte Carlo Methods in Financial Engineering", Springer, 2003, section 4.1). Its
-intervals are wider by as much as it flew less.
+intervals are wider by as much as it flew less. Shares rest on its own flights alone, where their intervals are exact.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ import numpy as np
 
 from objectives.problem import Evaluation, Evaluator, seen_scores
 from objectives.requirements import known_violations
-from objectives.risk import PairedDifference, Risk, interval_on, paired_difference_on, replicates_on, within
+from objectives.risk import PairedDifference, Risk, replicates_on, within
 from objectives.risk.joint import resampled_scenarios
 from plant.seeds import generator
 
@@ -45,7 +45,7 @@ class FinalFlights:
     def evaluation(self) -> Evaluation:
         """The values of every row."""
         n = len(self.problem.objectives)
-        risks = np.stack([self.estimate(i)[0] for i in range(self.scores.shape[1])], axis=1)
+        risks = np.stack([self.value(i) for i in range(self.scores.shape[1])], axis=1)
         broken = known_violations(self.problem.requirements, self.known)
         return Evaluation(
             values=risks[:, :n],
@@ -59,19 +59,49 @@ class FinalFlights:
             flight_seconds=self.seconds,
         )
 
-    def estimate(self, i: int) -> tuple[Array, Array, Array]:
+    def value(self, i: int) -> Array:
+        """Return the risk of a quantity (rows,)."""
+        (samples, _, risk), stopped = self.seen(i), ~self.complete
+        found = np.empty(len(samples))
+        found[self.complete] = risk.apply(samples[self.complete])
+        if stopped.any():
+            early, there = risk.apply(self.seen(i, early=True)[0]), self._beside(i)
+            carried = found[there] + early[stopped] - early[there]
+            found[stopped] = early[stopped] if self.problem.quantities[i].is_binary else carried
+        return found
+
+    def estimate(self, i: int, confidence: float = 0.95) -> tuple[Array, Array, Array]:
         """Return the risk of a quantity (rows,) and both ends of its interval."""
-        if i not in self._estimates:
-            samples, drawn, risk = self.seen(i)
+        if (i, confidence) not in self._estimates:
+            quantity, (samples, drawn, risk) = self.problem.quantities[i], self.seen(i)
             whole = samples[self.complete]
-            self._estimates[i] = self._carried(i, risk.apply(whole), *interval_on(whole, risk, drawn))
-        return self._estimates[i]
+            if quantity.is_binary:
+                ends = [quantity.interval(part, drawn, confidence) for part in (whole, self._early_samples(i))]
+                low, high = self._merged(*ends)
+                found = self.value(i), low, high
+            else:
+                known = risk.apply(whole), *quantity.interval(whole, drawn, confidence)
+                found = self._carried(i, confidence, *known)
+            self._estimates[i, confidence] = found
+        return self._estimates[i, confidence]
+
+    def excess(self, i: int) -> Array:
+        """Return by how much each row (rows,) exceeds a constraint, at its confidence, 0 where it is satisfied."""
+        entry = self.problem.constraints[i]
+        column = len(self.problem.objectives) + i
+        judged = self.value(column) if entry.rests_on_value else self.estimate(column, entry.confidence)[2]
+        return np.maximum(judged - entry.most, 0.0)
 
     def difference_to(self, i: int, row: int) -> PairedDifference:
         """Return the risk of a quantity (rows,) minus that of a row that made all flights, paired."""
-        samples, drawn, risk = self.seen(i)
-        apart = paired_difference_on(samples[self.complete], samples[row], risk, drawn)
-        return PairedDifference(*self._carried(i, *apart))
+        quantity, (samples, drawn, _) = self.problem.quantities[i], self.seen(i)
+        apart = quantity.difference(samples[self.complete], samples[row], drawn)
+        if quantity.is_binary:
+            early = self.seen(i, early=True)[0]
+            parts = self._merged(apart, quantity.difference(early[~self.complete], early[row], drawn))
+            # From itself it differs by nothing, whatever was not seen.
+            return PairedDifference(*[np.where(np.arange(len(part)) == row, 0.0, part) for part in parts])
+        return PairedDifference(*self._carried(i, 0.95, *apart))
 
     def replicates(self, i: int) -> Array:
         """Return the risk of a quantity on every resample (rows, FRONT_REPLICATES)."""
@@ -80,7 +110,7 @@ class FinalFlights:
         found[self.complete] = replicates_on(samples[self.complete], risk, drawn)
         if len(stopped):
             samples, drawn, _ = self.seen(i, early=True)
-            there, _ = self._apart(i)
+            there = self._beside(i)
             beside, rows = np.unique(there, return_inverse=True)
             apart = replicates_on(samples[stopped], risk, drawn) - replicates_on(samples[beside], risk, drawn)[rows]
             found[stopped] = found[there] + apart
@@ -110,19 +140,31 @@ class FinalFlights:
             quantity.risk,
         )
 
-    def _apart(self, i: int) -> tuple[Array, PairedDifference]:
+    def _apart(self, i: int, confidence: float = 0.95) -> tuple[Array, PairedDifference]:
         """Return the rows that stand in for those that stopped, and how far these are from them in a quantity (stopped,)."""
-        if i not in self._differences:
-            there, (samples, drawn, risk) = self._beside(i), self.seen(i, early=True)
-            self._differences[i] = there, paired_difference_on(samples[~self.complete], samples[there], risk, drawn)
-        return self._differences[i]
+        if (i, confidence) not in self._differences:
+            there, (samples, drawn, _) = self._beside(i), self.seen(i, early=True)
+            apart = self.problem.quantities[i].difference(samples[~self.complete], samples[there], drawn, confidence)
+            self._differences[i, confidence] = there, apart
+        return self._differences[i, confidence]
+
+    def _early_samples(self, i: int) -> Array:
+        """Return the scores of the rows that stopped, on the flights that they made."""
+        return self.seen(i, early=True)[0][~self.complete]
+
+    def _merged(self, complete: tuple[Array, ...], stopped: tuple[Array, ...]) -> list[Array]:
+        """Return numbers of all rows from those of the rows that made all flights and of those that stopped."""
+        out = [np.empty(len(self.complete)) for _ in complete]
+        for whole, one, other in zip(out, complete, stopped, strict=True):
+            whole[self.complete], whole[~self.complete] = one, other
+        return out
 
     @cached_property
-    def _estimates(self) -> dict[int, tuple[Array, Array, Array]]:
+    def _estimates(self) -> dict[tuple[int, float], tuple[Array, Array, Array]]:
         return {}
 
     @cached_property
-    def _differences(self) -> dict[int, tuple[Array, PairedDifference]]:
+    def _differences(self) -> dict[tuple[int, float], tuple[Array, PairedDifference]]:
         return {}
 
     def _beside(self, i: int) -> Array:
@@ -165,7 +207,7 @@ class FinalFlights:
         draw = generator(self.root, "bootstrap/finals", 0)
         return resampled_scenarios(draw, FRONT_REPLICATES, self.origin[self.early])
 
-    def _carried(self, i: int, *known: Array) -> tuple[Array, Array, Array]:
+    def _carried(self, i: int, confidence: float, *known: Array) -> tuple[Array, Array, Array]:
         """Return value, low and high end of all rows from those known of complete ones; distances to ends add as variances do.
 
         G. Y. Zou, A. Donner, Statistics in Medicine 27(10):1693-1702, 2008, for a sum.
@@ -174,7 +216,7 @@ class FinalFlights:
         value[self.complete], low[self.complete], high[self.complete] = known
         stopped = np.flatnonzero(~self.complete)
         if len(stopped):
-            there, apart = self._apart(i)
+            there, apart = self._apart(i, confidence)
             below = np.hypot(value[there] - low[there], apart.difference - apart.low)
             above = np.hypot(high[there] - value[there], apart.high - apart.difference)
             value[stopped] = value[there] + apart.difference

@@ -4,6 +4,10 @@ All finalists meet the same scenarios, so a part of the flights often tells whic
 quarter. A finalist makes no more where at least LEVEL of the bootstrap resamples of that quarter agree on its place: which limits
 it keeps, whom it dominates, who dominates it, and that it is not the one to recommend. The recommended point, the default and
 all whose place is open make all flights. As the races of a search (`objectives.racing`), here among equals.
+
+No resample holds a loss that was not seen. A limit on a share is settled by its Clopper-Pearson interval at LEVEL; and as 0 of 64
+losses leave room for 7 %, whoever stopped counts as one who may yet lose a flight, which can only make it worse: the choice must
+be the same with all of them, without any one of them and without all of them. Those on whom it depends make their flights.
 """
 
 from collections.abc import Callable
@@ -16,12 +20,16 @@ from objectives.problem import Evaluator, Problem
 from objectives.requirements import known_values, known_violations
 from objectives.risk import replicates_on
 from objectives.system import FlightBatch
-from tuner.analysis.final_flights import FinalFlights, dominates
+from plant.seeds import generator
+from tuner.analysis.final_flights import FRONT_REPLICATES, FinalFlights, dominates
 
 Array = np.ndarray
 # Part of the flights that everyone makes; how many they are in a scenario at least for anything to be decided by them; share of
 # the resamples that decides.
 SHARE, FEWEST, LEVEL = 0.25, 32, 0.99
+# Random sets of those that stopped without which the choice must be the same, and the share of those that is in each.
+TRIED, LOST = 32, 0.25
+MOVED = (0.025, 0.975)
 
 Choose = Callable[[Array, Array], int]
 """Objectives (rows, objectives) and mask (rows,) of those that keep all limits -> the row to recommend."""
@@ -45,13 +53,21 @@ class Finals:
 
     def fly(self) -> FinalFlights:
         """Return the flights of everyone, as far as they decide something."""
-        begin, found = perf_counter(), self._unflown()
-        self._fly(found, np.arange(len(self._gains)), [0] * len(self._batches), self._early)
+        begin, found = perf_counter(), self.fly_early()
         if found.early.all():
             return replace(found, complete=np.ones(len(self._gains), dtype=bool), seconds=perf_counter() - begin)
-        stopped = decided(found, self._choose)
-        self._problem.spare(int(stopped.sum(axis=0)) * int(np.sum(~found.early, axis=0)), self._on_flights_done)
-        return replace(self.complete(found, np.flatnonzero(~stopped)), seconds=perf_counter() - begin)
+        found = self.complete(found, np.flatnonzero(~decided(found, self._choose)))
+        while len(rows := decisive(found, self._choose)):
+            found = self.complete(found, rows)
+        stopped = int(np.sum(~found.complete, axis=0))
+        self._problem.spare(stopped * int(np.sum(~found.early, axis=0)), self._on_flights_done)
+        return replace(found, seconds=perf_counter() - begin)
+
+    def fly_early(self) -> FinalFlights:
+        """Return the flights that everyone makes."""
+        found = self._unflown()
+        self._fly(found, np.arange(len(self._gains)), [0] * len(self._batches), self._early)
+        return found
 
     def complete(self, found: FinalFlights, rows: Array) -> FinalFlights:
         """Return flights with all of those that some rows had left out."""
@@ -114,20 +130,77 @@ def draw_ahead(problem: Problem, flown: tuple[FlightBatch, ...], again: tuple[Fl
 
 def decided(found: FinalFlights, choose: Choose) -> Array:
     """Return who may stop after the flights that everyone made (rows,); never the default, which is the first row."""
-    problem, m = found.problem, len(found.problem.objectives)
-    parts = [found.seen(i, early=True) for i in range(len(problem.quantities))]
+    parts = [found.seen(i, early=True) for i in range(len(found.problem.objectives))]
     replicates = np.stack([replicates_on(samples, risk, drawn) for samples, drawn, risk in parts], axis=1)
-    most = np.array([entry.most for entry in problem.constraints])
-    known = np.all(known_violations(problem.requirements, found.known) <= 0.0, axis=1)
-    keeps = np.all(replicates[:, m:] <= most[:, None], axis=1) & known[:, None]
+    keeps, is_open = limits_kept(found)
     keeping = keeps.mean(axis=1)
     if not np.any(keeping[1:] >= LEVEL):
         return np.zeros(len(keeping), dtype=bool)
-    stops = (keeping >= LEVEL) | (keeping <= 1.0 - LEVEL)
-    stops &= ~contested(replicates[:, :m], keeping)
-    stops &= recommended(replicates[:, :m], keeps, choose) <= 1.0 - LEVEL
+    stops = ((keeping >= LEVEL) & ~is_open) | (keeping <= 1.0 - LEVEL)
+    stops &= ~contested(replicates, keeping)
+    stops &= recommended(replicates, keeps, choose) <= 1.0 - LEVEL
     stops[0] = False
     return stops
+
+
+def limits_kept(found: FinalFlights) -> tuple[Array, Array]:
+    """Return whether each row keeps all limits on each resample (rows, r), and whose share is not settled yet (rows,).
+
+    A share that is allowed to be 0 alone is left to `decisive` as long as it is 0: no number of flights would settle it.
+    """
+    problem, m = found.problem, len(found.problem.objectives)
+    known = np.all(known_violations(problem.requirements, found.known) <= 0.0, axis=1)
+    keeps, is_open = np.repeat(known[:, None], FRONT_REPLICATES, axis=1), np.zeros(len(known), dtype=bool)
+    for i, entry in enumerate(problem.constraints):
+        samples, drawn, risk = found.seen(m + i, early=True)
+        if entry.objective.is_binary:
+            low, high = entry.objective.interval(samples, drawn, 2.0 * LEVEL - 1.0)
+            keeps &= (low <= entry.most)[:, None]
+            is_open |= (low <= entry.most) & (entry.most < high) & (entry.most > 0.0)
+        else:
+            keeps &= replicates_on(samples, risk, drawn) <= entry.most
+    return keeps, is_open
+
+
+def decisive(found: FinalFlights, choose: Choose) -> Array:
+    """Return the rows that stopped and on whose further flights the choice depends (k,), none where it is settled."""
+    problem, m = found.problem, len(found.problem.objectives)
+    values = np.stack([found.value(i) for i in range(len(problem.quantities))], axis=1)
+    keeps = np.all(known_violations(problem.requirements, found.known) <= 0.0, axis=1)
+    keeps &= np.all(problem.broken(values) <= 0.0, axis=1)
+    stopped = np.flatnonzero(keeps & ~found.complete)
+    if not len(stopped):
+        return stopped
+    objectives, rows = np.ascontiguousarray(values[:, :m]), np.arange(len(keeps))
+    replicates = np.stack([found.replicates(i) for i in range(m)], axis=1)
+    share = recommended(replicates, np.repeat(keeps[:, None], FRONT_REPLICATES, axis=1), choose)
+    first = choose(objectives, keeps)
+    depends = (share > 1.0 - LEVEL) | (rows == first)
+    depends |= np.array([choose(objectives, keeps & (rows != row)) != first for row in rows])
+    # As far as further flights may move a point from the one chosen: the ends of a front say which point is its knee.
+    for ends in objectives[first] + np.quantile(replicates - replicates[first], MOVED, axis=-1):
+        depends |= np.array(
+            [choose(np.where((rows == row)[:, None], ends, objectives), keeps) != first for row in rows]
+        )
+    if np.any(depends[stopped]):
+        return stopped[depends[stopped]]
+    for out in _losing(found, stopped):
+        left = keeps & ~out
+        alone = choose(objectives, left)
+        if alone != first:
+            back = {row: choose(objectives, left | (rows == row)) for row in np.flatnonzero(out)}
+            # One at a time: with the end of a front in place, the points inside it often decide nothing.
+            return np.array(sorted(back, key=lambda row: (back[row] != first, back[row] == alone))[:1])
+    return stopped[:0]
+
+
+def _losing(found: FinalFlights, stopped: Array) -> Array:
+    """Return masks (k, rows) of those that stopped and may yet lose a flight together: all of them, and sets at random."""
+    draw = generator(found.root, "finals/losing", int(found.complete.sum(axis=0)))
+    some = np.concatenate([np.ones((1, len(stopped)), dtype=bool), draw.random((TRIED, len(stopped))) < LOST])
+    out = np.zeros((len(some), len(found.complete)), dtype=bool)
+    out[:, stopped] = some
+    return out
 
 
 def contested(replicates: Array, keeping: Array) -> Array:

@@ -14,21 +14,17 @@ from math import isfinite
 
 import numpy as np
 
-from objectives.problem import Evaluation, Evaluator, Objective
+from objectives.problem import Constraint, Evaluation, Evaluator, Objective
 from objectives.requirements import Requirement, WorstState, known_values, worst_states
 from objectives.risk import (
     RISKS,
     PairedDifference,
-    Risk,
-    bootstrap_interval,
-    interval_on,
-    paired_difference_on,
     resampled_scenarios,
     within,
 )
 from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES, FinalFlights
-from tuner.documents.parts import Estimate, SampledValue
+from tuner.documents.parts import Estimate, SampledValue, ShareCount
 from tuner.documents.summary import ComparedRow, ComparedState, RequiredRow
 from tuner.search.front import non_dominated
 
@@ -36,16 +32,17 @@ from tuner.search.front import non_dominated
 TABLE_REPLICATES = 2000
 # Relative difference of two values that are the same within rounding.
 SAME = 1e-9
+KEPT, NOT_CERTAIN, BROKEN = "kept", "not certain", "broken"
 
 
 @dataclass(frozen=True)
 class Finalists:
     """Held-out results; row 0 is the default, the others are the front of the search. FINALIST_COLUMNS names what is written.
 
-    flown: flights of all rows, evaluation: their values; low, high (rows, objectives): intervals; feasible, non_dominated: masks
-    over the rows, the second among the feasible rows behind the default. search: values of the search; gap: held-out minus
-    search, with gap_low, gap_high; difference: row minus default, paired, with difference_low, difference_high:
-    (rows, objectives).
+    flown: flights of all rows, evaluation: their values; low, high (rows, objectives): intervals; excess (rows, constraints +
+    requirements): beyond each limit at its confidence, 0 where satisfied; feasible, non_dominated: masks over the rows, the
+    second among the feasible rows behind the default. search: values of the search; gap: held-out minus search, with gap_low,
+    gap_high; difference: row minus default, paired, with difference_low, difference_high: (rows, objectives).
     probability (rows,): share of the resamples on which the row is non-dominated among the feasible rows behind the default,
     0 for the others.
     """
@@ -53,6 +50,7 @@ class Finalists:
     flown: FinalFlights
     low: np.ndarray
     high: np.ndarray
+    excess: np.ndarray
     feasible: np.ndarray
     non_dominated: np.ndarray
     search: np.ndarray
@@ -104,17 +102,21 @@ def judge(flown: FinalFlights, searched: list[Searched]) -> Finalists:
         replicates[:, i] = flown.replicates(i)
         before = [entry.samples(i, objective.scenario) for entry in searched]
         search[:, i] = [entry.values[i] for entry in searched]
-        ends = [_search_interval(entry, objective.risk, root, i) for entry in before]
+        ends = [_search_interval(entry, objective, root, i) for entry in before]
         gap_low[:, i], gap_high[:, i] = gap_interval(
             evaluation.values[:, i], low[:, i], high[:, i], search[:, i], *np.array(ends).T
         )
-    feasible = np.all(evaluation.violations <= 0.0, axis=1)
+    split = len(problem.constraints)
+    excess = np.array(evaluation.violations)
+    for i in range(split):
+        excess[:, i] = flown.excess(i)
+    feasible = np.all(excess <= 0.0, axis=1)
     best, probability = np.zeros(shape[0], dtype=bool), np.zeros(shape[0])
     rows = 1 + np.flatnonzero(feasible[1:])
     best[rows] = flown.non_dominated(rows)
     probability[rows] = share_non_dominated(replicates[rows])
     return Finalists(
-        flown, low, high, feasible, best, search, evaluation.values - search, gap_low, gap_high, probability,
+        flown, low, high, excess, feasible, best, search, evaluation.values - search, gap_low, gap_high, probability,
         *differences_to(flown, 0),
     )  # fmt: skip
 
@@ -125,9 +127,11 @@ def differences_to(flown: FinalFlights, row: int) -> PairedDifference:
     return PairedDifference(*np.stack(found, axis=-1))
 
 
-def _search_interval(samples: np.ndarray, risk: Risk, root: int, objective: int) -> tuple[float, float]:
-    draw = generator(root, "bootstrap/search", objective)
-    low, high = bootstrap_interval(samples, risk, draw, FRONT_REPLICATES)
+def _search_interval(samples: np.ndarray, objective: Objective, root: int, index: int) -> tuple[float, float]:
+    draw = generator(root, "bootstrap/search", index)
+    low, high = objective.interval(
+        samples, draw.integers(len(samples), size=(FRONT_REPLICATES, len(samples)), dtype=np.intp)
+    )
     return float(low), float(high)
 
 
@@ -161,16 +165,21 @@ def share_non_dominated(replicates: np.ndarray) -> np.ndarray:
 def compare(problem: Evaluator, flown: Evaluation, root: int) -> list[ComparedRow]:
     """Compare the second row of an evaluation with the first on every objective and constraint, flight by flight."""
     rows = []
-    asked = [(None, "")] * len(problem.objectives) + [(entry.most, entry.floor) for entry in problem.constraints]
+    asked = [*[None] * len(problem.objectives), *problem.constraints]
     drawn = resampled_scenarios(generator(root, "bootstrap/table", 0), TABLE_REPLICATES, flown.origin)
-    for i, (quantity, (limit, automatic)) in enumerate(zip(problem.quantities, asked, strict=True)):
+    for i, (quantity, limit) in enumerate(zip(problem.quantities, asked, strict=True)):
         samples = flown.samples(i, quantity.scenario)
         part = within(drawn, flown.origin, quantity.scenario)
         values = quantity.risk.apply(samples)
-        low, high = interval_on(samples, quantity.risk, part)
+        low, high = quantity.interval(samples, part)
         default, tuned = (Estimate(float(values[k]), float(low[k]), float(high[k])) for k in (0, 1))
-        apart = SampledValue(*map(float, paired_difference_on(samples[1], samples[0], quantity.risk, part)))
-        rows.append(compared_row(quantity, default, tuned, apart, limit, automatic))
+        apart = SampledValue(*map(float, quantity.difference(samples[1], samples[0], part)))
+        row = compared_row(quantity, default, tuned, apart, limit)
+        if limit is not None and row.verdict == KEPT and not limit.rests_on_value:
+            held = quantity.interval(samples[1], part, limit.confidence).high <= limit.most
+            row = row if held else row.model_copy(update={"verdict": NOT_CERTAIN})
+        counts = [ShareCount.of(one) for one in samples] if quantity.is_binary else []
+        rows.append(row.model_copy(update=dict(zip(("default_count", "tuned_count"), counts, strict=False))))
     return rows
 
 
@@ -179,18 +188,13 @@ def compared_row(
     default: Estimate,
     tuned: Estimate,
     difference: SampledValue,
-    limit: float | None = None,
-    automatic: str = "",
+    limit: Constraint | None = None,
 ) -> ComparedRow:
-    """Return one line of the Default / Tuned table.
-
-    difference: tuned minus default, paired over scenarios. automatic: key of the study that moves a limit which it does not
-    write.
-    """
+    """Return one line of the Default / Tuned table, judged by values; difference: tuned minus default, paired over scenarios."""
     if limit is None:
         verdict = verdict_on(float(default.value or 0.0), difference)
     else:
-        verdict = "kept" if float(tuned.value or 0.0) <= limit else "broken"
+        verdict = KEPT if float(tuned.value or 0.0) <= limit.most else BROKEN
     return ComparedRow(
         label=quantity.label,
         metric=quantity.metric.text,
@@ -199,12 +203,12 @@ def compared_row(
         scenario=quantity.scenario,
         unit=quantity.metric.unit,
         kind="objective" if limit is None else "constraint",
-        limit=limit,
+        limit=None if limit is None else limit.most,
         default=default,
         tuned=tuned,
         difference=Estimate(*difference),
         verdict=verdict,
-        automatic=automatic,
+        automatic="" if limit is None else limit.floor,
     )
 
 
@@ -248,7 +252,7 @@ def required_row(
         default=known_value(first),
         tuned=known_value(second),
         difference=known_value(second - first if finite else None),
-        verdict="kept" if requirement.kept(np.array([tuned]))[0] else "broken",
+        verdict=KEPT if requirement.kept(np.array([tuned]))[0] else BROKEN,
     )
     row = row.model_copy(update=requirement.units())
     before, after = states

@@ -1,6 +1,6 @@
 """Fly given gains through turbulence."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, singledispatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,21 +12,25 @@ from objectives.metrics import METRICS, MetricAddress, check, parse
 from objectives.own_meters import metering
 from objectives.plant_system import PlantSystem
 from objectives.problem import FlightBatch, Objective, Problem, System
-from objectives.risk import Risk
+from objectives.risk import Risk, binary_interval
 from plant.errors import InputError
 from plant.model.scenario import PlantScenario
-from plant.scenarios import HELD_OUT, ScenarioSpec
+from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH, ScenarioSpec
+from tuner.analysis.judging.judge import CHECK
+from tuner.analysis.lost_flights import lost_among
 from tuner.analysis.responses import LIMITS, Responses, fan_table, responses_of, system_of, usual_scenario
 from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import Gains, GainsLike, as_gains
 from tuner.api.plant_margins import plant_study
 from tuner.api.plants import study_of
 from tuner.api.studies import StudyLike, tuning_study
+from tuner.documents.parts import LostFlight, ShareCount
 from tuner.gains import Controller
 from tuner.gains.plant_document import is_plant_gains
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.document import DocumentPart
 from tuner.study.plant_study import check_bounds
+from tuner.study.size import MOST_FLIGHTS
 from tuner.study.study import TuningStudy
 from tuner.study.tuned_loops import read_plant_row
 
@@ -37,21 +41,29 @@ if TYPE_CHECKING:
 
 SHOWN_GROUPS = ("position", "attitude")
 FAN_FLIGHTS = 64
+STREAMS = (HELD_OUT, CONFIRMATION, SEARCH, CHECK)
 
 
 @dataclass(frozen=True)
 class Sortie:
-    """A system, its gains row, a scenario, the root seed of the draws, and the laws in words."""
+    """A system, its gains row, a scenario, the root seed of the draws, and the laws in words.
+
+    draws: stream and numbers of the flights.
+    """
 
     system: Any
     gains: np.ndarray
     spec: Any
     root: int
     laws: str
+    draws: tuple[str, range] = (HELD_OUT, range(0))
 
 
 class MetricRow(DocumentPart):
-    """Statistics of a metric over flights: mean with its 95 % interval (normal), median, 95 % quantile, worst."""
+    """Statistics of a metric over flights: mean with its 95 % interval, median, 95 % quantile, worst.
+
+    The interval is normal, within what the metric can be; of a quantity that is 0 or 1 it is exact, and `count` tells how often.
+    """
 
     metric: str
     unit: str
@@ -61,14 +73,16 @@ class MetricRow(DocumentPart):
     median: float
     q95: float
     worst: float
+    count: ShareCount | None = None
 
 
 class FlightsDocument(DocumentPart):
-    """Flights of one controller, as `tuner fly --json` prints them."""
+    """Flights of one controller, as `tuner fly --json` prints them; lost: those that ended before their time."""
 
     scenario: str
     flights: int
     metrics: list[MetricRow]
+    lost: list[LostFlight] = []
 
 
 @dataclass(frozen=True)
@@ -103,7 +117,7 @@ class Flights(Documented):
     @cached_property
     def recorded(self) -> Responses:
         """The same flights with a recorder on, 64 of them at most."""
-        return recorded_flights(self.problem, self.sortie, min(self.count, FAN_FLIGHTS))
+        return recorded_flights(self.problem, self.sortie)
 
     @cached_property
     def responses(self) -> "pd.DataFrame":
@@ -154,6 +168,7 @@ def fly(
     scenario: int = 0,
     flights: int = 64,
     seed: int = 1,
+    flight: str | None = None,
     watcher: Watcher | None = None,
     threads: int | None = None,
 ) -> Flights:
@@ -166,6 +181,7 @@ def fly(
         scenario: Which scenario of the study, from 0.
         flights: Number of flights, each in its own turbulence.
         seed: Root seed where no study gives one.
+        flight: Name of a single flight, STREAM-INDEX, such as those that `lost` names; it alone is flown.
         watcher: Callbacks that hear of compilation.
         threads: Threads, by default one for each core.
 
@@ -173,7 +189,7 @@ def fly(
         The flights: metrics, responses, a figure.
 
     Raises:
-        InputError: The gains or the study are wrong, or there is no such scenario.
+        InputError: The gains or the study are wrong, or there is no such scenario or flight.
 
     Examples:
         >>> flown = tuner.fly(gains, flights=4)
@@ -185,13 +201,35 @@ def fly(
         sortie = plant_sortie(Path(gains), study, scenario)
     else:
         sortie = prepare(as_gains(gains).controller, study, scenario, seed)
+    sortie = replace(sortie, draws=(HELD_OUT, range(flights)) if flight is None else named_draw(flight))
     problem = problem_of(sortie, threads)
     if not problem.flyer.cached:
         with compilation(watcher or Watcher()):
             problem.warm_up(sortie.gains, sortie.spec)
-    evaluation = problem.evaluate_gains(sortie.gains[None], (FlightBatch(sortie.spec, HELD_OUT, flights),))
-    metrics = statistics(problem.objectives, evaluation.scores[0])
-    return Flights(FlightsDocument(scenario=sortie.spec.name, flights=flights, metrics=metrics), sortie, problem)
+    scores, lost = flown_scores(problem, sortie)
+    metrics, count = statistics(problem.objectives, scores), scores.shape[-1]
+    document = FlightsDocument(scenario=sortie.spec.name, flights=count, metrics=metrics, lost=lost)
+    return Flights(document, sortie, problem)
+
+
+def named_draw(name: str) -> tuple[str, range]:
+    """Return stream and number of a flight by its name; InputError where it is none."""
+    stream, _, index = name.rpartition("-")
+    if stream not in STREAMS or not (index.isascii() and index.isdigit()) or int(index) >= MOST_FLIGHTS:
+        allowed = " or ".join(f"{known}-INDEX" for known in STREAMS)
+        raise InputError(f"given '{name}'; write {allowed}, for instance {HELD_OUT}-12", key="--flight")
+    return stream, range(int(index), int(index) + 1)
+
+
+def flown_scores(problem: Problem, sortie: Sortie) -> tuple[np.ndarray, list[LostFlight]]:
+    """Return the scores (metrics, flights) of a sortie and its lost flights."""
+    (stream, indices), scores, lost = sortie.draws, [], list[LostFlight]()
+    batch = FlightBatch(sortie.spec, stream, indices.stop, indices.start)
+    for first, last in problem.chunks(batch):
+        results = problem.results(sortie.gains[None], batch, first, last)
+        scores.append(problem.score(results, sortie.spec)[0][0])
+        lost += lost_among(results[0], sortie.system, sortie.spec, stream, range(first, last))
+    return np.concatenate(scores, axis=-1), lost
 
 
 def prepare(controller: Controller, study: StudyLike | None, scenario: int, seed: int) -> Sortie:
@@ -275,18 +313,24 @@ def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[Me
     n = scores.shape[1]
     rows = []
     for objective, values in zip(objectives, scores, strict=True):
-        half = 1.96 * float(values.std(ddof=1)) / n**0.5 if n > 1 else 0.0
         mean = float(values.mean())
-        rows.append(
+        if objective.is_binary:
+            low, high = (float(end) for end in binary_interval(values, objective.risk))
+        else:
+            half = 1.96 * float(values.std(ddof=1)) / n**0.5 if n > 1 else 0.0
+            low, high = max(mean - half, 0.0), mean + half
+        row = (
             MetricRow(
-                metric=objective.metric.text, unit=objective.metric.unit, mean=mean, low=mean - half, high=mean + half,
+                metric=objective.metric.text, unit=objective.metric.unit, mean=mean, low=low, high=high,
                 median=float(np.median(values)), q95=float(np.quantile(values, 0.95)), worst=float(values.max()),
             )
         )  # fmt: skip
+        rows.append(row.model_copy(update={"count": ShareCount.of(values)}) if objective.is_binary else row)
     return rows
 
 
-def recorded_flights(problem: Problem, sortie: Sortie, count: int) -> Responses:
-    """Fly again with a recorder on."""
-    inputs = sortie.system.sample(sortie.spec, sortie.root, HELD_OUT, range(count))
+def recorded_flights(problem: Problem, sortie: Sortie) -> Responses:
+    """Fly the first `FAN_FLIGHTS` again with a recorder on."""
+    stream, indices = sortie.draws
+    inputs = sortie.system.sample(sortie.spec, sortie.root, stream, indices[:FAN_FLIGHTS])
     return responses_of(sortie.system, problem.flyer, sortie.gains, inputs)

@@ -28,6 +28,9 @@ def fly(
     scenario: Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)] = 0,
     seeds: Annotated[int, typer.Option(help="Number of flights, each in its own turbulence.", min=1)] = 64,
     seed: Annotated[int, typer.Option(help="Root seed where no study gives one.", min=0)] = 1,
+    flight: Annotated[
+        str | None, typer.Option(help="Fly this one alone, STREAM-INDEX, such as a lost one: held-out-4679.")
+    ] = None,
     plot: Annotated[Path | None, typer.Option(help="Write the responses to this .png, .pdf or .svg.")] = None,
     threads: Threads = None,
     as_json: AsJson = False,
@@ -37,11 +40,14 @@ def fly(
     Example: tuner fly --law hybrid --seeds 256 --plot hybrid.png
 
     Example: tuner fly results/motor/gains.json --code motor.py
+
+    Example: tuner fly results/quickstart/gains.json --study quickstart --flight held-out-4679 --plot lost.png
     """
     given = gains_file_or_law(gains, law, position_law, airframe, "tuner fly --law hybrid")
     with progress(as_json) as watcher:
         flown = tuner.fly(
-            given, study=study, scenario=scenario, flights=seeds, seed=seed, watcher=watcher, threads=threads
+            given, study=study, scenario=scenario, flights=seeds, seed=seed, flight=flight, watcher=watcher,
+            threads=threads,
         )  # fmt: skip
     answer(flown, as_json)
     if plot is not None:

@@ -17,7 +17,7 @@ from tuner.documents.contest_document import (
 )
 from tuner.documents.folder import OpenedFolder
 from tuner.documents.inference_document import InferenceDocument
-from tuner.documents.parts import ENDS, Estimate, Row, row_in_degrees, scaled
+from tuner.documents.parts import ENDS, Estimate, Row, ShareCount, row_in_degrees, scaled
 from tuner.documents.tables import Columns, Fan, groups, read_fans
 from tuner.store.document import refuse
 from tuner.text.units import in_degrees
@@ -111,6 +111,11 @@ class ComparedFolder(OpenedFolder[Compared]):
     def estimates(self) -> dict[tuple[str, str], Estimate]:
         """Values by contender and quantity."""
         return {(row.contender, row.quantity): row.estimate for row in self.shown.estimates}
+
+    @cached_property
+    def counts(self) -> dict[tuple[str, str], ShareCount]:
+        """The counts behind quantities that are 0 or 1, by contender and quantity."""
+        return {(row.contender, row.quantity): row.count for row in self.shown.estimates if row.count is not None}
 
     @cached_property
     def flown(self) -> list[str]:

@@ -4,7 +4,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from tuner.documents.parts import Estimate, GainValue, LawNames
+from tuner.documents.parts import Estimate, GainValue, LawNames, ShareCount
 from tuner.store.document import Document, DocumentPart, OneOf
 
 
@@ -147,13 +147,14 @@ class _WithInterval(DocumentPart):
 
 
 class EstimateRow(_WithInterval):
-    """The value of a quantity for a contender."""
+    """The value of a quantity for a contender; count: of a quantity that is 0 or 1."""
 
     contender: str
     quantity: str
     value: float
     low: float
     high: float
+    count: ShareCount | None = None
 
 
 class DifferenceRow(_WithInterval):

@@ -2,6 +2,7 @@
 
 from typing import Annotated, Literal
 
+from tuner.documents.parts import ShareCount
 from tuner.store.document import Document, DocumentPart, OneOf, Sense
 
 
@@ -9,7 +10,8 @@ class JudgedRow(DocumentPart):
     """One limit; null limit: an objective, reported alone.
 
     value: null where infinite; low, high: ends of the 95 % interval, null where there is none; flights: that it rests on, 0 for
-    what is known without flying; state: steady state in which a margin is worst, null where one alone was looked at.
+    what is known without flying; count: of a quantity that is 0 or 1; state: steady state in which a margin is worst, null where
+    one alone was looked at.
     """
 
     label: str
@@ -24,6 +26,7 @@ class JudgedRow(DocumentPart):
     high: float | None
     flights: int
     verdict: str
+    count: ShareCount | None = None
     state: str | None = None
 
 

@@ -1,10 +1,12 @@
 """Parts that several documents share."""
 
 from collections.abc import Iterator
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
+import numpy as np
 from pydantic import ConfigDict
 
+from objectives.risk import upper_bound
 from objectives.scales import DECIBEL
 from tuner.store.document import Document, DocumentPart
 from tuner.text.numbers import significant
@@ -45,6 +47,48 @@ class Estimate(DocumentPart):
 
     def __iter__(self) -> Iterator[float | None]:  # pyright: ignore[reportIncompatibleMethodOverride]
         return iter((self.value, self.low, self.high))
+
+
+class ShareCount(DocumentPart):
+    """Flights with 1 of a quantity that is 0 or 1, among all of them; upper: one-sided 95 % upper bound of their share."""
+
+    events: int
+    flights: int
+    upper: float
+
+    @classmethod
+    def of(cls, samples: np.ndarray) -> Self:
+        """Return the count of samples (flights,)."""
+        events = int(np.count_nonzero(samples, axis=0))
+        return cls(events=events, flights=len(samples), upper=upper_bound(events, len(samples)))
+
+    @property
+    def words(self) -> str:
+        """The count, and the bound where none was seen: "0 of 256: at most 1.2 %"."""
+        bound = "" if self.events else f": at most {significant(100.0 * self.upper, 2)} %"
+        return f"{self.events} of {self.flights}{bound}"
+
+
+class LostFlight(DocumentPart):
+    """A flight that ended before its time. name: STREAM-INDEX, by which `tuner fly --flight` flies it again.
+
+    point: whose flight it is, "" where there is but one. time: of its end [s]. cause: what left its limit. limit: in words.
+    """
+
+    name: str
+    scenario: str
+    stream: str
+    index: int
+    point: str = ""
+    time: float
+    cause: str
+    limit: str
+
+    @property
+    def words(self) -> str:
+        """The flight in a line."""
+        whose = f" of {self.point}" if self.point else ""
+        return f"{self.name}{whose} ({self.scenario}): {self.cause} after {self.time:.4g} s, limit {self.limit}"
 
 
 class LawNames(DocumentPart):

@@ -125,6 +125,7 @@ class Resolved(Document):
 
     law, metric, reference: digests of code of the user's own, by name. airframe, controller: null where another thing flies: a
     plant with its actuators and channels, or trials of another program, of which variable and metric are the tables of the file.
+    confidence: that limits on flights are kept with, null in folders of earlier versions, whose values alone kept them.
     """
 
     title: str = ""
@@ -144,6 +145,7 @@ class Resolved(Document):
     limits: dict[str, Json] = {}
     gains: dict[str, float] = {}
     mission: dict[str, Json] | None = None
+    confidence: float | None = None
     constraint: list[dict[str, Json]] = []
     guarantee: list[dict[str, Json]] = []
     margin: list[dict[str, Json]] = []

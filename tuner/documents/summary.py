@@ -6,8 +6,10 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from plant.input_files import parse_json, read_input_text
-from tuner.documents.parts import Estimate, PlantStep
+from tuner.documents.parts import Estimate, LostFlight, PlantStep, ShareCount
 from tuner.store.document import Document, DocumentPart, Scale, Sense
+from tuner.text.numbers import significant
+from tuner.text.sentences import listing
 
 GAINS, INFEASIBLE = "gains.json", "infeasible.json"
 """Files of a run's recommended gains, and of those of the nearest point if nothing was feasible."""
@@ -153,7 +155,9 @@ class VariableRow(DocumentPart):
 class ComparedRow(DocumentPart):
     """An objective or constraint, default against tuned; difference: tuned minus default, paired over scenarios.
 
-    automatic: key of the study that moves a limit which it does not write, else "".
+    automatic: key of the study that moves a limit which it does not write, else "". verdict of a limit: "kept" where the upper
+    end of the tuned interval keeps it, at the confidence of the study, "not certain" where the value alone does. default_count,
+    tuned_count: of a quantity that is 0 or 1, else null.
     """
 
     label: str
@@ -169,6 +173,8 @@ class ComparedRow(DocumentPart):
     difference: Estimate
     verdict: str
     automatic: str = ""
+    default_count: ShareCount | None = None
+    tuned_count: ShareCount | None = None
 
 
 class ComparedState(DocumentPart):
@@ -232,6 +238,34 @@ class AirRow(DocumentPart):
     trim_thrust: float | None = None
 
 
+class RaisedValue(DocumentPart):
+    """An objective's value at the point shown, and where losses at their upper bound would raise it to."""
+
+    label: str
+    unit: str
+    value: float
+    raised: float
+
+
+class UnseenLosses(DocumentPart):
+    """Losses that the confirmation flights of the point shown leave room for, and what they could do to means and CVaR."""
+
+    count: ShareCount
+    objectives: list[RaisedValue]
+
+    @property
+    def words(self) -> str:
+        """Both in sentences."""
+        moved = [
+            f"{row.label} from {significant(row.value)} to about {significant(row.raised, 3)} {row.unit}".rstrip()
+            for row in self.objectives
+        ]
+        return (
+            f"Lost: {self.count.words} of the flights (95 %). A lost flight counts with more than any other, and no interval "
+            f"here holds losses that were not seen: at that bound they would raise {listing(moved)}."
+        )
+
+
 TableRow = Annotated[ComparedRow | RequiredRow, Field(discriminator="kind")]
 
 
@@ -277,6 +311,8 @@ class Summary(Document):
     tuned: the recommended point, null where nothing is feasible; nearest: then the nearest to it. search: which search it was,
     why, and what survived it where candidates first made few flights. settled: finalists that made a part of their held-out
     flights only. uncertainty: what each objective loses where vehicles are drawn from what an airframe's file leaves open.
+    unseen: losses that no flight showed, null where some did. lost_flights: of default and the point shown, held out and
+    confirmation.
     """
 
     feasible: bool | None = None
@@ -307,6 +343,8 @@ class Summary(Document):
     air: list[AirRow] = []
     plant_step: PlantStep | None = None
     uncertainty: list[UncertaintyCost] = []
+    unseen: UnseenLosses | None = None
+    lost_flights: list[LostFlight] = []
 
     @model_validator(mode="after")
     def _names_a_point(self) -> Self:

@@ -12,7 +12,7 @@ from objectives.decisions import DecisionSpace
 from objectives.margins.trim import Trim
 from objectives.metrics import parse
 from objectives.problem import FlightBatch, Objective, Problem
-from objectives.risk import Risk, paired_difference
+from objectives.risk import Risk
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.scenarios import ScenarioSpec
@@ -159,27 +159,31 @@ def fly_both(asked: Controller, held: Controller, flights: int, watcher: Watcher
     rows = []
     for i, name in enumerate(METRICS):
         among = np.ones(flights, dtype=bool) if name == FAILURE else completed
-        rows.append(_row(i, name, before[i, among], after[i, among], held is not asked))
+        rows.append(_row(i, first.objectives[i], before[i, among], after[i, among], held is not asked))
     return FlownPair(rows, spec.name, (int(lost[0].sum()), int(lost[1].sum())))
 
 
-def _row(i: int, name: str, before: np.ndarray, after: np.ndarray, rounded: bool) -> RoundedMetric:
+def _row(i: int, metric: Objective, before: np.ndarray, after: np.ndarray, rounded: bool) -> RoundedMetric:
+    name = METRICS[i]
     if len(before) == 0:
         return RoundedMetric(
             metric=name, unit=parse(name).unit, asked=None, held=None, difference=None, low=None, high=None
         )
     low, high = 0.0, 0.0
     if rounded:
-        low, high = _interval(after, before, generator(SEED, "bootstrap/export", i))
+        low, high = _interval(metric, after, before, generator(SEED, "bootstrap/export", i))
     return RoundedMetric(
         metric=name, unit=parse(name).unit, asked=float(before.mean(axis=0)), held=float(after.mean(axis=0)),
         difference=float((after - before).mean(axis=0)), low=low, high=high,
     )  # fmt: skip
 
 
-def _interval(after: np.ndarray, before: np.ndarray, drawn: np.random.Generator) -> tuple[float, float]:
-    estimate = paired_difference(after, before, Risk("mean"), drawn, REPLICATES)
-    return float(estimate.low), float(estimate.high)
+def _interval(
+    metric: Objective, after: np.ndarray, before: np.ndarray, draw: np.random.Generator
+) -> tuple[float, float]:
+    resample = draw.integers(len(after), size=(REPLICATES, len(after)), dtype=np.intp)
+    _, low, high = metric.difference(after, before, resample)
+    return float(low), float(high)
 
 
 def _problem(controller: Controller) -> Problem:

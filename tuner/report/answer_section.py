@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from objectives.margins.quantities import QUANTITIES
-from tuner.documents.parts import Estimate, in_shown_units
+from tuner.documents.parts import Estimate, ShareCount, in_shown_units
 from tuner.documents.states import WORST_MARK, state_table
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
@@ -17,7 +17,7 @@ from tuner.text.units import marked_up, plain
 
 HEAD = ("Quantity", "Default", "Tuned", "Change", "Verdict")
 # A sign beside the word, for the quick eye; nothing is said by colour alone.
-SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no clear difference": "≈"}
+SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no clear difference": "≈", "not certain": "≈"}
 # Margins told where a study asks for none, and the columns of margins.parquet that they are read from.
 WORST = {"phase_margin": ("phase_margin",), "gain_margin": ("gain_up", "gain_down"), "ms": ("ms",)}
 # Largest change in per cent of the default's value that is told as such.
@@ -135,7 +135,10 @@ def _limits(results: TuningFolder) -> str:
     broken = [entry.label for entry in limited if entry.verdict == "broken"]
     if not limited:
         return ""
-    return f"It breaks {listing(broken)}." if broken else "Every limit is kept."
+    if broken:
+        return f"It breaks {listing(broken)}."
+    uncertain = [entry.label for entry in limited if entry.verdict == "not certain"]
+    return f"Every limit is kept, {listing(uncertain)} by the value alone." if uncertain else "Every limit is kept."
 
 
 def _margins_sentence(results: TuningFolder) -> Markup:
@@ -170,11 +173,16 @@ def _row(quantity: ComparedRow, rotors: bool) -> list[str]:
     link = element("a", plain_metric(quantity.metric, rotors), href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
     return [
         join((link, _unit(quantity.unit), element("small", _about(quantity)))),
-        estimate_cell(quantity.default),
-        estimate_cell(quantity.tuned),
+        join((estimate_cell(quantity.default), _count(quantity.default_count))),
+        join((estimate_cell(quantity.tuned), _count(quantity.tuned_count))),
         _change_cell(quantity),
         verdict(quantity.verdict),
     ]
+
+
+def _count(entry: ShareCount | None) -> Markup:
+    """Return the count behind a share, with its bound where none was seen."""
+    return Markup() if entry is None else element("small", entry.words, class_="interval")
 
 
 def _about(quantity: ComparedRow) -> Markup:

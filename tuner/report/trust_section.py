@@ -5,7 +5,7 @@ from tuner.documents.summary import RelaxedLimit
 from tuner.documents.tuning import TuningFolder
 from tuner.report.choice_section import choice_section
 from tuner.report.page import aid, wide
-from tuner.report.words import uncertainty_words
+from tuner.report.words import loss_words, uncertainty_words
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import count, estimate, per_cent, significant
 from tuner.text.units import marked_up
@@ -22,6 +22,7 @@ def trust_section(results: TuningFolder, charts: Markup) -> Markup:
             _guards(results),
             choice_section(results),
             charts,
+            _losses(results),
             _saved(results),
             _prices(results),
             _uncertainty(results),
@@ -38,6 +39,12 @@ def _guards(results: TuningFolder) -> Markup:
     word = "one warning" if warnings == 1 else f"{count(warnings)} warnings"
     link = element("a", "at the top of this page", href="#warnings")
     return element("p", f"The guards of the run raised {word}, ", link, ".", class_="aid")
+
+
+def _losses(results: TuningFolder) -> Markup:
+    """Return what losses that were not seen could do, and the lost flights by name."""
+    said = loss_words(results.summary)
+    return element("ul", *[element("li", text) for text in said], class_="notes") if said else Markup()
 
 
 def _saved(results: TuningFolder) -> Markup:

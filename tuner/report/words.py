@@ -6,7 +6,7 @@ from objectives.margins.quantities import QUANTITIES
 from plant.laws import LAWS
 from tuner.documents.parts import Estimate
 from tuner.documents.resolved import Resolved
-from tuner.documents.summary import PickedOn, UncertaintyCost
+from tuner.documents.summary import PickedOn, Summary, UncertaintyCost
 from tuner.text.numbers import per_cent, significant
 
 NOUNS = {
@@ -80,6 +80,12 @@ def gap_words(picked: PickedOn, gap: Estimate) -> str:
         if gap.high is not None and gap.high < 0.0
         else "no optimism of the search to be told"
     )
+
+
+def loss_words(summary: Summary) -> list[str]:
+    """Return what losses that were not seen could do, and the lost flights by name."""
+    unseen = [] if summary.unseen is None else [summary.unseen.words]
+    return [*unseen, *[f"Lost: {entry.words}." for entry in summary.lost_flights]]
 
 
 def uncertainty_words(row: UncertaintyCost) -> str:

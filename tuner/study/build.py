@@ -32,7 +32,15 @@ from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usual_timing
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
-from tuner.study.judged_reading import constraint_of, listed, mission_of, objective_of, pick_rule, unique
+from tuner.study.judged_reading import (
+    constraint_of,
+    held_with,
+    listed,
+    mission_of,
+    objective_of,
+    pick_rule,
+    unique,
+)
 from tuner.study.margins import margin_requirement, margin_screen
 from tuner.study.own_code import use_files_of
 from tuner.study.processor_cost.requirement import cost_screen
@@ -123,6 +131,7 @@ def _build(path: Path, table: StudyTable) -> Study:
         with located(path, "mission"):
             mission = mission_of(table.mission, [spec.name for spec in specs])
         constraints = with_mission_floor(constraints, specs, system.limits, timing, mission)
+        constraints = held_with(table.confidence, constraints)
         screens = _screens(table, path, system, tuple(specs))
         with located(path, "search"):
             most = max(entry.search for entry in scenarios)

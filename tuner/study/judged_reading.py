@@ -1,6 +1,7 @@
 """From the tables of objectives, constraints and choice to what runs, of studies of every kind."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any, TypeVar
@@ -46,6 +47,11 @@ def constraint_of(table: ConstraintTable, scenarios: tuple[StudyScenario, ...], 
         message = f"given {limit:g}; '{objective.metric}' is {metric.definition}: allowed: {low}{high}{unit}"
         raise InputError(message, key="max")
     return Constraint(objective, limit)
+
+
+def held_with(confidence: float, constraints: tuple[Constraint, ...]) -> tuple[Constraint, ...]:
+    """Return constraints that hold with a confidence, that of a study."""
+    return tuple(replace(entry, confidence=confidence) for entry in constraints)
 
 
 def objective_of(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], system: Any) -> Objective:

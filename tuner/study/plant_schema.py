@@ -9,6 +9,8 @@ from pydantic import Discriminator, Field, Tag
 
 from objectives.fmu.system import PATIENCE
 from tuner.study.schema import (
+    CONFIDENCE,
+    Confidence,
     ConstraintTable,
     GainTable,
     MarginTable,
@@ -160,6 +162,8 @@ class PlantStudyTable(StrictTable):
     """Gains by address, CHANNEL.GAIN: a number fixes one, a table gives its range."""
     description: str = ""
     """Text for the report."""
+    confidence: Confidence = CONFIDENCE
+    """Confidence of the interval whose upper end keeps each limit on flights; 0: the value alone keeps it."""
     law: OwnCodeTable | None = None
     metric: OwnCodeTable | None = None
     actuator: list[ActuatorTable] = Field(default=[])

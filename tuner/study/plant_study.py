@@ -40,7 +40,7 @@ from tuner.gains.ranges import (
     timing_of,
 )
 from tuner.study.files import is_shipped
-from tuner.study.judged_reading import constraint_of, listed, mission_of, objective_of, pick_rule, unique
+from tuner.study.judged_reading import constraint_of, held_with, listed, mission_of, objective_of, pick_rule, unique
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
 from tuner.study.plant_schema import ChannelTable, PlantGainTable, PlantScenarioTable, PlantStudyTable, PlantTable
@@ -48,7 +48,7 @@ from tuner.study.reading import checked_table
 from tuner.study.schema import MarginTable
 from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import ScenarioSize, check_size
-from tuner.study.study import StudyScenario, TuningStudy
+from tuner.study.study import StudyScenario, TuningStudy, usual_keys
 from tuner.text.input_errors import located
 
 # Keys of [plant] that name files, and those that only an FMU has.
@@ -95,8 +95,9 @@ class PlantStudy(TuningStudy):
         plant = {key: value for key, value in values["plant"].items() if key not in PATHS}
         content = {**values, "plant": plant}
         # A study that asks for nothing else has the digest that it had before there was a floor.
-        usual = ("mission",) if self.mission == USUAL else ()
-        return {key: value for key, value in content.items() if key not in ("title", "description", *usual, *without)}
+        usual = (*usual_keys(self.table.confidence), *(("mission",) if self.mission == USUAL else ()))
+        left = ("title", "description", *usual, *without)
+        return {key: value for key, value in content.items() if key not in left}
 
     def _values(self) -> dict[str, Any]:
         system = self.system
@@ -155,6 +156,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         system = metering(system, judged)
         check_bounds(system, judged)
         mission, constraints = _with_floor(path, table, scenarios, objectives, constraints, system, space)
+        constraints = held_with(table.confidence, constraints)
         margins = margins_asked(table.margin, path, system)
         unique("margin", [entry.label for entry in margins])
         with located(path, "search"):

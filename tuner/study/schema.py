@@ -357,6 +357,11 @@ class PickTable(StrictTable):
     """Weight of each objective, where the rule is "weights"."""
 
 
+Confidence = Annotated[float, Field(ge=0.0, lt=1.0)]
+CONFIDENCE = 0.95
+"""Confidence that limits on flights are kept with where a study does not say it: that of every interval that is shown."""
+
+
 class StudyTable(StrictTable):
     """A whole study file."""
 
@@ -373,6 +378,8 @@ class StudyTable(StrictTable):
     objective: Annotated[list[ObjectiveTable], Field(min_length=1)]
     description: str = ""
     """Text for the report."""
+    confidence: Confidence = CONFIDENCE
+    """Confidence of the interval whose upper end keeps each limit on flights; 0: the value alone keeps it."""
     law: OwnCodeTable | None = None
     metric: OwnCodeTable | None = None
     reference: OwnCodeTable | None = None

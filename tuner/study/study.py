@@ -25,7 +25,7 @@ from tuner.gains import Controller, VehicleRecord
 from tuner.gains.document import seed_entry
 from tuner.search.names import CONVERGED, GENERATIONS
 from tuner.search.rest import Budget
-from tuner.study.schema import StrictTable, StudyTable
+from tuner.study.schema import CONFIDENCE, StrictTable, StudyTable
 from tuner.study.trim import steady_states
 from tuner.text.markup import element, table
 
@@ -92,6 +92,11 @@ class SearchSpec:
         """One sentence on which search it is, and why."""
         first = "" if self.first is None else f", {self.first} flights of each scenario first"
         return f"Search: {self.algorithm}, {self.size}{first}: {self.why}."
+
+
+def usual_keys(confidence: float) -> tuple[str, ...]:
+    """Return the keys that a digest leaves out: a study with the usual confidence keeps the digest that it had before."""
+    return ("confidence",) if confidence == CONFIDENCE else ()
 
 
 class VariableWords(NamedTuple):
@@ -327,7 +332,10 @@ class Study(TuningStudy):
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
         # What is usual is as it was before anything else could be asked for.
         usual = {"cost": not self.table.cost, "mission": self.mission == USUAL}
-        left = {"title", "description", "airframe", "target", *without, *[key for key, same in usual.items() if same]}
+        left = {
+            "title", "description", "airframe", "target", *without, *[key for key, same in usual.items() if same],
+            *usual_keys(self.table.confidence),
+        }  # fmt: skip
         content = {
             **self._values(),
             # The gains of its default count, under "gains".

@@ -28,13 +28,14 @@ from plant.input_files import read_input_text
 from plant.seeds import generator
 from plant.texts import check_name, check_texts, check_title
 from tuner.search.front import resolved_rule
+from tuner.study.judged_reading import held_with
 from tuner.study.layers import Layer
 from tuner.study.messages import translated
 from tuner.study.reading import put
-from tuner.study.schema import PickTable, SearchTable, StrictTable
+from tuner.study.schema import CONFIDENCE, Confidence, PickTable, SearchTable, StrictTable
 from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import CHECKED, MOST_CANDIDATES, MOST_FLIGHTS, MOST_POPULATION
-from tuner.study.study import SearchSpec, VariableWords
+from tuner.study.study import SearchSpec, VariableWords, usual_keys
 from tuner.text.input_errors import located
 from tuner.text.markup import element
 from tuner.text.markup import table as markup_table
@@ -128,6 +129,8 @@ class TrialStudyTable(StrictTable):
     objective: Annotated[list[TrialObjectiveTable], Field(min_length=1)]
     description: str = ""
     """Text for the report."""
+    confidence: Confidence = CONFIDENCE
+    """Confidence of the interval whose upper end keeps each limit; 0: the value alone keeps it."""
     constraint: list[TrialConstraintTable] = Field(default=[])
     search: TrialSearchTable = TrialSearchTable()
     pick: PickTable = PickTable()
@@ -230,7 +233,8 @@ class TrialStudy:
 
     def digest(self) -> str:
         """Return a hash of everything that decides the result; texts do not."""
-        content = {key: value for key, value in self._values().items() if key not in ("title", "description")}
+        left = ("title", "description", *usual_keys(self.table.confidence))
+        content = {key: value for key, value in self._values().items() if key not in left}
         text = json.dumps(content, sort_keys=True, allow_nan=False)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
@@ -274,6 +278,7 @@ def _built(path: Path, table: TrialStudyTable) -> TrialStudy:
     _check_unique("objective", [objective.label for objective in objectives])
     constraints = tuple(_constraint(entry, metrics, f"constraint[{i}]") for i, entry in enumerate(table.constraint))
     _check_unique("constraint", [constraint.objective.label for constraint in constraints])
+    constraints = held_with(table.confidence, constraints)
     with located(None, "search"):
         if "design" in table.search.initial:
             message = 'given "design", which needs a model of the plant; write initial = ["default"]'
@@ -310,6 +315,7 @@ FAILURE = MetricAddress(
         name="failure", symbol="p_fail", unit="1", scope="flight",
         definition="1 if the trial failed, else 0; its mean over trials is the failure rate",
         value=lambda told: 0.0, bound=lambda told: 1.0, graded=False, highest=1.0, reaches_zero=True,
+        is_binary=True, combine="max",
     ),
     (),
 )  # fmt: skip

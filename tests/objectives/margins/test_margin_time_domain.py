@@ -138,7 +138,10 @@ SLOW = {
 def experiment_of(case, seed=1):
     """Return an experiment at hover with both sides of every margin of random gains."""
     pair, options, timing, channels, duration = case
-    knowledge, designs = nominal(HUMMINGBIRD, options, timing.control_period), random_gains(*pair, 2, seed, 0.4)
+    knowledge, designs = (
+        nominal(HUMMINGBIRD, options, timing.control_period),
+        random_gains(pair[0], pair[1], 2, seed, 0.4),
+    )
     model = MarginModel(cascade_of(*pair), knowledge, timing, HUMMINGBIRD, cases=SMALL)
     inner = not {"x", "y"} & set(channels)
     step = timing.plant_step if inner else timing.control_period

@@ -95,14 +95,21 @@ def test_strata_leave_the_difference_between_scenarios_out():
     assert low == high == 5.0
 
 
-def test_rates_that_resamples_lose_keep_a_percentile_interval():
-    # One failure in 256: 37 % of the resamples hold none, so no standard error is there to divide by.
-    values = np.zeros(256)
-    values[7] = 1.0
-    drawn = np.random.default_rng(5).integers(256, size=(4000, 256))
-    low, high = interval_on(values, Risk("mean"), drawn)
-    # The number of failures in a resample is binomial(256, 1/256); its 97.5 % quantile is 3.
-    assert (low * 256, high * 256) == (0.0, pytest.approx(binom.ppf(0.975, 256, 1 / 256)))
+def test_resamples_without_a_standard_error_are_left_out():
+    # Five of 100 lognormal values in the tail of the CVaR: 6 of 1000 resamples hold one value five times there or more, whose
+    # standard error is 0. With percentiles in their place 86 to 88 % of such intervals held the truth (seen), now 91 to 93 %.
+    rng, hits, percentile = np.random.default_rng(6), [], []
+    risk = Risk("cvar", 0.95)
+    truth = exp(0.6**2 / 2) * norm.cdf(0.6 - norm.ppf(0.95)) / 0.05
+    for _ in range(400):
+        values, drawn = np.exp(0.6 * rng.standard_normal(100)), rng.integers(100, size=(400, 100))
+        low, high = interval_on(values, risk, drawn)
+        hits.append(low <= truth <= high)
+        ends = np.quantile(risk.apply(values[drawn]), [0.025, 0.975], axis=0)
+        percentile.append(ends[0] <= truth <= ends[1])
+    # The standard error of a share of 0.92 of 400 is 0.014; both on the same values.
+    assert np.mean(hits, axis=0) > 0.92 - 2 * 0.014
+    assert np.mean(hits, axis=0) - np.mean(percentile, axis=0) > 0.03
 
 
 def test_cvar_of_few_tail_values_is_covered_where_the_percentile_interval_fails():
@@ -140,3 +147,16 @@ def test_gap_limits_by_hand(level, low, high):
     value, other = np.array([5.0 * level]), np.array([3.0 * level])
     ends = gap_interval(value, 4 / 5 * value, 8 / 5 * value, other, 0 * other, 3.75 / 3 * other)
     np.testing.assert_allclose(ends, [[level * (2 - 1.25)], [level * (2 + 18**0.5)]], rtol=1e-12)
+
+
+def test_a_mean_of_rare_values_keeps_the_room_that_its_resamples_show():
+    # One of 256 is not 0: 37 % of the resamples hold none of it. Left out, they would leave the value itself as the upper end.
+    values = np.zeros(256)
+    values[7] = 1.0
+    drawn = np.random.default_rng(5).integers(256, size=(4000, 256))
+    low, high = interval_on(values, Risk("mean"), drawn)
+    # The number of them in a resample is binomial(256, 1/256); its 97.5 % quantile is 3.
+    assert (low * 256, high * 256) == (0.0, pytest.approx(binom.ppf(0.975, 256, 1 / 256)))
+    # Two flights: all resamples with a standard error are the sample itself.
+    low, high = interval_on(np.array([1.0, 2.0]), Risk("mean"), drawn[:, :2] % 2)
+    assert (low, high) == (1.0, 2.0)

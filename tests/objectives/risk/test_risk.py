@@ -108,11 +108,11 @@ def test_is_documented(name: str) -> None:
     assert len(RISKS[name].definition) > 10
 
 
-def test_minimum_samples_put_five_scenarios_in_the_tail() -> None:
-    assert minimum_samples(Risk("cvar", 0.9)) == 50
-    assert minimum_samples(Risk("quantile", 0.95)) == 100
-    assert minimum_samples(Risk("quantile", 0.05)) == 100
-    assert minimum_samples(Risk("mean")) == 5
+def test_minimum_samples_put_eight_scenarios_in_the_tail() -> None:
+    assert minimum_samples(Risk("cvar", 0.9)) == 80
+    assert minimum_samples(Risk("quantile", 0.95)) == 160
+    assert minimum_samples(Risk("quantile", 0.05)) == 160
+    assert minimum_samples(Risk("mean")) == 8
     # Wilks: n = 59 is the least with 1 - 0.95^n >= 0.95.
     assert 1.0 - 0.95 ** minimum_samples(Risk("worst")) >= 0.95 > 1.0 - 0.95 ** (minimum_samples(Risk("worst")) - 1)
 

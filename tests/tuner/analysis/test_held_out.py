@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from objectives.metrics import parse
-from objectives.problem import Objective
+from objectives.problem import Constraint, Objective
 from objectives.risk import Risk, bootstrap_interval
 from tuner.analysis.held_out import compared_row, share_non_dominated
 from tuner.documents.parts import Estimate, SampledValue
@@ -89,6 +89,6 @@ def test_a_constraint_is_judged_by_its_value_and_not_by_the_difference(value, ve
     quantity = Objective(parse("travel"), Risk("mean"))
     better = SampledValue(-1.0, -2.0, -0.5)
     compared = compared_row(
-        quantity, Estimate(2.0, 1.5, 2.5), Estimate(value, value - 0.5, value + 0.5), better, limit=1.0
+        quantity, Estimate(2.0, 1.5, 2.5), Estimate(value, value - 0.5, value + 0.5), better, Constraint(quantity, 1.0)
     )
     assert compared.verdict == verdict

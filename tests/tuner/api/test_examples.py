@@ -26,7 +26,7 @@ PARAMETERS = "1\t1\tMC_ROLLRATE_P\t0.15\t9\n"
 
 
 def small_study():
-    return tuner.load_study("quickstart", {**SMALL, "scenario.0.name": "gusts"})
+    return tuner.load_study("quickstart", {**SMALL, "scenario.0.name": "gusts", "scenario.0.held_out": 48})
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,8 @@
 What every search keeps, this one included, stands in `test_search_contract`.
 """
 
+from typing import Any, cast
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -283,6 +285,9 @@ class Open:
     def __init__(self, size):
         self.of, self.possible, self.asked = np.ones(size), np.ones(size, dtype=bool), np.ones(size, dtype=bool)
 
+    def confirm(self, rows):
+        return rows
+
 
 @pytest.mark.parametrize("seed", range(5))
 def test_a_batch_is_what_picking_one_at_a_time_gives(seed):
@@ -294,7 +299,7 @@ def test_a_batch_is_what_picking_one_at_a_time_gives(seed):
         adds = [-1.0 if row in expected else weights[covered[row] & ~done].sum() for row in range(20)]
         expected.append(int(np.argmax(adds)))
         done |= covered[expected[-1]]
-    assert picked(Coverage(covered, weights), Open(20), 6).tolist() == expected
+    assert picked(cast(Any, Coverage(covered, weights)), cast(Any, Open(20)), 6).tolist() == expected
 
 
 def test_the_shortlist_leaves_out_what_breaks_a_constraint(monkeypatch):

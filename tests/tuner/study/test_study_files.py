@@ -58,7 +58,7 @@ def test_a_small_study_becomes_the_domain_with_its_defaults(tmp_path: Path):
     assert study.objectives[0].risk == Risk("cvar", 0.9)
     failure = study.constraints[0].objective.metric
     assert failure.text == "failure"
-    assert study.constraints[0] == Constraint(Objective(failure, Risk("mean")), 0.0)
+    assert study.constraints[0] == Constraint(Objective(failure, Risk("mean")), 0.0, confidence=0.95)
     # What a study of a moving vehicle asks at least: that it moves.
     (floor,) = study.constraints[1:]
     assert floor.objective.label == "quantile50(rms.position)@gusts" and 0.0 < floor.most < 1.0

@@ -1,9 +1,8 @@
 """One limit after the other: value, interval, verdict.
 
 A limit on flights is judged by the value over all of them; its interval says whether another draw could have judged otherwise.
-The interval is the bootstrap's, but for a mean share of lost flights it is exact, because no resample of flights that all
-completed loses one: C. J. Clopper, E. S. Pearson, Biometrika 26(4):404-413, 1934. Of a worst case none can be given.
-Requirements that are known without flying are exact and have no interval.
+A share that is limited to 0 is judged on the flights made, for no number of them shows that; its bound is told beside it.
+Of a worst case none can be given. Requirements that are known without flying are exact and have no interval.
 """
 
 from math import isfinite
@@ -12,13 +11,13 @@ import numpy as np
 
 from objectives.problem import Evaluation, Objective, Problem
 from objectives.requirements import Requirement, WorstState, worst_states
-from objectives.risk import bootstrap_interval
 from plant.seeds import generator
 from tuner.documents.judgement import JudgedRow
+from tuner.documents.parts import ShareCount
 from tuner.study.study import TuningStudy
 
 Array = np.ndarray
-REPLICATES, TAIL = 2000, 0.025
+REPLICATES = 2000
 PASS, UNCERTAIN, FAIL = "pass", "not certain", "fail"
 REPORTED, KEPT, MISSED = "reported", "target kept", "target missed"
 # Kept by the value, broken by the value, but for a target that nothing depends on.
@@ -51,7 +50,7 @@ def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, i
     value = float(quantity.risk.apply(scores))
     low, high = interval(quantity, scores, generator(root, "check/bootstrap", index))
     metric = quantity.metric.metric
-    return JudgedRow(
+    row = JudgedRow(
         label=quantity.label,
         kind="objective" if most is None else "constraint",
         quantity=metric.definition,
@@ -62,8 +61,9 @@ def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, i
         low=low,
         high=high,
         flights=len(scores),
-        verdict=verdict(most, value, high),
+        verdict=verdict(most, value, value if quantity.is_binary and most == 0.0 else high),
     )
+    return row.model_copy(update={"count": ShareCount.of(scores)}) if quantity.is_binary else row
 
 
 def verdict(most: float | None, value: float, high: float | None) -> str:
@@ -79,19 +79,9 @@ def interval(quantity: Objective, scores: Array, draw: np.random.Generator) -> t
     """Return the 95 % interval of a risk over scores (flights,); None for a worst case."""
     if quantity.risk.name == "worst":
         return None, None
-    if quantity.risk.name == "mean" and not quantity.metric.metric.graded:
-        return share_interval(int(np.sum(scores > 0.0, axis=0)), len(scores))
-    low, high = bootstrap_interval(scores, quantity.risk, draw, REPLICATES)
+    resample = draw.integers(len(scores), size=(REPLICATES, len(scores)), dtype=np.intp)
+    low, high = quantity.interval(scores, resample)
     return float(low), float(high)
-
-
-def share_interval(hits: int, count: int) -> tuple[float, float]:
-    """Return the exact 95 % interval of a share of which `hits` of `count` were seen."""
-    from scipy.special import betaincinv
-
-    low = float(betaincinv(hits, count - hits + 1, TAIL)) if hits else 0.0
-    high = float(betaincinv(hits + 1, count - hits, 1.0 - TAIL)) if hits < count else 1.0
-    return low, high
 
 
 def known_row(requirement: Requirement, value: float, worst: WorstState | None = None) -> JudgedRow:
@@ -102,7 +92,7 @@ def known_row(requirement: Requirement, value: float, worst: WorstState | None =
         label=requirement.label,
         kind="requirement",
         quantity=requirement.quantity,
-        **requirement.units(),
+        **requirement.units(),  # pyright: ignore[reportArgumentType]
         sense=requirement.sense,
         limit=requirement.in_file(requirement.limit),
         value=requirement.in_file(value) if isfinite(value) else None,

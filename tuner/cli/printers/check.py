@@ -167,6 +167,8 @@ def cells(row: JudgedRow) -> list[str]:
         return [row.label, limit, value, "", unit, row.verdict]
     room = width(row)
     ends = f"{digits(row.low, room)} to {digits(row.high, room)}"
+    if row.count is not None and not row.count.events:
+        ends = f"{ends} ({row.count.words})"
     return [row.label, limit, digits(row.value, room), ends, unit, row.verdict]
 
 
@@ -181,6 +183,6 @@ def said(document: JudgementDocument) -> str:
     if document.verdict == "not certain":
         return (
             f"PASS on these flights, but not certain: the interval of {named['not certain']} crosses the limit; more --seeds "
-            "narrow it, and a limit of 0 lost flights cannot be shown by any number of them."
+            "narrow it."
         )
     return "PASS: every limit is kept."

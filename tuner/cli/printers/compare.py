@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from tuner.cli.printers.tuning import print_ending
+from tuner.cli.printers.tuning import print_ending, with_count
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, difference, estimate, limit_text, unit_text
 from tuner.documents.contest_document import ComparisonDocument, DifferenceRow, QuantityRow
@@ -45,7 +45,10 @@ def blocks(found: ComparisonDocument) -> Iterator[tuple[QuantityRow, list[list[s
     apart = {(r.second, r.quantity): r for r in found.differences if r.first == found.first}
     for quantity in found.quantities:
         keys = [(contender.name, quantity.label) for contender in found.contenders]
-        yield quantity, [[key[0], estimate(values[key]), *against(apart.get(key))] for key in keys]
+        yield (
+            quantity,
+            [[key[0], with_count(estimate(values[key]), values[key].count), *against(apart.get(key))] for key in keys],
+        )
 
 
 def heading(quantity: QuantityRow) -> str:

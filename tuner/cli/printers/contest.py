@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tuner.cli.printers.tuning import print_ending
+from tuner.cli.printers.tuning import print_ending, with_count
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, digits, estimate, limit_text, unit_text
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
@@ -43,7 +43,7 @@ def estimates_table(found: ContestDocument | ComparisonDocument) -> TerminalTabl
     table.add_column("instructions\na step", justify="right")
     values = {(entry.contender, entry.quantity): entry for entry in found.estimates}
     for contender in found.contenders:
-        cells = [estimate(values[contender.name, quantity.label]) for quantity in judged]
+        cells = [with_count(estimate(row), row.count) for row in (values[contender.name, q.label] for q in judged)]
         processor = contender.cost.processor
         counted = f"{processor.instructions_step:.0f}\n{processor.target}" if processor else ""
         mark = "" if contender.feasible else " (infeasible)"

@@ -16,12 +16,26 @@ if TYPE_CHECKING:
 SPARKS = "▁▂▃▄▅▆▇█"
 # Letters of a line that stand beside its blocks: name, range and unit.
 BESIDE = 36
+# Lost flights that are printed.
+MOST_LOST = 10
 
 
 def print_flights(flown: "Flights", console: Console) -> None:
     """Print the metrics, and the median response of each axis."""
     console.print(metrics_table(flown))
+    print_losses(flown, console)
     print_sparks(flown, console)
+
+
+def print_losses(flown: "Flights", console: Console) -> None:
+    """Print the lost flights, `MOST_LOST` of them at most, and how one of them is flown again."""
+    lost = flown.document.lost
+    for entry in lost[:MOST_LOST]:
+        console.print(f"Lost: {entry.words}.")
+    if len(lost) > MOST_LOST:
+        console.print(f"{len(lost) - MOST_LOST:,} more were lost; --json names them all.")
+    if len(lost) and flown.count > 1:
+        console.print(f"One of them again, drawn: the same command with --flight {lost[0].name} --plot lost.png")
 
 
 def metrics_table(flown: "Flights") -> TerminalTable:
@@ -32,8 +46,11 @@ def metrics_table(flown: "Flights") -> TerminalTable:
     for row in flown.document.metrics:
         half = 0.5 * (row.high - row.low)
         scale = 2.0 * half or row.mean
+        mean = f"{digits(row.mean, scale)} +- {digits(half, scale)}"
+        if row.count is not None:
+            mean = row.count.words if row.count.events == 0 else f"{row.mean:.2g} [{row.low:.2g}, {row.high:.2g}]"
         table.add_row(
-            row.metric, row.unit, f"{digits(row.mean, scale)} +- {digits(half, scale)}",
+            row.metric, row.unit, mean,
             digits(row.median, scale), digits(row.q95, scale), digits(row.worst, scale),
         )  # fmt: skip
     return table

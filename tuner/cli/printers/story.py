@@ -8,7 +8,7 @@ from tuner.api.story import AskedPart, FrontPoint, PlacedGain, TuningStory, Unfi
 from tuner.cli.printers.compare import block_table, print_comparison
 from tuner.cli.printers.contest import print_found
 from tuner.cli.printers.inference import print_tables
-from tuner.cli.printers.tuning import print_ending
+from tuner.cli.printers.tuning import print_ending, with_count
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, difference, digits, estimate, limit_text, unit_text, width
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
@@ -16,7 +16,7 @@ from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.parts import in_shown_units
 from tuner.documents.summary import PickedObjective, PickedOn, TableRow
 from tuner.report.charts.text import front_lines, place_bar
-from tuner.report.words import gap_words, uncertainty_words
+from tuner.report.words import gap_words, loss_words, uncertainty_words
 from tuner.store.manifest import NONE_YET
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def tell_tuning(story: TuningStory, results: "TuningFolder", console: Console) -
     tell_front(story, results, console)
     section(console, "How far to trust it", trust_texts(story))
     console.warn(story.warnings)
-    for text in (*story.remarks, *map(uncertainty_words, results.summary.uncertainty)):
+    for text in (*loss_words(results.summary), *story.remarks, *map(uncertainty_words, results.summary.uncertainty)):
         say(console, text)
     section(console, "What to fly" if story.feasible else "What to look at; nothing to fly", story.commands)
 
@@ -132,9 +132,10 @@ def heading(row: TableRow) -> str:
 
 def default_and_tuned(row: TableRow, shown_as: str) -> list[list[str]]:
     """Return default and the point beside it as rows: name, value, difference, verdict."""
+    default, tuned = getattr(row, "default_count", None), getattr(row, "tuned_count", None)
     return [
-        ["default", estimate(row.default), "", ""],
-        [shown_as, estimate(row.tuned), difference(row.difference), row.verdict],
+        ["default", with_count(estimate(row.default), default), "", ""],
+        [shown_as, with_count(estimate(row.tuned), tuned), difference(row.difference), row.verdict],
     ]
 
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 from tuner.cli.printers.margins import print_states
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, estimate, limit_text, unit_text
-from tuner.documents.parts import in_shown_units
-from tuner.documents.summary import RequiredRow, Summary, gains_name
-from tuner.report.words import uncertainty_words
+from tuner.documents.parts import ShareCount, in_shown_units
+from tuner.documents.summary import ComparedRow, RequiredRow, Summary, gains_name
+from tuner.report.words import loss_words, uncertainty_words
 
 if TYPE_CHECKING:
     from tuner.api.results import TuningResults
@@ -30,7 +30,7 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
     if results.feasible:
         console.print(f"Recommended: {summary.tuned}: {summary.pick.why}.")
     console.warn(summary.warnings)
-    for text in (*summary.remarks, *map(uncertainty_words, summary.uncertainty)):
+    for text in (*loss_words(summary), *summary.remarks, *map(uncertainty_words, summary.uncertainty)):
         console.print(text)
     if summary.search:
         console.print(summary.search)
@@ -77,9 +77,16 @@ def comparison_table(summary: Summary) -> TerminalTable:
         limit = f"automatic, {limit}" if getattr(row, "automatic", "") else limit
         parts = [estimate(getattr(row, key)) for key in ("default", "tuned", "difference")]
         parts[2] = f"{row.verdict}: {parts[2]}"
+        if isinstance(row, ComparedRow):
+            parts = [*map(with_count, parts, (row.default_count, row.tuned_count, None))]
         label = row.label.replace("@", "\n@")
         table.add_row(f"{label}\n{limit}{unit_text(row.unit)}".rstrip(), *parts)
     return table
+
+
+def with_count(text: str, count: ShareCount | None) -> str:
+    """Return a cell with the count behind its share on a line of its own, "0 of 256: at most 1.2 %"."""
+    return text if count is None else f"{text}\n{count.words}"
 
 
 def gains_table(summary: Summary) -> TerminalTable:

@@ -18,7 +18,18 @@ from tuner.study.kinds import load_gains_study
 from tuner.study.study import TuningStudy
 
 # What a second judgement may differ in.
-FREE = ("objective", "constraint", "metric", "mission", "guarantee", "margin", "pick", "title", "description")
+FREE = (
+    "objective",
+    "constraint",
+    "metric",
+    "mission",
+    "confidence",
+    "guarantee",
+    "margin",
+    "pick",
+    "title",
+    "description",
+)
 
 
 def rejudge(

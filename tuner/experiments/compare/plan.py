@@ -14,6 +14,7 @@ from objectives.decisions import DecisionSpace
 from objectives.plant_system import PlantSystem
 from objectives.problem import System
 from objectives.risk import minimum_samples
+from objectives.risk.measures import TAIL_SCENARIOS
 from plant.errors import InputError
 from plant.loop import Timing
 from plant.model.plan import Channel, plan_loop
@@ -268,6 +269,6 @@ def _few_flights(base: TuningStudy) -> list[str]:
         need = minimum_samples(objective.risk)
         if have < need:
             warnings.append(
-                f"{objective.label} rests on {have} flights; {need} would put five into its tail (--seeds)."
+                f"{objective.label} rests on {have} flights; {need} would put {TAIL_SCENARIOS} into its tail (--seeds)."
             )
     return warnings

@@ -3,7 +3,9 @@
 from dataclasses import dataclass
 from itertools import combinations
 
-from objectives.risk import interval_on, paired_difference_on, resampled_scenarios, within
+import numpy as np
+
+from objectives.risk import resampled_scenarios, within
 from plant.seeds import generator
 from tuner.analysis.held_out import TABLE_REPLICATES
 from tuner.documents.parts import SampledValue
@@ -54,12 +56,15 @@ def compare_all(flown: Flown, quantities: tuple[Quantity, ...], root: int) -> Co
     differences = []
     drawn = resampled_scenarios(generator(root, "bootstrap/contest", 0), TABLE_REPLICATES, flown.origin)
     for i, quantity in enumerate(quantities):
-        risk, scenario = quantity.objective.risk, quantity.objective.scenario
+        objective, scenario = quantity.objective, quantity.objective.scenario
         samples, part = flown.samples(i, scenario), within(drawn, flown.origin, scenario)
-        found = zip(risk.apply(samples), *interval_on(samples, risk, part), strict=True)
+        found = zip(objective.risk.apply(samples), *objective.interval(samples, part), strict=True)
         for own, ends in zip(estimates, found, strict=True):
             own.append(SampledValue(*map(float, ends)))
         for first, second in combinations(range(count), 2):
-            apart = paired_difference_on(samples[second], samples[first], risk, part)
-            differences.append(Difference(first, second, i, SampledValue(*map(float, apart))))
+            apart = objective.difference(samples[second], samples[first], part)
+            # Who flew every flight alike to the bit is the same: nothing is open, not even losses that were not seen.
+            same = np.array_equal(flown.scores[first], flown.scores[second])
+            value = SampledValue(0.0, 0.0, 0.0) if same else SampledValue(*map(float, apart))
+            differences.append(Difference(first, second, i, value))
     return Comparison(estimates, differences)

@@ -22,7 +22,7 @@ from tuner.documents.contest_document import (
     VolumeDifference,
     VolumeRow,
 )
-from tuner.documents.parts import GainValue, LawNames, SampledValue
+from tuner.documents.parts import GainValue, LawNames, SampledValue, ShareCount
 from tuner.experiments.contest.comparison import Difference
 from tuner.experiments.contest.fronts import Best
 from tuner.experiments.contest.result import Result
@@ -53,9 +53,7 @@ def contest_document(result: Result, warnings: list[str]) -> ContestDocument:
         contenders=[contender_row(result, k) for k in range(len(result.names))],
         quantities=[quantity_row(quantity) for quantity in contest.quantities],
         estimates=[
-            EstimateRow(contender=name, quantity=quantity.label, **result.comparison.estimates[k][i].content())
-            for k, name in enumerate(result.names)
-            for i, quantity in enumerate(contest.quantities)
+            estimate_row(result, k, i) for k in range(len(result.names)) for i in range(len(contest.quantities))
         ],
         differences=[difference_row(result, entry) for entry in result.comparison.differences],
         fronts=fronts_part(result),
@@ -65,6 +63,14 @@ def contest_document(result: Result, warnings: list[str]) -> ContestDocument:
         words=sentences(result),
         warnings=warnings,
     )
+
+
+def estimate_row(result: Result, k: int, i: int) -> EstimateRow:
+    """Return a quantity of a contender, with the count behind it where it is 0 or 1."""
+    objective, estimate = result.contest.quantities[i].objective, result.comparison.estimates[k][i]
+    row = EstimateRow(contender=result.names[k], quantity=objective.label, **estimate.content())
+    samples = result.flown.samples(i, objective.scenario)[k]
+    return row.model_copy(update={"count": ShareCount.of(samples)}) if objective.is_binary else row
 
 
 def contender_row(result: Result, k: int) -> ContenderRow:

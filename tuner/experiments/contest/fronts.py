@@ -19,7 +19,7 @@ from itertools import combinations
 import numpy as np
 
 from objectives.problem import Objective
-from objectives.risk import interval_on, replicates_on, resampled_scenarios, within
+from objectives.risk import replicates_on, resampled_scenarios, within
 from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES
 from tuner.documents.parts import SampledValue
@@ -84,8 +84,8 @@ def front_of(contest: Contest, entries: Sequence[ContestPoint], flown: Flown) ->
     for i, objective in enumerate(objectives):
         values[:, i] = objective.risk.apply(samples[i])
         part = within(drawn, flown.origin, objective.scenario)
-        low[:, i], high[:, i] = interval_on(samples[i], objective.risk, part)
-    kept = np.flatnonzero(_feasible(contest, flown))
+        low[:, i], high[:, i] = objective.interval(samples[i], part)
+    kept = np.flatnonzero(_feasible(contest, flown, drawn))
     best = kept[non_dominated(values[kept])]
     # Where there is one point there is nothing to pick among.
     picked = values if len(entries) == 1 else _picked(entries, len(objectives))
@@ -108,12 +108,20 @@ def _picked(entries: Sequence[ContestPoint], objectives: int) -> np.ndarray | No
     return np.array(known).reshape(-1, objectives) if len(known) == len(entries) else None
 
 
-def _feasible(contest: Contest, flown: Flown) -> np.ndarray:
-    """Return which entries (entries,) keep every constraint on flights."""
+def _feasible(contest: Contest, flown: Flown, drawn: np.ndarray) -> np.ndarray:
+    """Return which entries (entries,) keep every constraint on flights, at the confidence of the study."""
     kept = np.ones(len(flown.scores), dtype=bool)
-    for i, quantity in enumerate(contest.quantities):
-        if quantity.limit is not None:
-            kept &= quantity.objective.risk.apply(flown.samples(i, quantity.objective.scenario)) <= quantity.limit
+    labels = [quantity.label for quantity in contest.quantities]
+    for entry in contest.base.constraints:
+        if entry.floor:
+            continue
+        objective = entry.objective
+        samples = flown.samples(labels.index(objective.label), objective.scenario)
+        part = within(drawn, flown.origin, objective.scenario)
+        high = objective.risk.apply(samples)
+        kept &= (
+            high if entry.rests_on_value else objective.interval(samples, part, entry.confidence).high
+        ) <= entry.most
     return kept
 
 

@@ -14,7 +14,7 @@ from math import ceil
 import numpy as np
 
 from objectives.problem import Objective
-from objectives.risk import Risk, bootstrap_interval, minimum_samples
+from objectives.risk import Risk, minimum_samples
 from plant.seeds import generator
 from tuner.documents.plan import PlannedObjective, StreamFlights, StreamWidths
 from tuner.experiments.planning.pilot import Pilot
@@ -44,7 +44,7 @@ def planned_objective(study: TuningStudy, pilot: Pilot, index: int, share: float
         counts = counts_of(study, objective, stream)
         flights[stream] = sum(counts)
         draw = generator(study.seed, f"plan/{stream}", index)
-        widths[stream] = width(*pooled(pilot, index, counts), objective.risk, flights[stream], draw)
+        widths[stream] = width(*pooled(pilot, index, counts), objective, flights[stream], draw)
     scores, weights = pooled(pilot, index, counts_of(study, objective, HELD_OUT))
     default = float(weighed_risk(scores[:1], weights, objective.risk)[0])
     draw = generator(study.seed, "plan/difference", index)
@@ -83,15 +83,15 @@ def weighed_risk(scores: Array, weights: Array, risk: Risk) -> Array:
     return risk.apply(np.repeat(scores, times.astype(int), axis=1))
 
 
-def width(scores: Array, weights: Array, risk: Risk, count: int, draw: np.random.Generator) -> float | None:
+def width(scores: Array, weights: Array, objective: Objective, count: int, draw: np.random.Generator) -> float | None:
     """Return the width of the default's 95 % interval over `count` flights; scores (p, n), weights (n,).
 
     None for the worst case, and where too few flights are in the tail: an interval of those is far too narrow.
     """
-    if risk.name == WITHOUT_WIDTH or count < minimum_samples(risk):
+    if objective.risk.name == WITHOUT_WIDTH or count < minimum_samples(objective.risk):
         return None
     sets = scores[0][draw.choice(scores.shape[1], size=(SETS, count), p=weights)]
-    low, high = bootstrap_interval(sets, risk, draw, REPLICATES)
+    low, high = objective.interval(sets, draw.integers(count, size=(REPLICATES, count), dtype=np.intp))
     return float(np.median(high - low, axis=0))
 
 

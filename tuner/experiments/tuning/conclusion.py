@@ -9,9 +9,10 @@ import numpy as np
 from objectives.problem import Evaluator, Problem
 from plant.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.finals import Finals
-from tuner.analysis.held_out import Finalists, Searched, compare, compare_known, judge
+from tuner.analysis.held_out import NOT_CERTAIN, Finalists, Searched, compare, compare_known, judge
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.documents.parts import PlantStep
+from tuner.documents.summary import ComparedRow
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
     conflict_texts,
@@ -29,6 +30,8 @@ from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.study.study import SearchedStudy, TuningStudy
+from tuner.text.numbers import significant
+from tuner.text.sentences import limit_text
 
 # Finalists re-flown at most; of two objectives at least, and candidates of the search for each. Of 41 to 47 points of a front
 # that 136 candidates left, the 24 that add most dominated held out 99.0 to 99.5 % of what all of them dominate; of three
@@ -51,8 +54,10 @@ def conclude(
     confirmation = problem.evaluate_gains(
         gains[[0, tuned]], again, watcher.on_flights_done, fly_all=True, complete=True
     )
-    if broken := broken_by(finalists.evaluation.violations[tuned], confirmation.violations[1], study):
+    if broken := broken_by(finalists.excess[tuned], confirmation.violations[1], study):
         warnings.append(f"The point shown beside the default breaks {broken}; see the table.")
+    table = compare(problem, confirmation, study.seed)
+    warnings += uncertain_limits(table)
     limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)
     conflict = conflict_of(known, limits)
     default = default_candidate(found, study)
@@ -60,7 +65,7 @@ def conclude(
     plant_step, step_warnings = plant_step_at(study, problem, gains[[0, tuned]])
     outcome = Outcome(
         study, problem, generations, survivors, candidates, finalists, confirmation, tuned, why,
-        compare(problem, confirmation, study.seed), compare_known(problem, gains[[0, tuned]]),
+        table, compare_known(problem, gains[[0, tuned]]),
         conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
         plant_step, [*said, *warnings, *step_warnings], 0.0,
     )  # fmt: skip
@@ -93,9 +98,27 @@ def judged(study: SearchedStudy, finals: Finals, before: list[Searched]) -> tupl
     while True:
         finalists = judge(flown, before)
         tuned, why = recommend(study, finalists)
-        if flown.complete[tuned]:
+        rows = np.flatnonzero(~flown.complete & unsettled(finalists, tuned))
+        if not len(rows):
             return finalists, tuned, why
-        flown = finals.complete(flown, np.array([tuned]))
+        flown = finals.complete(flown, rows)
+
+
+def unsettled(finalists: Finalists, tuned: int) -> np.ndarray:
+    """Return which rows (rows,) have to make all flights: the recommended one, and those that only lack confidence in a limit."""
+    lacking = ~finalists.feasible & np.all(finalists.evaluation.violations <= 0.0, axis=1)
+    return lacking | (np.arange(len(lacking)) == tuned)
+
+
+def uncertain_limits(table: list[ComparedRow]) -> list[str]:
+    """Warn of limits that the point shown keeps on confirmation flights by its values alone."""
+    return [
+        f"{row.label} is {significant(row.tuned.value)} [{significant(row.tuned.low)}, {significant(row.tuned.high)}] on the "
+        f"confirmation flights: its value keeps {limit_text(float(row.limit or 0.0), row.unit)}, its interval reaches beyond. "
+        "More held_out flights narrow it; `tuner rejudge` with a smaller max picks a point further from the limit."
+        for row in table
+        if row.verdict == NOT_CERTAIN
+    ]
 
 
 def completely_known(found: Archive, generations: list[Generation]) -> Archive:
@@ -150,7 +173,7 @@ def recommend(study: SearchedStudy, finalists: Finalists) -> tuple[int, str]:
     values = finalists.evaluation.values
     rows = np.flatnonzero(finalists.non_dominated)
     if len(rows) == 0:
-        least = int(np.argmin(finalists.evaluation.violations[1:].sum(axis=1))) + 1
+        least = int(np.argmin(finalists.excess[1:].sum(axis=1))) + 1
         return least, "no finalist keeps every constraint on the held-out scenarios; this one breaks them least"
     return picked(study, values, rows)
 

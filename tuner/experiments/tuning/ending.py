@@ -5,12 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from objectives.problem import Evaluator
-from tuner.documents.summary import INFEASIBLE, NOTHING, ObstacleRow
+from tuner.documents.summary import INFEASIBLE, NOTHING, ComparedRow, ObstacleRow
 from tuner.experiments.tuning.conflicts import Conflict, Limit, limits_of
 from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, diagnosed, flown_obstacle, obstacle_texts
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import Archive, Generation, point_name
 from tuner.study.study import SearchedStudy
+from tuner.text.numbers import significant
 
 
 def contender_ending(name: str, point: str, obstacles: Sequence[ObstacleRow] = ()) -> list[str]:
@@ -65,22 +66,77 @@ def ending_of(outcome: Outcome) -> list[str]:
     if len(outcome.archive.front()) == 0:
         head = f"{NOTHING}: none of {len(outcome.archive.points):,} candidates keeps every limit, {about}"
         return [head, *obstacle_texts(outcome.obstacles)]
+    if outcome.finalists.feasible[outcome.tuned]:
+        return _broken_again(outcome, point)
     tried = len(outcome.candidates)
     who = "the one finalist does not keep" if tried == 1 else f"none of the {tried} finalists keeps"
     head = f"{NOTHING} on held-out scenarios: {who} every limit there, {about}"
-    return [head, f"{point} breaks {'; '.join(_broken(outcome))}.", *_default(outcome)]
+    return [head, f"{point} breaks {'; '.join(_broken(outcome))}.", *_helps(outcome), *_default(outcome)]
 
 
 def _broken(outcome: Outcome) -> list[str]:
     """Return the limits that the nearest point breaks on held-out scenarios, with its values."""
-    study, evaluation, row = outcome.study, outcome.finalists.evaluation, outcome.tuned
+    study, finalists, row = outcome.study, outcome.finalists, outcome.tuned
     limits, split = limits_of(study.constraints, study.requirements), len(study.constraints)
-    broken = np.flatnonzero(evaluation.violations[row] > 0.0).tolist()
-    values = [
-        limits[i].limit + evaluation.violations[row, i] if i < split else evaluation.requirements[row, i - split]
-        for i in broken
+    said = []
+    for i in np.flatnonzero(finalists.excess[row] > 0.0).tolist():
+        if i >= split:
+            told = f"{finalists.evaluation.requirements[row, i - split]:.4g}"
+        elif study.constraints[i].rests_on_value:
+            told = f"{limits[i].limit + finalists.excess[row, i]:.4g}"
+        else:
+            told = _estimate(finalists.flown.estimate(len(study.objectives) + i), row)
+        said.append(f"{limits[i].text} with {told}")
+    return said
+
+
+def _estimate(ends: tuple[np.ndarray, ...], row: int) -> str:
+    value, low, high = (significant(float(part[row])) for part in ends)
+    return f"{value} [{low}, {high}]"
+
+
+def _helps(outcome: Outcome) -> list[str]:
+    """Return what helps where the nearest point keeps limits by its values and not with confidence."""
+    study, finalists, row = outcome.study, outcome.finalists, outcome.tuned
+    broken = np.flatnonzero(finalists.excess[row] > 0.0)
+    by_value = np.flatnonzero(finalists.evaluation.violations[row] > 0.0)
+    if len(np.intersect1d(broken, by_value)) or not len(broken):
+        return []
+    confidence = 100.0 * max(study.constraints[i].confidence for i in broken)
+    return [
+        f"By its values it keeps them all, but not with {confidence:g} % confidence: an interval reaches beyond. More held_out "
+        "flights narrow it; `tuner rejudge FOLDER --set confidence=0 --out NEW` judges by the values alone."
     ]
-    return [f"{limits[i].text} with {value:.4g}" for i, value in zip(broken, values, strict=True)]
+
+
+def _broken_again(outcome: Outcome, point: str) -> list[str]:
+    """Return what is said of a point that keeps every limit on held-out flights and breaks some on confirmation flights."""
+    study, broken = outcome.study, outcome.broken_again.tolist()
+    limits = limits_of(study.constraints, study.requirements)
+    rows = [outcome.table[len(study.objectives) + i] for i in broken]
+    values = [f"{limits[i].text} with {_shown(row)}" for i, row in zip(broken, rows, strict=True)]
+    head = (
+        f"{NOTHING} on confirmation scenarios: {point} keeps every limit on held-out ones, by which it was picked, and breaks "
+        f"{'; '.join(values)} on these, so no gains are recommended. Its gains stand in {INFEASIBLE}, for study and not to be "
+        "flown."
+    )
+    return [head, *[_rejudged(limits[i], i, row) for i, row in zip(broken, rows, strict=True)]]
+
+
+def _shown(row: ComparedRow) -> str:
+    value, low, high = (significant(part) for part in row.tuned.parts)
+    return f"{value} [{low}, {high}]" if row.tuned_count is None else f"{row.tuned_count.words} flights"
+
+
+def _rejudged(limit: Limit, index: int, row: ComparedRow) -> str:
+    key = limit.automatic or f"constraint.{index}.max"
+    smaller = f"a smaller {key} picks a point that lies further from this limit, and " if limit.limit > 0.0 else ""
+    # An automatic limit is a share of an error that the key does not tell.
+    larger = "a larger one" if limit.automatic else f"one of about {significant(row.tuned.high, 2)} or more"
+    return (
+        f"`tuner rejudge FOLDER --set {key}=VALUE --out NEW` judges the flights already flown by another limit: {smaller}"
+        f"{larger} has room for this point."
+    )
 
 
 def _default(outcome: Outcome) -> list[str]:

@@ -22,6 +22,7 @@ Row = dict[str, Any]
 
 # Of `objectives.risk.bootstrap`, with the level that `tuner.analysis.held_out` asks for.
 LEVEL, METHOD = 0.95, "bootstrap over flights, studentised where the risk has a standard error"
+EXACT = "Clopper-Pearson; of the difference of the flights that end differently"
 # Significant digits of a margin; further ones depend on the linear algebra of the machine.
 DIGITS = 6
 
@@ -69,7 +70,9 @@ def objective_rows(outcome: Outcome) -> list[Row]:
     sampled = [objective_row(row) for row in outcome.table]
     flights = [outcome.confirmation.samples(i, row.scenario).shape[-1] for i, row in enumerate(outcome.table)]
     known = [objective_row(row) for row in outcome.known]
-    return [*[{**row, "interval": interval(n)} for row, n in zip(sampled, flights, strict=True)], *known]
+    methods = [METHOD if row.tuned_count is None else EXACT for row in outcome.table]
+    rows = zip(sampled, flights, methods, strict=True)
+    return [*[{**row, "interval": interval(n, method)} for row, n, method in rows], *known]
 
 
 def objective_row(row: ComparedRow | RequiredRow) -> Row:
@@ -79,9 +82,9 @@ def objective_row(row: ComparedRow | RequiredRow) -> Row:
     return {**row.model_dump(include=keys), "unit": code_or_note(row.unit), **state}
 
 
-def interval(flights: int) -> Row:
+def interval(flights: int, method: str = METHOD) -> Row:
     """Return how the intervals over so many flights were made."""
-    return {"level": LEVEL, "n": flights, "method": METHOD}
+    return {"level": LEVEL, "n": flights, "method": method}
 
 
 def margin_rows(outcome: FlightOutcome) -> list[Row]:

@@ -49,8 +49,16 @@ class Outcome(Generic[S, P]):
 
     @cached_property
     def feasible(self) -> bool:
-        """Whether there is anything to recommend: some candidate kept every limit in the search, and `tuned` does held out."""
-        return len(self.archive.front()) > 0 and bool(self.finalists.feasible[self.tuned])
+        """Whether there is anything to recommend: some candidate kept every limit in the search, `tuned` does held out, at the
+        confidence of the study, and its values do on confirmation flights.
+        """
+        held = len(self.archive.front()) > 0 and bool(self.finalists.feasible[self.tuned])
+        return held and not len(self.broken_again)
+
+    @cached_property
+    def broken_again(self) -> np.ndarray:
+        """Indices of the constraints that the values of `tuned` break on confirmation flights."""
+        return np.flatnonzero(self.confirmation.violations[1, : len(self.study.constraints)] > 0.0)
 
     @property
     def flights(self) -> int:

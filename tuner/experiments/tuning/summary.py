@@ -7,7 +7,9 @@ import numpy as np
 from objectives.problem import Objective
 from objectives.scales import in_file, units_of
 from plant.air.air import summary as air_summary
-from tuner.documents.parts import Estimate
+from plant.scenarios import CONFIRMATION, HELD_OUT
+from tuner.analysis.lost_flights import named_losses, unseen_losses
+from tuner.documents.parts import Estimate, LostFlight
 from tuner.documents.summary import (
     AirRow,
     ConflictPart,
@@ -27,6 +29,7 @@ from tuner.experiments.tuning.conclusion import default_candidate, remarks
 from tuner.experiments.tuning.conflicts import Conflict, Limit, LimitPrice, Relaxation, limits_of
 from tuner.experiments.tuning.ending import ending_of
 from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.uncertainty import uncertainty_costs
 from tuner.search.loop import point_name
 from tuner.study.study import SearchedStudy, Study
@@ -72,7 +75,24 @@ def summary_document(outcome: Outcome) -> Summary:
         air=air_rows(study),
         plant_step=outcome.plant_step,
         **({"uncertainty": rows} if (rows := uncertainty_costs(outcome)) else {}),
+        unseen=unseen_losses(outcome.problem, batches(study, CONFIRMATION), outcome.confirmation, 1),
+        lost_flights=lost_flights(outcome),
     )
+
+
+def lost_flights(outcome: Outcome) -> list[LostFlight]:
+    """Return the lost flights of the default and of the point shown, held out and confirmation."""
+    study, again = outcome.study, outcome.confirmation.failed
+    found = list[LostFlight]()
+    for row, place in ((0, 0), (outcome.tuned, 1)):
+        gains, point = outcome.gains(row), outcome.names[row]
+        flown = [
+            (HELD_OUT, outcome.finalists.flown.failed[row]),
+            *([] if again is None else [(CONFIRMATION, again[place])]),
+        ]
+        for stream, failed in flown:
+            found += named_losses(outcome.problem, gains, batches(study, stream), failed, point)
+    return found
 
 
 @singledispatch

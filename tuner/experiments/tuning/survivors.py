@@ -65,7 +65,7 @@ def survivors_of(
 
 def picked(seen: Evaluation, rows: np.ndarray) -> Evaluation:
     """Return the evaluation of some of the candidates."""
-    return replace(seen, **{name: getattr(seen, name)[rows] for name in (*OF_CANDIDATES, "counted")})
+    return replace(seen, **{name: getattr(seen, name)[rows] for name in (*OF_CANDIDATES, "counted")}, failed=None)
 
 
 def joined(problem: Evaluator, one: Evaluation, other: Evaluation) -> Evaluation:
@@ -79,7 +79,8 @@ def joined(problem: Evaluator, one: Evaluation, other: Evaluation) -> Evaluation
     made = one.scores.shape[-1], other.scores.shape[-1]
     failures = (made[0] * one.failures + made[1] * other.failures) / sum(made)
     return replace(
-        one, values=risks[:, :m], violations=broken, failures=failures, scores=scores, origin=origin[order], counted=None
+        one, values=risks[:, :m], violations=broken, failures=failures, scores=scores, origin=origin[order], counted=None,
+        failed=None,
     )  # fmt: skip
 
 
@@ -87,7 +88,7 @@ def pooled(evaluations: list[Evaluation]) -> Evaluation:
     """Return the evaluations of several generations as one."""
     parts = {name: np.concatenate([getattr(entry, name) for entry in evaluations], axis=0) for name in OF_CANDIDATES}
     counted = np.concatenate([entry.flights_each for entry in evaluations], axis=0)
-    return replace(evaluations[0], **parts, counted=counted)
+    return replace(evaluations[0], **parts, counted=counted, failed=None)
 
 
 def surviving(problem: Evaluator, seen: Evaluation, root: int) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import BestRow, BestUnder, FrontsPart, QuantityRow
-from tuner.documents.parts import Estimate
+from tuner.documents.parts import Estimate, ShareCount
 from tuner.report.answer_section import metric_anchor, risk_words
 from tuner.report.charts.look import Look, looks_of, sample
 from tuner.report.charts.strip import NARROW, WIDTH, ruler, scale, stacked
@@ -60,7 +60,11 @@ def _group(contest: ComparedFolder, title: str, members: list[QuantityRow]) -> M
 def _row(contest: ComparedFolder, quantity: QuantityRow) -> list[Markup]:
     best, close = contest.best(quantity.label), contest.close_to_best(quantity.label)
     found = [(entry, contest.estimates.get((entry.name, quantity.label))) for entry in contest.contenders]
-    shown = [_cell(quantity, value, entry.name in best, entry.name in close) for entry, value in found]
+    counts = [contest.counts.get((entry.name, quantity.label)) for entry in contest.contenders]
+    shown = [
+        _cell(quantity, value, entry.name in best, entry.name in close, count)
+        for (entry, value), count in zip(found, counts, strict=True)
+    ]
     known = [(looks_of(contest)[entry.name], value) for entry, value in found if value is not None]
     drawn = _drawing(known, quantity.limit, NARROW if len(contest.contenders) > MANY else WIDTH)
     names = [*[entry.name for entry in contest.contenders], "On one scale"]
@@ -78,7 +82,7 @@ def _drawing(rows: list[tuple[Look, Estimate]], limit: float | None, width: floa
     return join((stacked(span, rows, limit), ruler(span)))
 
 
-def _cell(quantity: QuantityRow, entry: Estimate | None, best: bool, close: bool) -> Markup:
+def _cell(quantity: QuantityRow, entry: Estimate | None, best: bool, close: bool, count: ShareCount | None) -> Markup:
     if entry is None:
         return Markup(MISSING)
     value, interval = estimate(*entry.parts)
@@ -86,7 +90,8 @@ def _cell(quantity: QuantityRow, entry: Estimate | None, best: bool, close: bool
     number = element("strong" if best else "span", sign, value, class_="number")
     broken = quantity.limit is not None and entry.value is not None and entry.value > quantity.limit
     remark = element("small", f"{BROKEN} limit broken", class_="broken") if broken else ""
-    return element("span", number, element("small", interval, class_="interval"), remark)
+    seen = "" if count is None else element("small", count.words, class_="interval")
+    return element("span", number, element("small", interval, class_="interval"), seen, remark)
 
 
 def best_table(contest: ComparedFolder) -> Markup:

@@ -63,7 +63,7 @@ def test_the_verdict_names_a_band_that_is_too_narrow_and_what_is_not_white(ident
 def test_an_output_that_hardly_moves_on_the_windows_kept_is_not_called_poor(identified):
     found = identified[0]
     rows = identification_document(found, [], None).prediction
-    assert all(0.5 < row.moved < 2.0 for row in rows)
+    assert all(row.moved is not None and 0.5 < row.moved < 2.0 for row in rows)
     still = rows[0].model_copy(update={"explained": 0.1, "moved": 0.05})
     words = " ".join(prediction_words([still, *rows[1:]]))
     assert "hold hardly any roll" in words and "predicted poorly" not in words

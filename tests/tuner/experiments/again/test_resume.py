@@ -98,6 +98,7 @@ def test_a_search_that_converged_and_finalists_that_stopped_keep_their_bits(tmp_
     # Two generations are enough here, and of the finalists only the recommended goes on.
     monkeypatch.setattr(rest, "has_converged", lambda volumes: len(volumes) == 2)
     monkeypatch.setattr(finals, "decided", lambda found, choose: np.arange(len(found.complete)) > 0)
+    monkeypatch.setattr(finals, "decisive", lambda found, choose: np.empty(0, dtype=int))
     path, heard = tmp_path / "run", Heard()
     outcome = run_small(path, search__stop="converged", search__population=16, scenario__0__held_out=128)
     made = outcome.finalists.evaluation.flights_each

@@ -179,7 +179,7 @@ def test_a_point_under_a_limit_is_picked_by_the_held_out_values_of_its_run(small
 def test_few_flights_and_other_airframes_are_told(comparison):
     warnings = comparison[2].warnings
     assert any("f450" in text for text in warnings)
-    assert any("would put five into its tail" in text for text in warnings)
+    assert any("would put 8 into its tail" in text for text in warnings)
 
 
 def test_a_long_front_is_thinned_evenly_and_keeps_its_recommended_point(comparison):

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from objectives.metrics import parse
+from objectives.problem import Objective
 from objectives.risk import Risk, minimum_samples
 from plant.scenarios import ScenarioSpec
 from plant.seeds import generator
@@ -11,6 +13,7 @@ from tuner.experiments.planning.pilot import Pilot, ScenarioPilot, pilot_size
 from tuner.experiments.planning.precision import pooled, scenarios_needed, weighed_risk, width
 
 MEAN, CVAR = Risk("mean"), Risk("cvar", 0.8)
+TRAVEL, TAIL = (Objective(parse("travel"), risk) for risk in (MEAN, CVAR))
 MANY = 4000
 
 
@@ -25,7 +28,7 @@ def even(n):
 @pytest.mark.parametrize("count", [64, 1024])
 def test_the_mean_of_normal_scores_has_its_closed_form(count):
     scores = draw("normal").normal(10.0, 2.0, size=(1, MANY))
-    found = width(scores, even(MANY), MEAN, count, draw("width"))
+    found = width(scores, even(MANY), TRAVEL, count, draw("width"))
     # Ends from 400 replicates: 0.13 standard deviations each, 5 % of the width; three of these.
     assert found == pytest.approx(2.0 * 1.96 * 2.0 / count**0.5, rel=0.15)
 
@@ -33,18 +36,18 @@ def test_the_mean_of_normal_scores_has_its_closed_form(count):
 def test_the_tail_of_exponential_scores_has_its_closed_form():
     # CVaR's asymptotic variance for Exp(1): (Var[(x - q)+] + ...)/(1-a)^2 = (2 s - s^2) / s^2 with s = 1 - a = 0.2, so 9 / n.
     scores = draw("exponential").exponential(size=(1, MANY))
-    assert width(scores, even(MANY), CVAR, 1000, draw("width")) == pytest.approx(2.0 * 1.96 * 3.0 / 1000**0.5, rel=0.2)
+    assert width(scores, even(MANY), TAIL, 1000, draw("width")) == pytest.approx(2.0 * 1.96 * 3.0 / 1000**0.5, rel=0.2)
 
 
 def test_more_flights_narrow_the_width_and_the_worst_case_has_none():
     scores = draw("normal").normal(size=(1, 64))
-    widths = [width(scores, even(64), CVAR, count, draw("width")) for count in (25, 256, 4096)]
+    widths = [width(scores, even(64), TAIL, count, draw("width")) for count in (40, 256, 4096)]
     assert widths[0] is not None and widths[1] is not None and widths[2] is not None
     assert widths[0] > 2.0 * widths[1]
     assert widths[1] == pytest.approx(4.0 * widths[2], rel=0.2)
-    # Five of 25 are in the tail of 20 %; of 24 fewer are.
-    assert width(scores, even(64), CVAR, 24, draw("width")) is None
-    assert width(scores, even(64), Risk("worst"), 64, draw("width")) is None
+    # Eight of 40 are in the tail of 20 %; of 39 fewer are.
+    assert width(scores, even(64), TAIL, 39, draw("width")) is None
+    assert width(scores, even(64), Objective(parse("travel"), Risk("worst")), 64, draw("width")) is None
 
 
 def test_scenarios_weigh_as_much_as_in_the_run():

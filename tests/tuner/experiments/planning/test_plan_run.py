@@ -115,6 +115,7 @@ def test_the_pilot_starts_from_the_default_and_is_drawn_alike_for_any_thread_cou
 
 
 def test_widths_are_near_those_of_real_flights(study, pilot):
+    study = load_study(QUICKSTART, EVERYTHING | {"scenario.0.held_out": 64})
     document = plan_document(study, pilot, None, 0.05)
     problem = problem_of(study, 2, None)
     batch = FlightBatch(study.scenarios[0].spec, HELD_OUT, 512)
@@ -129,7 +130,7 @@ def test_widths_are_near_those_of_real_flights(study, pilot):
         ]
         share = (FLIGHTS / row.flights.held_out) ** 0.5
         assert share * min(told) < row.width.held_out < share * max(told)
-        assert (row.flights.search, row.flights.held_out) == (4, 32) and row.width.search is None
+        assert (row.flights.search, row.flights.held_out) == (4, 64) and row.width.search is None
         near = abs(row.default / float(evaluation.values[0, i]) - 1.0)
         assert near < 1.5 * (row.width_percent.held_out or 0.0) / 100.0
 

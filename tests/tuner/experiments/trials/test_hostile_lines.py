@@ -168,7 +168,12 @@ def test_candidates_keep_their_numbers_where_survivors_make_more_trials(tmp_path
     study = bowls(tmp_path)
     (tmp_path / "r").mkdir()
     record, batch = TrialRecord(tmp_path / "r"), SimpleNamespace(stream=SEARCH)
-    problem = TrialProblem(study, record, lambda trials: [record.tell(answer_of(trial)) for trial in trials])
+
+    def answer(trials):
+        for trial in trials:
+            record.tell(answer_of(trial))
+
+    problem = TrialProblem(study, record, answer)
     flown = np.empty((0, 0))
     for rows, first, last in (([[0.1, 0.2], [0.3, 0.4]], 0, 1), ([[0.3, 0.4]], 1, 2), ([[0.5, 0.6]], 0, 1)):
         problem.scored(np.array(rows), flown, batch, first, last)  # pyright: ignore[reportArgumentType]

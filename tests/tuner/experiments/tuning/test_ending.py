@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import sys
+from dataclasses import replace
 from io import StringIO
 
 import numpy as np
@@ -17,12 +18,14 @@ from tests.tuner.conftest import NoDrawing, run_small
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, write
 from tuner import report
+from tuner.analysis.held_out import compare
 from tuner.api.story import story
 from tuner.cli.main import _invoke
 from tuner.cli.printers.story import print_story
 from tuner.cli.terminal import Console
 from tuner.documents.summary import GAINS, INFEASIBLE, NOTHING
 from tuner.documents.tuning import TuningFolder
+from tuner.experiments.tuning.ending import ending_of
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.report.tuning_page import tuning_page
 from tuner.study import load_study
@@ -222,3 +225,50 @@ def test_finalists_that_break_a_limit_when_held_out_are_not_recommended(tmp_path
     held_out = outcome.finalists.evaluation.scores[outcome.tuned, 2].max()
     told = f"breaks worst(rms.position) at most {best:.4g} m with {held_out:.4g}."
     assert summary["ending"][1].endswith(told) and not (tmp_path / "tight" / GAINS).exists()
+
+
+def test_limits_are_kept_with_confidence_unless_the_study_says_otherwise(tmp_path, monkeypatch):
+    """The limit lies where some finalists keep it by their values and none by the upper end of its interval."""
+    monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
+    outcome = run_small(tmp_path / "run", constraint=[{"metric": "rms.position", "max": 9.0}], search__generations=1)
+    flown, problem = outcome.finalists.flown, outcome.problem
+    value, _, high = flown.estimate(2)
+    limit, others = float(0.5 * (value[1:].min() + high[1:].min())), problem.constraints[1:]
+    excess = {}
+    for confidence in (0.0, 0.5, 0.95):
+        problem.constraints = (replace(problem.constraints[0], most=limit, confidence=confidence), *others)
+        excess[confidence] = replace(flown).excess(0)
+    np.testing.assert_array_equal(excess[0.95], np.maximum(high - limit, 0.0))
+    assert np.all(excess[0.95][1:] > 0.0) and np.any(excess[0.0][1:] == 0.0)
+    assert np.all((excess[0.0] <= excess[0.5]) & (excess[0.5] <= excess[0.95])) and np.any(excess[0.5] < excess[0.95])
+    # The nearest point is told with its interval and what helps.
+    row = 1 + int(np.argmin(excess[0.95][1:]))
+    beyond = outcome.finalists.excess.copy()
+    beyond[:, 0] = excess[0.95]
+    finalists = replace(
+        outcome.finalists, flown=replace(flown), excess=beyond, feasible=np.zeros(len(beyond), dtype=bool)
+    )
+    study = replace(outcome.study, constraints=(replace(outcome.study.constraints[0], most=limit), *others))
+    head, told, helps = ending_of(replace(outcome, study=study, finalists=finalists, tuned=row))
+    assert head.startswith(f"{NOTHING} on held-out scenarios")
+    assert re.search(r"breaks mean\(rms.position\) at most \S+ m with \S+ \[\S+, \S+\]\.$", told)
+    assert "not with 95 % confidence" in helps and "`tuner rejudge FOLDER --set confidence=0 --out NEW`" in helps
+
+
+def test_a_limit_that_confirmation_flights_break_is_told_with_what_helps(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
+    outcome = run_small(tmp_path / "run", search__generations=1)
+    assert outcome.feasible and ending_of(outcome) == []
+    violations = outcome.confirmation.violations.copy()
+    violations[1, 0] = 1.0 / 32
+    scores = outcome.confirmation.scores.copy()
+    scores[1, len(outcome.study.objectives), 7] = 1.0
+    lost = replace(outcome.confirmation, violations=violations, scores=scores)
+    broken = replace(outcome, confirmation=lost, table=compare(outcome.problem, lost, 1))
+    assert not broken.feasible
+    head, helps = ending_of(broken)
+    assert head.startswith(
+        f"{NOTHING} on confirmation scenarios: {outcome.names[outcome.tuned]} keeps every limit on held-out"
+    )
+    assert "mean(failure) at most 0 with 1 of 32 flights" in head
+    assert "`tuner rejudge FOLDER --set constraint.0.max=VALUE --out NEW`" in helps and "0.16 or more" in helps

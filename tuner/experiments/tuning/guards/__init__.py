@@ -21,6 +21,7 @@ from tuner.experiments.tuning.guards.before import (
     leading_yaw,
     rates_without_damping,
     unjudged_channels,
+    unprovable_shares,
 )
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.study.plant_study import PlantStudy
@@ -114,6 +115,7 @@ def _unjudged(study: PlantStudy) -> list[str]:
 
 GUARDS = {
     "few_scenarios": Guard(BEFORE, "too few scenarios for the level of a risk", few_scenarios),
+    "unprovable_shares": Guard(BEFORE, "limits on shares that the held-out flights cannot show", unprovable_shares),
     "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere, Study),
     "rates_without_damping": Guard(BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping, Study),
     "leading_yaw": Guard(

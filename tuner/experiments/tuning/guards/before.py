@@ -9,7 +9,8 @@ from objectives.margins.margins import MarginModel
 from objectives.margins.period import CHANNELS
 from objectives.margins.trim import Trim
 from objectives.problem import Objective
-from objectives.risk import minimum_samples
+from objectives.risk import clopper_pearson, flights_to_show, minimum_samples
+from objectives.risk.measures import TAIL_SCENARIOS
 from plant.nominal import yaw_lead
 from plant.scenarios import HELD_OUT, SEARCH
 from tuner.analysis.judging.judge import differences
@@ -27,11 +28,26 @@ def few_scenarios(study: SearchedStudy) -> list[str]:
     few = study.search.first is not None or ALGORITHMS[study.search.algorithm].usual.first is not None
     streams = (HELD_OUT,) if few else (SEARCH, HELD_OUT)
     return [
-        f"{objective.label} rests on {have} {stream} scenarios; {need} would put five into its tail, so expect "
+        f"{objective.label} rests on {have} {stream} scenarios; {need} would put {TAIL_SCENARIOS} into its tail, so expect "
         f"its {stream} value to be optimistic."
         for objective in study.objectives
         for stream in streams
         if (have := _count(study, objective, stream)) < (need := minimum_samples(objective.risk))
+    ]
+
+
+def unprovable_shares(study: SearchedStudy) -> list[str]:
+    """Warn of shares that the held-out flights cannot show to keep their limit, not even without a single event."""
+    return [
+        f"{entry.objective.label} at most {entry.most:g} cannot be shown by {have} held-out flights, not even if none is lost: "
+        f"their {100.0 * entry.confidence:g} % interval ends at {high:.2g}. It takes {need:,} flights: raise held_out, or ask "
+        "max = 0 (none of those flown), or confidence = 0 (the value alone)."
+        for entry in study.constraints
+        if entry.objective.is_binary
+        and entry.objective.risk.name == "mean"
+        and not entry.rests_on_value
+        and (have := _count(study, entry.objective, HELD_OUT)) < (need := flights_to_show(entry.most, entry.confidence))
+        and (high := float(clopper_pearson(0, have, entry.confidence).high))
     ]
 
 

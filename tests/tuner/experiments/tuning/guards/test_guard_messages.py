@@ -140,6 +140,7 @@ def test_the_registry_knows_when_each_speaks():
     assert {guard.when for guard in GUARDS.values()} == {BEFORE, AFTER}
     assert {
         "few_scenarios",
+        "unprovable_shares",
         "default_elsewhere",
         "rates_without_damping",
         "leading_yaw",
@@ -156,11 +157,25 @@ def test_the_registry_knows_when_each_speaks():
 
 
 def test_too_few_scenarios_for_the_level_are_foreseen_from_the_study_alone():
-    # CVaR 0.8 asks for five in a tail of a fifth: 25.
+    # CVaR 0.8 asks for eight in a tail of a fifth: 40.
     few = load_study(
         QUICKSTART,
-        {"margin": [], "search.algorithm": "nsga2", "scenario.0.search": 24, "scenario.0.held_out": 25},
+        {"margin": [], "search.algorithm": "nsga2", "scenario.0.search": 39, "scenario.0.held_out": 40},
     )
     (said,) = warnings_before_run(few)
-    assert "rests on 24 search scenarios; 25 would put five into its tail" in said
-    assert warnings_before_run(load_study(QUICKSTART, {"margin": [], "scenario.0.search": 25})) == []
+    assert "rests on 39 search scenarios; 40 would put 8 into its tail" in said
+    assert warnings_before_run(load_study(QUICKSTART, {"margin": [], "scenario.0.search": 40})) == []
+
+
+def test_a_share_that_the_flights_cannot_show_is_told_with_the_flights_that_it_takes():
+    limit = {"margin": [], "constraint": [{"metric": "failure", "max": 0.01}]}
+    (said,) = warnings_before_run(load_study(QUICKSTART, {**limit, "scenario.0.held_out": 64}))
+    assert (
+        "mean(failure) at most 0.01 cannot be shown by 64 held-out flights" in said and "It takes 368 flights" in said
+    )
+    for enough in (
+        {"scenario.0.held_out": 368},
+        {"confidence": 0.0},
+        {"constraint": [{"metric": "failure", "max": 0.0}]},
+    ):
+        assert warnings_before_run(load_study(QUICKSTART, {**limit, **enough})) == []
