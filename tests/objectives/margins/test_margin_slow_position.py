@@ -164,8 +164,11 @@ def test_the_gain_margins_of_an_attitude_loop_are_where_a_pole_of_the_common_per
         poles = np.linalg.eigvals(monodromy(model, row, every, float(np.exp(level))))
         return float(np.abs(poles).max()) - 1.0
 
+    def root_of(low: float, high: float) -> float:
+        return float(brentq(outside, low, high, xtol=1e-13))  # pyright: ignore[reportArgumentType]
+
     ends = {"gain_up": (0.01, 4.0), "gain_down": (-6.0, -0.01)}
-    expected = {what: np.exp(abs(float(brentq(outside, *span, xtol=1e-13))))  # pyright: ignore[reportArgumentType] for what, span in ends.items()}
+    expected = {what: np.exp(abs(root_of(*span))) for what, span in ends.items()}
     for what, factor in expected.items():
         assert getattr(margins, what).value[0, PITCH] == pytest.approx(factor, rel=off), what
     limit = MarginRequirement(LIMITABLE["gain_up"], "gain_up", ("pitch",), 6.0)
