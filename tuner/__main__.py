@@ -30,7 +30,7 @@ def open_closed_streams() -> None:
         except OSError:
             os.open(os.devnull, os.O_RDWR)
         if getattr(sys, name) is None:
-            setattr(sys, name, open(number, "w" if number else "r", closefd=False))  # noqa: SIM115, PTH123
+            setattr(sys, name, os.fdopen(number, "w" if number else "r", closefd=False))
 
 
 def leave_out_working_folder() -> None:

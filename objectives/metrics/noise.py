@@ -45,8 +45,8 @@ NOISE = Metric(
     symbol="N_u",
     unit="1",
     scope="flight",
-    definition="root mean square of the commands behind a high-pass of first order at 20 Hz, of rotors in hover thrusts, of "
-    "inputs in their scales; slower motion passes in part: on flights of steps it is twice that of the band above 20 Hz alone",
+    definition="root mean square of the commands behind a first-order high-pass at 20 Hz, of rotors in hover thrusts, of "
+    "inputs in their scales; on flights of steps twice that of the band above 20 Hz",
     value=lambda view: np.sqrt(mean_square(view)),
     # A low-pass of first order stays among the commands that it has seen, none of which is further from 0 than the peak.
     bound=lambda view: 2.0 * view.context.limits.command_peak,

@@ -83,7 +83,7 @@ def estimate_airframe(
     Examples:
         >>> found = tuner.estimate_airframe("quad.toml", mass=1.4, wheelbase=0.45, propeller="10x4.5", kv=920, cells=3)
         >>> found.table.loc["lag_up", ["low", "high"]].round(3).tolist()
-        [0.01, 0.086]
+        [0.014, 0.112]
 
     """
     given = {"mass": mass, "wheelbase": wheelbase, "kv": kv, "cells": cells}

@@ -20,6 +20,8 @@ from tests.objectives.margins.python_control import Loop, classical
 DESIGNS = 17
 GRID = np.geomspace(1e-2, np.pi / H, 300)
 RELATIVE = 1e-6
+# Peak of the sensitivity up to which loops are compared.
+MOST_SENSITIVE = 50.0
 
 
 @pytest.fixture(autouse=True)
@@ -35,7 +37,10 @@ def designs(name):
     model = model_of(name, name, options)
     gains = random_gains(name, name, 160, 1)
     margins = model.evaluate(gains)
-    found = [(model, margins, gains[i], i, i % 6) for i in range(len(gains)) if margins.stable[i, i % 6]]
+    # A loop loses as many digits as its sensitivity has: of one at the edge of stability none are left to compare.
+    peaks = margins.sensitivity.value
+    sound = [i for i in range(len(gains)) if margins.stable[i, i % 6] and peaks[i, i % 6] < MOST_SENSITIVE]
+    found = [(model, margins, gains[i], i, i % 6) for i in sound]
     return found[:DESIGNS]
 
 

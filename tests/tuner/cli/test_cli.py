@@ -114,7 +114,7 @@ def test_run_fly_report_one_after_the_other(tmp_path, tuner):
     folder = tmp_path / "out"
     small = [
         "--set", "search.population=8", "--set", "search.generations=2", "--set", "scenario.0.search=4",
-        "--set", "scenario.0.held_out=16",
+        "--set", "scenario.0.held_out=16", "--set", "margin=[]",
     ]  # fmt: skip
     done = tuner("run", QUICKSTART, "--out", folder, "--threads", 2, *small)
     assert done.returncode == 0, done.stderr

@@ -33,7 +33,7 @@ each = pytest.mark.parametrize("name", NAMES)
 flown = pytest.mark.parametrize("name", FLOWN)
 # Draws of each scenario that the default flies, and random candidates of which this share at least must keep the margins: the
 # first generation replaces those that do not, and finds enough where 3 % do.
-FEW, RANDOM, SHARE = 4, 128, 0.03
+FEW, RANDOM, SHARE = 4, 512, 0.003
 # What the comment on the first line of a key must name.
 UNITS = {
     "control_period": "s", "duration": "s", "search": "flights", "held_out": "flights", "recovery_from": "s", "x": "m",

@@ -29,10 +29,14 @@ def print_checked(checked: "Checked", _: Console) -> None:
     elif isinstance(checked.document, StudyPreview):
         show_study(checked.document, wide_console())
     elif isinstance(checked.document, PlantPreview):
-        print_figures({**checked.content, "plant_step": checked.document.plant_step.words})
+        print_figures(_figures(checked) | {"plant_step": checked.document.plant_step.words})
     else:
-        # Automatic limits stand among the sentences.
-        print_figures({key: value for key, value in checked.content.items() if key != "automatic_limits"})
+        print_figures(_figures(checked))
+
+
+def _figures(checked: "Checked") -> Row:
+    """Return what a file holds but for automatic limits, which are among the sentences."""
+    return {key: value for key, value in checked.content.items() if key != "automatic_limits"}
 
 
 def print_own(content: Row) -> None:

@@ -210,7 +210,8 @@ def print_certificates(console: Console, document: MarginsDocument) -> None:
     if not rows:
         console.print("No certificate speaks of these laws.")
         return
-    table = TerminalTable("Proved by matrix inequalities")
+    where = "at hover" if document.plant is None else "at rest"
+    table = TerminalTable(f"Proved by matrix inequalities {where}")
     table.columns_of("axis", "certificate", "value", "what", left=("axis", "certificate", "what"), wrap=("what",))
     for row in rows:
         value = "nothing" if row.value is None else f"{row.value:.4g}{unit_text(row.unit, ' {}')}"

@@ -36,7 +36,7 @@ FIXED = '"tilt.lambda" = { low = 1, high = 16 }\n"yaw.lambda" = 30.0\n"yaw.omega
 YAW = STUDY.replace("generations = 2", "generations = 2\nracing = false").replace(
     '"tilt.lambda" = { low = 1, high = 16 }', FIXED
 ).replace('"roll.k1" = 20.0\n', "") + (
-    '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nmin = 30\nhard = true\n'
+    '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nmin = 30\nhard = true\nat = "hover"\n'
 )
 # More than any gains of this vehicle reach within two seconds of a step of 1 m.
 SOON = '\n[[constraint]]\nmetric = "rms.position"\nmax = 0.01\n'
@@ -98,7 +98,7 @@ def test_the_loop_is_named_with_what_it_reaches_and_what_design_reaches(ran):
         return float(model.evaluate(row[None]).phase.value[0, 5])
 
     (found,) = summary_of(folder)["obstacles"]
-    assert (found["label"], found["loop"], found["unit"]) == ("phase_margin(attitude)", "yaw", "rad")
+    assert (found["label"], found["loop"], found["unit"]) == ("phase_margin(attitude, hover)", "yaw", "rad")
     assert found["reached"] == pytest.approx(yaw(asked.default_row)) and found["reached"] < np.radians(30.0)
     assert found["moved_by"] == [] and found["tried"] == 16
     fixed = {entry["gain"]: entry["value"] for entry in found["fixed"]}

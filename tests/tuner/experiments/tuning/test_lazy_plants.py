@@ -62,7 +62,7 @@ def test_what_does_nothing_wins_the_objectives_and_is_not_recommended(lazy, tmp_
     else:
         assert not any("No objective and no limit" in text for text in summary["warnings"])
     rows = {row["label"]: row for row in summary["table"] if row.get("automatic")}
-    assert rows[f"quantile50(rms.{channel})@{scenario}"]["verdict"] == "kept"
+    assert rows[f"quantile50(rms.{channel})@{scenario}"]["verdict"] in ("kept", "not certain")
 
 
 def test_a_channel_at_rest_that_nothing_judges_is_held_by_the_default(tmp_path):
