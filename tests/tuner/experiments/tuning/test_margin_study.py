@@ -343,14 +343,18 @@ def read_off(a, b, c, h):
     return np.array([np.degrees(min(phase)), 20.0 / np.log(10.0) * min(gain), max(peak), min(delay)])
 
 
-def test_every_member_of_the_front_keeps_its_margins_by_a_path_of_its_own(ran):
+# Members of a front whose margins are worked out by the flown code, the recommended one among them: 2 s each for four states.
+BY_OWN_PATH = 4
+
+
+def test_members_of_the_front_keep_their_margins_by_a_path_of_their_own(ran):
     outcome, folder = ran
     asked, front = outcome.study, pd.read_csv(folder / "front.csv")
     assert [entry.label for entry in asked.requirements] == ["phase_margin", "gain_margin", "ms", "delay_periods"]
     told = front[[f"requirement:{entry.label}" for entry in asked.requirements]].to_numpy()
     offered = np.flatnonzero(front["feasible"].to_numpy() & front["non_dominated"].to_numpy())
     assert len(offered) > 2 and outcome.tuned in offered
-    for member in offered:
+    for member in [outcome.tuned, *offered[offered != outcome.tuned][: BY_OWN_PATH - 1]]:
         expected = by_own_path(asked, outcome.gains(member))
         for entry, value, mine in zip(asked.requirements, told[member], expected, strict=True):
             assert value == pytest.approx(entry.in_file(mine), rel=1e-4), (member, entry.label)
