@@ -90,7 +90,7 @@ class MissionLimit(NamedTuple):
 
 
 def is_of_mission(constraint: Constraint) -> bool:
-    """Return whether a limit is automatic, or one of the study's own on a quantity that would have an automatic one."""
+    """Return True for an automatic limit, and for the study's own on a quantity that would have an automatic one."""
     own = constraint.objective
     return bool(constraint.floor) or (
         own.metric.metric.name == "rms" and own.risk == MEDIAN and own.scenario is not None

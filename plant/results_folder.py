@@ -1,4 +1,4 @@
-"""Which folders are results folders: by what a run leaves, for a stranger may have taken part of it away."""
+"""Recognition of results folders by the files that a run leaves; a stranger may have removed some of them."""
 
 import os
 from pathlib import Path
@@ -21,7 +21,7 @@ def results_folder_of(path: Path) -> Path | None:
 
 
 def is_results_folder(folder: Path) -> bool:
-    """Return whether a folder holds a record of a run, or the flights of one."""
+    """Return True if a folder holds a record of a run, or the flights of one."""
     return any(os.path.exists(folder / name) for name in RECORDS) or any((folder / "flights").glob("*.parquet"))
 
 

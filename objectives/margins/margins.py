@@ -107,7 +107,7 @@ class _Situation:
         return [loop for part in self.slow for loop in part.loops if loop.channel in block.channels]
 
     def is_beside_slow(self, block: Block) -> bool:
-        """Return whether all channels of a block are in blocks with a position loop that waits."""
+        """Return True if all channels of a block are in blocks with a position loop that waits."""
         return set(block.channels) <= {channel for part in self.slow for channel in part.block.channels}
 
 

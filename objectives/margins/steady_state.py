@@ -48,7 +48,7 @@ class SteadyState:
 
     @property
     def moves(self) -> bool:
-        """Whether air moves past the vehicle."""
+        """True if air moves past the vehicle."""
         return self.wind != self.velocity
 
     def flight(self, vehicle: Vehicle) -> SteadyFlight:
@@ -56,5 +56,5 @@ class SteadyState:
         return trim_of(vehicle, np.subtract(self.wind, self.velocity).tolist(), self.yaw)
 
     def can_hold(self, vehicle: Vehicle, nominal: Nominal) -> bool:
-        """Return whether a controller can hold a vehicle in this state."""
+        """Return True if a controller can hold a vehicle in this state."""
         return bool(within_limits(self.flight(vehicle), nominal)[0])

@@ -51,7 +51,7 @@ def upper_bound(events: int, count: int, confidence: float = 0.95) -> float:
 
 
 def flights_to_show(limit: float, confidence: float = 0.95) -> int:
-    """Return how many flights without an event keep the two-sided interval's upper end within a limit above 0."""
+    """Return the number of flights without an event that keep the two-sided interval's upper end within a limit above 0."""
     return int(np.ceil(np.log(0.5 * (1.0 - confidence)) / np.log1p(-limit) - 1e-9)) if limit < 1.0 else 1
 
 

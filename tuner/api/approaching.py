@@ -197,7 +197,7 @@ def _subjects(controller: Controller, rows: np.ndarray) -> list[Subject]:
 
 @dataclass(frozen=True)
 class StepFlights:
-    """What the flights of a step measure, and how many of them are lost."""
+    """Metrics of the flights of a step, and the number of them that are lost."""
 
     expected: list[Expected]
     lost: int

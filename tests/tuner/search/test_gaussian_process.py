@@ -267,7 +267,7 @@ def test_a_longer_analysis_is_asked_about_few_points_and_nothing_is_asked_for_th
 
 
 class Coverage:
-    """What rows add to those that were chosen: the weight of what they cover and the others do not."""
+    """Gain of rows over those that were chosen: the weight of what they cover and the others do not."""
 
     def __init__(self, covered, weights):
         self.covered, self.weights, self.left = covered, weights, np.ones(len(weights), dtype=bool)

@@ -1,4 +1,4 @@
-"""Where margin limits hold: at hover and in the trims of a study's scenarios, by default, with the worst state named."""
+"""States in which margin limits hold: at hover and in the trims of a study's scenarios, by default, with the worst state named."""
 
 from math import atan2, degrees, hypot
 

@@ -23,7 +23,7 @@ def question(*numbers: str) -> Question:
 
 
 class Foreseen:
-    """What a flight is to tell: standard deviations over those before it."""
+    """Accuracy that a flight is to give: standard deviations over those before it."""
 
     def __init__(self, *shares: float) -> None:
         self.deviations = SPACE.deviations.copy()
