@@ -1,4 +1,4 @@
-"""Steps in which a study flies its plant: error of the plant step, by flying a few flights with steps half as long, and of margins.
+"""Steps in which a study flies its plant: error of the plant step, by flying some flights with half of it, and of margins.
 
 Steps of RK4 half as long err 2^4 times less, so what halving changes is 15/16 of the error (Hairer, Norsett, Wanner, Solving
 Ordinary Differential Equations I, 2nd ed. 1993, section II.4). It is counted in standard errors of the held-out mean: an error of
