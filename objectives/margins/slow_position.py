@@ -7,6 +7,7 @@ attitude loop inside has one instant in each control period, and its exact margi
 candidate; a search reads it at its own rate, with the position loops around it taken as if they stepped as often.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -85,6 +86,12 @@ class SlowPosition:
         found = blocks_of(both, coordinates(self.flown, nominal.vehicle, paced.due.state[steady][0]))
         return tuple(block for block in found if not set(PLACES).isdisjoint(block.channels))
 
+    def over_period(self, phases: Sequence[LinearLoops], rates: Sequence[Rate]) -> LinearLoops:
+        """Return the loops over a common period of those of its due period and of one that waits, terms closed."""
+        due, waiting = phases
+        loops = lifted([due, *[waiting] * (self.every - 1)], rates)
+        return replace(loops, a=moved(without_idle(loops.a, loops.b[..., loops.injected])))
+
     def loops(self, block: Block, plant: Plant) -> "SlowBlock":
         """Return the loops of a block."""
         decide = self.flown.decide
@@ -106,9 +113,7 @@ class SlowBlock:
 
     def lifted(self, paced: Paced, rows: Mask, term: Array) -> LinearLoops:
         """Return all loops of the block over a common period; term (n, cases, terms) of the rows: candidates, then cases."""
-        due, waiting = self.phases(paced, rows, term)
-        loops = lifted([due, *[waiting] * (self.slow.every - 1)], self._rates)
-        return replace(loops, a=moved(without_idle(loops.a, loops.b[..., loops.injected])))
+        return self.slow.over_period(self.phases(paced, rows, term), self._rates)
 
     def read(self, loops: LinearLoops, skew: float, plant_inputs: list[int], asked: frozenset[str]) -> BlockReadings:
         """Read the exact margins of all loops of the block, lifted; growth counts by control period."""
@@ -137,9 +142,8 @@ class SlowLoop:
     def closed(self, paced: Paced, rows: Mask, term: Array) -> LinearLoops:
         """Return the position loop over a common period; term (n, cases, terms) of the rows: they are candidates, then cases."""
         j, slow = self.part.block.channels.index(self.channel), self.part.slow
-        due, waiting = (_only(loops, j) for loops in self.part.phases(paced, rows, term))
-        loops = lifted([due, *[waiting] * (slow.every - 1)], [Rate(slow.every, 0)])
-        return replace(loops, a=moved(without_idle(loops.a, loops.b[..., loops.injected])))
+        phases = [_only(loops, j) for loops in self.part.phases(paced, rows, term)]
+        return slow.over_period(phases, [Rate(slow.every, 0)])
 
     def read(self, loops: LinearLoops, skew: float, asked: frozenset[str]) -> BlockReadings:
         """Read the margins of closed loops; growth counts by control period."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import singledispatch
-from math import atan, cos, pi, radians, sin
+from math import atan, cos, radians
 from typing import Any
 
 import numpy as np
@@ -18,14 +18,14 @@ from plant.backends.flyer import FlightInputs, Flyer
 from plant.closed_loop import Limits
 from plant.loop import Timing
 from plant.nominal import nominal
-from plant.records import flatten, paths, rows, size
+from plant.records import paths, rows, size
 from plant.references.steps import Steps
-from plant.rigid_body import dynamics
 from plant.scenarios import ScenarioSpec
-from plant.trim import steady_flight, within_limits
+from plant.trim import within_limits
 from plant.vectors import Quaternion
 from tuner.gains import Controller
 from tuner.store.columns import Columns, stacked
+from tuner.study.trim import trimmed_flights
 
 SIGNALS = ("x", "y", "z", "roll", "pitch", "yaw", "rotor1", "rotor2", "rotor3", "rotor4")
 UNITS = ("m", "m", "m", "rad", "rad", "rad", "1", "1", "1", "1")
@@ -181,9 +181,7 @@ LIMITS = Limits(5.0, cos(radians(80.0)))
 def usual_scenario(system: System) -> ScenarioSpec:
     """Return the usual steps in the strongest wind, up to a fresh breeze, that leaves the tilt limit room for gusts."""
     air, limit = SCENARIO.air, atan(system.nominal.tilt_tangent)
-    ways = np.array([[cos(angle), sin(angle), 0.0] for angle in (0.0, 0.25 * pi, 0.5 * pi)])
-    winds = (air.wind_speed * BREEZES[:, None, None] * ways).reshape(-1, 3)
-    flight = steady_flight(np.repeat([flatten(dynamics(system.vehicle))], len(winds), axis=0), winds)
+    flight = trimmed_flights(SCENARIO, system, BREEZES)
     held = within_limits(flight, system.nominal) & (flight.tilt <= TRIM_SHARE * limit)
     share = float(BREEZES[held.reshape(len(BREEZES), -1).all(axis=1)].max(initial=0.0))
     if share == 1.0:

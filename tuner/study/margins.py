@@ -204,9 +204,7 @@ class MarginAnalysis:
         """Return by requirement the steady state in which a gains row (gains,) is worst; None where there is one alone."""
         if len(self.states) == 1:
             return [None] * len(self._requirements)
-        values = self.by_state(row[None])[:, 0]
-        excess = np.stack([entry.excess(values[:, i]) for i, entry in enumerate(self._requirements)], axis=1)
-        return [self.states[i].name for i in np.argmax(excess, axis=0)]
+        return [self.states[i].name for i in np.argmax(self._excess(self.by_state(row[None])[:, 0]), axis=0)]
 
     def _worst(self, states: Iterable[int], gains: Array) -> Array:
         values = [self._everywhere(i, self._values[i].values(gains)) for i in states]

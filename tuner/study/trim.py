@@ -46,7 +46,7 @@ def mean_wind_trim(spec: ScenarioSpec, system: System) -> MeanWindTrim | None:
     """Return the steady flight of the nominal vehicle in the mean wind, None where none blows or flights do not hold a place."""
     if not (spec.air.mean_wind and spec.air.wind_speed > 0.0 and spec.track(system.timing).samples[0, HOLD] > 0.5):
         return None
-    flight = _flown(spec, system, np.ones(1))
+    flight = trimmed_flights(spec, system, np.ones(1))
     limit = atan(system.nominal.tilt_tangent)
     if not flight.balanced.all():
         return MeanWindTrim(spec.air.wind_speed, float("nan"), float("nan"), limit, False)
@@ -60,7 +60,7 @@ def check_trim(spec: ScenarioSpec, system: System) -> None:
     trim = mean_wind_trim(spec, system)
     if trim is None or trim.held:
         return
-    held = within_limits(_flown(spec, system, SHARES), system.nominal).reshape(len(SHARES), -1).all(axis=1)
+    held = within_limits(trimmed_flights(spec, system, SHARES), system.nominal).reshape(len(SHARES), -1).all(axis=1)
     most = float(SHARES[held].max(axis=0)) * trim.wind if held.any() else 0.0
     takes = (
         f"takes {degrees(trim.tilt):.1f} deg of tilt and {trim.thrust:.2f} times the weight in thrust"
@@ -163,7 +163,7 @@ def trim_entry(spec: ScenarioSpec, system: System) -> dict[str, float]:
     return {} if trim is None else {"trim_tilt": trim.tilt, "trim_thrust": trim.thrust}
 
 
-def _flown(spec: ScenarioSpec, system: System, shares: np.ndarray) -> SteadyFlight:
+def trimmed_flights(spec: ScenarioSpec, system: System, shares: np.ndarray) -> SteadyFlight:
     """Return steady flight in shares of the mean wind, from every direction in turn: rows (shares x directions)."""
     ways = np.array([way for _, way in _directions(spec)])
     winds = (spec.air.wind_speed * shares[:, None, None] * ways).reshape(-1, 3)
