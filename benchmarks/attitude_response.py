@@ -23,21 +23,23 @@ from scipy.signal import cont2discrete, lfilter, ss2tf
 
 import tuner
 from objectives.system import System
-from plant.attitude import euler_angles
 from plant.backends.array import rebinder
-from plant.gains import default_row
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.attitude import euler_angles
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.scenarios import SEARCH, ScenarioSpec
 from plant.records import paths
-from plant.scenarios import SEARCH, ScenarioSpec
 from plant.vectors import Quaternion, Rotors, Vec3
 from tuner.study.study import Study
 
 STUDY = Path(__file__).parents[1] / "studies" / "crazyflie_firmware.toml"
 AIRFRAMES = ("crazyflie-pybullet", "crazyflie-rotors")
 SCENARIO = {
-    "duration": 20.0, "spread": {}, "sensors": dict.fromkeys(("position", "velocity", "attitude", "rate"), 0.0),
+    "duration": 20.0,
+    "spread": {},
+    "sensors": dict.fromkeys(("position", "velocity", "attitude", "rate"), 0.0),
     "reference": {"kind": "figure_eight", "size": 1.0, "period": 2.5},
-}  # fmt: skip
+}
 ROWS = ("control.tilt.roll", "body.attitude.w", "body.attitude.x", "body.attitude.y", "body.attitude.z")
 REAL = {
     "cf2x_L250": (-245.67, -17.32, 196.18),
@@ -52,7 +54,7 @@ def study(airframe: str) -> Study:
     """Return the study with a figure eight, perfect sensors and the nominal vehicle on an airframe."""
     tables: dict[str, Any] = tomllib.loads(STUDY.read_text(encoding="utf-8")) | {"airframe": {"name": airframe}}
     tables["scenario"] = [tables["scenario"][0] | SCENARIO]
-    return tuner.make_study(tables, airframe, STUDY.parent)
+    return tuner.make_study(tables, airframe, STUDY.parent, kind=Study)
 
 
 def as_measured(system: System) -> System:
@@ -60,11 +62,14 @@ def as_measured(system: System) -> System:
     arm = 0.03253
     known = system.vehicle
     vehicle = known._replace(
-        mass=0.0319, inertia=Vec3(16.8e-6, 16.8e-6, 29.8e-6), lag_up=0.0525, lag_down=0.093,
+        mass=0.0319,
+        inertia=Vec3(16.8e-6, 16.8e-6, 29.8e-6),
+        lag_up=0.0525,
+        lag_down=0.093,
         rotor_x=Rotors(*[math.copysign(arm, x) for x in known.rotor_x]),
         rotor_y=Rotors(*[math.copysign(arm, y) for y in known.rotor_y]),
         thrust_coefficient=0.12 / known.speed_max**2,
-    )  # fmt: skip
+    )
     return replace(
         system, vehicle=vehicle, nominal=nominal(vehicle, ControlOptions(delay=True), system.timing.control_period)
     )

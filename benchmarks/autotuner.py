@@ -163,20 +163,28 @@ def ours(case: Case, ms: float, mt: float) -> list[float]:
     searched = {f"level.{name}": {"low": low, "high": high} for name, (low, high) in ranges.items()}
     names = ("first_lag", "second_lag", "third_lag")
     tables = {
-        "title": "Three lags in series", "seed": 1,
+        "title": "Three lags in series",
+        "seed": 1,
         "plant": {"control_period": PERIOD, "parameters": dict(zip(names, case.lags, strict=True))},
         "channel": [{"name": "level", "law": "pid", "output": "level", "to": "command", "limit": 20.0}],
         "gains": {"level.t_f": 1.0 / FILTER, **searched},
         "scenario": [
-            {"name": "shift", "duration": DURATION, "search": 1, "held_out": 2, "disturbance": {"shift": {"kind": "step"}}}
+            {
+                "name": "shift",
+                "duration": DURATION,
+                "search": 1,
+                "held_out": 2,
+                "disturbance": {"shift": {"kind": "step"}},
+            }
         ],
         "objective": [{"metric": "iae.level"}],
         "margin": [{"quantity": "ms", "max": ms}, {"quantity": "mt", "max": mt}],
         "search": {"algorithm": "cmaes", "population": 16, "generations": 60},
-    }  # fmt: skip
+    }
     study = tuner.make_study(tables, plant=globals())
     with TemporaryDirectory() as folder:
         recommended = tuner.run(study, Path(folder) / "results").recommended
+    assert recommended is not None
     return [recommended[f"level.{name}"] for name in ranges]
 
 

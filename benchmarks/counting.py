@@ -10,12 +10,12 @@ from typing import Any
 from benchmarks.course import LIMITS, TIMING, Course, loop
 from plant.backends import vector_math
 from plant.backends.rebind import Rebinder
-from plant.closed_loop import hover_body, place
-from plant.disturbance import Disturbance
+from plant.quadrotor.closed_loop import hover_body, place
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.rigid_body import Dynamics
+from plant.quadrotor.sensors import Noise
 from plant.records import flatten, pack, size
 from plant.references.track import Reference
-from plant.rigid_body import Dynamics
-from plant.sensors import Noise
 
 ARITHMETIC = ("add", "multiply", "divide", "sqrt")
 """What counts as a floating-point operation; comparisons, choices, signs and roundings do not."""

@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from objectives import meters
-from plant.cascade import close_cascade
-from plant.closed_loop import CascadeLoop, Limits, close_loop
-from plant.laws import law
+from plant.law_registry import law
 from plant.loop import MeterModel, Timing
-from plant.nominal import Nominal
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.closed_loop import CascadeLoop, Limits, close_loop
+from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.sample import Targets
 from plant.records import pack
-from plant.targets import Targets
 
 SEED, SCENARIOS, DURATION = 1, 64, 10.0
 TIMING, LIMITS = Timing(0.004, 0.001), Limits(5.0, 0.17)
@@ -62,7 +62,7 @@ class Course:
 
     def starts(self) -> np.ndarray:
         """Return the bodies (17, S) in which its flights start: hover, for its air has no mean wind."""
-        from plant.trim import steady_flight
+        from plant.quadrotor.trim import steady_flight
 
         return steady_flight(self.dynamics.T, np.zeros((self.dynamics.shape[1], 3))).body.T
 
@@ -105,20 +105,22 @@ def read(file: Path) -> Course:
 def draw(scenarios: int = SCENARIOS, duration: float = DURATION) -> Course:
     """Draw the course."""
     from plant.air.air import AirSpec
-    from plant.airframes import load
-    from plant.gains import default_row
-    from plant.nominal import ControlOptions, nominal
+    from plant.quadrotor.airframes import load
+    from plant.quadrotor.gains import default_row
+    from plant.quadrotor.nominal import ControlOptions, nominal
+    from plant.quadrotor.scenarios import SEARCH, ScenarioSpec, sample_scenarios
     from plant.records import flatten
     from plant.references.steps import Steps
-    from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 
     vehicle = load("hummingbird").vehicle
     air = AirSpec(intensity="moderate", mean_wind=False)
     spec = ScenarioSpec("course", duration, Steps(x=1.0, time=min(1.0, 0.1 * duration)), air)
     inputs = sample_scenarios(spec, vehicle, TIMING, SEED, SEARCH, range(scenarios))
     rows: dict[str, Any] = {
-        "dynamics": inputs.dynamics, "winds": inputs.disturbances, "noises": inputs.noises,
-    }  # fmt: skip
+        "dynamics": inputs.dynamics,
+        "winds": inputs.disturbances,
+        "noises": inputs.noises,
+    }
     flat = {
         name: np.ascontiguousarray(np.concatenate(list(part), axis=-1)[..., :scenarios]) for name, part in rows.items()
     }

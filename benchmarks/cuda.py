@@ -26,19 +26,19 @@ import numpy as np
 
 from objectives import meters
 from plant.air.air import AirSpec
-from plant.airframes import load
 from plant.backends.cuda import BLOCK, BLOCKS, compiler, simulated
 from plant.backends.cuda_card import card, missing
 from plant.backends.cuda_flights import CudaFlyer
 from plant.backends.flyer import FlightInputs, Flyer
-from plant.cascade import close_cascade
-from plant.closed_loop import Limits, close_loop
-from plant.gains import default_row
-from plant.laws import law
+from plant.law_registry import law
 from plant.loop import MeterModel, Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.closed_loop import Limits, close_loop
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 from plant.references.steps import Steps
-from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 
 TIMING, LIMITS = Timing(0.004, 0.001), Limits(5.0, 0.17)
 VEHICLE = load("hummingbird").vehicle

@@ -20,13 +20,13 @@ from scipy.optimize import brentq, minimize
 from scipy.signal import lfilter
 
 from objectives.problem import FlightBatch, Problem
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.api.studies import make_study
-from tuner.search.first_generation import first_generation
+from tuner.search.convergence import StoppingRule
+from tuner.search.initial_design import initial_design
 from tuner.search.loop import archive, search_generations
 from tuner.search.registry import SEARCHES
-from tuner.search.rest import Budget
 
 Array = np.ndarray
 STUDIES = Path(__file__).parents[1] / "studies"
@@ -154,15 +154,17 @@ def study_of(lag: float, peak: float, derivative: bool):  # noqa: ANN201
         for name in ("load", "shift")
     ]
     tables = {
-        "title": "First order plus dead time", "seed": 1,
+        "title": "First order plus dead time",
+        "seed": 1,
         "plant": {"file": "dead_time.py", "control_period": 1.0 / PERIODS, "parameters": {"lag": lag}},
         "actuator": [{"name": "valve", "delay": 1.0}],
         "channel": [{"name": "level", "law": "pid", "output": "level", "to": "valve", "limit": 100.0}],
-        "gains": gains, "scenario": scenarios,
+        "gains": gains,
+        "scenario": scenarios,
         "objective": [{"metric": "iae.level", "scenario": each["name"]} for each in scenarios],
         "margin": [{"quantity": "ms", "max": peak}],
         "search": {"algorithm": "nsga2", "population": POPULATION, "generations": GENERATIONS},
-    }  # fmt: skip
+    }
     return make_study(tables, "dead_time", STUDIES)
 
 
@@ -172,9 +174,9 @@ def front_of(lag: float, peak: float, derivative: bool) -> tuple[Array, Array]:
     problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 1, study.screens)
     flown = tuple(FlightBatch(batch.spec, SEARCH, 1) for batch in study.scenarios)
     draw = generator(study.seed, "search/initial", 0)
-    first = first_generation(np.full((1, len(study.space.variables)), 0.5), POPULATION, draw)
+    first = initial_design(np.full((1, len(study.space.variables)), 0.5), POPULATION, draw)
     search = SEARCHES["nsga2"](first, 2, len(study.constraints) + len(study.requirements), 1)
-    done = list(search_generations(search, lambda points: problem.evaluate(points, flown), Budget(GENERATIONS)))
+    done = list(search_generations(search, lambda points: problem.evaluate(points, flown), StoppingRule(GENERATIONS)))
     found = archive(done)
     front = found.front()
     return found.values[front], study.space.gains(found.points[front])

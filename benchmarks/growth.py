@@ -36,21 +36,23 @@ SERIES: dict[str, list[Point]] = {
     "flight length [s]": [Point(1, 64, seconds) for seconds in (1.0, 10.0, 100.0)],
 }
 FIELDS = {
-    "flights (candidates)": "candidates", "scenarios": "scenarios", "flight length [s]": "seconds",
-}  # fmt: skip
+    "flights (candidates)": "candidates",
+    "scenarios": "scenarios",
+    "flight length [s]": "seconds",
+}
 
 
 def measure(point: Point) -> dict[str, Any]:
     """Fly a point through `Problem`, as a study does (scenarios in chunks), and return times and peak memory."""
     from objectives.decisions import DecisionSpace
+    from objectives.flown_system import FlightBatch
     from objectives.metrics import parse
     from objectives.problem import Objective, Problem
     from objectives.risk import Risk
-    from objectives.system import FlightBatch
     from plant.air.air import AirSpec
-    from plant.gains import default_row
+    from plant.quadrotor.gains import default_row
+    from plant.quadrotor.scenarios import SEARCH, ScenarioSpec, sample_scenarios
     from plant.references.steps import Steps
-    from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 
     system = system_of_course()
     spec = ScenarioSpec("growth", point.seconds, Steps(x=1.0, time=0.1), AirSpec(intensity="moderate", mean_wind=False))
@@ -67,17 +69,21 @@ def measure(point: Point) -> dict[str, Any]:
     drawn = (process_time() - begin) / few * point.scenarios
     flights = point.candidates * point.scenarios
     return {
-        **point._asdict(), "flights": flights, "seconds_each": whole / flights, "drawing_share": min(drawn / whole, 1.0),
-        "base_mb": base, "peak_mb": peak_memory(),
-    }  # fmt: skip
+        **point._asdict(),
+        "flights": flights,
+        "seconds_each": whole / flights,
+        "drawing_share": min(drawn / whole, 1.0),
+        "base_mb": base,
+        "peak_mb": peak_memory(),
+    }
 
 
 def system_of_course() -> Any:
     """Return the system that flies the course of `benchmarks.course`."""
     from benchmarks.course import LIMITS, TIMING, loop
     from objectives.system import System
-    from plant.airframes import load
-    from plant.nominal import ControlOptions, nominal
+    from plant.quadrotor.airframes import load
+    from plant.quadrotor.nominal import ControlOptions, nominal
 
     vehicle = load("hummingbird").vehicle
     return System(vehicle, loop().cascade, nominal(vehicle, ControlOptions(), TIMING.control_period), LIMITS, TIMING)

@@ -22,18 +22,18 @@ from tuner.store.environment import processor
 RESULTS = Path(__file__).parent / "results"
 
 
-class Spent(NamedTuple):
+class ElapsedTimes(NamedTuple):
     """Wall and processor seconds; the latter summed over all threads of the process."""
 
     wall: float
     busy: float
 
 
-def spent(work: Callable[[], Any]) -> Spent:
+def spent(work: Callable[[], Any]) -> ElapsedTimes:
     """Return what one call takes."""
     wall, busy = perf_counter(), process_time()
     work()
-    return Spent(perf_counter() - wall, process_time() - busy)
+    return ElapsedTimes(perf_counter() - wall, process_time() - busy)
 
 
 def peak_memory() -> float:

@@ -22,8 +22,8 @@ import tuner
 from benchmarks.two_masses import share
 from objectives.problem import FlightBatch, Problem
 from objectives.system import System
-from plant.scenarios import HELD_OUT, ScenarioSpec
-from plant.vehicle import Vehicle
+from plant.quadrotor.scenarios import HELD_OUT, ScenarioSpec
+from plant.quadrotor.vehicle import Vehicle
 from tests.tuner.analysis.identification.known_flights import AIRFRAME, KnownFlight, known_flights
 from tuner.analysis.identification.identify import identify_vehicle
 from tuner.analysis.identification.onward import identified_text
@@ -83,7 +83,7 @@ def margins_broken(study: Study, system: System, spec: ScenarioSpec, rows: np.nd
     ]
     asked = tuple(margin_requirement(table, system.timing, (spec,)) for table in plain)
     values = MarginAnalysis(asked, system, (spec,), study.path).values(rows)[0].tolist()
-    signs = {"least": 1.0, "most": -1.0}
+    signs = {"min": 1.0, "max": -1.0}
     return [
         entry.quantity.name
         for entry, value in zip(asked, values, strict=True)
@@ -96,7 +96,7 @@ def tried(flight: KnownFlight, folder: Path) -> dict[str, Any]:
     airframe, found = folder / "mine.toml", dict[str, Any]()
     airframe.write_text(identified_text(identify_vehicle([flight.log], AIRFRAME), "From a made log"), encoding="utf-8")
     for way in WAYS:
-        study = tuner.make_study(tables(airframe, way), way, folder)
+        study = tuner.make_study(tables(airframe, way), way, folder, kind=tuner.Study)
         feasible = tuner.run(study, folder / way, threads=1).feasible
         gains = folder / way / "gains.json"
         found[way] = judged(study, np.array(read_gains(gains).gains), flight.vehicle) if feasible else None

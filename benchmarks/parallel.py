@@ -14,13 +14,13 @@ from time import perf_counter, process_time, thread_time
 from typing import Any, NamedTuple
 
 from benchmarks.measuring import RESULTS, machine, write_json
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
 from plant.threads import available_threads, use_threads
 from tuner.experiments.tuning.problem import batches, first_batches, problem_of
 from tuner.experiments.tuning.search import algorithm_of
 from tuner.experiments.tuning.starts import starting_points
-from tuner.search.first_generation import first_generation
+from tuner.search.initial_design import initial_design
 from tuner.search.loop import search_generations
 from tuner.study import load_study
 from tuner.study.contest import Contest
@@ -70,7 +70,7 @@ def quickstart() -> Work:
         study = load_study(STUDIES / "quickstart.toml")
         problem, flown = problem_of(study, threads, None), first_batches(study)
         draw = generator(study.seed, "search/initial", 0)
-        first = first_generation(starting_points(study)[0], study.search.population, draw, problem.worth_flying)
+        first = initial_design(starting_points(study)[0], study.search.population, draw, problem.worth_flying)
         algorithm = algorithm_of(problem, study, first)
         for _ in search_generations(algorithm, lambda points: problem.evaluate(points, flown), study.search.budget):
             pass

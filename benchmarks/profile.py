@@ -133,9 +133,11 @@ def profile(study: Path, changes: list[str], threads: int | None) -> dict[str, A
     stages = dict(sorted(sampler.stages.items(), key=lambda entry: -entry[1].idle))
     used = getrusage(RUSAGE_CHILDREN)
     return {
-        "study": study.stem, "changes": changes, "beside": used.ru_utime + used.ru_stime,
+        "study": study.stem,
+        "changes": changes,
+        "beside": used.ru_utime + used.ru_stime,
         "stages": {stage: {**times._asdict(), "idle": times.idle} for stage, times in stages.items()},
-    }  # fmt: skip
+    }
 
 
 def _run() -> None:
@@ -156,9 +158,11 @@ def table(found: dict[str, Any]) -> str:
     stages = found["stages"]
     total = {name: sum(times[name] for times in stages.values()) for name in COLUMNS}
     lines = [
-        f"### {' '.join([found['study'], *found['changes']])}", "",
-        "| stage | two idle cores [s] | main thread [s] | process [s] | wall here [s] |", "|---|---:|---:|---:|---:|",
-    ]  # fmt: skip
+        f"### {' '.join([found['study'], *found['changes']])}",
+        "",
+        "| stage | two idle cores [s] | main thread [s] | process [s] | wall here [s] |",
+        "|---|---:|---:|---:|---:|",
+    ]
     rows = [*stages.items(), ("all", total)]
     lines += [f"| {stage} | " + " | ".join(f"{times[name]:.2f}" for name in COLUMNS) + " |" for stage, times in rows]
     lines += ["", f"Processes beside it: {found['beside']:.2f} s of processor time."]

@@ -108,9 +108,12 @@ def draw_figure(found: dict[str, Any], file: Path) -> None:
             label, (at, rate), xytext=(8, shift), textcoords="offset points", fontsize=9, color=colour, va="center"
         )
     axes.set(
-        xlabel="operations per byte of wind and noise read [1/B]", ylabel="operations per second, one core [Gop/s]",
-        xlim=(0.1, 1000), ylim=(0.3, 3 * peak_rate), title="Closed loop under the roofs of one core",
-    )  # fmt: skip
+        xlabel="operations per byte of wind and noise read [1/B]",
+        ylabel="operations per second, one core [Gop/s]",
+        xlim=(0.1, 1000),
+        ylim=(0.3, 3 * peak_rate),
+        title="Closed loop under the roofs of one core",
+    )
     axes.grid(True, which="major", color="#dddddd")
     figure.savefig(file, dpi=130)
     pyplot.close(figure)

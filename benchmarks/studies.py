@@ -22,10 +22,10 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.measuring import RESULTS, Spent, machine, write_json
+from benchmarks.measuring import RESULTS, ElapsedTimes, machine, write_json
 from benchmarks.search.problems import ROOT, SLACK
 from objectives.problem import Evaluation
-from plant.scenarios import CONFIRMATION
+from plant.quadrotor.scenarios import CONFIRMATION
 from tuner.experiments.compare.entrants import rows_of
 from tuner.experiments.tuning.problem import batches, problem_of
 from tuner.search.front import feasible_front, hypervolume
@@ -69,10 +69,16 @@ def compared(name: str, before: Path) -> list[Run]:
                     root, name, Path(folder) / f"warm_{outs[variant].name}", {**changes, "search.generations": 2}, False
                 )
             spent = run(root, name, outs[variant], changes)
-            found.append({
-                "study": name, "variant": variant, "revision": revision(root), "wall_seconds": spent.wall,
-                "processor_seconds": spent.busy, "flights": flights_of(outs[variant]),
-            })  # fmt: skip
+            found.append(
+                {
+                    "study": name,
+                    "variant": variant,
+                    "revision": revision(root),
+                    "wall_seconds": spent.wall,
+                    "processor_seconds": spent.busy,
+                    "flights": flights_of(outs[variant]),
+                }
+            )
         for entry in found:
             entry["fronts"] = {}
         for label, study, part in judged(name):
@@ -108,7 +114,7 @@ def searched_by(root: Path, name: str) -> dict[str, Any]:
     return changes | {f"scenario.{i}.search": entry["search"] for i, entry in enumerate(table.get("scenario", []))}
 
 
-def run(root: Path, name: str, out: Path, changes: dict[str, Any], counts: bool = True) -> Spent:
+def run(root: Path, name: str, out: Path, changes: dict[str, Any], counts: bool = True) -> ElapsedTimes:
     """Run a study by the tool of a revision and return what it and all its processes take; counts: whether it must end well."""
     sets = [part for key, value in changes.items() for part in ("--set", f"{key}={json.dumps(value)}")]
     command = [sys.executable, "-m", "tuner", "run", str(study_file(root, name)), "--out", str(out), *sets]
@@ -120,7 +126,7 @@ def run(root: Path, name: str, out: Path, changes: dict[str, Any], counts: bool 
     # A contender that keeps no limits is a finding, too.
     if counts and done.returncode not in (0, NOTHING_FEASIBLE):
         sys.exit(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
-    return Spent(wall, end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime)
+    return ElapsedTimes(wall, end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime)
 
 
 def revision(root: Path) -> str:

@@ -14,13 +14,14 @@ from scipy.stats import beta
 
 from objectives.margins.plant_margins import PlantMargins
 from objectives.problem import FlightBatch, Problem
-from plant.scenarios import HELD_OUT, SEARCH
+from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
 from tuner.api.studies import load_study
-from tuner.search.first_generation import first_generation
+from tuner.search.convergence import StoppingRule
+from tuner.search.initial_design import initial_design
 from tuner.search.loop import archive, search_generations
 from tuner.search.registry import SEARCHES
-from tuner.search.rest import Budget
+from tuner.study.plant_study import PlantStudy
 
 Array = np.ndarray
 STUDY = Path(__file__).parents[1] / "studies" / "two_masses.toml"
@@ -45,8 +46,10 @@ def tuned(study, problem: Problem) -> Array:  # noqa: ANN001
     batches = tuple(FlightBatch(entry.spec, SEARCH, entry.search) for entry in study.scenarios)
     draw = generator(study.seed, "search/initial", 0)
     start = study.space.point(study.default_row)[None]
-    search = SEARCHES["nsga2"](first_generation(start, 24, draw), 2, 0, 1)
-    found = archive(list(search_generations(search, lambda points: problem.evaluate(points, batches), Budget(24))))
+    search = SEARCHES["nsga2"](initial_design(start, 24, draw), 2, 0, 1)
+    found = archive(
+        list(search_generations(search, lambda points: problem.evaluate(points, batches), StoppingRule(24)))
+    )
     front = found.front()
     best = front[np.argmin(found.values[front, 0], axis=0)]
     return study.space.gains(found.points[[best]])[0]
@@ -67,7 +70,7 @@ def share(count: int, of: int) -> str:
 
 def main() -> None:
     """Print the table."""
-    study = load_study(STUDY)
+    study = load_study(STUDY, kind=PlantStudy)
     problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 1)
     spec = study.scenarios[0].spec
     flown = (FlightBatch(spec, HELD_OUT, FLIGHTS),)

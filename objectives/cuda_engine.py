@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from objectives.engine import Engine, OnFlightsDone, Scenarios
-from objectives.system import FlightBatch, System
+from objectives.flown_system import FlightBatch, FlownSystem
 from plant.backends.cuda_flights import CudaFlyer
 
 FLOAT64, FLOAT32 = "float64", "float32"
@@ -17,7 +17,7 @@ FLOAT64, FLOAT32 = "float64", "float32"
 class CudaEngine(Engine):
     """The first CUDA device of this machine; raises what Numba raises where there is none, see `cuda_card.missing`."""
 
-    def __init__(self, system: System, root: int, precision: str = FLOAT64) -> None:
+    def __init__(self, system: FlownSystem, root: int, precision: str = FLOAT64) -> None:
         self._system = system
         self._flyer = CudaFlyer(system.loop, system.limits, system.timing, precision)
         self._scenarios = Scenarios(system, root)
@@ -29,7 +29,7 @@ class CudaEngine(Engine):
         return self._arithmetic
 
     def ready(self, batch: FlightBatch) -> bool:
-        """Return whether an earlier process compiled the kernel for the scenarios of a batch."""
+        """Return True if a batch's kernel is in the cache."""
         return self._flyer.kernel(self._scenarios.inputs(batch, 0, 1)).cached
 
     def fly(

@@ -15,8 +15,10 @@ SCALES = ("linear", "log")
 class Variable:
     """One decision variable: every gain address in `addresses` takes its value.
 
-    low, high: range of the value, in the gain's unit; scale: "log" or "linear", how the unit interval maps to it. step: values
-    are its multiples inside the range, 0 for all of them.
+    Attributes:
+        low, high: range of the value, in the gain's unit.
+        scale: "log" or "linear", how the unit interval maps to it.
+        step: values are its multiples inside the range, 0 for all of them.
     """
 
     name: str
@@ -73,8 +75,10 @@ class Variable:
 class DecisionSpace:
     """Decision variables over a row of gains.
 
-    variables: in order; columns: for each variable the columns of the gains row that take its value; base: the gains row
-    that stands where no variable does (fixed and default gains).
+    Attributes:
+        variables: in order.
+        columns: for each variable the columns of the gains row that take its value.
+        base: the gains row that stands where no variable does (fixed and default gains).
     """
 
     variables: tuple[Variable, ...]

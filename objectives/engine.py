@@ -4,19 +4,17 @@ A flight is a pure function of system, root seed, batch, index and gains. An eng
 bits, wherever it flies.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from typing import Protocol
 
 import numpy as np
 
-from objectives.system import FlightBatch, System
+from objectives.flown_system import FlightBackend, FlightBatch, FlownSystem, OnFlightsDone, Scenario
 from plant.backends.flyer import FlightInputs, Flyer, Recording
-from plant.scenarios import ScenarioSpec
 
-OnFlightsDone = Callable[[int], None]
 # Scenarios of a batch that are kept between generations, and their control periods together; at 10 s and 250 Hz, 2500 periods,
 # one takes 0.3 MB of wind and noise.
-KEPT, KEPT_PERIODS = 1024, 1024 * 2500
+MAX_CACHED, MAX_CACHED_PERIODS = 1024, 1024 * 2500
 LANES = Flyer.arithmetic
 """Arithmetic of the compiled lanes on the processor, which recorded flights have unless they say otherwise."""
 
@@ -42,14 +40,14 @@ class Engine(Protocol):
         ...
 
     def ready(self, batch: FlightBatch) -> bool:  # noqa: ARG002
-        """Return whether flights begin at once; if not, the first one waits for a compiler."""
+        """Return True if flights begin at once: if not, the first one waits for a compiler."""
         return True
 
     def draw_ahead(self, batch: FlightBatch, first: int, last: int) -> None:
-        """Draw the flights first..last of a batch, for which it is asked later; from a thread beside the one that flies."""
+        """Sample the flights first..last of a batch in advance, from a second thread."""
 
     def record(self, batch: FlightBatch, recording: Recording) -> None:
-        """Record the first flights of a batch from now on, where an engine can and they are made in one range."""
+        """Record the first flights of a batch from now on, where the engine can."""
 
     def warm_up(self, gains: np.ndarray, batch: FlightBatch) -> None:
         """Fly a gains row (g,) once, so that everything is compiled."""
@@ -63,7 +61,7 @@ class Engine(Protocol):
         last: int,
         on_flights_done: OnFlightsDone | None = None,
     ) -> Iterator[np.ndarray]:
-        """Fly parts (k, g) of many gains rows and yield the results of each in turn, of an empty part (0, last - first, 0).
+        """Fly parts (k, g) of many gains rows and yield their results in turn.
 
         An engine far away reads the next parts while the results of earlier ones are still to come.
         """
@@ -72,36 +70,36 @@ class Engine(Protocol):
 
 
 def keeps(count: int, steps: int) -> bool:
-    """Return whether a batch of so many flights of so many control periods is kept between generations."""
-    return count <= KEPT and count * steps <= KEPT_PERIODS
+    """Return True if so many flights of so many control periods are cached."""
+    return count <= MAX_CACHED and count * steps <= MAX_CACHED_PERIODS
 
 
 class Scenarios:
-    """The drawn scenarios of a study, kept where they are few and drawn again where they are not."""
+    """Sampled scenarios of a study, cached where they are few."""
 
-    def __init__(self, system: System, root: int) -> None:
+    def __init__(self, system: FlownSystem, root: int) -> None:
         self._system = system
         self._root = root
-        self._kept: dict[tuple[ScenarioSpec, str, int, int], FlightInputs] = {}
+        self._cached: dict[tuple[Scenario, str, int, int], FlightInputs] = {}
 
     def inputs(self, batch: FlightBatch, first: int, last: int) -> FlightInputs:
         """Return the scenarios of a batch from `first` to before `last`."""
         key = (batch.spec, batch.stream, first, last)
-        if key in self._kept:
-            return self._kept[key]
+        if key in self._cached:
+            return self._cached[key]
         inputs = self._system.sample(batch.spec, self._root, batch.stream, range(first, last))
         if keeps(batch.count, batch.spec.steps(self._system.timing)):
-            self._kept[key] = inputs
+            self._cached[key] = inputs
         return inputs
 
 
 class LocalEngine(Engine):
     """The cores of this machine."""
 
-    def __init__(self, system: System, root: int, flyer: Flyer) -> None:
+    def __init__(self, system: FlownSystem, root: int, flyer: FlightBackend) -> None:
         self._system, self._flyer = system, flyer
         self._scenarios = Scenarios(system, root)
-        self._recordings: dict[tuple[ScenarioSpec, str], Recording] = {}
+        self._recordings: dict[tuple[Scenario, str], Recording] = {}
 
     @property
     def arithmetic(self) -> str:
@@ -109,7 +107,7 @@ class LocalEngine(Engine):
         return self._flyer.arithmetic
 
     def ready(self, batch: FlightBatch) -> bool:  # noqa: ARG002
-        """Return whether an earlier process compiled the kernel."""
+        """Return True if an earlier process compiled the kernel."""
         return self._flyer.cached
 
     def draw_ahead(self, batch: FlightBatch, first: int, last: int) -> None:
@@ -119,15 +117,15 @@ class LocalEngine(Engine):
 
     def record(self, batch: FlightBatch, recording: Recording) -> None:
         """Record the first flights of a batch wherever they are all in one range; an FMU's are not recorded."""
-        if isinstance(self._flyer, Flyer):
+        if self._flyer.records:
             self._recordings[batch.spec, batch.stream] = recording
 
     def fly(
         self, gains: np.ndarray, batch: FlightBatch, first: int, last: int, on_flights_done: OnFlightsDone | None = None
     ) -> np.ndarray:
         """Fly; see `Engine`."""
-        asked = gains, self._system.nominal, self._scenarios.inputs(batch, first, last), on_flights_done
+        arguments = gains, self._system.nominal, self._scenarios.inputs(batch, first, last), on_flights_done
         recording = self._recordings.get((batch.spec, batch.stream))
         if recording and first == 0 and last >= recording.flights:
-            return self._flyer.fly(*asked, recording)
-        return self._flyer.fly(*asked)
+            return self._flyer.fly(*arguments, recording)
+        return self._flyer.fly(*arguments)

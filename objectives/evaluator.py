@@ -11,6 +11,7 @@ from time import perf_counter
 import numpy as np
 
 from objectives.decisions import DecisionSpace
+from objectives.flown_system import FlightBatch
 from objectives.memory import FlightMemory
 from objectives.metrics import MetricAddress
 from objectives.requirements import (
@@ -33,7 +34,6 @@ from objectives.risk import (
     interval_on,
     paired_difference_on,
 )
-from objectives.system import FlightBatch
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ class Evaluator(ABC):
         return requirements_of(self.screens)
 
     def worth_flying(self, points: np.ndarray) -> np.ndarray:
-        """Return which points (n, d) of the unit cube keep every hard requirement (n,)."""
+        """Return the mask (n,) of points (n, d) that satisfy every hard requirement."""
         return worth_flying(self.requirements, known_values(self.screens, self.space.gains(points)))
 
     def excess(self, points: np.ndarray) -> np.ndarray:
@@ -248,9 +248,9 @@ class Evaluator(ABC):
         complete: whether requirements are judged in all conditions, see `known_values`.
         """
         begin = self.now()
-        known = known_values(self.screens, gains, complete)
+        limited = known_values(self.screens, gains, complete)
         screened = self.now()
-        flown = worth_flying(self.requirements, known) | fly_all
+        flown = worth_flying(self.requirements, limited) | fly_all
         scores, failed, origin = [], [], []
         for batch in batches:
             for first, last in self.chunks(batch):
@@ -264,11 +264,11 @@ class Evaluator(ABC):
         n = len(self.objectives)
         return Evaluation(
             values=risks[:, :n],
-            violations=np.concatenate([self.broken(risks), known_violations(self.requirements, known)], axis=1),
+            violations=np.concatenate([self.broken(risks), known_violations(self.requirements, limited)], axis=1),
             failures=lost.mean(axis=-1),
             scores=all_scores,
             origin=names,
-            requirements=known,
+            requirements=limited,
             flown=flown,
             failed=lost,
             screening_seconds=screened - begin,
@@ -289,9 +289,9 @@ class Evaluator(ABC):
 
     def spare(self, flights: int, on_flights_done: Callable[[int], None] | None) -> None:
         """Tell whoever hears of landings of flights that need not be made."""
-        told = on_flights_done and (self.spared or on_flights_done)
-        if told is not None and flights:
-            told(flights)
+        report = on_flights_done and (self.spared or on_flights_done)
+        if report is not None and flights:
+            report(flights)
 
     @abstractmethod
     def scored(

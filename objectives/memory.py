@@ -1,4 +1,4 @@
-"""Interface of a flight cache, which keeps flights from being made twice, and the keys of its entries.
+"""Interface of a flight cache, and the keys of its entries.
 
 A flight is a pure function of the model, the system, its scenario and its gains. `scenario_key` names all of that but the
 gains: where the key and the gains are equal to the bit, the recorded result is the one that a new flight would have.
@@ -16,7 +16,7 @@ import numpy as np
 import objectives.meters
 import plant
 from objectives.engine import LANES
-from objectives.system import FlightBatch, System
+from objectives.flown_system import FlightBatch, FlownSystem
 from plant.backends import processor
 
 # Libraries whose versions can change the bits of a flight.
@@ -24,14 +24,14 @@ LIBRARIES = ("numba", "llvmlite", "numpy", "scipy")
 
 
 class FlightMemory(Protocol):
-    """Keeps the results of flights (flights, rows) by scenario key, gains row and index of the first flight."""
+    """Cache of flight results (flights, rows) by scenario key, gains row and first index."""
 
     def recall(self, key: str, gains: np.ndarray, first: int, last: int) -> np.ndarray | None:
-        """Return the results (last - first, rows) of one gains row (g,), or None where any of them is not known."""
+        """Return the results (last - first, rows) of one gains row (g,), or None if incomplete."""
         ...
 
     def keep(self, key: str, batch: FlightBatch, gains: np.ndarray, first: int, results: np.ndarray) -> None:
-        """Take the results (n, flights, rows) of gains rows (n, g) from flight `first` on, recalled ones included."""
+        """Store the results (n, flights, rows) of gains rows (n, g) from flight `first` on."""
         ...
 
     def commit(self, name: str) -> None:
@@ -41,7 +41,7 @@ class FlightMemory(Protocol):
 
 @cache
 def model_key() -> str:
-    """Return the hash of every source that decides a flight and of the libraries that compile it."""
+    """Return the hash of a flight's sources and of its compilers."""
     digest = hashlib.blake2b(digest_size=12)
     digest.update(" ".join(f"{name}-{version(name)}" for name in LIBRARIES).encode())
     home = Path(next(iter(plant.__path__)))
@@ -51,9 +51,9 @@ def model_key() -> str:
 
 
 def scenario_key(
-    system: System, root: int, batch: FlightBatch, arithmetic: str = LANES, model: str | None = None
+    system: FlownSystem, root: int, batch: FlightBatch, arithmetic: str = LANES, model: str | None = None
 ) -> str:
-    """Return the hash of all that decides a flight of a batch but its gains and its index, the machine's arithmetic included.
+    """Return the hash of a batch's flights but for gains and index, with the machine's arithmetic.
 
     model: `model_key` of the sources that flew, by default those at hand.
     """

@@ -14,8 +14,8 @@ When a flight fails the caller keeps the whole tuple as it stands; nothing here 
 from typing import NamedTuple
 
 from plant.primitives import absolute, maximum, select, sign
-from plant.sample import AxisSample, Sample
-from plant.targets import Target, Targets
+from plant.quadrotor.sample import Sample, Targets
+from plant.sample import AxisSample, Target
 from plant.vectors import Rotors, axpy_rotors, rotors_dot
 
 NEVER = -1.0
@@ -32,13 +32,20 @@ TIME_TOLERANCE = 1e-6
 class AxisMeter(NamedTuple):
     """One axis, in its unit u (m or rad) and s.
 
-    itae: h sum t|e| [u s2], t from the start of the flight; iae: h sum |e| [u s]; ise: h sum e^2 [u2 s]; peak: max
-    |e| [u]; overshoot_extreme: the furthest that the actual value went past the final level since the step [u], 0 if
-    it never did or the axis makes no step; rise_low_time, rise_high_time: when 10 % and 90 % of the step were first
-    passed, interpolated between instants [s], `NEVER` until then, both the time of the step if the axis makes none;
-    previous: actual value one instant ago [u]; last_outside: end of the last period since the step that began with
-    |e| > band [s], the time of the step until then; last_unrecovered: the same since recovery_from with
-    recovery_band; steady_sum: h sum e since steady_from [u s].
+    Attributes:
+        itae: h sum t|e| [u s2], t from the start of the flight.
+        iae: h sum |e| [u s].
+        ise: h sum e^2 [u2 s].
+        peak: max |e| [u].
+        overshoot_extreme: the furthest that the actual value went past the final level since the step [u], 0 if
+            it never did or the axis makes no step.
+        rise_low_time, rise_high_time: when 10 % and 90 % of the step were first passed, interpolated between
+            instants [s], `NEVER` until then, both the time of the step if the axis makes none.
+        previous: actual value one instant ago [u].
+        last_outside: end of the last period since the step that began with |e| > band [s], the time of the step
+            until then.
+        last_unrecovered: the same since recovery_from with recovery_band.
+        steady_sum: h sum e since steady_from [u s].
     """
 
     itae: float
@@ -57,9 +64,12 @@ class AxisMeter(NamedTuple):
 class Meters(NamedTuple):
     """All that is metered on a flight.
 
-    Six axes; travel: total variation of the rotor commands, summed over rotors, in hover thrusts; effort: h sum over
-    rotors of (command - 1)^2 [s]; saturated: time with a rotor at a limit [s]; command_peak: the largest rotor
-    command, in hover thrusts.
+    Attributes:
+        x, y, z, roll, pitch, yaw: the six axes.
+        travel: total variation of the rotor commands, summed over rotors, in hover thrusts.
+        effort: h sum over rotors of (command - 1)^2 [s].
+        saturated: time with a rotor at a limit [s].
+        command_peak: the largest rotor command, in hover thrusts.
     """
 
     x: AxisMeter
@@ -76,9 +86,7 @@ class Meters(NamedTuple):
 
 def start_axis(sample: AxisSample, target: Target) -> AxisMeter:
     """Return one axis's meter before the first update."""
-    return AxisMeter(
-        0.0, 0.0, 0.0, 0.0, 0.0, NEVER, NEVER, sample.actual, target.time, target.recovery_from, 0.0
-    )  # fmt: skip
+    return AxisMeter(0.0, 0.0, 0.0, 0.0, 0.0, NEVER, NEVER, sample.actual, target.time, target.recovery_from, 0.0)
 
 
 def start(sample: Sample, targets: Targets) -> Meters:

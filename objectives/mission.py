@@ -19,11 +19,11 @@ import numpy as np
 from objectives.metrics import MetricAddress, parse
 from objectives.problem import Constraint, Objective
 from objectives.risk import Risk
-from plant.closed_loop import Limits
 from plant.errors import InputError, UnknownNameError
 from plant.loop import Timing
+from plant.quadrotor.closed_loop import Limits
+from plant.quadrotor.scenarios import ScenarioSpec
 from plant.references.spec import HOLD, PITCH, POSITION, ROLL, YAW
-from plant.scenarios import ScenarioSpec
 
 FOLLOWED, HELD = 0.7, 0.5
 MEDIAN = Risk("quantile", 0.5)
@@ -40,8 +40,12 @@ FOLLOWED_KEY, HELD_KEY, OFF_KEY = "mission.followed", "mission.held", "mission.o
 class Mission:
     """[mission]: how much the automatic limits ask.
 
-    followed: share of the error of a flight that never leaves its start; held: share of the error at which a flight is lost;
-    off: quantities without an automatic limit, QUANTITY or QUANTITY@SCENARIO. Raises InputError naming the key.
+    Attributes:
+        followed: share of the error of a flight that never leaves its start.
+        held: share of the error at which a flight is lost.
+        off: quantities without an automatic limit, QUANTITY or QUANTITY@SCENARIO.
+
+    Raises InputError naming the key.
     """
 
     followed: float = FOLLOWED
@@ -56,15 +60,15 @@ class Mission:
                 raise InputError(f"given {value:g}; {allowed}", key=key)
 
     def asks(self, quantity: str, scenario: str) -> bool:
-        """Return whether a quantity of a scenario has an automatic limit."""
+        """Return True if a quantity of a scenario has an automatic limit."""
         return quantity not in self.off and f"{quantity}@{scenario}" not in self.off
 
     def check_names(self, scenarios: Iterable[str], quantities: tuple[str, ...] = QUANTITIES) -> None:
         """Raise InputError where `off` names no quantity or no scenario."""
-        known = (*quantities, *[f"{quantity}@{name}" for name in scenarios for quantity in quantities])
+        valid = (*quantities, *[f"{quantity}@{name}" for name in scenarios for quantity in quantities])
         for entry in self.off:
-            if entry not in known:
-                raise UnknownNameError("quantity of an automatic limit", entry, known, key="off")
+            if entry not in valid:
+                raise UnknownNameError("quantity of an automatic limit", entry, valid, key="off")
 
 
 USUAL = Mission()
@@ -90,17 +94,17 @@ class MissionLimit(NamedTuple):
 
 
 def is_of_mission(constraint: Constraint) -> bool:
-    """Return True for an automatic limit, and for the study's own on a quantity that would have an automatic one."""
-    own = constraint.objective
+    """Return True for an automatic limit, or the study's limit in its place."""
+    objective = constraint.objective
     return bool(constraint.floor) or (
-        own.metric.metric.name == "rms" and own.risk == MEDIAN and own.scenario is not None
+        objective.metric.metric.name == "rms" and objective.risk == MEDIAN and objective.scenario is not None
     )
 
 
 def remaining_limits(
     limits: Iterable[MissionLimit], constraints: Iterable[Constraint], mission: Mission
 ) -> list[MissionLimit]:
-    """Return the limits that `mission.off` leaves and the study does not write itself."""
+    """Return the limits that neither `mission.off` nor the study replaces."""
     written = {constraint.objective.label for constraint in constraints}
     return [
         each for each in limits if mission.asks(each.metric.text, each.scenario) and each.objective.label not in written
@@ -115,21 +119,21 @@ def with_mission_floor(
     mission: Mission = USUAL,
 ) -> tuple[Constraint, ...]:
     """Return the constraints of a study of a quadrotor and the floor; a limit of its own on the same quantity stands."""
-    asked = [limit for spec in specs for limit in _limits(spec, limits, timing, mission)]
-    return (*constraints, *[each.constraint for each in remaining_limits(asked, constraints, mission)])
+    automatic = [limit for spec in specs for limit in _limits(spec, limits, timing, mission)]
+    return (*constraints, *[each.constraint for each in remaining_limits(automatic, constraints, mission)])
 
 
 def _limits(spec: ScenarioSpec, limits: Limits, timing: Timing, mission: Mission) -> list[MissionLimit]:
     samples = spec.track(timing).samples
     moving = [(address, error_at_start(samples, address)) for address in MOVING]
-    asked = [(address, mission.followed * error, FOLLOWED_KEY) for address, error in moving if error > 0.0]
+    judged = [(address, mission.followed * error, FOLLOWED_KEY) for address, error in moving if error > 0.0]
     resting = "rms.position" if np.all(samples[:, HOLD] > 0.5, axis=0) else "rms.z"
-    asked = asked or [(resting, mission.held * limits.position, HELD_KEY)]
-    return [MissionLimit(parse(address), spec.name, most, key) for address, most, key in asked]
+    judged = judged or [(resting, mission.held * limits.position, HELD_KEY)]
+    return [MissionLimit(parse(address), spec.name, most, key) for address, most, key in judged]
 
 
 def error_at_start(samples: np.ndarray, address: str) -> float:
-    """Return the metric of a flight along samples (instants, 14) that never leaves the first of them."""
+    """Return the metric of a flight that stays at the first of its samples (instants, 14)."""
     away = samples[:, MOVING[address]] - samples[0, MOVING[address]]
     if address in ANGLES:
         away = (away + np.pi) % (2.0 * np.pi) - np.pi

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
+from objectives.flown_system import FlownSystem
 from objectives.metrics.address import MetricAddress
 from objectives.metrics.metric import Accumulator
 from objectives.metrics.over_inputs import ROTORS, over_inputs
@@ -11,6 +12,8 @@ from plant.errors import InputError
 from plant.loop import MeterModel
 from plant.model.functions import written
 from plant.records import record_type
+
+S = TypeVar("S", bound=FlownSystem)
 
 
 class Place(NamedTuple):
@@ -31,13 +34,13 @@ class Place(NamedTuple):
         return f"update_{number}(meters.{self.name}, {seen})"
 
 
-def metering(system: Any, addresses: Iterable[MetricAddress]) -> Any:
-    """Return a system whose flights hold all that some metrics need, the system itself where they do already."""
-    known = {each.text: each for each in system.metered}
-    asked = {each.text: each for each in addresses if each.metric.accumulator is not None}
-    for each in asked.values():
+def metering(system: S, addresses: Iterable[MetricAddress]) -> S:
+    """Return a system that meters some metrics; itself if it already does."""
+    metered = {each.text: each for each in system.metered}
+    needed = {each.text: each for each in addresses if each.metric.accumulator is not None}
+    for each in needed.values():
         _check_rate(each, system.timing.control_period)
-    return system if asked.keys() <= known.keys() else replace(system, metered=tuple((known | asked).values()))
+    return system if needed.keys() <= metered.keys() else replace(system, metered=tuple((metered | needed).values()))
 
 
 def _check_rate(address: MetricAddress, h: float) -> None:
@@ -53,28 +56,28 @@ def _check_rate(address: MetricAddress, h: float) -> None:
 def with_accumulators(
     model: MeterModel, metered: Iterable[MetricAddress], scales: Mapping[str, float] = ROTORS
 ) -> MeterModel:
-    """Return meters that hold the accumulators of some metrics behind those of a model; the model itself where there are none.
+    """Return a model's meters followed by the accumulators of some metrics.
 
     scales: what the command of each input of the loop is counted in.
     """
-    asked = tuple({place.name: place for place in _places(metered, scales)}.values())
-    if not asked:
+    places = tuple({place.name: place for place in _places(metered, scales)}.values())
+    if not places:
         return model
-    kept = model.Meters.__annotations__
-    Meters = record_type("Meters", {**kept, **{place.name: place.accumulator.Record for place in asked}})
+    bundled_fields = model.Meters.__annotations__
+    Meters = record_type("Meters", {**bundled_fields, **{place.name: place.accumulator.Record for place in places}})
     names = {"Meters": Meters, "Bundled": model.Meters, "start_bundled": model.start, "update_bundled": model.update}
-    for number, place in enumerate(asked):
+    for number, place in enumerate(places):
         names |= {f"start_{number}": place.accumulator.start, f"update_{number}": place.accumulator.update}
-    bundled = ", ".join(f"bundled.{name}" for name in kept)
+    bundled = ", ".join(f"bundled.{name}" for name in bundled_fields)
     start = [
         "def start(sample, targets):",
         "    bundled = start_bundled(sample, targets)",
-        f"    return Meters({bundled}, {', '.join(place.started(number) for number, place in enumerate(asked))})",
+        f"    return Meters({bundled}, {', '.join(place.started(number) for number, place in enumerate(places))})",
     ]
     update = [
         "def update(meters, sample, targets, h):",
-        f"    bundled = update_bundled(Bundled({', '.join(f'meters.{name}' for name in kept)}), sample, targets, h)",
-        f"    return Meters({bundled}, {', '.join(place.updated(number) for number, place in enumerate(asked))})",
+        f"    bundled = update_bundled(Bundled({', '.join(f'meters.{name}' for name in bundled_fields)}), sample, targets, h)",
+        f"    return Meters({bundled}, {', '.join(place.updated(number) for number, place in enumerate(places))})",
     ]
     return MeterModel(Meters, written("start", start, names), written("update", update, names))
 
@@ -87,5 +90,5 @@ def _places(metered: Iterable[MetricAddress], scales: Mapping[str, float]) -> It
 
 
 def code_of(metered: Iterable[MetricAddress]) -> list[Any]:
-    """Return all that the accumulators of some metrics of a quadrotor are made of, for a digest."""
-    return [(name, axis, kept.Record, kept.start, kept.update) for name, axis, kept in _places(metered, ROTORS)]
+    """Return the code of some metrics' accumulators, for a digest."""
+    return [(name, axis, adder.Record, adder.start, adder.update) for name, axis, adder in _places(metered, ROTORS)]

@@ -15,11 +15,15 @@ from plant.records import record_type
 def meters_of(plan: LoopPlan) -> MeterModel:
     """Return the meters of a plan's channels: one `AxisMeter` each, then travel, effort, saturated and command_peak."""
     axes = plan.names
-    whole = {"travel": float, "effort": float, "saturated": float, "command_peak": float}
-    Meters = record_type("PlantMeters", {**dict.fromkeys(axes, AxisMeter), **whole})
+    of_flight = {"travel": float, "effort": float, "saturated": float, "command_peak": float}
+    Meters = record_type("PlantMeters", {**dict.fromkeys(axes, AxisMeter), **of_flight})
     names = {
-        "Meters": Meters, "start_axis": start_axis, "update_axis": update_axis, "absolute": absolute, "maximum": maximum,
-    }  # fmt: skip
+        "Meters": Meters,
+        "start_axis": start_axis,
+        "update_axis": update_axis,
+        "absolute": absolute,
+        "maximum": maximum,
+    }
     started = ", ".join(f"start_axis(sample.{name}, targets.{name})" for name in axes)
     start = ["def start(sample, targets):", f"    return Meters({started}, 0.0, 0.0, 0.0, 0.0)"]
     return MeterModel(Meters, written("start", start, names), written("update", _update_lines(plan), names))

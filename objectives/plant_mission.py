@@ -31,7 +31,7 @@ SILENT = 1e-9
 
 
 def quantities_of(system: Any) -> tuple[str, ...]:
-    """Return everything of a plant that an automatic limit can be put on."""
+    """Return the quantities of a plant that can have an automatic limit."""
     return tuple(f"rms.{channel.name}" for channel in system.plan.outer)
 
 
@@ -61,11 +61,11 @@ def with_plant_floor(
         mission: Table [mission] of the study.
     """
     judged = [*objectives, *[constraint.objective for constraint in constraints]]
-    asked = [limit for batch in flights for limit in _limits(cast(PlantScenario, batch.spec), system, judged, mission)]
-    asked = remaining_limits(asked, constraints, mission)
-    for limit in asked:
+    limits = [limit for batch in flights for limit in _limits(cast(PlantScenario, batch.spec), system, judged, mission)]
+    limits = remaining_limits(limits, constraints, mission)
+    for limit in limits:
         _check_limit(system.plan.channel(limit.metric.axes[0]), limit)
-    return (*constraints, *[each.constraint for each in _with_default(asked, flights, system, space, root)])
+    return (*constraints, *[each.constraint for each in _with_default(limits, flights, system, space, root)])
 
 
 def _limits(spec: PlantScenario, system: Any, judged: Sequence[Objective], mission: Mission) -> Iterator[MissionLimit]:
@@ -82,7 +82,7 @@ def _limits(spec: PlantScenario, system: Any, judged: Sequence[Objective], missi
 
 
 def error_at_rest(spec: PlantScenario, channel: str, times: np.ndarray) -> float:
-    """Return the RMS error of a channel over times (K,) [s] of a plant that stays where it rests."""
+    """Return the RMS error of a channel at equilibrium over times (K,) [s]."""
     signal = spec.references.get(channel, Constant()).values(times, np.random.default_rng(0))[0]
     return float(np.sqrt(np.square(signal).mean(axis=0)))
 
@@ -97,12 +97,12 @@ def _check_limit(channel: Channel, limit: MissionLimit) -> None:
 
 
 def _with_default(
-    asked: Sequence[MissionLimit], flights: Sequence[FlightBatch], system: Any, space: DecisionSpace, root: int
+    limits: Sequence[MissionLimit], flights: Sequence[FlightBatch], system: Any, space: DecisionSpace, root: int
 ) -> list[MissionLimit]:
-    """Return limits with those of channels that nothing judges set by flights of the default; none where nothing moves them."""
-    regulated = [limit for limit in asked if limit.key == OFF_KEY]
+    """Return limits, those of unjudged channels set by flights of the default."""
+    regulated = [limit for limit in limits if limit.key == OFF_KEY]
     if not regulated:
-        return list(asked)
+        return list(limits)
     named = {limit.scenario for limit in regulated}
     batches = tuple(
         replace(batch, stream=STREAM, start=0, count=min(batch.count, FLIGHTS))
@@ -112,13 +112,13 @@ def _with_default(
     problem = Problem(system, space, tuple(limit.objective for limit in regulated), (), root)
     errors = problem.evaluate_gains(np.array([space.base]), batches, fly_all=True).values[0].tolist()
     of_default = dict(zip(regulated, errors, strict=True))
-    found = [
+    floor = [
         limit._replace(most=min(REGULATED * of_default[limit], limit.most)) if limit in of_default else limit
-        for limit in asked
+        for limit in limits
     ]
     return [
         limit
-        for limit in found
+        for limit in floor
         if limit.key != OFF_KEY or limit.most > SILENT * system.plan.channel(limit.metric.axes[0]).limit
     ]
 
@@ -126,5 +126,5 @@ def _with_default(
 def unjudged_places(
     channels: Iterable[str], scenarios: Sequence[str], judged: Sequence[Objective]
 ) -> list[tuple[str, str]]:
-    """Return the pairs of channel and scenario that no objective and no limit is about."""
+    """Return the pairs of channel and scenario without objective or limit."""
     return [(channel, name) for channel in channels for name in scenarios if not is_judged(channel, name, judged)]

@@ -1,27 +1,38 @@
 """A plant of the user's own under study: its loops, what its controller knows, its limits and its timing."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from math import inf, isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from objectives.flown_system import NOT_FINITE
 from objectives.metrics.address import Axes, MetricAddress
 from objectives.own_meters import with_accumulators
 from objectives.plant_meters import meters_of
 from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.identity import identity
-from plant.gains import GainAddress
-from plant.laws.channel import Channel as Known
-from plant.laws.law import GainInfo
+from plant.errors import InputError
+from plant.law_registry import law
+from plant.laws.channel import Channel as Knowledge
+from plant.laws.law import GainInfo, Law
 from plant.loop import Timing
 from plant.model.closing import PlantLoop, close_plant
 from plant.model.controller import Range
-from plant.model.plan import Channel, LoopPlan
-from plant.model.plant_model import PlantRecords
+from plant.model.modes import accurate_steps, poles_at_rest
+from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
+from plant.model.plant_model import PlantModel, PlantRecords, plant_from
 from plant.model.scenario import PlantScenario, sample_plant_scenarios
 from plant.model.units import gain_unit
-from plant.records import flatten
+from plant.own_code import HAVE_RUN, OwnCode
+from plant.quadrotor.gains import GainAddress
+from plant.records import flatten, pack, paths, size
+from plant.status import Status
+
+if TYPE_CHECKING:
+    from plant.model.slope import Slope
 
 
 @dataclass(frozen=True)
@@ -56,11 +67,45 @@ class PlantBounds:
 
 
 @dataclass(frozen=True)
+class PlantParts:
+    """The parts of the system of a plant of the user's own.
+
+    Args:
+        name: Of the plant.
+        digest: Of its file, which this process has run.
+        channels: Fields of each, laws by their names.
+        actuators: Of its inputs.
+        parameters: Nominal ones, in the order of the record.
+        timing: Its periods.
+    """
+
+    name: str
+    digest: str
+    channels: tuple[dict[str, Any], ...]
+    actuators: tuple[Actuator, ...]
+    parameters: tuple[float, ...]
+    timing: Timing
+
+    def system(self) -> "PlantSystem":
+        """Build the system."""
+        code = HAVE_RUN[self.digest]
+        plant = plant_from(code.names, self.name, str(code.file))
+        channels = [Channel(**{**values, "law": law(values["law"])}) for values in self.channels]
+        parameters = pack(plant.Parameters, list(self.parameters))
+        return PlantSystem(plant, plan_loop(plant, channels, self.actuators), parameters, self.timing)
+
+
+@dataclass(frozen=True)
 class PlantSystem:
     """A plant, the plan of its loops, its nominal parameters and its timing: what `objectives.problem` flies.
 
     metered: metrics whose own accumulators run with every flight.
     """
+
+    order = 4
+    has_shared_laws = False
+    command = "control.command"
+    traced = ("body.shown", "control.command", "control.commands")
 
     plant: PlantRecords
     plan: LoopPlan
@@ -78,15 +123,15 @@ class PlantSystem:
     def nominal(self) -> Any:
         """The controller's knowledge: gain of every channel, whether it measures a rate, limits of every command."""
         kind = self.loop.records.Nominal
-        known = [Known(each.b0, 0.0 if each.rate_output else 1.0) for each in self.plan.channels]
+        channels = [Knowledge(each.b0, 0.0 if each.rate_output else 1.0) for each in self.plan.channels]
         commands = [Range(each.low, each.high, inf) for each in self.plan.channels]
         h = self.timing.control_period
         inputs = [Range(each.low, each.high, each.rate * h) for each in self.plan.actuators]
         parts = kind.__annotations__
-        return kind(*known, parts["commands"](*commands), parts["inputs"](*inputs))
+        return kind(*channels, parts["commands"](*commands), parts["inputs"](*inputs))
 
     def flyer(self, threads: int | None = None) -> Any:
-        """Return what flies it: the compiled lanes on so many threads, by default one for each core."""
+        """Return its flyer: the compiled lanes on so many threads, by default one for each core."""
         return Flyer(self.loop, self.limits, self.timing, threads)
 
     @property
@@ -102,14 +147,14 @@ class PlantSystem:
     @property
     def gains(self) -> tuple[GainAddress, ...]:
         """All gains in the column order of a gains row, in the units of their channel."""
-        found = []
+        gains = list[GainAddress]()
         for channel in self.plan.channels:
             for info in channel.law.gains:
                 written = self._in_units(info, channel)
                 address = f"{channel.name}.{info.name.rstrip('_')}"
                 span = written.span("attitude")
-                found.append(GainAddress(address, len(found), channel.name, "attitude", written, span))
-        return tuple(found)
+                gains.append(GainAddress(address, len(gains), channel.name, "attitude", written, span))
+        return tuple(gains)
 
     def _in_units(self, info: GainInfo, channel: Channel) -> GainInfo:
         """Return a gain in the units of its channel: those of the command where b0 is 1, else accelerations of the output."""
@@ -125,8 +170,118 @@ class PlantSystem:
         units = {each.name: self.plant.unit(f"Output.{each.output}") for each in self.plan.channels}
         return Axes(units, {name: (name,) for name in units})
 
+    def slope(self, parameters: Any) -> "Slope":
+        """Return the body of a plant of these parameters at rest, and its derivative a period later by body and commands."""
+        # Here, because a study that asks for no margins needs no CasADi.
+        from plant.model.slope import exact_slope
+
+        return exact_slope(self.loop, self.timing, parameters)
+
+    def flown_slope(self, parameters: Any) -> "Slope":
+        """Return the slope as the steps of flights have it."""
+        from plant.model.slope import flown_slope
+
+        return flown_slope(self.loop, self.timing, parameters)
+
+    @property
+    def laws(self) -> dict[str, Law]:
+        """The law of each channel."""
+        return {channel.name: channel.law for channel in self.plan.channels}
+
+    @property
+    def signals(self) -> dict[str, str]:
+        """The channels, in the units of their outputs, then the inputs."""
+        return {**self.axes.units, **{name: self.plant.unit(f"Input.{name}") for name in paths(self.plant.Input)}}
+
+    def responses(self, trace: np.ndarray, references: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return signals and their references (scenarios, instants, signals), see `FlownSystem`."""
+        plan, n, m = self.plan, size(self.plant.Output), size(self.plant.Input)
+        shown, inputs, commands = np.split(trace, (n, n + m), axis=-1)
+        outputs = paths(self.plant.Output)
+        actual = [shown[..., outputs.index(channel.output)] for channel in plan.channels]
+        reference = [
+            commands[..., plan.names.index(plan.commanded[name])]
+            if name in plan.commanded
+            else np.broadcast_to(references[:, 3 * i], actual[i].shape)
+            for i, name in enumerate(plan.names)
+        ]
+        return (
+            np.concatenate([np.stack(actual, axis=-1), inputs], axis=-1),
+            np.concatenate([np.stack(reference, axis=-1), np.full_like(inputs, np.nan)], axis=-1),
+        )
+
+    @property
+    def command_scales(self) -> np.ndarray:
+        """The size that the command of each input is counted in."""
+        return np.array(list(self.plan.scales.values()))
+
+    @property
+    def failure_causes(self) -> dict[Status, tuple[str, str]]:
+        """Cause of each way to lose a flight, and the limit that it exceeds."""
+        units = self.axes.units
+        *others, last = [
+            f"{each.limit:g} {units[each.name]} off in {each.name}"
+            for each in self.plan.channels
+            if isfinite(each.limit)
+        ] or [""]
+        errors = f"{', '.join(others)} or {last}" if others else last
+        return {Status.LOST: ("error", errors), Status.NON_FINITE: NOT_FINITE}
+
+    @property
+    def disturbances(self) -> dict[str, str]:
+        """The fields of the plant's Disturbance with their units."""
+        return {name: self.plant.unit(f"Disturbance.{name}") for name in paths(self.plant.Disturbance)}
+
+    @property
+    def equations(self) -> PlantModel:
+        """The plant, as equations that can be evaluated anywhere."""
+        assert isinstance(self.plant, PlantModel), self.plant.name
+        return self.plant
+
+    @property
+    def min_steps(self) -> int:
+        """Fewest plant steps of a control period that are accurate at rest."""
+        poles = poles_at_rest(self.equations, self.parameters, self.plan.actuators)
+        return accurate_steps(self.timing.control_period * poles)
+
+    @property
+    def own_code(self) -> OwnCode | None:
+        """The file of the plant; InputError where there is none."""
+        derivative = self.equations.derivative
+        code = next((each for each in HAVE_RUN.values() if each.names.get("derivative") is derivative), None)
+        if code is None:
+            raise InputError(
+                "no file holds the code of this plant, so no worker can have it; write it to a file, or leave --dask out"
+            )
+        return code
+
+    @property
+    def parts(self) -> PlantParts:
+        """Names and numbers from which another process builds it; InputError as `own_code`."""
+        code = self.own_code
+        assert code is not None
+        channels = tuple(
+            {field.name: getattr(channel, field.name) for field in fields(channel)} | {"law": channel.law.name}
+            for channel in self.plan.channels
+        )
+        parameters = tuple(float(value) for value in flatten(self.parameters))
+        return PlantParts(self.plant.name, code.digest, channels, self.plan.actuators, parameters, self.timing)
+
+    def with_own_plant(
+        self,
+        drawn: FlightInputs,
+        owner: "PlantSystem",
+        spec: PlantScenario,
+        root: int,
+        stream: str,
+        indices: Iterable[int],
+    ) -> FlightInputs:
+        """Return scenarios that another system of the same plant drew with the references of this system's channels."""
+        # Draws have the names of what they are of, so they are the same whatever channels there are.
+        return drawn if self.plan.names == owner.plan.names else self.sample(spec, root, stream, indices)
+
     def metric_limits(self) -> PlantBounds:
-        """Return what no completed flight exceeds."""
+        """Return the bounds of a completed flight."""
         sizes = [actuator.size for actuator in self.plan.actuators]
         pairs = list(zip(self.plan.actuators, sizes, strict=True))
         return PlantBounds(
@@ -140,7 +295,7 @@ class PlantSystem:
         return sample_plant_scenarios(spec, self.loop, self.parameters, self.timing, root, stream, indices)
 
     def targets(self, spec: PlantScenario) -> Any:
-        """Return what the flights of a scenario are measured against."""
+        """Return the targets of the flights of a scenario."""
         return spec.targets_of(self.loop, self.parameters)
 
     def content(self, spec: PlantScenario) -> dict[str, Any]:

@@ -2,24 +2,24 @@
 
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
 from objectives.decisions import DecisionSpace
 from objectives.engine import Engine, LocalEngine
 from objectives.evaluator import Constraint, Evaluation, Evaluator, Objective, seen_scores
+from objectives.flown_system import FlightBatch, FlownSystem, Scenario
 from objectives.memory import FlightMemory, scenario_key
 from objectives.metrics import FlightContext, MetricAddress, evaluate
 from objectives.own_meters import metering
 from objectives.requirements import Screen
-from objectives.system import FlightBatch, System
 from plant.backends.flyer import result_parts
 from plant.backends.lanes import LANES
-from plant.closed_loop import Status
-from plant.scenarios import SEARCH, ScenarioSpec
-from plant.targets import Targets
+from plant.quadrotor.scenarios import SEARCH
+from plant.status import Status
 
-__all__ = ["Constraint", "Evaluation", "Evaluator", "FlightBatch", "Objective", "Problem", "System", "seen_scores"]
+__all__ = ["Constraint", "Evaluation", "Evaluator", "FlightBatch", "Objective", "Problem", "seen_scores"]
 
 # Scenarios drawn at once, and their control periods together; at 10 s and 250 Hz, 2500 periods, one takes 0.3 MB of wind and
 # noise, and laying a chunk out in lanes takes three times that for a moment.
@@ -32,7 +32,7 @@ STATUS_ROW = -2
 
 
 def score_flights(
-    system: System, metrics: Sequence[MetricAddress], results: np.ndarray, spec: ScenarioSpec, targets: Targets
+    system: FlownSystem, metrics: Sequence[MetricAddress], results: np.ndarray, spec: Scenario, targets: Any
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return scores (metrics, ...) and failures (...) of result rows (..., rows) of flights through a scenario."""
     values, status, end_time = result_parts(results)
@@ -42,7 +42,7 @@ def score_flights(
 
 
 def chunk_size(steps: int) -> int:
-    """Return how many flights of so many control periods are drawn at once: few of long ones, always whole blocks of lanes."""
+    """Return the number of flights sampled at once, by their control periods: a multiple of the lanes."""
     return max(min(CHUNK, CHUNK_PERIODS // steps) // LANES * LANES, LANES)
 
 
@@ -57,7 +57,7 @@ class Problem(Evaluator):
 
     def __init__(
         self,
-        system: System,
+        system: FlownSystem,
         space: DecisionSpace,
         objectives: tuple[Objective, ...],
         constraints: tuple[Constraint, ...],
@@ -75,7 +75,7 @@ class Problem(Evaluator):
         self.root = root
         self._model = model
         self.engine = engine or LocalEngine(system, root, self.flyer)
-        self._known_targets: dict[ScenarioSpec, Targets] = {}
+        self._known_targets: dict[Scenario, Any] = {}
 
     def scored(
         self,
@@ -114,7 +114,7 @@ class Problem(Evaluator):
         return [(first, min(first + size, batch.count)) for first in range(batch.start, batch.count, size)]
 
     def key(self, batch: FlightBatch) -> str:
-        """Return what names the flights of a batch, but for gains and index, see `objectives.memory`."""
+        """Return the key of a batch's flights: see `objectives.memory`; gains and index come on top."""
         return scenario_key(self.system, self.root, batch, self.engine.arithmetic, self._model)
 
     def results(
@@ -147,14 +147,14 @@ class Problem(Evaluator):
         each = max(PART // (8 * flights * self.flyer.rows), 1)
         under_way: deque[tuple[slice, np.ndarray, np.ndarray]] = deque()
 
-        def asked() -> Iterator[np.ndarray]:
+        def unknown_parts() -> Iterator[np.ndarray]:
             for start in range(0, len(gains), each):
                 part = slice(start, start + each)
                 out, unknown = self._recalled(key, gains[part], first, last)
                 under_way.append((part, out, unknown))
                 yield gains[part][unknown]
 
-        for flown in self.engine.stream(asked(), batch, first, last, on_flights_done):
+        for flown in self.engine.stream(unknown_parts(), batch, first, last, on_flights_done):
             part, out, unknown = under_way.popleft()
             if len(flown):
                 out[unknown] = flown
@@ -169,12 +169,12 @@ class Problem(Evaluator):
         out = np.empty((len(gains), last - first, self.flyer.rows))
         unknown = np.ones(len(gains), dtype=bool)
         for i, row in enumerate(gains):
-            known = self.memory.recall(key, row, first, last) if self.memory else None
-            if known is not None:
-                out[i], unknown[i] = known, False
+            recalled = self.memory.recall(key, row, first, last) if self.memory else None
+            if recalled is not None:
+                out[i], unknown[i] = recalled, False
         return out, unknown
 
-    def warm_up(self, gains: np.ndarray, spec: ScenarioSpec) -> None:
+    def warm_up(self, gains: np.ndarray, spec: Scenario) -> None:
         """Fly a gains row (g,) once, which nobody remembers, so that the kernel is compiled.
 
         Here too where others fly, for the responses: their kernel may be in a cache that is not this machine's.
@@ -184,13 +184,13 @@ class Problem(Evaluator):
         if not isinstance(self.engine, LocalEngine):
             LocalEngine(self.system, self.root, self.flyer).warm_up(gains, batch)
 
-    def score(self, results: np.ndarray, spec: ScenarioSpec) -> tuple[np.ndarray, np.ndarray]:
+    def score(self, results: np.ndarray, spec: Scenario) -> tuple[np.ndarray, np.ndarray]:
         """Turn result rows (n, flights, rows) into scores (n, quantities, flights) and failures (n, flights)."""
         metrics = [quantity.metric for quantity in self.quantities]
         scores, failed = score_flights(self.system, metrics, results, spec, self._targets(spec))
         return np.moveaxis(scores, 0, 1), failed
 
-    def _targets(self, spec: ScenarioSpec) -> Targets:
+    def _targets(self, spec: Scenario) -> Any:
         if spec not in self._known_targets:
             self._known_targets[spec] = self.system.targets(spec)
         return self._known_targets[spec]

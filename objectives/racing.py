@@ -18,10 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from objectives.flown_system import FlightBatch
 from objectives.problem import Evaluation, Evaluator
 from objectives.requirements import known_values, known_violations, worth_flying
 from objectives.risk.joint import resampled_scenarios, within
-from objectives.system import FlightBatch
 from plant.seeds import generator
 
 Array = np.ndarray
@@ -53,7 +53,7 @@ class RaceStages:
         return int(self._starts[-1])
 
     def seen(self, stage: int) -> Array:
-        """Return the columns, among all flights, of those made at the end of a stage."""
+        """Return the columns of the flights made by the end of a stage."""
         starts = self._starts[:-1]
         return np.concatenate([start + np.arange(n) for start, n in zip(starts, self.counts[stage], strict=True)])
 
@@ -69,10 +69,10 @@ class Race:
     """
 
     def __init__(
-        self, problem: Evaluator, gains: Array, flown: Array, whole: Array, track: RaceStages, champions: Champions
+        self, problem: Evaluator, gains: Array, flown: Array, unraced: Array, track: RaceStages, champions: Champions
     ) -> None:
         n = len(gains)
-        self.problem, self.gains, self.whole, self.track, self.champions = problem, gains, whole, track, champions
+        self.problem, self.gains, self.unraced, self.track, self.champions = problem, gains, unraced, track, champions
         self.settled = ~flown
         self.stage = np.full(n, -1)
         self.beaten = np.full(n, -1)
@@ -88,7 +88,7 @@ class Race:
             self._fly(stage, running, on_flights_done)
             self.stage[running] = stage
             if stage < len(self.track.counts) - 1:
-                self._settle(stage, running[~self.whole[running]], root)
+                self._settle(stage, running[~self.unraced[running]], root)
 
     def _fly(self, stage: int, running: Array, on_flights_done: Callable[[int], None] | None) -> None:
         start = 0
@@ -118,7 +118,7 @@ class Race:
         self.settled[open_rows] = beaten >= 0
 
     def conclude(self) -> tuple[Array, Array, Array]:
-        """Return the risks (n, quantities) of what was flown, shares of failures (n,) and numbers of flights (n,).
+        """Return the risks (n, quantities), shares of failures (n,) and numbers of flights (n,).
 
         Scores of flights not made become the mean of the candidate's others in the same scenario.
         """
@@ -140,7 +140,7 @@ class Race:
         return risks, failures, counted
 
     def _lose(self, rows: Array) -> None:
-        """Score candidates that were not worth a flight as failures at t = 0."""
+        """Score candidates that failed the screening as failures at t = 0."""
         start = 0
         for batch in self.track.batches:
             columns = slice(start, start + batch.count)
@@ -174,27 +174,29 @@ def race(
     on_flights_done: Callable[[int], None] | None = None,
     fly_all: bool | Array = False,
 ) -> Evaluation:
-    """Evaluate points (n, d) of the unit cube like `Evaluator.evaluate`, but for the flights of those that settle early.
+    """Evaluate points (n, d) of the unit cube like `Evaluator.evaluate`, with early stops.
 
     fly_all: who flies everything whatever happens.
     """
     begin = problem.now()
-    gains, whole = problem.space.gains(points), np.broadcast_to(fly_all, len(points))
-    known = known_values(problem.screens, gains)
+    gains, unraced = problem.space.gains(points), np.broadcast_to(fly_all, len(points))
+    screening_values = known_values(problem.screens, gains)
     screened = problem.now()
-    flown = worth_flying(problem.requirements, known) | whole
+    flown = worth_flying(problem.requirements, screening_values) | unraced
     track = RaceStages(batches)
-    run = Race(problem, gains, flown, whole, track, champions)
+    run = Race(problem, gains, flown, unraced, track, champions)
     run.run(root, on_flights_done)
     risks, failures, counted = run.conclude()
     problem.spare(len(points) * track.flights - int(counted.sum(axis=0)), on_flights_done)
     return Evaluation(
         values=risks[:, : len(problem.objectives)],
-        violations=np.concatenate([problem.broken(risks), known_violations(problem.requirements, known)], axis=1),
+        violations=np.concatenate(
+            [problem.broken(risks), known_violations(problem.requirements, screening_values)], axis=1
+        ),
         failures=failures,
         scores=run.scores,
         origin=track.origin(),
-        requirements=known,
+        requirements=screening_values,
         flown=flown,
         counted=counted,
         screening_seconds=screened - begin,
@@ -209,8 +211,8 @@ def beaten_by(problem: Evaluator, champions: Array, scores: Array, origin: Array
     """
     drawn = resampled_scenarios(generator(root, "racing", len(origin)), REPLICATES, origin)
     theirs = np.concatenate([_resampled(problem, part, origin, drawn) for part in _few(champions)], axis=1)
-    found = [_surely_beaten(_resampled(problem, part, origin, drawn), theirs) for part in _few(scores)]
-    return np.concatenate(found, axis=0)
+    beaten = [_surely_beaten(_resampled(problem, part, origin, drawn), theirs) for part in _few(scores)]
+    return np.concatenate(beaten, axis=0)
 
 
 def _few(scores: Array) -> list[Array]:
@@ -228,7 +230,7 @@ def _resampled(problem: Evaluator, scores: Array, origin: Array, drawn: Array) -
 
 
 def _surely_beaten(mine: Array, theirs: Array) -> Array:
-    """Return which of the champions, theirs (objectives, k, replicates), surely beats each candidate (n,), -1 for none."""
+    """Return the champion, of theirs (objectives, k, replicates), that surely beats each candidate (n,), -1 for none."""
     share = np.all(mine[:, :, None] > theirs[:, None], axis=0).mean(axis=-1)
     best = share.argmax(axis=1)
     return np.where(share[np.arange(len(best)), best] >= LEVEL, best, -1)

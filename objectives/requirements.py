@@ -24,9 +24,14 @@ LARGEST_VIOLATION = 1e6
 class Requirement:
     """One number for each candidate, with a limit.
 
-    label: short name, unique in a study. quantity: what the number is, one line for reports. unit: of value and limit, as a study
-    file gives it. limit: finite. sense: "most", the value must not exceed the limit, or "least", not fall below it. hard: whether
-    a candidate that breaks it is left unflown. scale: from the SI unit of files to `unit`, None where files hold `unit`.
+    Attributes:
+        label: short name, unique in a study.
+        quantity: what the number is, one line for reports.
+        unit: of value and limit, as a study file gives it.
+        limit: finite.
+        sense: "max", the value must not exceed the limit, or "min", not fall below it.
+        hard: whether a candidate that breaks it is left unflown.
+        scale: from the SI unit of files to `unit`, None where files hold `unit`.
     """
 
     label: str
@@ -38,10 +43,10 @@ class Requirement:
     scale: Scale | None = None
 
     def __post_init__(self) -> None:
-        assert self.sense in ("most", "least") and isfinite(self.limit), "a requirement comes from a checked study"
+        assert self.sense in ("max", "min") and isfinite(self.limit), "a requirement comes from a checked study"
 
     def units(self) -> dict[str, str]:
-        """Return the unit of value and limit in files, and that in which they are shown where it is another."""
+        """Return the unit in files and the unit in reports."""
         return units_of(self.unit, self.scale)
 
     def in_file(self, value: Any) -> Any:
@@ -49,16 +54,16 @@ class Requirement:
         return in_file(value, self.scale)
 
     def excess(self, values: Array) -> Array:
-        """Return by how much values (n,) are beyond the limit, relative to |limit|, or to 1 where it is 0; below 0 where kept."""
-        beyond = values - self.limit if self.sense == "most" else self.limit - values
+        """Return the excess of values (n,) over the limit: relative to |limit|, or to 1 if it is 0; below 0 if satisfied."""
+        beyond = values - self.limit if self.sense == "max" else self.limit - values
         return np.clip(beyond / (abs(self.limit) or 1.0), -LARGEST_VIOLATION, LARGEST_VIOLATION)
 
     def violations(self, values: Array) -> Array:
-        """Return by how much values (n,) break the limit, as `excess`, 0 where kept."""
+        """Return the violation of values (n,), as `excess`, 0 where satisfied."""
         return np.maximum(self.excess(values), 0.0)
 
-    def kept(self, values: Array) -> NDArray[np.bool_]:
-        """Return where values (n,) keep the limit."""
+    def is_satisfied(self, values: Array) -> NDArray[np.bool_]:
+        """Return True where values (n,) satisfy the limit."""
         return self.violations(values) <= 0.0
 
 
@@ -70,10 +75,15 @@ Analysis = Callable[[Array], Array]
 class Screen:
     """Requirements that one analysis answers together.
 
-    analyse: the analysis that every candidate meets. further: a longer one of the same requirements in other states, for
-    candidates that keep every hard one so far; the worse value counts. complete: one of all states, for the points that a study
-    ends with. states, by_state: names of all states, and a function of gains rows (n, gains) that returns the values (states, n,
-    requirements) in each. The last three go together.
+    Attributes:
+        analyse: the analysis that every candidate meets.
+        further: a longer one of the same requirements in other states, for candidates that keep every hard one so
+            far; the worse value counts.
+        complete: one of all states, for the points that a study ends with.
+        states, by_state: names of all states, and a function of gains rows (n, gains) that returns the values
+            (states, n, requirements) in each.
+
+    The last three go together.
     """
 
     requirements: tuple[Requirement, ...]
@@ -85,7 +95,7 @@ class Screen:
 
 
 class WorstState(NamedTuple):
-    """A requirement of one candidate in the worst of several states, and the values (states,) in each of them."""
+    """The worst state of a candidate's requirement, and the values (states,) in all."""
 
     name: str
     states: tuple[str, ...]
@@ -93,7 +103,7 @@ class WorstState(NamedTuple):
 
 
 def requirements_of(screens: tuple[Screen, ...]) -> tuple[Requirement, ...]:
-    """Return the requirements of all screens, in the order of the columns of `known_values`."""
+    """Return the requirements of all screens, as the columns of `known_values`."""
     return tuple(requirement for screen in screens for requirement in screen.requirements)
 
 
@@ -114,20 +124,20 @@ def known_values(screens: tuple[Screen, ...], gains: Array, complete: bool = Fal
 
 
 def worst_states(screens: tuple[Screen, ...], row: Array) -> dict[str, WorstState]:
-    """Return by label the worst states of a gains row (gains,), of requirements that are judged in several."""
+    """Return the worst states of a gains row (gains,) by label of the requirement."""
     worst = {}
     for screen in screens:
         values = np.empty((0,)) if screen.by_state is None else screen.by_state(row[None])[:, 0]
         for i, requirement in enumerate(screen.requirements if len(values) > 1 else ()):
             column = values[:, i]
-            at = int(np.argmin(column) if requirement.sense == "least" else np.argmax(column))
+            at = int(np.argmin(column) if requirement.sense == "min" else np.argmax(column))
             worst[requirement.label] = WorstState(screen.states[at], screen.states, column)
     return worst
 
 
 def worst_value(requirements: tuple[Requirement, ...], values: Array) -> Array:
     """Return the worst over states of values (states, n, requirements)."""
-    least = np.array([entry.sense == "least" for entry in requirements], dtype=bool)
+    least = np.array([entry.sense == "min" for entry in requirements], dtype=bool)
     return np.where(least, values.min(axis=0), values.max(axis=0))
 
 
@@ -142,7 +152,7 @@ def further_values(screens: tuple[Screen, ...], gains: Array) -> Array:
 
 
 def _best_of(screen: Screen) -> Analysis:
-    best = [np.inf if entry.sense == "least" else -np.inf for entry in screen.requirements]
+    best = [np.inf if entry.sense == "min" else -np.inf for entry in screen.requirements]
     return lambda gains: np.tile(best, (len(gains), 1))
 
 

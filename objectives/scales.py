@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Scale:
-    """A unit for a person, and the way there from the SI unit of files and back.
+    """A display unit, with the conversion from the SI unit of files and back.
 
     unit, si_unit: names, "1" for factors and ratios. shown(value), si(value): for numbers and for arrays.
     """

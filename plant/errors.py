@@ -7,9 +7,9 @@
     │   ├── UnnamedCodeError   code in a results folder that the user has not named, see `plant.own_code`
     │   └── MissingPackageError  an optional package that is not installed
     └── StoreError             a results folder that exists, is missing, or cannot be trusted
-        └── HeldError          a results folder that another process is writing
+        └── FolderLockedError  a results folder that another process is writing
 
-A failed flight is not in this tree: it is a result with a status (`plant.closed_loop.Status`).
+A failed flight is not in this tree: it is a result with a status (`plant.quadrotor.closed_loop.Status`).
 """
 
 from collections.abc import Iterable
@@ -22,7 +22,7 @@ LONGEST, LONGEST_KEY = 60, 180
 
 
 def one_line(text: str) -> str:
-    """Return a text with everything that is no printable character as its escape: it may come from a file of the user's."""
+    """Return a text with unprintable characters escaped: it may come from a file of the user's."""
     return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
 
 
@@ -42,7 +42,8 @@ class InputError(ToolError):
     """Raised where something that the user gave cannot be used.
 
     message: what was given, what is allowed and what to do.
-    file: the file the value came from. key: the dotted key inside that file.
+    file: the file the value came from.
+    key: the dotted key inside that file.
     """
 
     def __init__(self, message: str, *, file: str | Path | None = None, key: str | None = None) -> None:
@@ -54,7 +55,7 @@ class InputError(ToolError):
         super().__init__(": ".join(part for part in (self.file, place, message) if part))
 
     def located(self, *, file: str | Path | None = None, key: str | None = None) -> "InputError":
-        """Return the same error with file and key filled in where they were still unknown."""
+        """Return the same error with missing file and key filled in."""
         copy = type(self).__new__(type(self))
         InputError.__init__(copy, self.message, file=self.file or file, key=self.key or key)
         return copy
@@ -63,7 +64,10 @@ class InputError(ToolError):
 class UnknownNameError(InputError):
     """A name that is not among the valid ones; the message ends with the nearest of them.
 
-    kind: what the name stands for ("law", "metric", "key"). name: as given. valid: all valid names.
+    Args:
+        kind: what the name stands for ("law", "metric", "key").
+        name: as given.
+        valid: all valid names.
     """
 
     def __init__(
@@ -80,7 +84,7 @@ class UnphysicalError(InputError):
 
 
 class UnnamedCodeError(InputError):
-    """Code in a results folder that the user has not named, which is not run."""
+    """Code in a results folder that the user has not named."""
 
 
 class MissingPackageError(InputError):
@@ -99,8 +103,8 @@ def require_package(package: str, extra: str, *, key: str | None = None) -> None
 
 
 class StoreError(ToolError):
-    """A results folder that exists already, is missing, or holds a file that cannot be trusted."""
+    """A results folder that exists, is missing, or holds a corrupt file."""
 
 
-class HeldError(StoreError):
+class FolderLockedError(StoreError):
     """A results folder that another process is writing."""

@@ -1,4 +1,4 @@
-"""The one door for files that a person or an earlier run wrote: regular files of a sane size.
+"""Reading of files from outside: regular files of a limited size.
 
 A pipe would hang and a device would fill the memory, so what was opened is looked at before anything is read from it; and
 opening does not wait, for a pipe may have no writer.
@@ -20,7 +20,7 @@ _AT_ONCE = getattr(os, "O_NONBLOCK", 0)
 
 
 def read_input(file: Path, most: int = MOST_TEXT) -> bytes:
-    """Return the content of a regular file of at most so many bytes.
+    """Return the content of a regular file of limited size.
 
     Raises OSError, with a reason for people, where it cannot be opened, is a folder, a pipe or a device, or is larger.
     """
@@ -54,7 +54,7 @@ def parse_json(text: str, **options: Any) -> Any:
 
 
 def check_json_size(text: str) -> None:
-    """Raise ValueError where a JSON text is larger, or holds more values, than any document of the tool."""
+    """Raise ValueError for a JSON text larger than any document of the tool."""
     if len(text) > MOST_JSON:
         raise ValueError(
             f"a JSON text of {len(text) / 2**20:,.0f} MiB, and at most {MOST_JSON / 2**20:,.0f} MiB are read"

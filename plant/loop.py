@@ -47,10 +47,13 @@ class MeterModel:
 class LoopRecords(NamedTuple):
     """Types of the records that a closed loop is handed.
 
-    Gains: of the controller. Nominal: its knowledge of the plant. Reference, Disturbance, Noise: one of each for every control
-    period. Dynamics: constants of the plant that flies. Targets, Limits: levels and bands that meters judge by, and states beyond
-    which a flight ends. calm: number of leaves of Disturbance that stand alone in most batches; the others are then zeros that a
-    compiler sees.
+    Attributes:
+        Gains: of the controller.
+        Nominal: its knowledge of the plant.
+        Reference, Disturbance, Noise: one of each for every control period.
+        Dynamics: constants of the plant that flies.
+        Targets, Limits: levels and bands that meters judge by, and states beyond which a flight ends.
+        n_wind_leaves: number of leaves of Disturbance that are not zero in most batches; a compiler sees the zeros.
     """
 
     Gains: Any
@@ -61,19 +64,24 @@ class LoopRecords(NamedTuple):
     Dynamics: Any
     Targets: Any
     Limits: Any
-    calm: int
+    n_wind_leaves: int
 
 
 @dataclass(frozen=True)
 class ClosedLoop:
     """A closed loop bound to a controller and to meters.
 
-    name: of its kernels. records: types of all that it is handed. Flight: record of everything that changes; its parts are body,
-    speed (the command to the plant), whatever the controller keeps, meters, status and end_time, the last three last.
-    prepare(gains, h) -> Constants. place(body, reference) -> the body where the reference starts.
-    start(body, constants, nominal, reference, noise, targets) -> Flight.
-    decide(flight, constants, nominal, reference, noise, targets, limits, time, h) -> Flight at a control instant.
-    advance(body, speed, disturbance, dynamics, plant_step) -> Body over one plant step.
+    Attributes:
+        name: of its kernels.
+        records: types of all that it is handed.
+        Flight: record of everything that changes; its parts are body, speed (the command to the plant), whatever
+            the controller keeps, meters, status and end_time, the last three last.
+        prepare(gains, h) -> Constants.
+        place(body, reference) -> the body where the reference starts.
+        start(body, constants, nominal, reference, noise, targets) -> Flight.
+        decide(flight, constants, nominal, reference, noise, targets, limits, time, h) -> Flight at a control
+            instant.
+        advance(body, speed, disturbance, dynamics, plant_step) -> Body over one plant step.
     """
 
     name: str

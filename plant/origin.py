@@ -15,7 +15,7 @@ class Origin(NamedTuple):
 
     @property
     def short(self) -> str:
-        """The place without the folder that it lies in, which is this machine's affair."""
+        """The place without its folder, which differs by machine."""
         return self.place if self.packaged else Path(self.place).name
 
 

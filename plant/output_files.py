@@ -71,14 +71,14 @@ def replace_file(file: Path, content: bytes, settle: Callable[[Path], None] = la
 
 
 def make_folders(folder: Path) -> None:
-    """Make a folder and those above it, for other users to read alone; raises OSError."""
+    """Make a folder and its parents, not writable by others; raises OSError."""
     for part in [*reversed(folder.parents), folder]:
         if not part.is_dir():
             part.mkdir(mode=FOLDER_MODE, exist_ok=True)
 
 
 def refuse_links(folder: Path, name: str) -> None:
-    """Raise StoreError where a step of a path below a folder is a link; the folder itself may be reached by one."""
+    """Raise StoreError where a path below a folder contains a link."""
     place = folder
     for step in Path(name).parts:
         place = place / step
@@ -95,7 +95,7 @@ def refuse_links_in(folder: Path) -> None:
 
 
 def refuse_links_to(out: Path) -> None:
-    """Raise StoreError where the way from a results folder to a new folder or file in it is by a link."""
+    """Raise StoreError where a new path in a results folder contains a link."""
     home = results_folder_of(out)
     if home is not None:
         refuse_links(home, os.path.relpath(out.absolute(), home))

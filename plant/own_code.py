@@ -70,7 +70,7 @@ def run_own_code(file: Path, study: Path | None = None) -> OwnCode:
 
 
 def named_binary(file: Path, study: Path | None = None, most: int = MOST_TEXT) -> OwnCode:
-    """Return machine code of the user's, which runs elsewhere, as known by its digest; study: as for `run_own_code`.
+    """Return machine code of the user's by its digest; it runs elsewhere. study: as for `run_own_code`.
 
     Raises UnnamedCodeError as `run_own_code` does, and InputError where the file cannot be read.
     """
@@ -82,7 +82,7 @@ def named_binary(file: Path, study: Path | None = None, most: int = MOST_TEXT) -
 
 
 def refuse_unnamed(file: Path) -> None:
-    """Raise UnnamedCodeError for a file of code, or an FMU, that the user has not named in this process."""
+    """Raise UnnamedCodeError for code, or an FMU, that the user has not named."""
     digest = digest_of(sources_of(file)) if file.suffix == ".py" else digest_of_bytes(_read(file, MOST_BINARY))
     if digest not in HAVE_RUN:
         raise _unnamed(file, digest, "this is code from elsewhere")
@@ -103,17 +103,17 @@ def _admit(files: list[Path], main: Path, digest: str, study: Path | None) -> No
 
 
 def sources_of(file: Path) -> tuple[Source, ...]:
-    """Return a file behind the files beside it that it imports, each once; InputError where one cannot be read."""
-    found: dict[Path, Source] = {}
-    _collect(file, found, set())
-    return tuple(found.values())
+    """Return a file after its imported siblings, each once; InputError where one cannot be read."""
+    by_file: dict[Path, Source] = {}
+    _collect(file, by_file, set())
+    return tuple(by_file.values())
 
 
 def digest_of(sources: tuple[Source, ...]) -> str:
     """Return the digest of a file and of what it imports; what the file itself is called does not count."""
-    *beside, main = sources
+    *siblings, main = sources
     digest = hashlib.blake2b(main.content, digest_size=12)
-    for source in sorted(beside, key=lambda source: source.file.name):
+    for source in sorted(siblings, key=lambda source: source.file.name):
         digest.update(f"\0{source.file.name}\0{len(source.content)}\0".encode() + source.content)
     return digest.hexdigest()
 
@@ -124,7 +124,7 @@ def digest_of_bytes(content: bytes) -> str:
 
 
 def place_of_error(error: BaseException) -> str | None:
-    """Return "file:line" where an error was raised in code of the user's, or was caused by what that called; None elsewhere."""
+    """Return the "file:line" of the user's code behind an error, or None."""
     places = [
         f"{frame.f_code.co_filename}:{line}"
         for frame, line in walk_tb(error.__traceback__)
@@ -133,15 +133,15 @@ def place_of_error(error: BaseException) -> str | None:
     return places[-1] if places else None
 
 
-def _collect(file: Path, found: dict[Path, Source], begun: set[Path]) -> None:
+def _collect(file: Path, by_file: dict[Path, Source], begun: set[Path]) -> None:
     """Read a file after all that it imports from beside it."""
     begun.add(file)
     content = _read(file)
     for name in _imported(content):
-        beside = file.parent / f"{name}.py"
-        if beside not in begun and beside.is_file():
-            _collect(beside, found, begun)
-    found[file] = Source(file, content)
+        sibling = file.parent / f"{name}.py"
+        if sibling not in begun and sibling.is_file():
+            _collect(sibling, by_file, begun)
+    by_file[file] = Source(file, content)
 
 
 def _read(file: Path, most: int = MOST_TEXT) -> bytes:

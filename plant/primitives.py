@@ -8,9 +8,22 @@ value in a model function: `select` chooses, and both choices are always evaluat
 from math import asin, atan2, cos, exp, floor, sin, sqrt
 
 __all__ = [
-    "absolute", "asin", "atan2", "both", "clip", "cos", "either", "exp", "floor", "maximum", "minimum", "select",
-    "sign", "sin", "sqrt",
-]  # fmt: skip
+    "absolute",
+    "asin",
+    "atan2",
+    "both",
+    "clip",
+    "cos",
+    "either",
+    "exp",
+    "floor",
+    "maximum",
+    "minimum",
+    "select",
+    "sign",
+    "sin",
+    "sqrt",
+]
 
 
 def absolute(a: float) -> float:
@@ -39,12 +52,12 @@ def clip(a: float, low: float, high: float) -> float:
 
 
 def both(a: bool, b: bool) -> bool:
-    """Return whether both conditions hold."""
+    """Return the logical and of two conditions."""
     return a & b
 
 
 def either(a: bool, b: bool) -> bool:
-    """Return whether at least one condition holds."""
+    """Return the logical or of two conditions."""
     return a | b
 
 

@@ -17,12 +17,12 @@ RecordType = Any
 
 
 def is_leaf(part: Any) -> bool:
-    """Return whether a field of a record is a number: float, or Annotated[float, "m/s"]."""
+    """Return True if a record's field is a number: float, or Annotated[float, "m/s"]."""
     return part is float or getattr(part, "__origin__", None) is float
 
 
 def is_record(kind: Any) -> bool:
-    """Return whether something is a NamedTuple class."""
+    """Return True for a NamedTuple class."""
     return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
 
 
@@ -32,7 +32,7 @@ def unit_of(part: Any) -> str:
 
 
 def record_type(name: str, fields: dict[str, RecordType]) -> RecordType:
-    """Return a NamedTuple class made at run time, for records whose parts are chosen when a model is built."""
+    """Return a NamedTuple class made at run time."""
     return NamedTuple(name, list(fields.items()))  # pyright: ignore[reportGeneralTypeIssues, reportArgumentType]
 
 
@@ -101,7 +101,7 @@ def flatten(record: Record) -> list[Any]:
 
 
 def build_source(kind: RecordType, leaves: Sequence[str], classes: dict[str, RecordType]) -> str:
-    """Return the expression that builds a record from one expression for each leaf; collects the classes it calls."""
+    """Return the expression of a record of leaf expressions; collects the classes it calls."""
     return _build_source(kind, iter(leaves), classes)
 
 
@@ -117,7 +117,7 @@ def _build_source(kind: RecordType, leaves: Iterator[str], classes: dict[str, Re
 
 
 def selector(kind: RecordType) -> Callable[..., Any]:
-    """Return the model function (condition, a, b) -> record that selects between two records leaf by leaf."""
+    """Return the model function (condition, a, b) -> record, a selection leaf by leaf."""
     names: dict[str, Any] = {"__name__": __name__, "select": select}
     body = build_source(kind, [f"select(condition, a.{path}, b.{path})" for path in paths(kind)], names)
     exec(f"def select_{kind.__name__}(condition, a, b):\n    return {body}", names)

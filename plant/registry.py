@@ -30,7 +30,7 @@ class Registry(dict[str, T]):
         self.kind = kind
         self.group = f"holdfast.{kind}s"
         self._name_of = name_of
-        self._asked = False
+        self._has_packages = False
 
     def find(self, name: str) -> T:
         """Return an entry; UnknownNameError, with the nearest name, where there is none."""
@@ -41,7 +41,7 @@ class Registry(dict[str, T]):
         return self[name]
 
     def add(self, entry: T, origin: Origin) -> T:
-        """Take an entry of the user's own, in place of an earlier one of the same file, and return it with its origin.
+        """Add a user's entry, in place of an earlier one of its file; return it with its origin.
 
         Raises InputError where another has its name.
         """
@@ -60,9 +60,9 @@ class Registry(dict[str, T]):
 
     def ask_packages(self) -> None:
         """Take what installed packages offer, once a process."""
-        if self._asked:
+        if self._has_packages:
             return
-        self._asked = True
+        self._has_packages = True
         from importlib.metadata import entry_points
 
         for point in entry_points(group=self.group):
@@ -84,7 +84,7 @@ def _origin(point: Any) -> Origin:
 
 
 def _digest(point: Any) -> str:
-    """Return the digest of all modules in the folder of an entry point's package, or of its only module."""
+    """Return the digest of an entry point's package, or of its module."""
     from importlib.util import find_spec
 
     spec = find_spec(point.module.partition(".")[0])

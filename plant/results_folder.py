@@ -16,15 +16,15 @@ RECORDS = (
 
 
 def results_folder_of(path: Path) -> Path | None:
-    """Return the outermost results folder that a path lies in, by its name; None where there is none."""
+    """Return the outermost results folder around a path, by its name, or None."""
     return next((folder for folder in reversed(path.absolute().parents) if is_results_folder(folder)), None)
 
 
 def is_results_folder(folder: Path) -> bool:
-    """Return True if a folder holds a record of a run, or the flights of one."""
+    """Return True if a folder holds a run's record or flights."""
     return any(os.path.exists(folder / name) for name in RECORDS) or any((folder / "flights").glob("*.parquet"))
 
 
 def in_results_folder(path: Path) -> bool:
-    """Return whether a path lies in a results folder, however deep, by its name or behind its links."""
+    """Return True if a path lies in a results folder: however deep, by its name or behind its links."""
     return results_folder_of(path) is not None or results_folder_of(path.resolve()) is not None

@@ -1,8 +1,6 @@
-"""Sample of a flight at one control instant, as the meters see it."""
+"""One axis of a flight: its sample at a control instant, and the constants that its metrics are measured against."""
 
 from typing import NamedTuple
-
-from plant.vectors import Rotors
 
 
 class AxisSample(NamedTuple):
@@ -12,21 +10,22 @@ class AxisSample(NamedTuple):
     actual: float
 
 
-class Sample(NamedTuple):
-    """One control instant t = k h.
+class Target(NamedTuple):
+    """One axis, in m or rad and s.
 
-    time [s]; six axes (for roll and pitch the reference is the attitude that the cascade asks for); command and previous:
-    rotor thrust commands after clipping over the hover thrust of one rotor, now and one period ago; saturated: 1 where any
-    rotor stands at a limit, else 0.
+    Attributes:
+        start, final: step levels r0 and r1 (equal where the axis makes no step).
+        time: when the step happens.
+        band: half-width of the settling band.
+        recovery_from: when the gust or the gating window ends.
+        recovery_band: half-width of the recovery band.
+        steady_from: start of the window whose mean error is the steady-state error.
     """
 
+    start: float
+    final: float
     time: float
-    x: AxisSample
-    y: AxisSample
-    z: AxisSample
-    roll: AxisSample
-    pitch: AxisSample
-    yaw: AxisSample
-    command: Rotors
-    previous: Rotors
-    saturated: float
+    band: float
+    recovery_from: float
+    recovery_band: float
+    steady_from: float

@@ -11,6 +11,6 @@ import numpy as np
 
 
 def generator(root: int, stream: str, index: int) -> np.random.Generator:
-    """Return the generator of item `index` of the stream called `stream` under the root seed."""
+    """Return the generator of item `index` of a named stream of the root seed."""
     name = int.from_bytes(blake2b(stream.encode(), digest_size=8).digest(), "little")
     return np.random.Generator(np.random.PCG64DXSM(np.random.SeedSequence((root, name, index))))

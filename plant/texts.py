@@ -31,7 +31,7 @@ PROSE = ("description",)
 
 
 def inert(text: str) -> str:
-    """Return a text, line breaks and tabs as they are, with all that does not print as the escapes that JSON has for it."""
+    """Return a text with unprintable characters as JSON escapes, but for line breaks and tabs."""
     if text.isascii() and text.replace("\n", "").replace("\t", "").isprintable():
         return text
     return "".join(
@@ -48,7 +48,7 @@ def check_name(name: str, *, file: Path | None = None, key: str | None = None) -
 
 
 def check_text(text: str, longest: int = LONGEST_TEXT, *, file: Path | None = None, key: str | None = None) -> None:
-    """Refuse a text that does not print on one line, or a longer one; raises InputError with what is allowed."""
+    """Raise InputError for a text that is long or does not print on one line."""
     odd = next((letter for letter in text if not letter.isprintable()), None)
     if odd is not None:
         message = f"holds the character U+{ord(odd):04X}; a text is one line of letters that print: take it out"
@@ -78,8 +78,9 @@ def texts_in(table: Any, key: str = "") -> Iterator[tuple[str, str]]:
     if isinstance(table, str):
         yield key, table
     elif isinstance(table, dict):
-        for name, inner in table.items():
-            yield from texts_in(inner, f"{key}.{name}" if key else str(name))
+        members: dict[str, Any] = table
+        for name, inner in members.items():
+            yield from texts_in(inner, f"{key}.{name}" if key else name)
     elif isinstance(table, list):
         for i, inner in enumerate(table):
             yield from texts_in(inner, f"{key}[{i}]")
@@ -131,7 +132,7 @@ def _read(parse: Callable[[str], Any], text: str, file: Path, kind: str) -> Any:
 
 
 def _line_of(text: str, message: str) -> str:
-    """Return the line that a syntax error speaks of, ready to be put behind it."""
+    """Return the line of a syntax error, to be appended to its message."""
     lines, place = text.split("\n"), re.search(r"line (\d+),? column (\d+)", message)
     if place is None:
         return ""
@@ -143,7 +144,7 @@ def _line_of(text: str, message: str) -> str:
 
 
 def _leaves(table: Any) -> tuple[list[Any], bool]:
-    """Return the values in nested tables and lists as deep as they are read, and whether it goes deeper."""
+    """Return the values in nested tables and lists up to `DEEPEST`, and True if deeper ones exist."""
     leaves, layer = [], [table]
     for _ in range(DEEPEST):
         leaves += [value for value in layer if not isinstance(value, dict | list)]

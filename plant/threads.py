@@ -1,7 +1,7 @@
-"""Threads of this process: how many there may be, and independent tasks side by side on them.
+"""Threads of this process: how many there may be, and independent tasks in parallel.
 
 A task gains by it where it spends its time in compiled code that gives the interpreter's lock away. The results do not depend on
-the number of threads: each task is worked out by itself, and they are returned in the order of what they were asked for.
+the number of threads: each task is worked out by itself, and they are returned in the order of the items.
 """
 
 import os
@@ -10,8 +10,8 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
 
-Asked = TypeVar("Asked")
-Found = TypeVar("Found")
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 def available_threads() -> int:
@@ -19,16 +19,16 @@ def available_threads() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def side_by_side(task: Callable[[Asked], Found], asked: Iterable[Asked]) -> list[Found]:
-    """Return what a task finds for each of what it is asked; a task must not call this itself."""
-    several = list(asked)
+def parallel_map(task: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+    """Return the result of a task for each item, in their order; a task must not call this itself."""
+    several = list(items)
     if len(several) < 2 or threads_used() < 2:
         return [task(one) for one in several]
     return list(_pool(threads_used()).map(task, several))
 
 
 def shares(count: int, least: int) -> list[slice]:
-    """Return a range of rows for each thread, fewer where one would have less than the `least` that is worth it."""
+    """Return a range of rows for each thread, of at least `least` rows."""
     parts = max(min(threads_used(), count // least), 1)
     bounds = [count * part // parts for part in range(parts + 1)]
     return [slice(first, last) for first, last in zip(bounds, bounds[1:], strict=False)]

@@ -1,4 +1,4 @@
-"""Small fixed-size tuples of scalars and the few operations the model needs on them.
+"""Small vectors of scalars, and the operations on them.
 
 Every field is one scalar: a float in the python backend, an array in numpy, a SIMD lane in lanes, an expression in casadi.
 """
@@ -9,7 +9,7 @@ from plant.primitives import sqrt
 
 
 class Vec3(NamedTuple):
-    """Three components along x, y, z of the frame that the context names."""
+    """Components along x, y, z of a frame."""
 
     x: float
     y: float
@@ -72,7 +72,7 @@ def norm3(a: Vec3) -> float:
     return sqrt(a.x * a.x + a.y * a.y + a.z * a.z)
 
 
-def renormalised(q: Quaternion) -> Quaternion:
+def renormalize(q: Quaternion) -> Quaternion:
     """Return q scaled to unit length, for a q that is already close to it: one Newton step, s = (3 - |q|^2)/2.
 
     For |q|^2 = 1 + d the result has length 1 - 3 d^2/8, and one Runge-Kutta step of 1 ms leaves |d| below 1e-9 even at 20 rad/s.

@@ -38,9 +38,11 @@ LONG = (
 )  # fmt: skip
 # Folders whose files share runs that take seconds (fixtures of the session): one worker gets all of each.
 TOGETHER = (
-    "tests/tuner/experiments/contest/", "tests/tuner/experiments/compare/", "tests/tuner/experiments/inference/",
+    "tests/tuner/experiments/contest/",
+    "tests/tuner/experiments/compare/",
+    "tests/tuner/experiments/inference/",
     "tests/tuner/report/contest/",
-)  # fmt: skip
+)
 
 
 def pytest_collection_modifyitems(items):

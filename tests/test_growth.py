@@ -8,20 +8,21 @@ import numpy as np
 import pytest
 
 from objectives.decisions import DecisionSpace
+from objectives.flown_system import FlightBatch
 from objectives.metrics import parse
 from objectives.problem import Objective, Problem
 from objectives.risk import Risk
-from objectives.system import FlightBatch, System
+from objectives.system import System
 from plant.air.air import AirSpec
-from plant.airframes import load
-from plant.cascade import close_cascade
-from plant.closed_loop import Limits
-from plant.gains import default_row
-from plant.laws import law
+from plant.law_registry import law
 from plant.loop import Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.closed_loop import Limits
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.scenarios import SEARCH, ScenarioSpec
 from plant.references.steps import Steps
-from plant.scenarios import SEARCH, ScenarioSpec
 
 ROOT = Path(__file__).parents[1]
 TIMING = Timing(0.004, 0.001)
@@ -71,7 +72,7 @@ def test_ten_times_the_candidates_hold_ten_times_the_results_and_nothing_more(mo
 def test_wind_and_noise_of_flown_chunks_are_let_go(monkeypatch):
     """Beyond what is kept between generations, 8 chunks hold no more than 3; their scores and results do."""
     monkeypatch.setattr("objectives.problem.CHUNK", 32)
-    monkeypatch.setattr("objectives.engine.KEPT", 64)
+    monkeypatch.setattr("objectives.engine.MAX_CACHED", 64)
     periods, more = 250, (8 - 3) * 32
     few, many = (traced_peak(monkeypatch, 1, chunks * 32, periods * TIMING.control_period) for chunks in (3, 8))
     # Held, they would be 15 rows of 8 bytes a period; a flight's results and scores are 1.2 kB.

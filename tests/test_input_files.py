@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from plant.airframes import load
 from plant.errors import ToolError
 from plant.input_files import MOST_TEXT, read_input, read_input_text
+from plant.quadrotor.airframes import load
 from plant.references.waypoint_file import read_waypoints
 from tests.tuner.fuzz.fuzzing import patience
 from tests.tuner.in_process import tuner
-from tuner.api.story import last_generation
+from tuner.api.run_report import last_generation
 from tuner.documents.summary import Summary
 from tuner.documents.tables import Columns, read_table
 from tuner.exchange.ardupilot.text import read_param
@@ -68,13 +68,25 @@ def test_what_is_no_regular_file_is_refused_at_once(reader, kind, tmp_path):
 @pytest.mark.parametrize(
     "words",
     [
-        ("check", "FILE"), ("run", "FILE"), ("plan", "FILE"), ("validate", "FILE"), ("margins", "FILE"), ("fly", "FILE"),
-        ("theory", "FILE"), ("export", "FILE", "--to", "c99"), ("import", "FILE", "--from", "px4", "--airframe", "iris"),
-        ("import", "FILE", "--from", "betaflight", "--airframe", "iris"), ("fly", "--law", "pid", "--airframe", "FILE"),
-        ("compare", "FILE", "FILE"), ("show", "RESULTS"), ("report", "RESULTS"), ("resume", "RESULTS"), ("verify", "RESULTS"),
+        ("check", "FILE"),
+        ("run", "FILE"),
+        ("plan", "FILE"),
+        ("validate", "FILE"),
+        ("margins", "FILE"),
+        ("fly", "FILE"),
+        ("theory", "FILE"),
+        ("export", "FILE", "--to", "c99"),
+        ("import", "FILE", "--from", "px4", "--airframe", "iris"),
+        ("import", "FILE", "--from", "betaflight", "--airframe", "iris"),
+        ("fly", "--law", "pid", "--airframe", "FILE"),
+        ("compare", "FILE", "FILE"),
+        ("show", "RESULTS"),
+        ("report", "RESULTS"),
+        ("resume", "RESULTS"),
+        ("verify", "RESULTS"),
     ],
     ids="-".join,
-)  # fmt: skip
+)
 def test_every_command_refuses_it_in_one_line(words, kind, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     file = ODD[kind][0](tmp_path)
@@ -120,11 +132,25 @@ def test_a_folder_is_told_as_one(tmp_path):
 
 # Modules that read what is no user's file: sources and data of the package, what they wrote themselves, the system's.
 OWN = {
-    "plant/input_files.py", "plant/output_files.py", "plant/backends/cache.py", "plant/backends/cuda_card.py", "objectives/memory.py",
-    "tuner/exchange/rotorpy/export.py", "tuner/exchange/fmi/export.py", "tuner/exchange/fmi/code.py", "tuner/report/page.py",
-    "tuner/exchange/processor_cost/qemu.py", "tuner/study/processor_cost/cost.py", "tuner/exchange/processor_cost/measure.py", "tuner/store/environment.py",
-    "tuner/store/manifest.py", "tuner/exchange/texts.py", "plant/backends/sealed.py", "tuner/report/kept.py",
-}  # fmt: skip
+    "plant/input_files.py",
+    "plant/output_files.py",
+    "plant/backends/cache.py",
+    "plant/backends/cuda_card.py",
+    "objectives/memory.py",
+    "tuner/exchange/rotorpy/export.py",
+    "tuner/exchange/fmi/export.py",
+    "tuner/exchange/fmi/code.py",
+    "tuner/report/page.py",
+    "tuner/exchange/processor_cost/qemu.py",
+    "tuner/study/processor_cost/cost.py",
+    "tuner/exchange/processor_cost/measure.py",
+    "tuner/store/environment.py",
+    "tuner/store/manifest.py",
+    "tuner/exchange/texts.py",
+    "plant/backends/sealed.py",
+    "tuner/report/byte_cache.py",
+    "tuner/study/template.py",
+}
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}
 # Calls of those names that open no file by its name to read it.
 HARMLESS = ("BytesIO(", "StringIO(", 'open("x"', 'open("w")', 'open("ab")', "Folder.open(", "cls.open(", "os.open(")

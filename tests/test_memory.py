@@ -13,9 +13,10 @@ import resource, sys
 import numpy as np
 from objectives.decisions import DecisionSpace
 from objectives.metrics import parse
-from objectives.problem import FlightBatch, Objective, Problem, System
+from objectives.system import System
+from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.nominal import ControlOptions, nominal
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, gains, loop, spec
 candidates, scenarios = map(int, sys.argv[1:])
 system = System(VEHICLE, loop().cascade, NOMINAL, LIMITS, TIMING)
@@ -32,6 +33,10 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 def test_a_hundred_thousand_flights_stay_under_two_gibibytes(candidates, scenarios):
     done = subprocess.run(
         [sys.executable, "-c", BATCH, str(candidates), str(scenarios)],
-        cwd=ROOT, capture_output=True, text=True, check=True, timeout=1200,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=1200,
+    )
     assert float(done.stdout) < 2048.0

@@ -20,10 +20,26 @@ ROOT = Path(__file__).parents[1]
 SECRET = b"nobody writes here\n"
 # What a run leaves: each is put behind a link in turn. The last three are written by exports and by a killed process.
 FILES = (
-    ".lock", "manifest.json", "run.json", "study.toml", "resolved.json", "environment.json", "inputs/quickstart.toml",
-    "history.csv", "front.csv", "front.gains.csv", "summary.json", "gains.json", "responses.parquet", "report.html",
-    "generations/0001.parquet", "figures/front.svg", ".report.html.aside", "figures/.front.svg.aside", "export/c99/export.json",
-)  # fmt: skip
+    ".lock",
+    "manifest.json",
+    "run.json",
+    "study.toml",
+    "resolved.json",
+    "environment.json",
+    "inputs/quickstart.toml",
+    "history.csv",
+    "front.csv",
+    "front.gains.csv",
+    "summary.json",
+    "gains.json",
+    "responses.parquet",
+    "report.html",
+    "generations/0001.parquet",
+    "figures/front.svg",
+    ".report.html.aside",
+    "figures/.front.svg.aside",
+    "export/c99/export.json",
+)
 FOLDERS = ("inputs", "generations", "flights", "figures", "export", "export/c99")
 
 
@@ -192,10 +208,14 @@ def test_a_file_is_whole_or_as_it_was(tmp_path):
 
 # Modules that write by themselves: the door, caches in private folders, folders of their own that go when they end.
 OWN = {
-    "plant/output_files.py", "plant/backends/sealed.py", "tuner/exchange/fmi/code.py", "tuner/exchange/processor_cost/qemu.py",
-    "tuner/exchange/processor_cost/measure.py", "tuner/engines/firmware/betaflight/bench.py",
+    "plant/output_files.py",
+    "plant/backends/sealed.py",
+    "tuner/exchange/fmi/code.py",
+    "tuner/exchange/processor_cost/qemu.py",
+    "tuner/exchange/processor_cost/measure.py",
+    "tuner/engines/firmware/betaflight/bench.py",
     "tuner/engines/firmware/betaflight/board.py",
-}  # fmt: skip
+}
 WRITES = {"write_text", "write_bytes", "savefig", "mkdir", "makedirs", "touch", "copy", "copyfile", "copytree"}
 HARMLESS = (
     "folder.write_",

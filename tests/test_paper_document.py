@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "paper.md"

@@ -110,9 +110,16 @@ def run_of(name: str, seed: int, front, worths, problem="quickstart", default=(1
         for flights, worth in worths.items()
     ]
     return {
-        "problem": problem, "contestant": name, "seed": seed, "revision": "abc", "processor": "one", "default": list(default),
-        "entries": entries, "front": front, "stopped": "",
-    }  # fmt: skip
+        "problem": problem,
+        "contestant": name,
+        "seed": seed,
+        "revision": "abc",
+        "processor": "one",
+        "default": list(default),
+        "entries": entries,
+        "front": front,
+        "stopped": "",
+    }
 
 
 def test_the_best_known_is_the_front_of_everyone_together():

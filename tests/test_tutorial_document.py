@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from plant.airframes import load
+from plant.quadrotor.airframes import load
 from tests.plant.own_files import forget
 from tests.tuner.conftest import NoDrawing
 from tests.tuner.in_process import called, tuner
@@ -36,11 +36,16 @@ TUNER = sorted({command for command in COMMANDS if re.match("tuner [a-z]", comma
 SMALL = [
     argument
     for change in (
-        "search.population=8", "search.generations=2", "scenario.0.search=4", "scenario.0.held_out=16",
-        "scenario.0.duration=2.0", "margin=[]", "mission.off=[\"rms.position\"]",
+        "search.population=8",
+        "search.generations=2",
+        "scenario.0.search=4",
+        "scenario.0.held_out=16",
+        "scenario.0.duration=2.0",
+        "margin=[]",
+        'mission.off=["rms.position"]',
     )
     for argument in ("--set", change)
-]  # fmt: skip
+]
 
 
 def slug(heading):
@@ -91,8 +96,12 @@ def home(tmp_path_factory):
     (folder / "kestrel.toml").write_text(BLOCKS["kestrel.toml"], encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-c", "from tuner.cli.main import main; main()", "new", "first"],
-        cwd=folder, capture_output=True, text=True, check=False, env={"PYTHONPATH": str(ROOT), "PATH": ""},
-    )  # fmt: skip
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PYTHONPATH": str(ROOT), "PATH": ""},
+    )
     assert done.returncode == 0, done.stderr
     study = folder / "first.toml"
     text, count = re.subn(r"\[airframe\]\n.*?\n\n", BLOCKS["first.toml"] + "\n", study.read_text(), flags=re.DOTALL)

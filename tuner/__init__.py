@@ -40,7 +40,7 @@ if TYPE_CHECKING:
         open_results,
     )
     from tuner.api.runs import rejudge, resume, run, verify
-    from tuner.api.studies import Study, load_study, make_study
+    from tuner.api.studies import PlantStudy, Study, load_study, make_study
     from tuner.api.trials import ask, tell
     from tuner.search.watcher import Watcher
     from tuner.study.own_code import use
@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
-    "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "check_logs",
+    "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "PlantStudy", "Results", "StoreError",
+    "Study", "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "check_logs",
     "compare", "compare_logs", "confirm", "cost", "default_gains", "design", "estimate_airframe", "export", "fly", "identify",
     "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan", "plan_flight", "read_gains",
     "rejudge", "resume", "run", "sensitivity", "tell", "theory", "use", "validate", "verify",
@@ -73,14 +73,19 @@ _HOMES = {
     "tuner.api.margins": ("cost", "margins", "theory"),
     "tuner.api.planning": ("plan", "sensitivity"),
     "tuner.api.results": (
-        "ComparisonResults", "ContestResults", "InferenceResults", "Results", "TuningResults", "open_results",
+        "ComparisonResults",
+        "ContestResults",
+        "InferenceResults",
+        "Results",
+        "TuningResults",
+        "open_results",
     ),
     "tuner.api.runs": ("rejudge", "resume", "run", "verify"),
-    "tuner.api.studies": ("Study", "load_study", "make_study"),
+    "tuner.api.studies": ("PlantStudy", "Study", "load_study", "make_study"),
     "tuner.api.trials": ("ask", "tell"),
     "tuner.search.watcher": ("Watcher",),
     "tuner.study.own_code": ("use",),
-}  # fmt: skip
+}
 """Module -> its public names."""
 
 
@@ -89,15 +94,17 @@ def _check_neighbours() -> None:
     home = Path(__file__).resolve().parents[1]
     for package in ("plant", "objectives"):
         spec = find_spec(package)
-        found = None if spec is None or spec.origin is None else Path(spec.origin).resolve()
-        if found is not None and found.parent.parent == home:
+        home_found = None if spec is None or spec.origin is None else Path(spec.origin).resolve()
+        if home_found is not None and home_found.parent.parent == home:
             continue
-        if found is None:
-            told = f"the package '{package}' of holdfast is missing from {home}; install holdfast again"
+        if home_found is None:
+            message = f"the package '{package}' of holdfast is missing from {home}; install holdfast again"
         else:
-            told = f"{found} hides the package '{package}' of holdfast; rename that file, or start in another folder"
+            message = (
+                f"{home_found} hides the package '{package}' of holdfast; rename that file, or start in another folder"
+            )
         # With the name of what could not be imported, `python -m tuner` tells it in one line.
-        raise ImportError(told, name=__name__)
+        raise ImportError(message, name=__name__)
 
 
 _check_neighbours()

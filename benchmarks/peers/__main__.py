@@ -57,9 +57,13 @@ def run(entries: list[Contestant], envs: Path, batches: list[int], rounds: int, 
                 for batch, why in runner.failed.items()
             }
             return {
-                "machine": where, "rounds": rounds, "ratios": ratio_rows(runners, batches), "speeds": speed_rows(runners),
-                "notes": {entry.name: entry.note for entry in entries}, "left_out": left_out | failed,
-            }  # fmt: skip
+                "machine": where,
+                "rounds": rounds,
+                "ratios": ratio_rows(runners, batches),
+                "speeds": speed_rows(runners),
+                "notes": {entry.name: entry.note for entry in entries},
+                "left_out": left_out | failed,
+            }
 
         def told(what: str) -> None:
             print(what, flush=True)

@@ -33,7 +33,7 @@ typedef struct { double w, x, y, z; } Quat;
 typedef struct { double a, b, c, d; } Four;
 typedef struct { Vec p, v; Quat q; Vec w; Four r; } Body;
 
-/* Leaves of plant.nominal.Nominal that this course uses, see `known` in ceiling.py. */
+/* Leaves of plant.quadrotor.nominal.Nominal that this course uses, see `known` in ceiling.py. */
 typedef struct {
     double mass; Vec inertia; Four arm_x, arm_y, spin;
     double k_f, ratio, rotor_inertia, lag_up, lag_down, speed_min, speed_max;
@@ -49,7 +49,7 @@ typedef struct { Vec p, v, a; double roll, pitch, yaw, yaw_rate, hold; } Referen
 /* Rows of a block of flights. */
 enum { P, V = P + 3, Q = V + 3, W = Q + 4, R = W + 3, SPEED = R + 4, FORCE = SPEED + 4, THRUST = FORCE + 4, Z = THRUST + 4,
        SEEN = Z + 18, TWIST, METER, TOTALS = METER + 66, STATUS = TOTALS + 4, END, ROWS };
-/* Rows of plant.rigid_body.Dynamics. */
+/* Rows of plant.quadrotor.rigid_body.Dynamics. */
 enum { I_MASS, I_INERTIA, COUPLING = I_INERTIA + 3, ARM_X = COUPLING + 3, ARM_Y = ARM_X + 4, SPIN = ARM_Y + 4, K_F = SPIN + 4,
        RATIO, J_ROTOR, RISE, FALL, DRAG1, DRAG2 = DRAG1 + 3, HEIGHT = DRAG2 + 3, DAMPING, GRAVITY = DAMPING + 3, DYNAMICS };
 enum { RESULTS = 66 + 4 + 2, NOISES = 12, WINDS = 3 };

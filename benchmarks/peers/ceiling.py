@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.course import LIMITS, SUBSTEPS, TIMING, Course, split
 from benchmarks.peers.contestant import Work
 from plant.backends.flyer import to_lanes
-from plant.nominal import Nominal
+from plant.quadrotor.nominal import Nominal
 from plant.records import index
 from plant.threads import available_threads
 

@@ -23,9 +23,18 @@ def prepare(course: Course, batch: int, periods: int, threads: int, scratch: Pat
     """Build a simulation of that many worlds and compile its step."""
     rate = 250
     sim = Sim(
-        n_worlds=batch, n_drones=1, dynamics=Dynamics.first_principles, control=Control.state, integrator=Integrator.rk4,
-        freq=rate * SUBSTEPS, state_freq=rate, attitude_freq=rate, body_rate_freq=rate, force_torque_freq=rate, device="cpu",
-    )  # fmt: skip
+        n_worlds=batch,
+        n_drones=1,
+        dynamics=Dynamics.first_principles,
+        control=Control.state,
+        integrator=Integrator.rk4,
+        freq=rate * SUBSTEPS,
+        state_freq=rate,
+        attitude_freq=rate,
+        body_rate_freq=rate,
+        force_torque_freq=rate,
+        device="cpu",
+    )
     goal = np.zeros((batch, 1, STATE_LENGTH), dtype=np.float32)
     goal[..., 0] = goal[..., 2] = goal[..., SCALAR] = 1.0
 

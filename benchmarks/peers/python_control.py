@@ -11,12 +11,12 @@ import numpy as np
 
 from benchmarks.course import LIMITS, SUBSTEPS, TIMING, Course, loop
 from benchmarks.peers.contestant import Work
-from plant.closed_loop import hover_body, place
-from plant.disturbance import Disturbance
+from plant.quadrotor.closed_loop import hover_body, place
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.rigid_body import Dynamics
+from plant.quadrotor.sensors import Noise
 from plant.records import flatten, pack, size
 from plant.references.track import Reference
-from plant.rigid_body import Dynamics
-from plant.sensors import Noise
 
 
 def prepare(course: Course, batch: int, periods: int, threads: int, scratch: Path) -> Work:

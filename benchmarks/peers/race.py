@@ -29,9 +29,14 @@ class Runner:
         """Start the process."""
         command = [python, "-m", "benchmarks.peers.worker", contestant.name, str(course), str(scratch)]
         process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=ROOT,
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            cwd=ROOT,
             env=worker_environment(),
-        )  # fmt: skip
+        )
         return cls(contestant, process)
 
     def fly(self, batch: int, periods: int) -> None:

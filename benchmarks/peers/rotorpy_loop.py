@@ -21,9 +21,13 @@ def prepare(course: Course, batch: int, periods: int, threads: int, scratch: Pat
     zeros = torch.zeros(batch, 3, dtype=torch.float64)
     hover = (quad_params["mass"] * 9.81 / (4.0 * quad_params["k_eta"])) ** 0.5
     begin = {
-        "x": zeros, "v": zeros, "q": torch.tensor([0.0, 0.0, 0.0, 1.0], dtype=torch.float64).repeat(batch, 1), "w": zeros,
-        "wind": zeros, "rotor_speeds": torch.full((batch, 4), hover, dtype=torch.float64),
-    }  # fmt: skip
+        "x": zeros,
+        "v": zeros,
+        "q": torch.tensor([0.0, 0.0, 0.0, 1.0], dtype=torch.float64).repeat(batch, 1),
+        "w": zeros,
+        "wind": zeros,
+        "rotor_speeds": torch.full((batch, 4), hover, dtype=torch.float64),
+    }
     vehicle = BatchedMultirotor(params, batch, begin, device, integrator="rk4")
     controller = BatchedSE3Control(params, batch, device)
     goal = {key: zeros for key in ("x_dot", "x_ddot", "x_dddot")} | {

@@ -20,9 +20,17 @@ RATIOS = (
     ("lanes, all threads / one thread", "lanes", "lanes, one thread", None),
 )
 COLUMNS = (
-    "contestant", "batch", "periods", "steps_per_s", "steps_per_core_s", "ready_s", "ready_core_s", "peak_mb", "same_model",
+    "contestant",
+    "batch",
+    "periods",
+    "steps_per_s",
+    "steps_per_core_s",
+    "ready_s",
+    "ready_core_s",
+    "peak_mb",
+    "same_model",
     "note",
-)  # fmt: skip
+)
 
 
 def speeds(runner: Runner, batch: int, clock: str) -> list[float]:
@@ -55,18 +63,20 @@ def speed_rows(runners: list[Runner]) -> list[dict[str, Any]]:
     for runner in runners:
         for batch, entries in runner.rounds.items():
             own = runner.contestant
-            rows.append({
-                "contestant": own.name,
-                "batch": batch,
-                "periods": entries[0]["steps"] // (4 * batch),
-                "steps_per_s": median(speeds(runner, batch, "wall")),
-                "steps_per_core_s": median(speeds(runner, batch, "busy")),
-                "ready_s": entries[0]["ready_wall"],
-                "ready_core_s": entries[0]["ready_busy"],
-                "peak_mb": max(entry["peak_mb"] for entry in entries),
-                "same_model": own.same,
-                "note": own.note,
-            })  # fmt: skip
+            rows.append(
+                {
+                    "contestant": own.name,
+                    "batch": batch,
+                    "periods": entries[0]["steps"] // (4 * batch),
+                    "steps_per_s": median(speeds(runner, batch, "wall")),
+                    "steps_per_core_s": median(speeds(runner, batch, "busy")),
+                    "ready_s": entries[0]["ready_wall"],
+                    "ready_core_s": entries[0]["ready_busy"],
+                    "peak_mb": max(entry["peak_mb"] for entry in entries),
+                    "same_model": own.same,
+                    "note": own.note,
+                }
+            )
     return rows
 
 
@@ -74,13 +84,17 @@ def markdown(document: dict[str, Any]) -> str:
     """Return the table for people."""
     where = document["machine"]
     lines = [
-        "# Peers on one course", "",
+        "# Peers on one course",
+        "",
         f"{where['processor']}, {where['cores']} cores, {where['platform']}; load average at the start {where['load']}. "
-        f"`{where['command']}`. {document['rounds']} rounds, contestants in turns, medians.", "",
+        f"`{where['command']}`. {document['rounds']} rounds, contestants in turns, medians.",
+        "",
         "Ratios of closed-loop plant steps per second, median over rounds of the quotient within a round. *wall* is what a "
-        "user waits for; *core* is per second of processor time, which other people's work on the machine does not touch.", "",
-        "| ratio | batch | wall | core | target |", "|---|---:|---:|---:|---:|",
-    ]  # fmt: skip
+        "user waits for; *core* is per second of processor time, which other people's work on the machine does not touch.",
+        "",
+        "| ratio | batch | wall | core | target |",
+        "|---|---:|---:|---:|---:|",
+    ]
     for row in document["ratios"]:
         target = "" if row["target"] is None else f">= {row['target']:g}"
         lines.append(f"| {row['ratio']} | {row['batch']} | {row['wall']:.3g} | {row['busy']:.3g} | {target} |")
@@ -88,7 +102,7 @@ def markdown(document: dict[str, Any]) -> str:
         "",
         "| contestant | batch | periods flown | Msteps/s | Msteps/s and core | ready [s] | ready [core s] | peak memory [MB] |",
         "|---|---:|---:|---:|---:|---:|---:|---:|",
-    ]  # fmt: skip
+    ]
     for row in document["speeds"]:
         lines.append(
             f"| {row['contestant']} | {row['batch']} | {row['periods']} | {row['steps_per_s'] / 1e6:.3g} "

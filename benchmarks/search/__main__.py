@@ -95,8 +95,12 @@ def run(key: Key, course: Course, envs: Path) -> dict[str, Any]:
         found = {"entries": [], "front": [], "stopped": f"left out: {error}"}
     where = machine()
     return {
-        **key._asdict(), "revision": commit(), "processor": where["processor"], "default": course.default.tolist(), **found
-    }  # fmt: skip
+        **key._asdict(),
+        "revision": commit(),
+        "processor": where["processor"],
+        "default": course.default.tolist(),
+        **found,
+    }
 
 
 if __name__ == "__main__":

@@ -91,14 +91,21 @@ class Batches:
         sampler = SobolQMCNormalSampler(torch.Size([SAMPLES[m]]), seed=self._start.seed)
         if m == 1:
             return qLogExpectedImprovement(
-                model, best_f=-float(best.min(initial=WORST)), sampler=sampler,
-                objective=GenericMCObjective(lambda samples, X=None: -torch.exp(-samples[..., 0])), constraints=limits,
-            )  # fmt: skip
+                model,
+                best_f=-float(best.min(initial=WORST)),
+                sampler=sampler,
+                objective=GenericMCObjective(lambda samples, X=None: -torch.exp(-samples[..., 0])),
+                constraints=limits,
+            )
         return qLogNoisyExpectedHypervolumeImprovement(
-            model, [-REFERENCE] * m, inputs, sampler=sampler,
+            model,
+            [-REFERENCE] * m,
+            inputs,
+            sampler=sampler,
             objective=GenericMCMultiOutputObjective(lambda samples, X=None: -torch.exp(-samples[..., :m])),
-            constraints=limits, prune_baseline=True,
-        )  # fmt: skip
+            constraints=limits,
+            prune_baseline=True,
+        )
 
     def _pool(self, scaled: Array, feasible: Array) -> Array:
         """Return points that keep what is known, or all where none does."""

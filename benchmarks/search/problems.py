@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from objectives.problem import Problem
-from plant.scenarios import HELD_OUT
+from plant.quadrotor.scenarios import HELD_OUT
 from plant.seeds import generator
 from tuner.experiments.tuning.problem import batches, problem_of
 from tuner.experiments.tuning.starts import starting_points
-from tuner.search.first_generation import first_generation
-from tuner.search.front import feasible_front, hypervolume, thinned
+from tuner.search.front import feasible_front, hypervolume, select_subset
+from tuner.search.initial_design import initial_design
 from tuner.study import Study, load_study
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -72,7 +72,7 @@ class Course:
         """The first candidates (START, d): the default, then points of a Latin hypercube that keep what is known."""
         draw = generator(self.seed, "search/initial", 0)
         worthy = self._problem.worth_flying if self._study.requirements else None
-        return first_generation(starting_points(self._study)[0][:1], START, draw, worthy)
+        return initial_design(starting_points(self._study)[0][:1], START, draw, worthy)
 
     def front(self, points: np.ndarray) -> np.ndarray:
         """Return the values (k, m) on held-out flights of points (n, d), of those that keep the limits and that none beats."""
@@ -115,4 +115,4 @@ def finalists(points: np.ndarray, values: np.ndarray, violations: np.ndarray) ->
         feasible = np.flatnonzero(np.all(violations <= 0.0, axis=1))
         return points[feasible[np.argsort(values[feasible, 0], kind="stable")[: FINALISTS[1]]]]
     front = feasible_front(values, violations)
-    return points[front[thinned(values[front], values[0], FINALISTS[values.shape[1]], ends=False)]]
+    return points[front[select_subset(values[front], values[0], FINALISTS[values.shape[1]], ends=False)]]

@@ -26,15 +26,26 @@ class PeerProcess:
         self._excess = start.excess
         self._process = subprocess.Popen(
             [python_of(peer.environment, peer.requires, envs), "-m", "benchmarks.search.worker"],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=ROOT,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            cwd=ROOT,
             env=worker_environment() | ONE_THREAD | {"PYTHONHASHSEED": "0"},
-        )  # fmt: skip
-        self._request({
-            "begin": {
-                "module": peer.module, "options": peer.options, "first": start.first.tolist(), "batch": start.batch,
-                "objectives": start.objectives, "limits": start.limits, "seed": start.seed,
+        )
+        self._request(
+            {
+                "begin": {
+                    "module": peer.module,
+                    "options": peer.options,
+                    "first": start.first.tolist(),
+                    "batch": start.batch,
+                    "objectives": start.objectives,
+                    "limits": start.limits,
+                    "seed": start.seed,
+                }
             }
-        })  # fmt: skip
+        )
 
     def __enter__(self) -> "PeerProcess":
         return self

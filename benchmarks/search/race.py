@@ -17,11 +17,11 @@ from benchmarks.search.peer import Array, Start
 from benchmarks.search.problems import Course, finalists
 from benchmarks.search.process import PeerFailed, PeerProcess
 from objectives.problem import Problem
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.search import algorithm_of, evaluated
 from tuner.experiments.tuning.survivors import survivors_of
-from tuner.search import gaussian_process
+from tuner.search import bayesian_optimization
 from tuner.search.front import feasible_front
 from tuner.search.loop import Generation, archive, search_generations
 from tuner.search.watcher import Watcher
@@ -85,7 +85,7 @@ def raced(contestant: Contestant, course: Course, envs: Path) -> Run:
     study = course.study(contestant.overrides)
     problem = course.problem(study)
     if contestant.peer is None:
-        gaussian_process.warm_up()
+        bayesian_optimization.warm_up()
         return judged(tool_steps(problem, study, course.start[: study.search.population]), course, contestant)
     limits = len(study.constraints) + len(study.requirements)
     start = Start(

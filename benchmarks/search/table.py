@@ -117,10 +117,13 @@ def _problem(runs: Runs, problem: str) -> str:
     best = ", ".join(f"{value:.3g}" for value in best_known(runs, problem).values())
     heads = [f"{count:,}" for count in AT_FLIGHTS] + [f"{seconds} s" for seconds in AT_SECONDS]
     lines = [
-        f"## {problem}: {PROBLEMS[problem].about}", "", f"Seeds {', '.join(map(str, seeds))}; best known {best}.", "",
+        f"## {problem}: {PROBLEMS[problem].about}",
+        "",
+        f"Seeds {', '.join(map(str, seeds))}; best known {best}.",
+        "",
         f"| search | {' | '.join(heads)} | flights to {ENOUGH:.0%} | seconds to {ENOUGH:.0%} |",
         "|---|" + "---:|" * (len(heads) + 2),
-    ]  # fmt: skip
+    ]
     for name, own in found.items():
         cells = [_cell(own, count) for count in AT_FLIGHTS]
         cells += [_range(curve.within(seconds) for curve in own) for seconds in AT_SECONDS]
@@ -199,11 +202,14 @@ def _median(shares: Iterable[float | None]) -> float:
 def _knowledge(runs: Runs) -> str:
     """Return what each contestant knows, its start and budget, and which runs ended early and why."""
     lines = [
-        "## What each knows", "",
+        "## What each knows",
+        "",
         "All start from the same first candidates of a seed: the default and points that keep the margins. What margins say of a",
-        "point costs no flight.", "",
-        "| search | first batch, later ones | flights a candidate | at most | knows |", "|---|---:|---:|---:|---|",
-    ]  # fmt: skip
+        "point costs no flight.",
+        "",
+        "| search | first batch, later ones | flights a candidate | at most | knows |",
+        "|---|---:|---:|---:|---|",
+    ]
     for name, entry in CONTESTANTS.items():
         own = entry.overrides.get("search", {}).get("population", "the study's")
         batch = f"{entry.first}, {entry.batch}" if entry.peer else own

@@ -16,7 +16,7 @@ OUTSIDE = {
     "CONTRIBUTING.md": "contributing.md",
     "SECURITY.md": "security.md",
     "results/README.md": "results.md",
-    "plant/airframes/README.md": "airframes.md",
+    "plant/quadrotor/airframes/README.md": "airframes.md",
     "benchmarks/NOTES.md": "speed.md",
 }
 """Pages of the site that lie outside docs/."""

@@ -23,7 +23,7 @@ class Certificate:
     data: Mapping[str, Any] = field(default_factory=dict)
 
 
-def nothing(unit: str, why: str, **data: Any) -> Certificate:
+def inconclusive(unit: str, why: str, **data: Any) -> Certificate:
     """Return a certificate of nothing. It says nothing against the controller: the methods are sufficient, not necessary."""
     return Certificate(None, unit, False, why, data)
 
@@ -42,6 +42,6 @@ class CertificateInfo:
     run: Callable[..., Certificate]
 
     def applies_to(self, axis: AxisLoop) -> bool:
-        """Return whether it can be asked about this axis: by its law, and by the attitude loop it may act through."""
+        """Return True if it can be asked about this axis: by its law, and by the attitude loop it may act through."""
         inner = axis.actuator.attitude if isinstance(axis.actuator, TiltLoop) else None
         return axis.law in self.laws and (inner is None or inner.law in MODELLED)

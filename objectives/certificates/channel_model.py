@@ -15,7 +15,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from plant.laws import LAWS, law
+from plant.law_registry import LAWS, law
 
 Array = np.ndarray
 
@@ -37,9 +37,9 @@ class StateSpace:
         resolvent = np.asarray(s)[:, None, None] * np.eye(len(self.a)) - self.a
         return self.c @ np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(resolvent), *self.b.shape))) + self.d
 
-    def channel(self, given: str, asked: str) -> tuple[Array, Array, Array]:
+    def channel(self, source: str, target: str) -> tuple[Array, Array, Array]:
         """Return (a, b (n, 1), c (1, n)) from one of INPUTS to one of OUTPUTS of a closed loop."""
-        i, j = INPUTS.index(given), OUTPUTS.index(asked)
+        i, j = INPUTS.index(source), OUTPUTS.index(target)
         return self.a, self.b[:, i : i + 1], self.c[j : j + 1]
 
 
@@ -96,8 +96,8 @@ class TiltLoop:
     def model(self, factors: Factors) -> StateSpace:
         """Return the state space from u to (delivered, known)."""
         a, b, c = closed_loop(self.attitude, factors).channel("reference", "value")
-        known = c if self.lag_aware else np.zeros_like(c)
-        return StateSpace(a, b, np.concatenate([c, known], axis=0), np.array([[0.0], [float(not self.lag_aware)]]))
+        seen = c if self.lag_aware else np.zeros_like(c)
+        return StateSpace(a, b, np.concatenate([c, seen], axis=0), np.array([[0.0], [float(not self.lag_aware)]]))
 
 
 @dataclass(frozen=True)
@@ -166,27 +166,27 @@ def closed_loop(axis: Loop, factors: Factors | None = None) -> StateSpace:
 
 
 def _closed(axis: AxisLoop, factors: Factors) -> StateSpace:
-    own, act = controller(axis.law, axis.gains, axis.from_observer), axis.actuator.model(factors)
-    assert not own.d[:, 3].any(), "the law would answer at once to what it has just asked for"
-    n = 2 + len(act.a) + len(own.a)
+    form, act = controller(axis.law, axis.gains, axis.from_observer), axis.actuator.model(factors)
+    assert not form.d[:, 3].any(), "the law would answer at once to what it has just asked for"
+    n = 2 + len(act.a) + len(form.a)
     rows = np.eye(n + len(INPUTS))
     y, v, (r, w, phi) = rows[0], rows[1], rows[n:]
     x_act, x_law = rows[2 : 2 + len(act.a)], rows[2 + len(act.a) : n]
-    wanted, s = own.c @ x_law + own.d[:, :3] @ np.stack([r, y, v])
+    wanted, s = form.c @ x_law + form.d[:, :3] @ np.stack([r, y, v])
     u = wanted - phi
-    delivered, known = act.c @ x_act + act.d * u
+    delivered, seen = act.c @ x_act + act.d * u
     inertia = factors.inertia if axis.loop == "attitude" else factors.mass
     slopes = [
         [v, delivered / inertia + w],
         act.a @ x_act + act.b * u,
-        own.a @ x_law + own.b @ np.stack([r, y, v, known]),
+        form.a @ x_law + form.b @ np.stack([r, y, v, seen]),
     ]
     ahead, out = np.concatenate(slopes, axis=0), np.stack([y, v, u, s])
     return StateSpace(ahead[:, :n], ahead[:, n:], out[:, :n], out[:, n:])
 
 
 def is_stable(a: Array) -> bool:
-    """Return whether all eigenvalues of a lie in the left half-plane, off its edge by 1e-9 of the largest."""
+    """Return True if all eigenvalues of a lie in the left half-plane, off its edge by 1e-9 of the largest."""
     poles = np.linalg.eigvals(a)
     return bool(poles.real.max(axis=0) < -1e-9 * np.abs(poles).max(axis=0))
 

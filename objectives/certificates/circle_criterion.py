@@ -17,7 +17,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
+from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
 from objectives.certificates.channel_model import MODELLED, WITH_SECTOR, Loop, closed_loop, is_stable, sector
 from objectives.certificates.lmi import (
     below_zero,
@@ -80,9 +80,9 @@ def largest_sector(a: Array, b: Array, s: Array, popov: bool) -> tuple[float, Ar
         return None
     for share in BACK_OFF:
         tried = max((1.0 + share) * rho, LEAST_RHO)
-        found = part.find(tried)
-        if found is not None:
-            p, eta = found
+        solution = part.find(tried)
+        if solution is not None:
+            p, eta = solution
             # V per unit of phi S: both are scaled, and so is the time that V' is taken in.
             return 1.0 / (tried * b_size * s_size), z.original(p) * s_size / (b_size * z.rate), eta / z.rate
     return None
@@ -97,16 +97,21 @@ def run(axis: Loop, popov: bool = True) -> Certificate:
     a, b, s = loop.channel("power", "sliding")
     given = sector(axis)
     if not is_stable(a):
-        return nothing("s^-1", "the loop at small amplitude, with k2 alone, is not stable", given=given, kept=False)
-    found = largest_sector(a, -b, s, popov)
-    if found is None:
-        return nothing("s^-1", "the eigenvalues did not confirm any sector", given=given, kept=False)
-    kappa, p, eta = found
+        return inconclusive(
+            "s^-1", "the loop at small amplitude, with k2 alone, is not stable", given=given, kept=False
+        )
+    solution = largest_sector(a, -b, s, popov)
+    if solution is None:
+        return inconclusive("s^-1", "the eigenvalues did not confirm any sector", given=given, kept=False)
+    kappa, p, eta = solution
     criterion = "Popov" if popov else "circle"
     return Certificate(
-        kappa, "s^-1", True, f"stable at every amplitude while k1/sqrt(delta) is at most this ({criterion} criterion)",
+        kappa,
+        "s^-1",
+        True,
+        f"stable at every amplitude while k1/sqrt(delta) is at most this ({criterion} criterion)",
         {"P": p, "eta": eta, "given": given, "kept": given <= kappa},
-    )  # fmt: skip
+    )
 
 
 INFO = CertificateInfo(

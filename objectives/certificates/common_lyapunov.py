@@ -15,7 +15,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
+from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
 from objectives.certificates.channel_model import MODELLED, Factors, Loop, closed_loop, is_stable
 from objectives.certificates.lmi import (
     below_zero,
@@ -84,36 +84,36 @@ def fastest_decay(axis: Loop, spread: float, varied: Sequence[str] = VARIED) -> 
     matrices = corners(axis, spread, varied)
     slowest = min(-float(np.linalg.eigvals(a).real.max(axis=0)) for a in matrices)
     if slowest <= 0.0:
-        return nothing("rad/s", f"a vehicle of the +-{spread:.0%} box is not stable")
+        return inconclusive("rad/s", f"a vehicle of the +-{spread:.0%} box is not stable")
     box = Corners(matrices, closed_loop(axis).a)
-    found, low, high = box.find(0.0), 0.0, slowest
-    for _ in range(BISECTIONS if found is not None else 0):
+    solution, low, high = box.find(0.0), 0.0, slowest
+    for _ in range(BISECTIONS if solution is not None else 0):
         middle = 0.5 * (low + high)
         trial = box.find(middle)
-        found, low, high = (found, low, middle) if trial is None else (trial, middle, high)
-    if found is None:
-        return nothing("rad/s", f"no common quadratic Lyapunov function over the +-{spread:.0%} box")
+        solution, low, high = (solution, low, middle) if trial is None else (trial, middle, high)
+    if solution is None:
+        return inconclusive("rad/s", f"no common quadratic Lyapunov function over the +-{spread:.0%} box")
     return Certificate(
-        low, "rad/s", True, f"every vehicle of the +-{spread:.0%} box decays at least this fast", {"P": found}
+        low, "rad/s", True, f"every vehicle of the +-{spread:.0%} box decays at least this fast", {"P": solution}
     )
 
 
 def largest_spread(axis: Loop, decay: float = 0.0, varied: Sequence[str] = VARIED) -> Certificate:
     """Certify the largest +-spread [1] of the varied numbers with a common decay [rad/s], by bisection."""
     centre = closed_loop(axis).a
-    found = common_matrix([centre], decay)
-    if found is None:
-        return nothing("1", f"the nominal vehicle does not decay at {decay:g} rad/s")
+    solution = common_matrix([centre], decay)
+    if solution is None:
+        return inconclusive("1", f"the nominal vehicle does not decay at {decay:g} rad/s")
     low, high = 0.0, LARGEST_SPREAD
     for k in range(BISECTIONS):
         # The end of the range first: where it is certified there is nothing left to search.
         middle = high if k == 0 else 0.5 * (low + high)
         trial = common_matrix(corners(axis, middle, varied), decay, centre)
-        found, low, high = (found, low, middle) if trial is None else (trial, middle, high)
+        solution, low, high = (solution, low, middle) if trial is None else (trial, middle, high)
         if low == high:
             break
     why = f"one Lyapunov function holds for every vehicle within this share of the nominal {' and '.join(varied)}"
-    return Certificate(low, "1", True, why, {"P": found})
+    return Certificate(low, "1", True, why, {"P": solution})
 
 
 def run(axis: Loop, decay: float = 0.0, varied: Sequence[str] = VARIED) -> Certificate:

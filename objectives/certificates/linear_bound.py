@@ -28,7 +28,9 @@ ROOMS = (1e-6, 1e-4, 1e-2)
 def smallest_sum(of: Disturbed) -> float | None:
     """Return the smallest bound of |c x| found, of a stable loop without a sliding term; None where none is confirmed."""
     assert of.kappa == 0.0
-    sums = [apart + rest for apart, loop in with_modes_apart(of) if (rest := smallest_ellipsoid(loop)) is not None]
+    sums = [
+        of_modes + rest for of_modes, loop in with_modes_apart(of) if (rest := smallest_ellipsoid(loop)) is not None
+    ]
     return min(sums, default=None)
 
 
@@ -38,8 +40,8 @@ def smallest_ellipsoid(of: Disturbed) -> float | None:
         return 0.0
     scaled, factor = of.normalised(coordinates(of.a))
     slowest = -2.0 * float(np.linalg.eigvals(scaled.a).real.max(axis=0))
-    found = [bound for share in SHARES if (bound := bound_at(scaled, float(share) * slowest)) is not None]
-    return min(found) * factor if found else None
+    bounds = [bound for share in SHARES if (bound := bound_at(scaled, float(share) * slowest)) is not None]
+    return min(bounds) * factor if bounds else None
 
 
 def bound_at(of: Disturbed, alpha: float) -> float | None:
@@ -54,27 +56,27 @@ def bound_at(of: Disturbed, alpha: float) -> float | None:
 
 def with_modes_apart(of: Disturbed) -> Iterator[tuple[float, Disturbed]]:
     """Yield the exact bound of the slowest modes, none at first, and the rest of the loop; ends at the first that swings."""
-    apart = 0.0
+    of_modes = 0.0
     for _ in range(MOST_APART + 1):
-        yield apart, of
+        yield of_modes, of
         poles = np.linalg.eigvals(of.a) if len(of.a) else np.zeros(0)
         slowest = poles[int(np.abs(poles.real).argmin())] if len(poles) else 1j
         if slowest.imag != 0.0:
             return
         bound, of = _split(of, float(slowest.real))
-        apart += bound
+        of_modes += bound
 
 
 def _split(of: Disturbed, pole: float) -> tuple[float, Disturbed]:
     """Return the bound of the mode of a real pole, and the loop without it, in coordinates that do not couple the two."""
     edge = pole * (1.0 + 1e-9)
-    found: Any = schur(of.a, sort=lambda re, im=0.0: im == 0.0 and re >= edge)
-    triangle, basis, count = found
+    form: Any = schur(of.a, sort=lambda re, im=0.0: im == 0.0 and re >= edge)
+    triangle, basis, count = form
     n = max(int(count), 1)
     first, coupling, rest = triangle[:n, :n], triangle[:n, n:], triangle[n:, n:]
     turn = solve_sylvester(first, -rest, -coupling)
     c, d = of.c @ basis, basis.T @ of.d
     c_rest, d_first = c[:, n:] + c[:, :n] @ turn, d[:n] - turn @ d[n:]
-    own = float(abs((c[:, :n] @ np.linalg.solve(first, d_first)).item())) if n == 1 else np.inf
+    bound = float(abs((c[:, :n] @ np.linalg.solve(first, d_first)).item())) if n == 1 else np.inf
     left = Disturbed(rest, of.b[n:], d[n:], of.s[:, n:], c_rest, 0.0)
-    return own, left
+    return bound, left

@@ -74,13 +74,13 @@ def below_zero(matrix: Any, room: Any = 0.0) -> Any:
 
 
 def is_negative(matrix: Array, margin: float = MARGIN) -> bool:
-    """Return whether a symmetric matrix is negative definite, with room to spare."""
+    """Return True if a symmetric matrix is negative definite, with room to spare."""
     values = np.linalg.eigvalsh(0.5 * (matrix + matrix.T))
     return bool(values[-1] < -margin * np.abs(values).max(axis=0))
 
 
 def is_positive(matrix: Array, margin: float = MARGIN) -> bool:
-    """Return whether a symmetric matrix is positive definite, with room to spare."""
+    """Return True if a symmetric matrix is positive definite, with room to spare."""
     return is_negative(-matrix, margin)
 
 

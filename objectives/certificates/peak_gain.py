@@ -25,7 +25,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
+from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
 from objectives.certificates.channel_model import MODELLED, Loop, closed_loop, is_stable, sector
 from objectives.certificates.lmi import (
     Coordinates,
@@ -70,9 +70,14 @@ class Disturbed:
         sizes = [float(np.linalg.norm(part)) for part in (b, d, s, c)]
         b_size, d_size, s_size, c_size = (size if size > 0.0 else 1.0 for size in sizes)
         scaled = replace(
-            self, a=z.dynamics(self.a), b=b / b_size, d=d / d_size, s=s / s_size, c=c / c_size,
+            self,
+            a=z.dynamics(self.a),
+            b=b / b_size,
+            d=d / d_size,
+            s=s / s_size,
+            c=c / c_size,
             kappa=self.kappa * b_size * s_size,
-        )  # fmt: skip
+        )
         return scaled, d_size * c_size
 
 
@@ -108,7 +113,7 @@ class Ellipsoids:
         return sqrt((of.c @ q @ of.c.T).item()), q
 
 
-def smallest_bound(of: Disturbed) -> tuple[float, Array] | None:
+def peak_bound(of: Disturbed) -> tuple[float, Array] | None:
     """Return the smallest bound of |c x| found over the decay rates with P of its ellipsoid, or None."""
     z = coordinates(of.a)
     scaled, factor = of.normalised(z)
@@ -117,12 +122,12 @@ def smallest_bound(of: Disturbed) -> tuple[float, Array] | None:
     best: tuple[float, Array] | None = None
     for _ in range(ROUNDS):
         rates = np.linspace(low, high, POINTS + 2)
-        found = [ellipsoids.find(float(rate)) for rate in rates[1:-1]]
-        bounds = np.array([np.inf if entry is None else entry[0] for entry in found])
+        solutions = [ellipsoids.find(float(rate)) for rate in rates[1:-1]]
+        bounds = np.array([np.inf if entry is None else entry[0] for entry in solutions])
         k = int(bounds.argmin(axis=0))
-        if found[k] is None:
+        if solutions[k] is None:
             break
-        best = min(filter(None, (best, found[k])), key=lambda entry: entry[0])
+        best = min(filter(None, (best, solutions[k])), key=lambda entry: entry[0])
         low, high = rates[k], rates[k + 2]
     if best is None:
         return None
@@ -149,16 +154,16 @@ def run(axis: Loop, disturbance: str = "bounded", output: str = "value") -> Cert
     unit = units[output]
     a, d, c = closed_loop(axis).channel("disturbance", output)
     if not is_stable(a):
-        return nothing(unit, "the loop at small amplitude is not stable")
+        return inconclusive(unit, "the loop at small amplitude is not stable")
     if not c.any():
-        return nothing(unit, f"a law without a sliding variable has no {output}")
+        return inconclusive(unit, f"a law without a sliding variable has no {output}")
     if disturbance == "rate" and abs((c @ np.linalg.solve(a, d)).item()) > REST:
-        return nothing(unit, "without integral action a disturbance that grows for ever leaves no bounded error")
+        return inconclusive(unit, "without integral action a disturbance that grows for ever leaves no bounded error")
     of = disturbed(axis, disturbance, output)
-    found = smallest_bound(of)
-    if found is None:
-        return nothing(unit, "no ellipsoid was found that holds for every amplitude")
-    bound, p = found
+    solution = peak_bound(of)
+    if solution is None:
+        return inconclusive(unit, "no ellipsoid was found that holds for every amplitude")
+    bound, p = solution
     why = f"|{output}| ends within this times the size of the disturbance, whatever that does"
     return Certificate(bound, unit, True, why, {"P": p})
 

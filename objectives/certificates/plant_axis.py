@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-import casadi as ca
 import numpy as np
+from scipy.linalg import block_diag
 
 from objectives.certificates.channel_model import (
     MODELLED,
@@ -24,12 +24,11 @@ from objectives.certificates.channel_model import (
     controller,
     dead_time,
 )
-from objectives.margins.derivative import column_of, columns, record_of
 from objectives.plant_system import PlantSystem
-from plant.backends import symbolic
 from plant.model.plan import Actuator, Channel
 from plant.model.plant_model import PlantModel
-from plant.records import flatten, pack, paths, size
+from plant.model.slope import linear_equations
+from plant.records import pack, paths
 
 Array = np.ndarray
 
@@ -69,13 +68,13 @@ class PlantAxis:
 
     @property
     def acts_on_input(self) -> bool:
-        """Whether its command goes to an input, not to another channel."""
+        """True if its command goes to an input, not to another channel."""
         return not self.system.plan.cascades(self.channel)
 
     @cached_property
     def gain(self) -> float:
         """Acceleration of the output at once for a unit of u, 1 where b0 is right; 0 where the input moves no acceleration."""
-        plant, plan = linear_plant(self.system), self.system.plan
+        plant, plan = _linear(self.system), self.system.plan
         if not self.acts_on_input:
             return 0.0
         force = [actuator.name for actuator in plan.actuators].index(self.channel.to)
@@ -85,7 +84,7 @@ class PlantAxis:
 
     def closed(self, factors: Factors) -> StateSpace:
         """Return the loop from `channel_model.INPUTS` to OUTPUTS; the true inertia over the nominal one divides its command."""
-        return self._whole(factors)[0]
+        return self._loop_and_others(factors)[0]
 
     def refused(self, peak: float) -> str:
         """Return the first assumption of a proof that fails, in words, "" where all hold; peak: Ms of the loop as sampled."""
@@ -96,7 +95,7 @@ class PlantAxis:
             return "channels step at several rates; a proof takes those that all step together"
         if self.law not in MODELLED:
             return f"the law '{self.law}' has no continuous form"
-        _, others = self._whole(Factors())
+        _, others = self._loop_and_others(Factors())
         if others:
             return f"channel '{others[0]}' acts on it and is not linear; a proof takes one law that is not"
         if not np.isfinite(peak):
@@ -112,26 +111,29 @@ class PlantAxis:
     def peak(self) -> float:
         """Return Ms of the loop, broken where the command goes to the plant or to another channel, as margins break it."""
         goes = f"w {self.channel.to}", f"felt {self.channel.to}"
-        given, asked = goes if self.acts_on_input else (f"r {self.channel.to}", f"c {self.name}")
-        loop = wired(self.system, self.row, {}).between([given], [asked])
+        sources, targets = goes if self.acts_on_input else (f"r {self.channel.to}", f"c {self.name}")
+        loop = interconnection(self.system, self.row, {}).between([sources], [targets])
         nyquist = np.pi / self.system.timing.control_period
         w = np.geomspace(LOWEST * nyquist, nyquist, POINTS)
         return float(np.abs(1.0 + loop.at(1j * w)[:, 0, 0]).max(axis=0))
 
-    def _whole(self, factors: Factors) -> tuple[StateSpace, list[str]]:
+    def _loop_and_others(self, factors: Factors) -> tuple[StateSpace, list[str]]:
         """Return the loop, and the other channels that act on it by more than their linear part."""
         plan = self.system.plan
-        pushed = [channel.name for channel in plan.channels if channel.law.name not in MODELLED or
-                  (channel.name != self.name and channel.law.name in WITH_SECTOR)]  # fmt: skip
-        given = [f"r {self.name}", f"w {self.disturbance}", f"phi {self.name}", *[f"phi {name}" for name in pushed]]
-        asked = [f"y {self.name}", f"v {self.name}", f"c {self.name}", f"S {self.name}"]
-        whole = acting_on_outputs(wired(self.system, self.row, {self.name: factors}).between(given, asked))
-        acting = [name for i, name in enumerate(pushed, 3) if whole.b[:, i].any() or whole.d[:, i].any()]
-        return StateSpace(whole.a, whole.b[:, :3], whole.c, whole.d[:, :3]), acting
+        pushed = [
+            channel.name
+            for channel in plan.channels
+            if channel.law.name not in MODELLED or (channel.name != self.name and channel.law.name in WITH_SECTOR)
+        ]
+        sources = [f"r {self.name}", f"w {self.disturbance}", f"phi {self.name}", *[f"phi {name}" for name in pushed]]
+        targets = [f"y {self.name}", f"v {self.name}", f"c {self.name}", f"S {self.name}"]
+        loop = acting_on_outputs(interconnection(self.system, self.row, {self.name: factors}).between(sources, targets))
+        acting = [name for i, name in enumerate(pushed, 3) if loop.b[:, i].any() or loop.d[:, i].any()]
+        return StateSpace(loop.a, loop.b[:, :3], loop.c, loop.d[:, :3]), acting
 
 
 @dataclass(frozen=True)
-class Wired:
+class Interconnection:
     """Blocks side by side whose inputs follow from their outputs and from what is given, by names of signals.
 
     blocks: state space of each. inputs: for each input of a block what adds up to it, by signal with its factor. outputs: names
@@ -142,20 +144,20 @@ class Wired:
     inputs: Sequence[dict[str, float]]
     outputs: Sequence[str]
 
-    def between(self, given: Sequence[str], asked: Sequence[str]) -> StateSpace:
+    def between(self, sources: Sequence[str], targets: Sequence[str]) -> StateSpace:
         """Return the closed loop from signals that are given to outputs; a signal that nobody gives is zero."""
-        a, b, c, d = (_diagonal([getattr(block, name) for block in self.blocks]) for name in "abcd")
-        back, outside = self._matrix(self.outputs), self._matrix(given)
+        a, b, c, d = (block_diag(*[getattr(block, name) for block in self.blocks]) for name in "abcd")
+        back, outside = self._matrix(self.outputs), self._matrix(sources)
         inward = np.linalg.inv(np.eye(len(self.inputs)) - back @ d)
         by_state, by_given = inward @ back @ c, inward @ outside
-        rows = [self.outputs.index(name) for name in asked]
+        rows = [self.outputs.index(name) for name in targets]
         return StateSpace(a + b @ by_state, b @ by_given, (c + d @ by_state)[rows], (d @ by_given)[rows])
 
     def _matrix(self, names: Sequence[str]) -> Array:
         return np.array([[parts.get(name, 0.0) for name in names] for parts in self.inputs])
 
 
-def wired(system: PlantSystem, row: Sequence[float], factors: dict[str, Factors]) -> Wired:
+def interconnection(system: PlantSystem, row: Sequence[float], factors: dict[str, Factors]) -> Interconnection:
     """Return all blocks of a plant's loops; factors: of the channels whose commands act with another gain than assumed.
 
     Signals: w of a disturbance or an input, r and phi of a channel (what is added to its set point and taken off its command),
@@ -163,7 +165,7 @@ def wired(system: PlantSystem, row: Sequence[float], factors: dict[str, Factors]
     """
     plan, plant = system.plan, system.plant
     commands = {channel.name: {f"c {channel.name}": 1.0 / _inertia(factors, channel)} for channel in plan.channels}
-    moving = linear_plant(system)
+    moving = _linear(system)
     blocks = [_with_rates(moving)]
     outputs = [f"{kind} {name}" for kind in ("out", "rate") for name in paths(plant.Output)]
     inputs: list[dict[str, float]] = [{f"felt {each.name}": 1.0, f"w {each.name}": 1.0} for each in plan.actuators]
@@ -175,33 +177,13 @@ def wired(system: PlantSystem, row: Sequence[float], factors: dict[str, Factors]
     for channel in plan.channels:
         name, outer = channel.name, plan.commanded.get(channel.name)
         value, (rate, seen) = {f"out {channel.output}": 1.0}, _rate(system, channel, moving)
-        own = f"c {name}" if plan.cascades(channel) else f"known {channel.to}"
+        applied = f"c {name}" if plan.cascades(channel) else f"known {channel.to}"
         blocks += [_law(system, row, channel), _through(), _through(), seen]
         outputs += [f"u {name}", f"S {name}", f"c {name}", f"y {name}", f"v {name}"]
         goal = {f"r {name}": 1.0, **({} if outer is None else {f"c {outer}": 1.0})}
-        inputs += [goal, value, {f"v {name}": 1.0}, {own: channel.b0}]
+        inputs += [goal, value, {f"v {name}": 1.0}, {applied: channel.b0}]
         inputs += [{f"u {name}": 1.0 / channel.b0, f"phi {name}": -1.0 / channel.b0}, value, {rate: 1.0}]
-    return Wired(blocks, inputs, outputs)
-
-
-def linear_plant(system: PlantSystem) -> StateSpace:
-    """Return the plant where it rests, from inputs and disturbances to outputs."""
-    plant = system.plant
-    assert isinstance(plant, PlantModel), plant.name
-    sizes = [size(kind) for kind in (plant.State, plant.Input, plant.Disturbance)]
-    x, u, w = columns(*sizes)
-    bind, p = symbolic.rebinder(), pack(plant.Parameters, flatten(system.parameters))
-    given = record_of(plant.State, x), record_of(plant.Input, u), record_of(plant.Disturbance, w), p
-    moved, shown = column_of(bind(plant.derivative)(*given)), column_of(bind(plant.output)(*given))
-    pushed = ca.vertcat(u, w)
-    slopes: Any = [ca.densify(ca.jacobian(of, by)) for of in (moved, shown) for by in (x, pushed)]
-    state, held = plant.rest(system.parameters)
-    point = [np.array(flatten(part), dtype=float) for part in (state, held)]
-    found = ca.Function("plant", [x, u, w], slopes)(*point, np.zeros(sizes[2]))
-    a, b, c, d = (np.array(part, dtype=float).reshape(shape) for part, shape in zip(
-        found, [(of, by) for of in (sizes[0], size(plant.Output)) for by in (sizes[0], sizes[1] + sizes[2])], strict=True
-    ))  # fmt: skip
-    return StateSpace(a, b, c, d)
+    return Interconnection(blocks, inputs, outputs)
 
 
 def acting_on_outputs(loop: StateSpace) -> StateSpace:
@@ -217,6 +199,11 @@ def gains_of(system: PlantSystem, row: Sequence[float], name: str) -> Any:
     return getattr(pack(system.loop.records.Gains, list(map(float, row))), name)
 
 
+def _linear(system: PlantSystem) -> StateSpace:
+    """Return the plant where it rests, from inputs and disturbances to outputs."""
+    return StateSpace(*linear_equations(system.plant, system.parameters))
+
+
 def _law(system: PlantSystem, row: Sequence[float], channel: Channel) -> StateSpace:
     """Return a law from (r, y, v, known) to (u, S); one without a continuous form does nothing, and phi stands for it."""
     if channel.law.name not in MODELLED:
@@ -224,9 +211,9 @@ def _law(system: PlantSystem, row: Sequence[float], channel: Channel) -> StateSp
     return controller(channel.law.name, gains_of(system, row, channel.name), channel.rate_output is None)
 
 
-def _way(actuator: Actuator, h: float) -> StateSpace:
+def _way(actuator: Actuator, control_period: float) -> StateSpace:
     """Return the way of a command to (the plant, what laws know of it)."""
-    delay = actuator.delay + 0.5 * h
+    delay = actuator.delay + 0.5 * control_period
     if actuator.lag > 0.0:
         return RotorLag(actuator.lag, delay, lag_aware=False, order=ORDER).model(Factors())
     late = dead_time(delay, ORDER)
@@ -252,10 +239,10 @@ def _rate(system: PlantSystem, channel: Channel, plant: StateSpace) -> tuple[str
     return f"rate {channel.output}", _through()
 
 
-def _differenced(h: float) -> StateSpace:
+def _differenced(control_period: float) -> StateSpace:
     """Return the difference of two values a period h [s] apart, over h."""
-    late = dead_time(h, ORDER)
-    return StateSpace(late.a, late.b, -late.c / h, (1.0 - late.d) / h)
+    late = dead_time(control_period, ORDER)
+    return StateSpace(late.a, late.b, -late.c / control_period, (1.0 - late.d) / control_period)
 
 
 def _through() -> StateSpace:
@@ -268,12 +255,3 @@ def _inertia(factors: dict[str, Factors], channel: Channel) -> float:
 
 def _sum(parts: Any) -> dict[str, float]:
     return {name: factor for part in parts for name, factor in part.items()}
-
-
-def _diagonal(parts: Sequence[Array]) -> Array:
-    rows, columns = (sum(part.shape[axis] for part in parts) for axis in (0, 1))
-    whole, i, j = np.zeros((rows, columns)), 0, 0
-    for part in parts:
-        whole[i : i + part.shape[0], j : j + part.shape[1]] = part
-        i, j = i + part.shape[0], j + part.shape[1]
-    return whole

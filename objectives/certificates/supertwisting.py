@@ -19,7 +19,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
+from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
 from objectives.certificates.channel_model import Loop
 from objectives.certificates.lmi import (
     MARGIN,
@@ -31,7 +31,7 @@ from objectives.certificates.lmi import (
     symmetric,
     unknown,
 )
-from plant.laws import LAWS, law
+from plant.law_registry import LAWS, law
 
 Array = np.ndarray
 
@@ -89,47 +89,51 @@ class Feasibility:
 def certify(k1: float, k2: float, rate: float, decay: float = 0.0) -> Array | None:
     """Return P (2, 2) of V in zeta for the disturbance rate L [{y}/s3] and eps, or None where there is none."""
     law = scaled(k1, k2)
-    found = Feasibility(law.a).find(rate / law.unit, decay / sqrt(law.unit))
-    return None if found is None else law.form(found)
+    solution = Feasibility(law.a).find(rate / law.unit, decay / sqrt(law.unit))
+    return None if solution is None else law.form(solution)
 
 
 def largest_rate(k1: float, k2: float) -> Certificate:
     """Certify the largest L: one semidefinite program, as L^2 enters linearly, then from below until confirmed."""
     if k1 <= 0.0 or k2 <= 0.0:
-        return nothing(RATE_UNIT, "both gains must be positive")
+        return inconclusive(RATE_UNIT, "both gains must be positive")
     law = scaled(k1, k2)
     p, square = symmetric(2), unknown(nonneg=True)
     matrix = cp.bmat(inequality(law.a, p, 1.0, square, 0.0))
     if not solve(cp.Maximize(square), [below_zero(matrix), below_zero(-p)]):
-        return nothing(RATE_UNIT, "the solver found no quadratic Lyapunov function")
+        return inconclusive(RATE_UNIT, "the solver found no quadratic Lyapunov function")
     feasibility, best = Feasibility(law.a), sqrt(max(float(square.value), 0.0))
     for share in BACK_OFF:
         rate = (1.0 - share) * best
-        found = feasibility.find(rate)
-        if found is not None:
+        solution = feasibility.find(rate)
+        if solution is not None:
             why = "every disturbance with |d'| <= L is rejected in finite time (continuous law, no lag)"
-            return Certificate(rate * law.unit, RATE_UNIT, True, why, {"P": law.form(found)})
-    return nothing(RATE_UNIT, "the eigenvalues did not confirm the solver's matrix")
+            return Certificate(rate * law.unit, RATE_UNIT, True, why, {"P": law.form(solution)})
+    return inconclusive(RATE_UNIT, "the eigenvalues did not confirm the solver's matrix")
 
 
 def fastest_decay(k1: float, k2: float, rate: float) -> Certificate:
     """Certify the largest eps in V' <= -eps |S|^(-1/2) V under |d'| <= rate, by bisection."""
     if k1 <= 0.0 or k2 <= 0.0:
-        return nothing(DECAY_UNIT, "both gains must be positive")
+        return inconclusive(DECAY_UNIT, "both gains must be positive")
     law = scaled(k1, k2)
     feasibility = Feasibility(law.a)
-    best, found = 0.0, feasibility.find(rate / law.unit)
+    best, solution = 0.0, feasibility.find(rate / law.unit)
     # V decays at most twice as fast as the slower mode of A.
     low, high = 0.0, -2.0 * float(np.linalg.eigvals(law.a).real.max(axis=0))
-    for _ in range(BISECTIONS if found is not None else 0):
+    for _ in range(BISECTIONS if solution is not None else 0):
         middle = 0.5 * (low + high)
         trial = feasibility.find(rate / law.unit, middle)
         low, high = (low, middle) if trial is None else (middle, high)
-        best, found = (best, found) if trial is None else (middle, trial)
-    if found is None or best == 0.0:
-        return nothing(DECAY_UNIT, f"no quadratic Lyapunov function covers a disturbance rate of {rate:g}")
+        best, solution = (best, solution) if trial is None else (middle, trial)
+    if solution is None or best == 0.0:
+        return inconclusive(DECAY_UNIT, f"no quadratic Lyapunov function covers a disturbance rate of {rate:g}")
     return Certificate(
-        best * sqrt(law.unit), DECAY_UNIT, True, f"V' <= -eps |S|^(-1/2) V for |d'| <= {rate:g}", {"P": law.form(found)}
+        best * sqrt(law.unit),
+        DECAY_UNIT,
+        True,
+        f"V' <= -eps |S|^(-1/2) V for |d'| <= {rate:g}",
+        {"P": law.form(solution)},
     )
 
 

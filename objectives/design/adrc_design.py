@@ -104,7 +104,7 @@ def design_hybrid(axis: DesignAxis, requirements: DesignRequirements) -> AxisDes
 
 
 def stable_at(axis: DesignAxis, gains: Any, power: float) -> bool:
-    """Return whether the loop is stable with that gain in place of the power-rate term."""
+    """Return True if the loop is stable with that gain in place of the power-rate term."""
     return is_stable(closed_matrix(axis.closed(gains), power))
 
 

@@ -1,6 +1,6 @@
 """Gains of a whole cascade from requirements on its loops: roll, pitch and yaw first, then the position loops around them.
 
-    row = design(cascade, nominal, timing)                      # a gains row, as `plant.gains.default_row` returns one
+    row = design(cascade, nominal, timing)                      # a gains row, as `plant.quadrotor.gains.default_row` returns one
     for axis, found in design_axes(cascade, nominal, timing).items(): print(axis, found.gains, found.why)
 
 `design` is a starting point for a search: `space.point(row)` of a `DecisionSpace` is its point of the unit cube, so a search
@@ -18,16 +18,16 @@ from collections.abc import Callable
 
 import numpy as np
 
-from objectives.certificates.axis_of_cascade import TILTED_BY, rotor_lag, yaw_actuator
-from objectives.certificates.channel_model import MODELLED, AxisLoop, RotorLag, TiltLoop, closed_loop, is_stable
+from objectives.certificates.axis_of_cascade import TILTED_BY, open_axis
+from objectives.certificates.channel_model import MODELLED, AxisLoop, closed_loop, is_stable
 from objectives.design.adrc_design import design_hybrid, design_ladrc
 from objectives.design.design_axis import AxisDesign, DesignAxis, fall_back
 from objectives.design.pid_ccp import design_pid
 from objectives.design.requirements import DesignRequirements
-from plant.cascade import ATTITUDE_AXES, AXES, LEAST_LIFT, POSITION_AXES, Cascade
 from plant.laws import hybrid, ladrc, pid
 from plant.loop import Timing
-from plant.nominal import Nominal
+from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, LEAST_LIFT, POSITION_AXES, Cascade
+from plant.quadrotor.nominal import Nominal
 from plant.records import flatten
 
 Designer = Callable[[DesignAxis, DesignRequirements], AxisDesign]
@@ -54,38 +54,27 @@ def design_axes(
 ) -> dict[str, AxisDesign]:
     """Return the design of every axis, "roll", "pitch", "yaw" first."""
     requirements = requirements or DesignRequirements()
-    rotors = rotor_lag(nominal, timing, order=2)
-    observed = {"attitude": nominal.attitude_observer > 0.5, "position": nominal.position_observer > 0.5}
     designs: dict[str, AxisDesign] = {}
-    known: dict[DesignAxis, AxisDesign] = {}
+    loops: dict[str, AxisLoop] = {}
+    by_axis: dict[DesignAxis, AxisDesign] = {}
     for axis in (*ATTITUDE_AXES, *POSITION_AXES):
-        loop = "attitude" if axis in ATTITUDE_AXES else "position"
-        law = cascade.attitude if loop == "attitude" else cascade.position
-        actuator: RotorLag | TiltLoop | None = yaw_actuator(nominal, timing, order=2) if axis == "yaw" else rotors
-        if axis in TILTED_BY:
-            gains = designs[TILTED_BY[axis]].gains
-            attitude = AxisLoop(cascade.attitude.name, gains, rotors, "attitude", observed["attitude"])
-            actuator = tilt_loop(attitude, rotors.lag_aware)
+        attitude = loops.get(TILTED_BY.get(axis, ""))
+        loop = open_axis(cascade, nominal, timing, axis, 2, attitude)
+        law = cascade.attitude if loop.loop == "attitude" else cascade.position
         given = DesignAxis(
-            law, loop, actuator or rotors, observed[loop], timing.control_period, authority(nominal, axis)
+            law, loop.loop, loop.actuator, loop.from_observer, timing.control_period, authority(nominal, axis)
         )
-        if actuator is None:
+        if attitude is not None and not (attitude.law in MODELLED and is_stable(closed_loop(attitude).a)):
             designs[axis] = fall_back(given, "nothing is known of the attitude loop it acts through")
         elif law.family not in DESIGNERS:
             designs[axis] = fall_back(given, f"there is no designer for the law {law.name}")
         else:
             # Axes that do not differ, such as roll and pitch of a symmetric frame, are designed once.
-            if given not in known:
-                known[given] = DESIGNERS[law.family](given, requirements)
-            designs[axis] = known[given]
+            if given not in by_axis:
+                by_axis[given] = DESIGNERS[law.family](given, requirements)
+            designs[axis] = by_axis[given]
+        loops[axis] = given.closed(designs[axis].gains)
     return designs
-
-
-def tilt_loop(attitude: AxisLoop, lag_aware: bool) -> TiltLoop | None:
-    """Return the attitude loop as an actuator, or None where there is no model of its law or the loop is not stable."""
-    if attitude.law not in MODELLED or not is_stable(closed_loop(attitude).a):
-        return None
-    return TiltLoop(attitude, lag_aware)
 
 
 def design(
@@ -100,7 +89,7 @@ def design(
         requirements: Limits that every loop keeps; the usual ones by default.
 
     Returns:
-        The gains row (gains,), in the order of `plant.gains.gain_addresses`.
+        The gains row (gains,), in the order of `plant.quadrotor.gains.gain_addresses`.
     """
     designs = design_axes(cascade, nominal, timing, requirements)
     return np.array(flatten(cascade.Gains(**{axis: designs[axis].gains for axis in AXES})))

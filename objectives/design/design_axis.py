@@ -9,8 +9,8 @@ import numpy as np
 from objectives.certificates.channel_model import AxisLoop, RotorLag, TiltLoop, is_stable
 from objectives.design.frequency import actuator_response, closed_matrix, peaks
 from objectives.design.requirements import DesignRequirements
-from plant.gains import MOST_OBSERVER
-from plant.laws import Law
+from plant.laws.law import Law
+from plant.quadrotor.gains import MOST_OBSERVER
 
 Array = np.ndarray
 
@@ -33,7 +33,7 @@ class DesignAxis:
     loop: str
     actuator: RotorLag | TiltLoop
     from_observer: bool
-    period: float
+    control_period: float
     authority: float
 
     def closed(self, gains: Any) -> AxisLoop:
@@ -44,7 +44,7 @@ class DesignAxis:
         """Return the range of a gain, an observer's bandwidth limited by the control period."""
         info = next(gain for gain in self.law.gains if gain.name == name)
         span = info.span(self.loop)
-        high = min(span.high, MOST_OBSERVER / self.period) if info.observer else span.high
+        high = min(span.high, MOST_OBSERVER / self.control_period) if info.observer else span.high
         return min(span.low, high), high
 
     def record(self, **gains: float) -> Any:
@@ -70,7 +70,7 @@ class DesignAxis:
 
     def nyquist(self) -> float:
         """Return the frequency of Nyquist [rad/s]."""
-        return np.pi / self.period
+        return np.pi / self.control_period
 
     def _slowest(self, requirements: DesignRequirements) -> float:
         """Bandwidths are limited by the actuator's delay or by what it can do about the largest step."""
@@ -114,8 +114,8 @@ def judged(
     if not all(is_stable(closed_matrix(closed, power)) for power in powers):
         return None
     omega = axis.all_frequencies(CHECKED, requirements)
-    found = np.array([peaks(closed, omega, power) for power in powers])
-    worst_s, worst_t = found.max(axis=0).tolist()
+    pairs = np.array([peaks(closed, omega, power) for power in powers])
+    worst_s, worst_t = pairs.max(axis=0).tolist()
     if worst_s > (1.0 + SLACK) * requirements.ms or worst_t > (1.0 + SLACK) * requirements.mt:
         return None
     return AxisDesign(

@@ -59,10 +59,10 @@ class Observed(NamedTuple):
 
     from_value: Complex
     from_rate: Complex
-    own: Complex
+    command: Complex
 
 
-def observed(law: Feedback, s: Complex, known: Complex) -> Observed:
+def observed(law: Feedback, s: Complex, applied: Complex) -> Observed:
     """Return the law at s, where its observer knows that share of its own command."""
     kp, kd, omega_o = law.kp, law.kd, law.omega_o
     b1, b2, b3 = triple_pole(omega_o)
@@ -72,16 +72,16 @@ def observed(law: Feedback, s: Complex, known: Complex) -> Observed:
     z1 = s2.scaled(b1).plus(s.scaled(b2)).plus(ONE.scaled(b3)), s
     z2 = s2.scaled(b2).plus(s.scaled(b3)), s2.plus(s.scaled(b1))
     z3 = s2.scaled(b3), ONE.scaled(-b3)
-    value, own, rate = z3[0], z3[1], ZERO
+    value, by_command, rate = z3[0], z3[1], ZERO
     if law.value_too:
-        value, own = value.plus(z1[0].scaled(kp)), own.plus(z1[1].scaled(kp))
+        value, by_command = value.plus(z1[0].scaled(kp)), by_command.plus(z1[1].scaled(kp))
     else:
         value = value.plus(poles.scaled(kp))
     if law.rate_too:
-        value, own = value.plus(z2[0].scaled(kd)), own.plus(z2[1].scaled(kd))
+        value, by_command = value.plus(z2[0].scaled(kd)), by_command.plus(z2[1].scaled(kd))
     else:
         rate = poles.scaled(kd)
-    return Observed(value, rate, poles.plus(own.times(known)))
+    return Observed(value, rate, poles.plus(by_command.times(applied)))
 
 
 def sensitivities(value_too: bool, rate_too: bool, names: tuple[str, ...]) -> ca.Function:
@@ -91,15 +91,15 @@ def sensitivities(value_too: bool, rate_too: bool, names: tuple[str, ...]) -> ca
     """
     gains, point = ca.SX.sym("gains", 3), ca.SX.sym("point", 5)
     omega, law = point[0], Feedback(gains[0], gains[1], gains[2], value_too, rate_too)
-    s, delivered, known = Complex(0.0, omega), Complex(point[1], point[2]), Complex(point[3], point[4])
-    seen = observed(law, s, known)
-    back = s.times(s).times(seen.own)
+    s, delivered, applied = Complex(0.0, omega), Complex(point[1], point[2]), Complex(point[3], point[4])
+    seen = observed(law, s, applied)
+    back = s.times(s).times(seen.command)
     ahead = delivered.times(seen.from_value.plus(seen.from_rate.times(s)))
-    whole = back.plus(ahead).square()
+    total = back.plus(ahead).square()
     squares = {
-        "S": back.square() / whole,
-        "T": ahead.square() / whole,
-        "value noise": omega**4 * seen.from_value.square() / whole,
-        "rate noise": omega**4 * seen.from_rate.square() / whole,
+        "S": back.square() / total,
+        "T": ahead.square() / total,
+        "value noise": omega**4 * seen.from_value.square() / total,
+        "rate noise": omega**4 * seen.from_rate.square() / total,
     }
     return ca.Function("sensitivities", [gains, point], [ca.vertcat(*[squares[name] for name in names])])

@@ -20,14 +20,14 @@ class AxisResponses:
 
     s: Array
     delivered: Array
-    known: Array
+    seen: Array
     reference: Array
     feedback: Array
-    own: Array
+    command: Array
 
     def feedback_gain(self) -> Array:
         """Return C, from -y to u."""
-        return -self.feedback / (1.0 - self.own * self.known)
+        return -self.feedback / (1.0 - self.command * self.seen)
 
     def loop(self) -> Array:
         """Return L, broken where the command leaves the law; what the law knows of its own command stays closed."""
@@ -36,7 +36,7 @@ class AxisResponses:
     def closed(self) -> Array:
         """Return the transfer function from the reference to y."""
         ahead = self.delivered * self.reference
-        return ahead / (self.s**2 * (1.0 - self.own * self.known) - self.delivered * self.feedback)
+        return ahead / (self.s**2 * (1.0 - self.command * self.seen) - self.delivered * self.feedback)
 
 
 def actuator_response(actuator: RotorLag | TiltLoop, s: Array) -> tuple[Array, Array]:
@@ -44,9 +44,9 @@ def actuator_response(actuator: RotorLag | TiltLoop, s: Array) -> tuple[Array, A
     if isinstance(actuator, TiltLoop):
         delivered = responses(actuator.attitude, s).closed()
         return delivered, delivered if actuator.lag_aware else np.ones_like(delivered)
-    asked = np.exp(-s * actuator.delay) / (actuator.smoothing * s + 1.0)
-    reached = asked / (actuator.lag * s + 1.0)
-    return (actuator.lead * s + 1.0) * reached, reached if actuator.lag_aware else asked
+    delayed = np.exp(-s * actuator.delay) / (actuator.smoothing * s + 1.0)
+    reached = delayed / (actuator.lag * s + 1.0)
+    return (actuator.lead * s + 1.0) * reached, reached if actuator.lag_aware else delayed
 
 
 def mean_delays(actuator: RotorLag | TiltLoop) -> tuple[float, float]:
@@ -59,8 +59,8 @@ def mean_delays(actuator: RotorLag | TiltLoop) -> tuple[float, float]:
 def responses(axis: AxisLoop, s: Array, power: float = 0.0) -> AxisResponses:
     """Return the responses of an axis; power [1/s]: the gain that stands for the power-rate term, phi(S) = power S."""
     law = controller(axis.law, axis.gains, axis.from_observer).at(s)
-    r, y, v, own = np.moveaxis(law[:, 0] - power * law[:, 1], -1, 0)
-    return AxisResponses(s, *actuator_response(axis.actuator, s), r, y + s * v, own)
+    r, y, v, by_command = np.moveaxis(law[:, 0] - power * law[:, 1], -1, 0)
+    return AxisResponses(s, *actuator_response(axis.actuator, s), r, y + s * v, by_command)
 
 
 def peaks(axis: AxisLoop, omega: Array, power: float = 0.0) -> tuple[float, float]:

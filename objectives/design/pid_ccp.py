@@ -55,7 +55,7 @@ def parts(axis: DesignAxis, omega: Array) -> Array:
 def derivative(axis: DesignAxis, omega: Array) -> Array:
     """Return the filter of the derivative; differencing y delays it by half a period and weakens it besides."""
     s = 1j * omega
-    differencing = -np.expm1(-s * axis.period) / (s * axis.period) if axis.from_observer else 1.0
+    differencing = -np.expm1(-s * axis.control_period) / (s * axis.control_period) if axis.from_observer else 1.0
     return differencing / (axis.default("t_f") * s + 1.0)
 
 
@@ -66,7 +66,7 @@ def noise_root(axis: DesignAxis, requirements: DesignRequirements) -> Array:
     own, or it is the difference of two values.
     """
     value, rate = requirements.noises(axis.loop)
-    a, h = -np.expm1(-axis.period / axis.default("t_f")), axis.period
+    a, h = -np.expm1(-axis.control_period / axis.default("t_f")), axis.control_period
     if axis.from_observer:
         together, alone = a / h, 2.0 * a**2 / (h**2 * (2.0 - a))
         return value * np.array([[1.0, together], [0.0, sqrt(alone - together**2)]])
@@ -138,7 +138,7 @@ class Procedure:
         return gains
 
     def merit(self, gains: Array) -> float:
-        """Return what is made large: the logarithm of ki kp^speed."""
+        """Return the merit: the logarithm of ki kp^speed."""
         return float(np.log(gains[1]) + self._speed * np.log(gains[0]))
 
     def improve(self, gains: Array) -> Array | None:
@@ -163,12 +163,12 @@ class Procedure:
         return None if factors is None else gains * factors
 
     def keeps(self, gains: Array) -> bool:
-        """Return whether gains keep everything."""
+        """Return True if gains keep everything."""
         loop, (kp, _, kd) = self._parts @ gains, gains
-        apart = all(bool((np.abs(loop - centre) >= radius).all(axis=0)) for centre, radius in self._discs)
+        is_outside = all(bool((np.abs(loop - centre) >= radius).all(axis=0)) for centre, radius in self._discs)
         quiet = float(np.linalg.norm(self._noise @ np.array([kp, kd]))) <= 1.0
         damped = bool(kd**2 <= 4.0 * self._damping**2 * kp)
-        return apart and quiet and damped and bool((gains <= self._high).all(axis=0))
+        return is_outside and quiet and damped and bool((gains <= self._high).all(axis=0))
 
 
 def task_of(axis: DesignAxis, requirements: DesignRequirements) -> PidTask:
@@ -176,18 +176,18 @@ def task_of(axis: DesignAxis, requirements: DesignRequirements) -> PidTask:
     low, high = np.array([axis.range(name) for name in ("kp", "ki", "kd")]).T
     high[0] = min(high[0], axis.authority / requirements.step(axis.loop))
     noise = noise_root(axis, requirements) / (requirements.noise * axis.authority)
-    found = parts(axis, axis.frequencies(POINTS, requirements))
-    return PidTask(found, discs(requirements), noise, requirements.damping, requirements.speed, low, high)
+    of_gains = parts(axis, axis.frequencies(POINTS, requirements))
+    return PidTask(of_gains, discs(requirements), noise, requirements.damping, requirements.speed, low, high)
 
 
 def starts(axis: DesignAxis, task: PidTask) -> list[Array]:
     """Return the starts of an axis, in the ranges of its gains."""
-    found, damping = [], START_DAMPING * min(task.damping, 1.0)
+    points, damping = [], START_DAMPING * min(task.damping, 1.0)
     for share in STARTS:
         bandwidth = min(share / axis.unit(), sqrt(task.high[0]))
         gains = [bandwidth**2, START_INTEGRAL * bandwidth**3, 2.0 * damping * bandwidth]
-        found.append(np.clip(gains, task.low, task.high))
-    return found
+        points.append(np.clip(gains, task.low, task.high))
+    return points
 
 
 def design_pid(axis: DesignAxis, requirements: DesignRequirements) -> AxisDesign:

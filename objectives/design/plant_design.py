@@ -13,7 +13,6 @@ import numpy as np
 
 from objectives.design.pid_ccp import POINTS, PidTask, Procedure, discs
 from objectives.design.requirements import DesignRequirements
-from objectives.margins.lifting import common_period
 from objectives.margins.plant_margins import PlantMargins
 from objectives.plant_system import PlantSystem
 from plant.laws import pid
@@ -62,10 +61,10 @@ def design_channels(
     system: PlantSystem, row: Array, tasks: Mapping[str, ChannelTask], requirements: DesignRequirements
 ) -> tuple[Array, dict[str, ChannelDesign]]:
     """Return the gains row (g,) with those channels designed that can be, and what became of each; row: where to start."""
-    row, found = np.array(row, dtype=float), {}
+    row, designs = np.array(row, dtype=float), {}
     for channel in reversed(system.plan.channels):
-        row, found[channel.name] = _design(system, row, tasks[channel.name], requirements)
-    return row, {name: found[name] for name in system.plan.names}
+        row, designs[channel.name] = _design(system, row, tasks[channel.name], requirements)
+    return row, {name: designs[name] for name in system.plan.names}
 
 
 def _design(
@@ -74,7 +73,7 @@ def _design(
     law, columns = task.channel.law, _columns(system, task.channel)
     if law.family != pid.FAMILY:
         return row, ChannelDesign(False, f"there is no designer for the law '{law.name}' on a plant of one's own")
-    if common_period(system.plan) > 1:
+    if any(channel.every > 1 for channel in system.plan.channels):
         return row, ChannelDesign(
             False, "channels step at several rates, and a design takes those that all step together"
         )
@@ -130,8 +129,8 @@ def _judged(system: PlantSystem, row: Array, name: str, requirements: DesignRequ
 
 
 def _columns(system: PlantSystem, channel: Channel) -> list[int]:
-    known = {gain.address: gain.column for gain in system.gains}
-    return [known[f"{channel.name}.{name}"] for name in DESIGNED if f"{channel.name}.{name}" in known]
+    columns = {gain.address: gain.column for gain in system.gains}
+    return [columns[f"{channel.name}.{name}"] for name in DESIGNED if f"{channel.name}.{name}" in columns]
 
 
 def _used(row: Array, columns: list[int], system: PlantSystem) -> Array:

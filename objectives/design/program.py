@@ -45,12 +45,12 @@ class Program:
         nlp = {"x": self.x, "f": -self.objective, "g": ca.vertcat(*self.most)}
         solver = ca.nlpsol("design", "ipopt", nlp, OPTIONS)
         low, high = np.log(self.low), np.log(self.high)
-        found = []
+        solutions = []
         for start in starts:
             answer = solver(x0=np.clip(np.log(start), low, high), lbx=low, ubx=high, lbg=-ca.inf, ubg=1.0)
             if solver.stats()["success"]:
-                found.append((float(answer["f"]), np.exp(np.array(answer["x"]).ravel()).tolist()))
-        return [gains for _, gains in sorted(found)]
+                solutions.append((float(answer["f"]), np.exp(np.array(answer["x"]).ravel()).tolist()))
+        return [gains for _, gains in sorted(solutions)]
 
 
 class LoopLimits:
@@ -64,7 +64,7 @@ class LoopLimits:
         self._noises = sensitivities(value_too, rate_too, ("value noise", "rate noise"))
 
     def of(self, law: Feedback) -> list[Any]:
-        """Return what is at most 1: |S|^2 and |T|^2 over their limits at each frequency, command noise, step."""
+        """Return the constraints, at most 1 each: |S|^2 and |T|^2 over their limits at each frequency, command noise, step."""
         requirements, axis = self._requirements, self._axis
         step = law.kp * requirements.step(axis.loop) / axis.authority
         peaks = self._mapped(self._squares, self._peaks, law)
@@ -80,8 +80,8 @@ class LoopLimits:
         return power / (self._requirements.noise * axis.authority) ** 2
 
     def _mapped(self, function: ca.Function, omega: Array, law: Feedback) -> Any:
-        delivered, known = self._axis.responses(omega)
-        rows = [omega, *(part(response) for response in (delivered, known) for part in (np.real, np.imag))]
+        delivered, applied = self._axis.responses(omega)
+        rows = [omega, *(part(response) for response in (delivered, applied) for part in (np.real, np.imag))]
         gains = ca.vertcat(law.kp, law.kd, law.omega_o)
         return function.map(len(omega))(ca.repmat(gains, 1, len(omega)), ca.DM(np.stack(rows)))
 
@@ -94,6 +94,6 @@ def load_rejection(law: Feedback, known_delay: float) -> Any:
 
 
 def merit(axis: DesignAxis, requirements: DesignRequirements, law: Feedback) -> Any:
-    """Return what is made large, the logarithm of k_i kp^speed."""
+    """Return the merit: the logarithm of k_i kp^speed."""
     rejection = load_rejection(law, mean_delays(axis.actuator)[1])
     return ca.log(rejection) + requirements.speed * ca.log(law.kp)

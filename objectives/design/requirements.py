@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from math import isfinite
 
 from plant.errors import InputError
-from plant.sensors import SensorSpec
+from plant.quadrotor.sensors import SensorSpec
 
 
 @dataclass(frozen=True)

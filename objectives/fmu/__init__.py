@@ -1,1 +1,1 @@
-"""Flights of FMUs in worker processes: the system, its flyer, the brief of a worker and its side of the pipe."""
+"""Flights of FMUs in worker processes: the system, its flyer, the description of its loop and its side of the pipe."""

@@ -16,12 +16,12 @@ import numpy as np
 from objectives.fmu.messages import Flown, Fly, Refused
 from objectives.fmu.process import FmuProcess, WorkerLostError
 from objectives.plant_system import PlantSystem
-from plant.backends.flyer import FlightInputs
+from plant.backends.flyer import FlightInputs, Recording
 from plant.backends.lanes import LANES
 from plant.backends.stepping import lane_of
-from plant.closed_loop import NON_FINITE
-from plant.loop import Timing
+from plant.loop import ClosedLoop, Timing
 from plant.records import flatten, size
+from plant.status import NON_FINITE
 from plant.threads import available_threads
 
 Array = np.ndarray
@@ -34,17 +34,18 @@ class FmuFlyer:
     compiled. say: told in one line, from the thread that asked for flights, of each way in which the FMU failed first.
     """
 
-    cached = True
+    cached, records = True, False
 
     def __init__(
         self, system: PlantSystem, process: Callable[[], FmuProcess], patience: float, threads: int | None = None
     ) -> None:
-        self.loop, self.threads = system.loop, threads or available_threads()
+        self.loop: ClosedLoop = system.loop
+        self.threads = threads or available_threads()
         self.arithmetic = system.arithmetic
         self.rows = size(self.loop.Meters) + 2
         self.say: Callable[[str], None] = lambda _: None
         self._limits, self._timing, self._patience = tuple(flatten(system.limits)), system.timing, patience
-        self._name, self._said = system.plant.name, set[str]()
+        self._name, self._reported = system.plant.name, set[str]()
         processes = [process() for _ in range(self.threads)]
         self._idle: LifoQueue[FmuProcess] = LifoQueue()
         for each in processes:
@@ -58,7 +59,12 @@ class FmuFlyer:
         return other
 
     def fly(
-        self, gains: Array, nominal: Any, inputs: FlightInputs, on_flights_done: Callable[[int], None] | None = None
+        self,
+        gains: Array,
+        nominal: Any,
+        inputs: FlightInputs,
+        on_flights_done: Callable[[int], None] | None = None,
+        recording: Recording | None = None,  # noqa: ARG002
     ) -> Array:
         """Fly every candidate (n, gains) through every scenario; return results (n, scenarios, rows) as `Flyer.fly` does."""
         wanted = [(candidate, i) for candidate in range(len(gains)) for i in range(inputs.count)]
@@ -73,7 +79,12 @@ class FmuFlyer:
         return np.array([each.result for each in flown]).reshape(len(gains), inputs.count, self.rows)
 
     def trace(
-        self, gains: Array, nominal: Any, inputs: FlightInputs, every: int = 1, traced: Sequence[int] | None = None
+        self,
+        gains: Array,
+        nominal: Any,
+        inputs: FlightInputs,
+        every: int = 1,
+        traced: Sequence[int] | Array | None = None,
     ) -> Array:
         """Fly one candidate, gains (n,), and return every `every`-th instant (scenarios, instants, rows), rows of the flight.
 
@@ -101,8 +112,8 @@ class FmuFlyer:
             flown = list(pool.map(task, places))
         failures = [each.failed for each in flown if each.failed]
         for failure in dict.fromkeys(failures):
-            if failure not in self._said:
-                self._said.add(failure)
+            if failure not in self._reported:
+                self._reported.add(failure)
                 count = failures.count(failure)
                 self.say(
                     f"The FMU {self._name} failed in {count} of {len(flown)} flights: {failure}. They count as flights that "

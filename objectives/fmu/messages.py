@@ -38,7 +38,7 @@ class Flown(NamedTuple):
 
 
 class Linearise(NamedTuple):
-    """Asks for the slope of a plant with these constants over a control period; answered by `plant.fmu.slope.Slope`."""
+    """Asks for the slope of a plant with these constants over a control period; answered by `plant.model.slope.Slope`."""
 
     dynamics: np.ndarray
 

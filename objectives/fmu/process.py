@@ -10,7 +10,7 @@ from pathlib import Path
 from threading import Timer
 from typing import Any
 
-from objectives.fmu.brief import Brief
+from objectives.fmu.loop_description import LoopDescription
 from objectives.fmu.messages import Ready, Refused, receive, send
 from plant.errors import InputError
 from plant.texts import signal_name
@@ -27,10 +27,10 @@ class WorkerLostError(Exception):
 
 
 class FmuProcess:
-    """A process that flies one FMU. brief: what it is told; loop: identity of the loop that it must build; file: the FMU."""
+    """A process that flies one FMU. description: of the loop; loop: identity of the loop that it must build; file: the FMU."""
 
-    def __init__(self, brief: Brief, loop: str, file: str) -> None:
-        self._brief, self._loop, self._file = brief, loop, file
+    def __init__(self, description: LoopDescription, loop: str, file: str) -> None:
+        self._description, self._loop, self._file = description, loop, file
         self._process: subprocess.Popen[bytes] | None = None
 
     def ask(self, request: Any, seconds: float) -> Any:
@@ -54,11 +54,14 @@ class FmuProcess:
 
     def _start(self) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-c", PROGRAM, str(HOME)], cwd=self._brief.folder,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+            [sys.executable, "-P", "-c", PROGRAM, str(HOME)],
+            cwd=self._description.folder,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
         try:
-            answer = self._answer(self._brief, START)
+            answer = self._answer(self._description, START)
         except WorkerLostError as error:
             raise InputError(f"{error} while it was loaded; try it in the tool that made it", file=self._file) from None
         if isinstance(answer, Refused):

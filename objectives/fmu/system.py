@@ -4,17 +4,24 @@ import platform
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from objectives.fmu.brief import Brief, brief_of
+import numpy as np
+
 from objectives.fmu.flyer import FmuFlyer
-from objectives.fmu.messages import Refused
+from objectives.fmu.loop_description import LoopDescription, describe_loop
+from objectives.fmu.messages import Linearise, Refused
 from objectives.fmu.process import FmuProcess, WorkerLostError
 from objectives.plant_system import PlantSystem
 from plant.backends.identity import identity
 from plant.errors import InputError, require_package
 from plant.fmu.archive import unpacked
 from plant.fmu.fmu_model import FmuModel
+from plant.model.closing import resting
+from plant.records import flatten
+
+if TYPE_CHECKING:
+    from plant.model.slope import Slope
 
 PATIENCE = 60.0
 """Seconds of the clock on the wall that a flight of an FMU may take, unless a study gives others."""
@@ -24,8 +31,20 @@ PATIENCE = 60.0
 class FmuSystem(PlantSystem):
     """An FMU, the plan of its loops, its parameters and its timing. patience: seconds that a flight may take."""
 
+    order = 2
+
     plant: FmuModel
     patience: float = PATIENCE
+
+    @property
+    def min_steps(self) -> int:
+        """One, for the FMU chooses steps of its own."""
+        return 1
+
+    @property
+    def own_code(self) -> None:
+        """Nothing: raises InputError, for no other machine is given an FMU."""
+        raise InputError("an FMU flies in processes of this machine; leave --dask out")
 
     @property
     def arithmetic(self) -> str:
@@ -33,7 +52,7 @@ class FmuSystem(PlantSystem):
         return f"fmu {platform.system().lower()} {platform.machine().lower()}"
 
     def flyer(self, threads: int | None = None) -> FmuFlyer:
-        """Return what flies it: so many worker processes, by default one for each core."""
+        """Return its flyer: so many worker processes, by default one for each core."""
         return FmuFlyer(self, self.process, self.patience, threads)
 
     def ask(self, request: Any) -> Any:
@@ -49,14 +68,24 @@ class FmuSystem(PlantSystem):
             raise InputError(answer.why, file=None if answer.key else self.plant.file, key=answer.key)
         return answer
 
+    def slope(self, parameters: Any) -> "Slope":
+        """Return the FMU's initial state and its derivative a period later: by body and commands."""
+        return self.ask(Linearise(np.array(flatten(resting(self.loop, parameters)[0]), dtype=float)))
+
+    def flown_slope(self, parameters: Any) -> "Slope":
+        """Return the slope again: the steps of an FMU are its own."""
+        return self.slope(parameters)
+
     def process(self) -> FmuProcess:
         """Return a worker process that is not started yet; MissingPackageError where FMPy is not installed."""
         require_package("fmpy", "fmu", key="plant.fmu")
-        return FmuProcess(*self._told, self.plant.file)
+        return FmuProcess(*self._loop_description, self.plant.file)
 
     @cached_property
-    def _told(self) -> tuple[Brief, str]:
-        """The brief of its workers, and the identity of the loop that they must build."""
+    def _loop_description(self) -> tuple[LoopDescription, str]:
+        """The description of the loop for its workers, and the identity of what they must build."""
         interface = self.plant.interface
         folder = unpacked(Path(self.plant.file), interface.digest)
-        return brief_of(interface, folder, self.plan, self.metered, self.timing, self.patience), identity(self.loop)
+        return describe_loop(interface, folder, self.plan, self.metered, self.timing, self.patience), identity(
+            self.loop
+        )

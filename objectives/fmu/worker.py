@@ -1,6 +1,6 @@
-"""The side of a worker process: it loads one FMU, builds its loop from a brief and does what it is asked until its pipe closes.
+"""The side of a worker process: it loads one FMU, builds its loop from a description and answers requests until its pipe closes.
 
-`main` reads a brief, then requests, from its standard input and answers on its standard output, which
+`main` reads a description, then requests, from its standard input and answers on its standard output, which
 the FMU itself never sees: what it prints goes nowhere.
 """
 
@@ -11,11 +11,11 @@ import sys
 from contextlib import suppress
 from typing import IO, Any
 
-from objectives.fmu.brief import Brief, loop_of
+from objectives.fmu.loop_description import LoopDescription, loop_of
 from objectives.fmu.messages import Flown, Fly, Linearise, Ready, Refused, receive, send
 from plant.backends.identity import identity
 from plant.errors import InputError
-from plant.fmu.flying import Mover, fly, result
+from plant.fmu.flying import FmuPlant, fly, result
 from plant.fmu.instance import FmuError, Instance
 from plant.model.closing import PlantLoop
 from plant.records import flatten, pack
@@ -40,10 +40,10 @@ def main() -> None:
 
 
 def _serve(requests: IO[bytes], answers: IO[bytes]) -> None:
-    brief: Brief = receive(requests)
+    description: LoopDescription = receive(requests)
     try:
-        loop = loop_of(brief)
-        instance = Instance(brief.interface, brief.folder)
+        loop = loop_of(description)
+        instance = Instance(description.interface, description.folder)
     except (InputError, FmuError) as error:
         send(answers, Refused(str(error)))
         return
@@ -51,10 +51,12 @@ def _serve(requests: IO[bytes], answers: IO[bytes]) -> None:
     while True:
         request = receive(requests)
         # Should its parent be gone, nobody else would end an FMU that hangs.
-        faulthandler.dump_traceback_later(2.0 * brief.patience, exit=True, file=NOWHERE)
+        faulthandler.dump_traceback_later(2.0 * description.patience, exit=True, file=NOWHERE)
         try:
             answer: Any = (
-                _flown(loop, instance, request) if isinstance(request, Fly) else _slope(brief, loop, instance, request)
+                _flown(loop, instance, request)
+                if isinstance(request, Fly)
+                else _slope(description, loop, instance, request)
             )
         except InputError as error:
             answer = Refused(error.message, error.key)
@@ -64,27 +66,34 @@ def _serve(requests: IO[bytes], answers: IO[bytes]) -> None:
         send(answers, answer)
 
 
-def _flown(loop: PlantLoop, instance: Instance, asked: Fly) -> Flown:
+def _flown(loop: PlantLoop, instance: Instance, order: Fly) -> Flown:
     kinds, seen = loop.records, list[list[float]]()
 
     def note(k: int, flight: Any) -> None:
-        if asked.traced and k % asked.every == 0:
+        if order.traced and k % order.every == 0:
             row = flatten(flight)
-            seen.append([row[i] for i in asked.traced])
+            seen.append([row[i] for i in order.traced])
 
-    mover = Mover(loop, instance, asked.timing)
+    fmu_plant = FmuPlant(loop, instance, order.timing)
     flight = fly(
-        loop, mover, asked.gains, pack(kinds.Nominal, asked.nominal), asked.inputs, pack(kinds.Targets, asked.targets),
-        pack(kinds.Limits, asked.limits), asked.timing, note,
-    )  # fmt: skip
-    return Flown(result(loop, flight), seen, mover.failed)
+        loop,
+        fmu_plant,
+        order.gains,
+        pack(kinds.Nominal, order.nominal),
+        order.inputs,
+        pack(kinds.Targets, order.targets),
+        pack(kinds.Limits, order.limits),
+        order.timing,
+        note,
+    )
+    return Flown(result(loop, flight), seen, fmu_plant.failed)
 
 
-def _slope(brief: Brief, loop: PlantLoop, instance: Instance, asked: Linearise) -> Any:
+def _slope(description: LoopDescription, loop: PlantLoop, instance: Instance, order: Linearise) -> Any:
     # Here, because flights need no SciPy.
     from plant.fmu.slope import slope_at_start
 
-    return slope_at_start(loop, instance, brief.timing, asked.dynamics, bool(brief.interface.derivatives))
+    return slope_at_start(loop, instance, description.timing, order.dynamics, bool(description.interface.derivatives))
 
 
 if __name__ == "__main__":

@@ -33,10 +33,13 @@ its own signal. A term with an infinite slope at rest, like a sign, has no margi
 How it is built, in the order of the work:
 
     injection, derivative, period    one control period as CasADi functions, with signals added and read
-    trim, linearise                  steady flight by Newton's method, and the linear loop about it
+    trim, linearise, slow_position   trims by Newton's method, and the linear loop about them, period by period
+    plant_period                     the same of a plant about its rest
     describing                       gains that stand for nonlinear terms
     structure, assembly              the loop falls into blocks: x with pitch, y with roll, z, yaw at hover
     schur, frequency, curve          poles and residues; the curve T(e^jwh) sampled, crossed and refined
-    classical, sensitivity, disk, multiloop, tracking    margins from these
-    block, sheet, results, margins   all of it for a batch, and the worst of it
+    classical, rejection, disk, multiloop, tracking    margins from these
+    lifting, multirate               loops of several rates as one of a single rate, and margins from its loci
+    block, sheet, results, loop_margins    all of it for a batch, and the worst of it
+    margins, plant_margins           quadrotors and plants, as `loop_margins` reads them
 """

@@ -58,14 +58,18 @@ class Assembly:
     def __call__(self, step: PeriodStep, chosen: NDArray[np.bool_]) -> LinearLoops:
         """Loops of some of the candidates of a step, terms left open."""
         rows = np.flatnonzero(chosen)
-        whole = np.empty((len(rows), *self._fixed.shape))
-        places = whole.reshape(len(rows), -1)
+        matrices = np.empty((len(rows), *self._fixed.shape))
+        places = matrices.reshape(len(rows), -1)
         assemble(step.entries, rows, self._entry, self._place, self._weight, self._fixed.ravel(), places)
         b = self._states
         return LinearLoops(
-            whole[:, :b, :b], whole[:, :b, b:], whole[:, b:, :b], whole[:, b:, b:],
-            len(self._block.channels), len(self._block.terms),
-        )  # fmt: skip
+            matrices[:, :b, :b],
+            matrices[:, :b, b:],
+            matrices[:, b:, :b],
+            matrices[:, b:, b:],
+            len(self._block.channels),
+            len(self._block.terms),
+        )
 
 
 def _shares(
@@ -79,15 +83,20 @@ def _shares(
 
 
 def assemble(
-    entries: Array, rows: NDArray[np.intp], entry: NDArray[np.intp], place: NDArray[np.intp], weight: Array, fixed: Array,
-    whole: Array,
-) -> None:  # fmt: skip
+    entries: Array,
+    rows: NDArray[np.intp],
+    entry: NDArray[np.intp],
+    place: NDArray[np.intp],
+    weight: Array,
+    fixed: Array,
+    out: Array,
+) -> None:
     """Fill whole (n, places) with what is fixed (places,) and the shares of some rows (n,) of entries (..., m)."""
     for i in range(len(rows)):
         for j in range(len(fixed)):
-            whole[i, j] = fixed[j]
+            out[i, j] = fixed[j]
         for j in range(len(entry)):
-            whole[i, place[j]] += weight[j] * entries[rows[i], entry[j]]
+            out[i, place[j]] += weight[j] * entries[rows[i], entry[j]]
 
 
 assemble = keep_file(numba.njit(**OPTIONS, nogil=True)(assemble), Path(__file__))

@@ -6,18 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins import classical, curve, disk, rejection, tracking
-from objectives.margins.classical import At
+from objectives.margins.classical import MarginAt
 from objectives.margins.frequency import SHARE, STABLE, Complex, Modes, modes_of, without_idle
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.multiloop import multiloop_margin
 from objectives.margins.quantities import LOOP_QUANTITIES
-from plant.threads import shares, side_by_side
+from plant.threads import parallel_map, shares
 
 Array = NDArray[np.float64]
-Asked = frozenset[str]
+Fields = frozenset[str]
 UNSTABLE = {entry.field: entry.unstable for entry in LOOP_QUANTITIES}
 MULTILOOP = "multiloop"
-EVERY: Asked = frozenset([*UNSTABLE, MULTILOOP])
+EVERY: Fields = frozenset([*UNSTABLE, MULTILOOP])
 """Fields of `Margins` that can be asked for."""
 
 # Quantities that need more than the commands' answers to signals injected, and those read where T is real or Re T = -1/2.
@@ -34,92 +34,100 @@ class BlockReadings:
     """
 
     modes: Modes
-    quantities: dict[str, At]
-    together: At
+    quantities: dict[str, MarginAt]
+    together: MarginAt
 
 
-def modes_of_loops(loops: LinearLoops, asked: Asked = EVERY) -> Modes:
+def modes_of_loops(loops: LinearLoops, requested: Fields = EVERY) -> Modes:
     """Return the modes of loops whose terms are closed, a (n, b, b), with the inputs and outputs that margins are read from.
 
     Of loops that are not stable, of which no curve tells anything, there are only the poles.
     """
-    inputs, outputs = (slice(None), slice(None)) if asked & TRACKING else (loops.injected, loops.command)
+    inputs, outputs = (slice(None), slice(None)) if requested & TRACKING else (loops.injected, loops.command)
     a = without_idle(loops.a, loops.b[..., loops.injected])
     return modes_of(a, loops.b[..., inputs], loops.c[..., outputs, :], radius=STABLE)
 
 
 def read_block(
-    loops: LinearLoops, grid: Array, h: float, skew: float, plant_inputs: list[int], asked: Asked = EVERY
+    loops: LinearLoops, grid: Array, h: float, skew: float, plant_inputs: list[int], requested: Fields = EVERY
 ) -> BlockReadings:
     """Read the margins of loops whose terms are closed, a (n, b, b).
 
     skew: of the disks, see `disk`; plant_inputs: which of the k channels are inputs of the plant.
     """
-    return read_modes(modes_of_loops(loops, asked), loops, grid, h, skew, plant_inputs, asked)
+    return read_modes(modes_of_loops(loops, requested), loops, grid, h, skew, plant_inputs, requested)
 
 
 def read_modes(
-    modes: Modes, loops: LinearLoops, grid: Array, h: float, skew: float, plant_inputs: list[int], asked: Asked
+    modes: Modes, loops: LinearLoops, grid: Array, h: float, skew: float, plant_inputs: list[int], requested: Fields
 ) -> BlockReadings:
     """Read the margins of loops, see `read_block`, from their modes."""
-    alone = asked | {"disk"} if MULTILOOP in asked else asked
-    alone = alone | {"crossover"} if "group_delay" in asked else alone
+    alone = requested | {"disk"} if MULTILOOP in requested else requested
+    alone = alone | {"crossover"} if "group_delay" in requested else alone
     residues = modes.residues(loops.command, loops.injected)
     quantities = read_curves(modes, residues, grid, h, skew, alone)
-    if "group_delay" in asked:
+    if "group_delay" in requested:
         crossover = quantities["crossover"].value
-        quantities["group_delay"] = At(rejection.group_delay(modes, residues, crossover, h), crossover)
-    if "rejection" in asked:
+        quantities["group_delay"] = MarginAt(rejection.group_delay(modes, residues, crossover, h), crossover)
+    if "rejection" in requested:
         wide = rejection.rejection_bandwidth(modes, residues, grid, h)
-        quantities["rejection"] = At(wide, wide)
-    if "bandwidth" in asked:
+        quantities["rejection"] = MarginAt(wide, wide)
+    if "bandwidth" in requested:
         wide = tracking.bandwidth(modes, modes.residues(loops.output, loops.reference), grid, h)
-        quantities["bandwidth"] = At(wide, wide)
-    if "load_index" in asked:
+        quantities["bandwidth"] = MarginAt(wide, wide)
+    if "load_index" in requested:
         index = tracking.load_index(modes, modes.residues(loops.error, loops.load), h)
-        quantities["load_index"] = At(index, np.zeros_like(index))
-    together = At(np.full(len(modes.size), np.inf), np.zeros(len(modes.size)))
-    if MULTILOOP in asked and len(plant_inputs) > 1:
+        quantities["load_index"] = MarginAt(index, np.zeros_like(index))
+    together = MarginAt(np.full(len(modes.size), np.inf), np.zeros(len(modes.size)))
+    if MULTILOOP in requested and len(plant_inputs) > 1:
         together = multiloop_margin(modes, plant_inputs, grid, h, disk.centre(skew))
-    elif MULTILOOP in asked and plant_inputs:
-        together = At(*[part[:, plant_inputs[0]] for part in quantities["disk"]])
+    elif MULTILOOP in requested and plant_inputs:
+        together = MarginAt(*[part[:, plant_inputs[0]] for part in quantities["disk"]])
     return BlockReadings(
         modes,
         {
             name: _or_unstable(at, modes.stable[:, None], UNSTABLE[name])
             for name, at in quantities.items()
-            if name in asked
+            if name in requested
         },
         _or_unstable(together, modes.stable, UNSTABLE["disk"]),
     )
 
 
 def read_curves(
-    modes: Modes, residues: Complex, grid: Array, h: float, skew: float, asked: Asked = EVERY
-) -> dict[str, At]:
+    modes: Modes, residues: Complex, grid: Array, h: float, skew: float, requested: Fields = EVERY
+) -> dict[str, MarginAt]:
     """Return those of the quantities of the curves T of k loops that are asked for, (n, k) each; residues (n, k, b): of T.
 
     Of loops that are not stable it tells nothing.
     """
     n, k, size_b = residues.shape
     levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.centre(skew)}
-    levels = {name: level for name, level in levels.items() if name in asked}
+    levels = {name: level for name, level in levels.items() if name in requested}
     peaks, crossed = np.ones((n, k, len(levels), 2)), np.full((n, k, 2, size_b + 2, 2), np.nan)
     heights, stable = np.array(list(levels.values())), modes.stable
 
     def read(rows: slice) -> None:
         curve.read_all(
-            grid, modes.poles[rows], residues[rows], stable[rows], h, heights, peaks[rows], crossed[rows],
-            bool(asked & REAL), bool(asked & LINE),
-        )  # fmt: skip
+            grid,
+            modes.poles[rows],
+            residues[rows],
+            stable[rows],
+            h,
+            heights,
+            peaks[rows],
+            crossed[rows],
+            bool(requested & REAL),
+            bool(requested & LINE),
+        )
 
-    side_by_side(read, shares(n, SHARE))
-    found = {name: At(peaks[..., j, 1], peaks[..., j, 0]) for j, name in enumerate(levels)}
-    if "disk" in found:
-        found["disk"] = At(1.0 / found["disk"].value, found["disk"].frequency)
-    found |= classical.read(crossed[:, :, curve.IMAGINARY], crossed[:, :, curve.REAL])
-    return {name: at for name, at in found.items() if name in asked}
+    parallel_map(read, shares(n, SHARE))
+    margins = {name: MarginAt(peaks[..., j, 1], peaks[..., j, 0]) for j, name in enumerate(levels)}
+    if "disk" in margins:
+        margins["disk"] = MarginAt(1.0 / margins["disk"].value, margins["disk"].frequency)
+    margins |= classical.read(crossed[:, :, curve.IMAGINARY], crossed[:, :, curve.REAL])
+    return {name: at for name, at in margins.items() if name in requested}
 
 
-def _or_unstable(at: At, stable: NDArray[np.bool_], value: float) -> At:
-    return At(np.where(stable, at.value, value), np.where(stable, at.frequency, 0.0))
+def _or_unstable(at: MarginAt, stable: NDArray[np.bool_], value: float) -> MarginAt:
+    return MarginAt(np.where(stable, at.value, value), np.where(stable, at.frequency, 0.0))

@@ -18,23 +18,23 @@ Array = NDArray[np.float64]
 LARGEST_GAIN = 1e4
 
 
-class At(NamedTuple):
+class MarginAt(NamedTuple):
     """A margin and the frequency [rad/s] at which it is met, arrays of one shape; frequency 0 where the margin is infinite."""
 
     value: Array
     frequency: Array
 
 
-def _least(candidates: Array, frequency: Array) -> At:
+def _least(candidates: Array, frequency: Array) -> MarginAt:
     """Least along the last axis, with its frequency; infinite ones and NaN do not count."""
     finite = np.where(np.isfinite(candidates), candidates, np.inf).reshape(-1, candidates.shape[-1])
     rows, at = np.arange(len(finite)), np.argmin(finite, axis=-1)
     value = finite[rows, at]
-    found = np.where(np.isfinite(value), frequency.reshape(finite.shape)[rows, at], 0.0)
-    return At(value.reshape(candidates.shape[:-1]), found.reshape(candidates.shape[:-1]))
+    at_value = np.where(np.isfinite(value), frequency.reshape(finite.shape)[rows, at], 0.0)
+    return MarginAt(value.reshape(candidates.shape[:-1]), at_value.reshape(candidates.shape[:-1]))
 
 
-def read(real: Array, line: Array) -> dict[str, At]:
+def read(real: Array, line: Array) -> dict[str, MarginAt]:
     """Return all that follows from crossings (..., n, 2) where T is real and where Re T = -1/2, by field of `Margins`."""
     real, line = _used(real), _used(line)
     up, down = gain_margins(real)
@@ -44,7 +44,7 @@ def read(real: Array, line: Array) -> dict[str, At]:
         "gain_down": down,
         "phase": phase_margin(line),
         "delay": delay_margin(line),
-        "crossover": At(highest, highest),
+        "crossover": MarginAt(highest, highest),
     }
 
 
@@ -54,7 +54,7 @@ def _used(crossings: Array) -> Array:
     return crossings[..., :most, :]
 
 
-def gain_margins(real: Array) -> tuple[At, At]:
+def gain_margins(real: Array) -> tuple[MarginAt, MarginAt]:
     """Factors (...) by which the loop gain may rise and by which it may fall, both 1 or more.
 
     real (..., n, 2): w and T where T is real, NaN in spare rows.
@@ -68,12 +68,12 @@ def gain_margins(real: Array) -> tuple[At, At]:
     )
 
 
-def phase_margin(line: Array) -> At:
+def phase_margin(line: Array) -> MarginAt:
     """Least angle [rad], lag or lead, between L and -1 where |L| = 1; line (..., n, 2): w and Im T where Re T = -1/2."""
     return _least(np.pi - 2.0 * np.arctan(2.0 * np.abs(line[..., 1])), line[..., 0])
 
 
-def delay_margin(line: Array) -> At:
+def delay_margin(line: Array) -> MarginAt:
     """Least delay [s] that brings L to -1: at each crossing the lag, 0 to 2 pi, over the frequency."""
     w = line[..., 0]
     return _least((np.pi - 2.0 * np.arctan(2.0 * line[..., 1])) / np.where(w > 0.0, w, np.nan), w)

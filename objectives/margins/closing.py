@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from objectives.margins.linearise import LinearLoops
 from plant.backends.cache import keep_file
-from plant.backends.compiling import inliner, to_read
+from plant.backends.compiling import inliner, read_only
 
 Array = NDArray[np.float64]
 
@@ -33,13 +33,14 @@ def close_terms(loops: LinearLoops, gain: Array) -> LinearLoops:
     leading = np.broadcast_shapes(loops.a.shape[:-2], gain.shape[:-1])
     rows = _two(leading)
     given = [
-        to_read(part.reshape(*_two(part.shape[:-2]), *part.shape[-2:])) for part in (loops.a, loops.b, loops.c, loops.d)
+        read_only(part.reshape(*_two(part.shape[:-2]), *part.shape[-2:]))
+        for part in (loops.a, loops.b, loops.c, loops.d)
     ]
-    found = [np.empty((*rows, *part.shape[-2:])) for part in given]
+    out = [np.empty((*rows, *part.shape[-2:])) for part in given]
     close_all(
-        tuple(given), to_read(gain.reshape(*_two(gain.shape[:-1]), loops.n_terms)), loops.terms.start, tuple(found)
+        tuple(given), read_only(gain.reshape(*_two(gain.shape[:-1]), loops.n_terms)), loops.terms.start, tuple(out)
     )
-    a, b, c, d = (part.reshape(*leading, *part.shape[2:]) for part in found)
+    a, b, c, d = (part.reshape(*leading, *part.shape[2:]) for part in out)
     return replace(loops, a=a, b=b, c=c, d=d)
 
 
@@ -77,23 +78,23 @@ def solve(matrix: Array, right: Array) -> None:
 
 
 @inlined
-def add_product(given: Array, of_terms: Array, answers: Array, start: int, found: Array) -> None:
+def add_product(given: Array, of_terms: Array, answers: Array, start: int, out: Array) -> None:
     """Fill found (m, p) with given (m, p) plus of_terms (m, t) times the columns of answers (t, ...) from `start` on."""
     for i in range(given.shape[0]):
         for j in range(given.shape[1]):
             total = given[i, j]
             for k in range(of_terms.shape[1]):
                 total += of_terms[i, k] * answers[k, start + j]
-            found[i, j] = total
+            out[i, j] = total
 
 
-def close_all(given: tuple[Array, ...], gain: Array, first: int, found: tuple[Array, ...]) -> None:
+def close_all(given: tuple[Array, ...], gain: Array, first: int, out: tuple[Array, ...]) -> None:
     """Fill found with the loops given, both a, b, c and d (n, cases, ...), their terms closed by gain (n, cases, t).
 
     first: channel from which on the terms stand. What is given once stands for every n, or for every case.
     """
     whole_a, whole_b, whole_c, whole_d = given
-    new_a, new_b, new_c, new_d = found
+    new_a, new_b, new_c, new_d = out
     size, states, inputs = gain.shape[2], whole_a.shape[3], whole_b.shape[3]
     last = first + size
     returned, answers = np.empty((size, size)), np.empty((size, states + inputs))

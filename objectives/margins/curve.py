@@ -216,16 +216,16 @@ def highest(points: Array, t: Array, poles: Complex, residues: Complex, h: float
 
 @inlined
 def crossings(
-    w: Array, part: Array, poles: Complex, residues: Complex, h: float, kind: int, level: float, found: Array
+    w: Array, part: Array, poles: Complex, residues: Complex, h: float, kind: int, level: float, out: Array
 ) -> None:
     """Fill found (n, 2) with w and the other part of T where a part of it, real or imaginary, crosses minus a level."""
     count = 0
     for i in range(len(w) - 1):
         rising = part[i + 1] > -level
-        if (part[i] > -level) != rising and count < len(found):
+        if (part[i] > -level) != rising and count < len(out):
             start = w[i] - (part[i] + level) * (w[i + 1] - w[i]) / (part[i + 1] - part[i])
             at, t = root(w[i], w[i + 1], rising, start, poles, residues, h, kind, level)
-            found[count, 0], found[count, 1] = at, t.real if kind == IMAGINARY else t.imag
+            out[count, 0], out[count, 1] = at, t.real if kind == IMAGINARY else t.imag
             count += 1
 
 
@@ -260,9 +260,17 @@ def read_curve(
 
 @compiled
 def read_all(
-    grid: Array, poles: Complex, residues: Complex, stable: NDArray[np.bool_], h: float, levels: Array, peaks: Array,
-    crossed: Array, real: bool, line: bool,
-) -> None:  # fmt: skip
+    grid: Array,
+    poles: Complex,
+    residues: Complex,
+    stable: NDArray[np.bool_],
+    h: float,
+    levels: Array,
+    peaks: Array,
+    crossed: Array,
+    real: bool,
+    line: bool,
+) -> None:
     """Read the stable ones of loops with poles (n, b) and residues (n, k, b) of k channels; see `read_curve`.
 
     real, line: whether to look for where T is real, and for where Re T = -1/2.
@@ -275,7 +283,7 @@ def read_all(
 
 
 @inlined
-def highest_level(grid: Array, poles: Complex, residues: Complex, h: float, square: float) -> float:
+def highest_crossing(grid: Array, poles: Complex, residues: Complex, h: float, square: float) -> float:
     """Highest frequency at which |T|^2 falls to `square`; the end of the grid where it is above there, 0 where it never is."""
     points = merged(grid, poles, h)
     t = np.empty((2, points.shape[1]))
@@ -289,16 +297,16 @@ def highest_level(grid: Array, poles: Complex, residues: Complex, h: float, squa
 
 
 @compiled
-def highest_levels(
-    grid: Array, poles: Complex, residues: Complex, stable: NDArray[np.bool_], h: float, square: float, found: Array
+def highest_crossings(
+    grid: Array, poles: Complex, residues: Complex, stable: NDArray[np.bool_], h: float, square: float, out: Array
 ) -> None:
-    """`highest_level` of the stable ones of loops with poles (n, b) and residues (n, k, b), into found (n, k)."""
+    """`highest_crossing` of the stable ones of loops with poles (n, b) and residues (n, k, b), into found (n, k)."""
     for i in range(len(poles)):
         if stable[i]:
             for j in range(residues.shape[1]):
-                found[i, j] = highest_level(grid, poles[i], residues[i, j], h, square)
+                out[i, j] = highest_crossing(grid, poles[i], residues[i, j], h, square)
 
 
 def is_compiled() -> bool:
-    """Return whether this process or an earlier one has compiled this file; else the first evaluation waits some 10 s."""
-    return cache.is_compiled(read_all) and cache.is_compiled(highest_levels)
+    """Return True if this process or an earlier one has compiled this file; else the first evaluation waits some 10 s."""
+    return cache.is_compiled(read_all) and cache.is_compiled(highest_crossings)

@@ -28,14 +28,14 @@ class Batch:
             self._mapped[n] = self._function.map(n)
         # CasADi reads and writes the arrays themselves: a column of a batch is a row of ours.
         given: list[Any] = [np.ascontiguousarray(np.broadcast_to(a, (n, a.shape[-1]))) for a in arguments]
-        found: list[Any] = [np.empty((n, self._function.size1_out(i))) for i in range(self._function.n_out())]
+        results: list[Any] = [np.empty((n, self._function.size1_out(i))) for i in range(self._function.n_out())]
         buffer, evaluate = self._mapped[n].buffer()
         for i, array in enumerate(given):
             buffer.set_arg(i, memoryview(array))
-        for i, array in enumerate(found):
+        for i, array in enumerate(results):
             buffer.set_res(i, memoryview(array))
         evaluate()
-        return found
+        return results
 
 
 class Derivative:

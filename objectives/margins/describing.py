@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from objectives.margins.period import Term
 from plant.backends import array
-from plant.cascade import Cascade
-from plant.records import flatten, pack
+from plant.records import flatten
 
 Array = NDArray[np.float64]
 
@@ -59,11 +58,6 @@ class Case:
 
 
 DEFAULT_CASES = tuple(Case(a) for a in (0.0, 0.02, 0.1, 0.5, 2.0, None))
-
-
-def constants_of(cascade: Cascade, gains: Array, h: float) -> Any:
-    """Return the constants of all axes for gains rows (n, g), as a record whose leaves are arrays (n, 1, 1) or numbers."""
-    return array.rebinder()(cascade.prepare)(pack(cascade.Gains, gains.T[..., None, None]), h)
 
 
 @cache
@@ -104,26 +98,19 @@ def _closer(s: Array, at: NDArray[np.intp]) -> Array:
     return low + (high - low) * np.linspace(0.0, 1.0, SLOPE_POINTS)
 
 
-def term_gains(
-    terms: tuple[Term, ...], cascade: Cascade, gains: Array, h: float, cases: tuple[Case, ...]
-) -> Array:  # fmt: skip
-    """Gains (n, cases, terms) that stand for the nonlinear terms."""
-    return term_gains_of(terms, constants_of(cascade, gains, h), len(gains), cases)
-
-
-def term_gains_of(terms: Sequence[Any], constants: Any, n: int, cases: tuple[Case, ...]) -> Array:
+def term_gains(terms: Sequence[Term], constants: Any, n: int, cases: tuple[Case, ...]) -> Array:
     """Gains (n, cases, terms) that stand for nonlinear terms, each of an axis of constants for n gains rows."""
     out = np.empty((n, len(cases), len(terms)))
     for j, term in enumerate(terms):
-        own = getattr(constants, term.axis)
-        alike = (i for i in range(j) if _same(terms[i], term, getattr(constants, terms[i].axis), own))
+        of_axis = getattr(constants, term.axis)
+        alike = (i for i in range(j) if _same(terms[i], term, getattr(constants, terms[i].axis), of_axis))
         i = next(alike, None)
-        out[:, :, j] = _case_gains(term, own, cases) if i is None else out[:, :, i]
+        out[:, :, j] = _case_gains(term, of_axis, cases) if i is None else out[:, :, i]
     return out
 
 
 def _same(one: Any, other: Any, of_one: Any, of_other: Any) -> bool:
-    """Return whether two terms are the same function under the same constants, as on axes that share their gains."""
+    """Return True if two terms are the same function under the same constants, as on axes that share their gains."""
     return one.nonlinearity is other.nonlinearity and all(
         np.array_equal(a, b) for a, b in zip(flatten(of_one), flatten(of_other), strict=True)
     )

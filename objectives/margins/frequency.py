@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.schur import split
-from plant.backends.compiling import to_read
+from plant.backends.compiling import read_only
 from plant.seeds import generator
-from plant.threads import shares, side_by_side
+from plant.threads import parallel_map, shares
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -92,8 +92,8 @@ def _split(a: Array, b: Array, c: Array, radius: float) -> tuple[Complex, Comple
     (n, states), inputs, outputs = a.shape[:2], b.shape[-1], c.shape[-2]
     poles, spread = np.empty((n, states), complex), np.empty(n)
     driven, shown = np.zeros((n, states, inputs), complex), np.zeros((n, outputs, states), complex)
-    a, b, c = (to_read(part) for part in (a, b, c))
-    side_by_side(
+    a, b, c = (read_only(part) for part in (a, b, c))
+    parallel_map(
         lambda rows: split(a[rows], b[rows], c[rows], radius, poles[rows], driven[rows], shown[rows], spread[rows]),
         shares(n, SHARE),
     )
@@ -111,9 +111,9 @@ def without_idle(a: Array, b: Array) -> Array:
 
     It stays what it was at the start, nothing, and must not count as a pole on the circle. b (n, b, u): all that can move it.
     """
-    own = np.diagonal(a, axis1=-2, axis2=-1)
-    moved = np.sum(np.abs(a), axis=-1) - np.abs(own) + np.sum(np.abs(b), axis=-1)
-    idle = (moved < 1e-12) & (np.abs(own - 1.0) < 1e-12)
+    diagonal = np.diagonal(a, axis1=-2, axis2=-1)
+    moved = np.sum(np.abs(a), axis=-1) - np.abs(diagonal) + np.sum(np.abs(b), axis=-1)
+    idle = (moved < 1e-12) & (np.abs(diagonal - 1.0) < 1e-12)
     if not idle.any():
         return a
     return a - idle[..., None] * np.eye(a.shape[-1])

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 
-from plant.allocation import speed_commands
 from plant.backends import symbolic
-from plant.cascade import AXES, POSITION_AXES, Cascade, Tilt, tilt_for
 from plant.laws.law import Law, Nonlinearity
-from plant.nominal import Nominal
+from plant.quadrotor.allocation import speed_commands
+from plant.quadrotor.cascade import AXES, POSITION_AXES, Cascade, Tilt, tilt_for
+from plant.quadrotor.nominal import Nominal
 from plant.references.track import Reference
 from plant.vectors import Rotors, Vec3, axpy_rotors, norm3
 
@@ -75,23 +75,46 @@ class InstantReadings(NamedTuple):
     error: Any
 
 
-class SignalInjection:
-    """Functions called in place of model functions at one control instant; `seen` collects s and f(s) of each term.
+class TermInjection:
+    """Functions called in place of nonlinear terms at one control instant, which give back inputs w.
+
+    constants: of all axes, as the laws are handed them; w: a symbol for each term; seen: s and f(s) of each term by its number.
+    """
+
+    def __init__(self, terms: tuple[Term, ...], constants: Any, w: list[Any]) -> None:
+        self._plain, self._terms, self._constants, self._w = symbolic.rebinder(), terms, constants, w
+        self.seen: dict[int, tuple[Any, Any]] = {}
+
+    def stand_ins(self) -> Functions:
+        """Return the stand-ins of model functions."""
+        return {term.nonlinearity.function: self._term(term.nonlinearity) for term in self._terms}
+
+    def _term(self, nonlinearity: Nonlinearity) -> Callable[..., Any]:
+        function = self._plain(nonlinearity.function)
+
+        def stand_in(s: Any, constants: Any) -> Any:
+            axis = next(axis for axis in self._constants._fields if getattr(self._constants, axis) is constants)
+            index = next(i for i, t in enumerate(self._terms) if t.axis == axis and t.nonlinearity is nonlinearity)
+            assert index not in self.seen, f"{nonlinearity.name} of {axis} is called twice a period"
+            self.seen[index] = (s, function(s, constants))
+            return self._w[index]
+
+        return stand_in
+
+
+class SignalInjection(TermInjection):
+    """Functions called in place of the cascade's at one control instant.
 
     constants: of all axes, as the laws are handed them; signals: columns v, w, r.
     """
 
     def __init__(self, terms: tuple[Term, ...], constants: Any, signals: Signals) -> None:
-        self._plain = symbolic.rebinder()
-        self._terms = terms
-        self._constants = constants
-        self._v, self._w, self._r = (ca.vertsplit(part) if part.numel() else [] for part in signals)
-        self.seen: dict[int, tuple[Any, Any]] = {}
+        self._v, w, self._r = (ca.vertsplit(part) if part.numel() else [] for part in signals)
+        super().__init__(terms, constants, w)
 
     def stand_ins(self) -> Functions:
-        """Return what stands in for which function."""
-        entries: Functions = {term.nonlinearity.function: self._term(term.nonlinearity) for term in self._terms}
-        return {speed_commands: self._speeds, tilt_for: self._tilt, **entries}
+        """Return the stand-ins of model functions."""
+        return {speed_commands: self._speeds, tilt_for: self._tilt, **super().stand_ins()}
 
     def shifted(self, reference: Reference) -> Reference:
         """Return the reference with r added to its set points; those of roll and pitch count in attitude mode."""
@@ -113,20 +136,8 @@ class SignalInjection:
 
     def _tilt(self, acceleration: Vec3, heading: Vec3, gravity: Any) -> Tilt:
         pushed = acceleration._replace(x=acceleration.x + self._v[0], y=acceleration.y + self._v[1])
-        asked = self._plain(tilt_for)(pushed, heading, gravity)
-        return Tilt(asked.roll + self._r[3], asked.pitch + self._r[4])
-
-    def _term(self, nonlinearity: Nonlinearity) -> Callable[..., Any]:
-        function = self._plain(nonlinearity.function)
-
-        def stand_in(s: Any, constants: Any) -> Any:
-            axis = next(axis for axis in AXES if getattr(self._constants, axis) is constants)
-            index = next(i for i, t in enumerate(self._terms) if t.axis == axis and t.nonlinearity is nonlinearity)
-            assert index not in self.seen, f"{nonlinearity.name} of {axis} is called twice a period"
-            self.seen[index] = (s, function(s, constants))
-            return self._w[index]
-
-        return stand_in
+        setpoint = self._plain(tilt_for)(pushed, heading, gravity)
+        return Tilt(setpoint.roll + self._r[3], setpoint.pitch + self._r[4])
 
 
 def _norm3(a: Vec3) -> Any:

@@ -9,14 +9,17 @@ A signal of a channel is given at the channel's instants and held in between, so
 one signal, and a faster one as many as it has instants.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from math import gcd, lcm
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from objectives.margins.frequency import moved, without_idle
 from objectives.margins.linearise import LinearLoops
+from objectives.margins.structure import Block, with_terms
 from plant.errors import InputError
 from plant.model.plan import Channel, LoopPlan
 
@@ -27,17 +30,28 @@ MOST_PERIODS = 64
 
 
 class Rate(NamedTuple):
-    """Instants at which the command of a channel may change where its loop is broken.
+    """Rate of a channel, in control periods.
 
-    every: control periods from one to the next; first: number of the first.
+    every, first: from one instant at which its command may change where its loop is broken to the next, and number of the first.
+    step: from one step of its law to the next.
     """
 
     every: int
     first: int
+    step: int
 
 
-def common_period(plan: LoopPlan) -> int:
-    """Return the control periods after which all channels step at once again; InputError where these are too many."""
+def common_period(channels: Iterable[int], rates: Sequence[Rate]) -> int:
+    """Return the control periods after which some channels step at once again."""
+    return lcm(*[rates[channel].step for channel in channels])
+
+
+def rates_of(plan: LoopPlan, control_period: float) -> tuple[Rate, ...]:
+    """Return the rate of every channel at its break point, at control period h [s].
+
+    The set point of another channel changes as its channel steps, an input as any of its channels does, as many periods later as
+    it is delayed. Raises InputError where it takes too many periods until all channels step at once again.
+    """
     periods = lcm(*[channel.every for channel in plan.channels])
     if periods > MOST_PERIODS:
         rates = ", ".join(str(channel.every) for channel in plan.channels)
@@ -46,24 +60,38 @@ def common_period(plan: LoopPlan) -> int:
             f"{MOST_PERIODS}: choose rates that divide each other, or leave the margins out",
             key="margin",
         )
-    return periods
+    return tuple(_rate(channel, plan, control_period) for channel in plan.channels)
 
 
-def rates_of(plan: LoopPlan, h: float) -> tuple[Rate, ...]:
-    """Return the rate of every channel at its break point, at control period h [s].
-
-    The set point of another channel changes as its channel steps, an input as any of its channels does, as many periods later as
-    it is delayed.
-    """
-    return tuple(_rate(channel, plan, h) for channel in plan.channels)
-
-
-def _rate(channel: Channel, plan: LoopPlan, h: float) -> Rate:
+def _rate(channel: Channel, plan: LoopPlan, control_period: float) -> Rate:
     if plan.cascades(channel):
-        return Rate(channel.every, 0)
+        return Rate(channel.every, 0, channel.every)
     every = gcd(*[each.every for each in plan.acting_on(channel.to)])
-    late = next(actuator for actuator in plan.actuators if actuator.name == channel.to).periods(h)
-    return Rate(every, late % every)
+    late = next(actuator for actuator in plan.actuators if actuator.name == channel.to).periods(control_period)
+    return Rate(every, late % every, channel.every)
+
+
+def over_period(
+    block: Block, phases: Sequence[LinearLoops], term: Array, picked: tuple[int, ...], rates: Sequence[Rate]
+) -> LinearLoops:
+    """Return loops of a block over its common period.
+
+    Args:
+        block: The block.
+        phases: All its loops (n, ...) in each control period of the common one, terms left open.
+        term: Gains (n, cases, terms) of all terms; rows of the result are candidates, then cases.
+        picked: Channels of the result, the loops of the others stay closed.
+        rates: Of the channels of the result.
+    """
+    places = [block.channels.index(channel) for channel in picked]
+    closed = {id(phase): with_terms(block, phase, term) for phase in phases}
+    if picked != block.channels:
+        closed = {key: loops.of_channels(places) for key, loops in closed.items()}
+    if len(phases) == 1:
+        return closed[id(phases[0])]
+    loops = lifted([closed[id(phase)] for phase in phases], rates)
+    # Values that are held and given anew are chains of poles at 0, whose eigenvectors depend on each other.
+    return replace(loops, a=moved(without_idle(loops.a, loops.b[..., loops.injected])))
 
 
 def lifted(phases: Sequence[LinearLoops], rates: Sequence[Rate]) -> LinearLoops:
@@ -79,7 +107,7 @@ def lifted(phases: Sequence[LinearLoops], rates: Sequence[Rate]) -> LinearLoops:
 
 
 def instants_of(rates: Sequence[Rate], periods: int) -> list[range]:
-    """Return which channels of the lifted loops are the instants of each channel."""
+    """Return the channels of the lifted loops that are each channel's instants."""
     ends = np.cumsum([0, *[periods // rate.every for rate in rates]]).tolist()
     return [range(low, high) for low, high in zip(ends[:-1], ends[1:], strict=True)]
 

@@ -11,7 +11,7 @@ Terms with different signals swing in the ratio that the critical mode gives the
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from objectives.margins.closing import close_terms
 from objectives.margins.describing import describing_function
 from objectives.margins.linearise import LinearLoops
+from objectives.margins.loop_margins import LoopMargins
 from objectives.margins.period import Term
-from objectives.margins.structure import Block
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -43,99 +43,97 @@ class LimitCycle:
     stable: bool
 
 
-class OpenLoops(Protocol):
-    """A margin model whose blocks can be had with their nonlinear terms left open: of a quadrotor, or of a plant."""
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """Names of all channels."""
-        ...
-
-    @property
-    def terms(self) -> tuple[Term, ...]:
-        """Nonlinear terms of the laws."""
-        ...
-
-    @property
-    def period(self) -> float:
-        """Control period [s]."""
-        ...
-
-    def constants(self, gains: Array) -> Any:
-        """Constants of all channels for gains rows (n, g)."""
-        ...
-
-    def open_blocks(self, gains: Array) -> Sequence[tuple[Block, LinearLoops]]:
-        """Blocks under a gains row (g,) with their loops (1, ...)."""
-        ...
-
-
 @dataclass(frozen=True)
-class _Swing:
-    """A block's loops with open terms, (1, ...), and its terms with their constants under the gains in question."""
+class _OpenBlock:
+    """A block with its nonlinear terms left open.
 
-    loops: LinearLoops
+    Args:
+        phases: Its loops (1, ...) in each control period of the common one.
+        terms: Its nonlinear terms.
+        constants: Constants of each term's law under the gains in question.
+        control_period: Control period [s].
+    """
+
+    phases: Sequence[LinearLoops]
     terms: tuple[Term, ...]
     constants: tuple[object, ...]
+    control_period: float
 
-    def closed(self, amplitude: Array) -> LinearLoops:
-        """Loops closed at amplitudes (m, terms)."""
+    def closed(self, amplitude: Array) -> list[LinearLoops]:
+        """Loops closed at amplitudes (m, terms), in each control period."""
         gains = [
-            describing_function(term.nonlinearity.function, own, amplitude[:, j])[0]
-            for j, (term, own) in enumerate(zip(self.terms, self.constants, strict=True))
+            describing_function(term.nonlinearity.function, constants, amplitude[:, j])[0]
+            for j, (term, constants) in enumerate(zip(self.terms, self.constants, strict=True))
         ]
-        return close_terms(self.loops, np.stack(gains, axis=-1))
+        return [close_terms(loops, np.stack(gains, axis=-1)) for loops in self.phases]
 
     def outside(self, amplitude: Array) -> NDArray[np.intp]:
         """Number of poles outside the unit circle at amplitudes (m, terms)."""
-        return np.sum(np.abs(np.linalg.eigvals(self.closed(amplitude).a)) > 1.0, axis=-1)
+        return np.sum(np.abs(np.linalg.eigvals(_monodromy(self.closed(amplitude)))) > 1.0, axis=-1)
 
-    def critical(self, amplitude: Array) -> tuple[complex, Array]:
-        """Pole nearest to the circle at one amplitude (terms,), and what the signals of its mode measure."""
+    def critical(self, amplitude: Array) -> tuple[float, Array]:
+        """Frequency [rad/s] of the pole nearest to the circle at one amplitude (terms,), and sizes of its mode's signals.
+
+        Poles over n control periods leave open which of n frequencies the mode has: it is that of most of the largest signal.
+        """
         closed = self.closed(amplitude[None])
-        poles, modes = np.linalg.eig(closed.a[0])
+        n, (poles, modes) = len(closed), np.linalg.eig(_monodromy(closed)[0])
         at = int(np.argmin(np.abs(np.abs(poles) - 1.0)))
-        return complex(poles[at]), np.abs(closed.c[0][closed.terms] @ modes[:, at])
+        state, signals = modes[:, at], []
+        for loops in closed:
+            signals.append(loops.c[0][loops.terms] @ state)
+            state = loops.a[0] @ state
+        sizes, angle = np.abs(signals).max(axis=0), np.angle(poles[at])
+        if poles[at].imag == 0.0 and n == 1:
+            return 0.0, sizes
+        turned = np.array(signals)[:, np.argmax(sizes)] * np.exp(-1j * angle * np.arange(n) / n)
+        turns = int(np.argmax(np.abs(np.fft.fft(turned))))
+        turns -= n if 2 * turns > n else 0
+        return abs(float(angle + 2.0 * np.pi * turns)) / (n * self.control_period), sizes
 
 
-def limit_cycles(model: OpenLoops, gains: Array) -> tuple[LimitCycle, ...]:
+def _monodromy(phases: Sequence[LinearLoops]) -> Array:
+    """State matrices (m, b, b) over a common period."""
+    return reduce(lambda before, loops: loops.a @ before, phases[1:], phases[0].a)
+
+
+def limit_cycles(model: LoopMargins, gains: Array) -> tuple[LimitCycle, ...]:
     """Limit cycles of all blocks under a gains row (g,), lowest amplitude first; none for linear laws.
 
     Only oscillations are reported, not the slow drift of a real pole through 1.
     """
     row = np.asarray(gains, dtype=float)
     constants = model.constants(row[None])
-    found = []
-    for block, loops in model.open_blocks(row):
+    cycles: list[LimitCycle] = []
+    for block, phases in model.open_blocks(row):
         if block.terms:
             terms = tuple(model.terms[i] for i in block.terms)
-            swing = _Swing(loops, terms, tuple(getattr(constants, term.axis) for term in terms))
+            of_terms = tuple(getattr(constants, term.axis) for term in terms)
             names = tuple(model.channels[i] for i in block.channels)
-            found += [cycle for cycle in _cycles(swing, names, model.period) if cycle is not None]
-    return tuple(found)
+            cycles += _cycles(_OpenBlock(phases, terms, of_terms, model.control_period), names)
+    return tuple(cycles)
 
 
-def _cycles(swing: _Swing, channels: tuple[str, ...], h: float) -> list[LimitCycle | None]:
+def _cycles(block: _OpenBlock, channels: tuple[str, ...]) -> list[LimitCycle]:
     scan = np.geomspace(LOWEST, HIGHEST, SCANNED)
-    alike = np.ones(len(swing.terms))
-    count = swing.outside(scan[:, None] * alike)
-    return [
-        _cycle(swing, channels, h, scan[i], scan[i + 1], bool(count[i] > count[i + 1]))
+    alike = np.ones(len(block.terms))
+    count = block.outside(scan[:, None] * alike)
+    cycles = [
+        _cycle(block, channels, scan[i], scan[i + 1], bool(count[i] > count[i + 1]))
         for i in np.nonzero(count[1:] != count[:-1])[0]
     ]
+    return [cycle for cycle in cycles if cycle is not None]
 
 
-def _cycle(
-    swing: _Swing, channels: tuple[str, ...], h: float, low: float, high: float, stable: bool
-) -> LimitCycle | None:
+def _cycle(block: _OpenBlock, channels: tuple[str, ...], low: float, high: float, stable: bool) -> LimitCycle | None:
     """The cycle whose amplitude was found between two with all signals alike, at the signals' own ratio."""
-    ratio, amplitude, pole = np.ones(len(swing.terms)), 0.0, 1.0 + 0.0j
+    ratio, amplitude, frequency = np.ones(len(block.terms)), 0.0, 0.0
     for _ in range(ROUNDS):
-        bracket = _bracket(swing, ratio, low, high, stable)
+        bracket = _bracket(block, ratio, low, high, stable)
         if bracket is None:
             return None
-        amplitude = _crossing(swing, ratio, *bracket, stable)
-        pole, signals = swing.critical(amplitude * ratio)
+        amplitude = _crossing(block, ratio, *bracket, stable)
+        frequency, signals = block.critical(amplitude * ratio)
         following = signals / signals.max(axis=0)
         settled = np.abs(following - ratio).max(axis=0) < SETTLED
         # The next round looks about the amplitude that the largest signal had.
@@ -143,29 +141,29 @@ def _cycle(
         low, high, ratio = largest / 3.0, largest * 3.0, following
         if settled:
             break
-    if pole.imag == 0.0:
+    if frequency == 0.0:
         return None
     amplitudes = {
-        (term.axis, term.nonlinearity.name): float(amplitude * r) for term, r in zip(swing.terms, ratio, strict=True)
+        (term.axis, term.nonlinearity.name): float(amplitude * r) for term, r in zip(block.terms, ratio, strict=True)
     }
-    return LimitCycle(channels, abs(float(np.angle(pole))) / h, amplitudes, stable)
+    return LimitCycle(channels, frequency, amplitudes, stable)
 
 
-def _bracket(swing: _Swing, ratio: Array, low: float, high: float, stable: bool) -> tuple[float, float] | None:
+def _bracket(block: _OpenBlock, ratio: Array, low: float, high: float, stable: bool) -> tuple[float, float] | None:
     """Neighbouring amplitudes between which poles cross the way that is looked for."""
     scan = np.geomspace(low, high, RESCANNED)
-    count = swing.outside(scan[:, None] * ratio)
+    count = block.outside(scan[:, None] * ratio)
     change = count[:-1] > count[1:] if stable else count[:-1] < count[1:]
     at = np.nonzero(change)[0]
     return (float(scan[at[0]]), float(scan[at[0] + 1])) if len(at) else None
 
 
-def _crossing(swing: _Swing, ratio: Array, low: float, high: float, stable: bool) -> float:
+def _crossing(block: _OpenBlock, ratio: Array, low: float, high: float, stable: bool) -> float:
     """Amplitude at which the number of poles outside the circle changes."""
-    below = int(swing.outside(low * ratio[None])[0])
+    below = int(block.outside(low * ratio[None])[0])
     for _ in range(HALVINGS):
         middle = float(np.sqrt(low * high))
-        if int(swing.outside(middle * ratio[None])[0]) == below:
+        if int(block.outside(middle * ratio[None])[0]) == below:
             low = middle
         else:
             high = middle

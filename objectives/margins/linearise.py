@@ -5,6 +5,7 @@ derivatives follow by the chain rule over one period, the controller's instant a
 flown code to rounding.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -66,9 +67,22 @@ class LinearLoops:
         """Rows of e in c and d."""
         return slice(self.output.stop, self.output.stop + self.n_channels)
 
+    def of_channels(self, places: Sequence[int]) -> "LinearLoops":
+        """Return the loops with the signals of some channels alone; their terms are closed."""
+        k, w, first = self.n_channels, self.n_terms, np.array(places)
+        spots = np.concatenate([first, k + w + first, 2 * k + w + first])
+        b, c, d = self.b[..., spots], self.c[..., spots, :], self.d[..., spots[:, None], spots]
+        return LinearLoops(self.a, b, c, d, len(first), 0)
+
     def of(self, rows: NDArray[np.bool_]) -> "LinearLoops":
         """Return some of the batch."""
         return self if rows.all() else replace(self, **{name: getattr(self, name)[rows] for name in "abcd"})
+
+    @staticmethod
+    def stacked(batches: "Sequence[LinearLoops]") -> "LinearLoops":
+        """Return batches of loops as one."""
+        parts = {name: np.concatenate([getattr(batch, name) for batch in batches], axis=0) for name in "abcd"}
+        return replace(batches[0], **parts)
 
     def expanded(self) -> "LinearLoops":
         """The same with an axis of length 1 behind the first, for several cases of each."""
@@ -85,8 +99,8 @@ class LinearLoops:
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """Surroundings of a batch as rows of numbers: nominal, reference, disturbance, dynamics."""
+class OperatingPoint:
+    """OperatingPoint of a batch as rows of numbers: nominal, reference, disturbance, dynamics."""
 
     nominal: Array
     reference: Array
@@ -117,7 +131,7 @@ class Plant:
         return self.following + np.sum(self.slope[:, : BODY + ROTORS] * off[:, None], axis=-1)
 
 
-def plant_about(period: PeriodMap, body: Array, setting: Surroundings) -> Plant:
+def plant_about(period: PeriodMap, body: Array, setting: OperatingPoint) -> Plant:
     """The plant about a body (17,) in balance."""
     held = np.concatenate([body[-ROTORS:], np.zeros(N_CHANNELS)])
     unit = np.eye(BODY + len(held))
@@ -152,30 +166,38 @@ class PeriodStep:
     @cached_property
     def loops(self) -> LinearLoops:
         """The linear loops of all channels."""
-        n, size_x = self.state.shape
-        slope = self.period.decide.full(self.entries)
         by_body, by_speed, by_load = np.split(self.plant.slope, [BODY, BODY + ROTORS], axis=-1)
-        memory = slice(ROTORS, ROTORS + size_x - BODY)
-        whole = np.zeros((n, size_x, slope.shape[-1] + N_CHANNELS))
-        whole[:, :BODY, :-N_CHANNELS] = by_speed @ slope[:, :ROTORS]
-        whole[:, :BODY, :BODY] += by_body
-        whole[:, :BODY, -N_CHANNELS:] = by_load
-        whole[:, BODY:, :-N_CHANNELS] = slope[:, memory]
-        readings = np.concatenate(
-            [slope[:, memory.stop :], np.zeros((n, slope.shape[1] - memory.stop, N_CHANNELS))], axis=-1
-        )
-        return LinearLoops(
-            whole[:, :, :size_x],
-            whole[:, :, size_x:],
-            readings[:, :, :size_x],
-            readings[:, :, size_x:],
-            N_CHANNELS,
-            self.values.shape[1],
-        )
+        slope = self.period.decide.full(self.entries)
+        return chained(slope, by_body, by_speed, by_load, N_CHANNELS, self.values.shape[1])
+
+
+def chained(slope: Array, by_body: Array, by_command: Array, by_load: Array, k: int, w: int) -> LinearLoops:
+    """Return the loops of k channels and w terms over a control period: the controller's instant, then the plant.
+
+    Args:
+        slope: Derivatives (n, m + memory + readings, x + k + w + k) of the controller's instant by state, v, w and r.
+        by_body: Derivative (b, b) of the body a period later by the body, the first of the states.
+        by_command: The same (b, m) by what the controller gives the plant.
+        by_load: The same (..., b, k) by the load.
+        k: Number of channels.
+        w: Number of nonlinear terms.
+    """
+    b, m = by_command.shape
+    x = slope.shape[-1] - k - w - k
+    memory = slice(m, m + x - b)
+    states = np.zeros((len(slope), x, slope.shape[-1] + k))
+    states[:, :b, :-k] = by_command @ slope[:, :m]
+    states[:, :b, :b] += by_body
+    states[:, :b, -k:] = by_load
+    states[:, b:, :-k] = slope[:, memory]
+    readings = np.concatenate(
+        [slope[:, memory.stop :], np.zeros((len(slope), slope.shape[1] - memory.stop, k))], axis=-1
+    )
+    return LinearLoops(states[:, :, :x], states[:, :, x:], readings[:, :, :x], readings[:, :, x:], k, w)
 
 
 def one_period(
-    period: PeriodMap, state: Array, w: Array, gains: Array, setting: Surroundings, plant: Plant
+    period: PeriodMap, state: Array, w: Array, gains: Array, setting: OperatingPoint, plant: Plant
 ) -> PeriodStep:
     """Fly one period from states (n, x) with the terms giving w (n, terms), under gains (n, g), and differentiate it.
 

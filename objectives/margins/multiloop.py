@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.classical import At
+from objectives.margins.classical import MarginAt
 from objectives.margins.frequency import Modes
 
 Array = NDArray[np.float64]
@@ -21,7 +21,7 @@ Complex = NDArray[np.complex128]
 
 SWEEPS, DESCENT = 10, 30
 # Gradient at which a bound is at its least, and the share of the promised fall that a step must bring.
-FLAT, WORTH = 1e-9, 1e-2
+FLAT, ARMIJO = 1e-9, 1e-2
 # Frequencies at which the highest bound is lowered, and how often the interval about the last is divided into how many points.
 LOWERED, ZOOMS, POINTS = 4, 4, 5
 
@@ -33,9 +33,9 @@ def balanced(m: Complex) -> Array:
     log_d = np.zeros(m.shape[:-1])
     for sweep in range(SWEEPS * k):
         i = sweep % k
-        apart = 2.0 * (log_d[..., i : i + 1] - log_d)
-        row = np.sum(square[..., i, :] * np.exp(apart), axis=-1)
-        column = np.sum(square[..., :, i] * np.exp(-apart), axis=-1)
+        distance = 2.0 * (log_d[..., i : i + 1] - log_d)
+        row = np.sum(square[..., i, :] * np.exp(distance), axis=-1)
+        column = np.sum(square[..., :, i] * np.exp(-distance), axis=-1)
         both = (row > 0.0) & (column > 0.0)
         log_d[..., i] += 0.25 * np.log(np.where(both, column, 1.0) / np.where(both, row, 1.0))
     return log_d
@@ -60,14 +60,14 @@ def mu_upper(m: Complex) -> Array:
         trial = log_d - step[..., None] * slope
         lower, its_slope = scaled_norm(m, trial)
         promised = step * np.sum(slope**2, axis=-1)
-        better = steep & (lower < value * np.exp(-WORTH * promised))
+        better = steep & (lower < value * np.exp(-ARMIJO * promised))
         value = np.where(better, lower, value)
         log_d, slope = (np.where(better[..., None], new, old) for new, old in ((trial, log_d), (its_slope, slope)))
         step = np.where(better, 1.6, 0.4) * step
     return value
 
 
-def multiloop_margin(modes: Modes, channels: Sequence[int], grid: Array, h: float, centre: float) -> At:
+def multiloop_margin(modes: Modes, channels: Sequence[int], grid: Array, h: float, centre: float) -> MarginAt:
     """Disk margin alpha (n,) in some channels at once, the first inputs and outputs of the modes, and its frequency [rad/s]."""
 
     def matrices(w: Array) -> Complex:
@@ -91,4 +91,4 @@ def multiloop_margin(modes: Modes, channels: Sequence[int], grid: Array, h: floa
         higher = values[rows, best] > peak
         peak, at = np.where(higher, values[rows, best], peak), np.where(higher, w[rows, best], at)
         low, high = w[rows, np.maximum(best - 1, 0)], w[rows, np.minimum(best + 1, POINTS - 1)]
-    return At(1.0 / peak, at)
+    return MarginAt(1.0 / peak, at)

@@ -25,19 +25,23 @@ from numpy.typing import NDArray
 
 from objectives.margins import classical, disk
 from objectives.margins.block import EVERY, LINE, MULTILOOP, REAL, UNSTABLE, BlockReadings, modes_of_loops, read_block
-from objectives.margins.classical import At
+from objectives.margins.classical import MarginAt
 from objectives.margins.curve import NARROW, OFFSETS
 from objectives.margins.frequency import Modes, frequency_grid
+from objectives.margins.lifting import Rate, instants_of
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.multiloop import balanced
+from objectives.margins.results import Realisation
 from objectives.margins.tracking import FOLLOWED, REJECTED
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Asked = frozenset[str]
+Fields = frozenset[str]
 
 # Halvings that find a crossing, and how often the interval about a peak is divided into how many points.
 HALVINGS, ZOOMS, PARTS = 60, 10, 9
+# Crossings and peaks of loci are refined, and a point of their grid takes as many eigenvalues as a channel has instants.
+COARSER = 3
 # Rival peaks that are looked at closer.
 PEAKS = 3
 # Eigenvalues so close to 0 and to -1 belong to gain factors beyond 80 dB; the sign of what is left of them is rounding.
@@ -49,11 +53,11 @@ NEWTON, SOLVED, NUDGE = 30, 1e-11, 1e-7
 class Lifting:
     """The lifted form of the loops of a block.
 
-    h: control period [s]; periods: control periods in the common period; instants: of each channel, among those of the block.
+    control_period: [s]; periods: control periods in the common period; instants: of each channel, among those of the block.
     lowest: frequency that is looked at [rad/s]; points: of a grid.
     """
 
-    h: float
+    control_period: float
     periods: int
     instants: tuple[tuple[int, ...], ...]
     lowest: float
@@ -62,7 +66,12 @@ class Lifting:
     @property
     def period(self) -> float:
         """Common period [s]."""
-        return self.h * self.periods
+        return self.control_period * self.periods
+
+    @classmethod
+    def of(cls, rates: Sequence[Rate], control_period: float, periods: int, lowest: float, points: int) -> "Lifting":
+        """Return the form of channels with these rates."""
+        return cls(control_period, periods, tuple(map(tuple, instants_of(rates, periods))), lowest, points)
 
     def step(self, channel: int) -> float:
         """Time between two instants of a channel [s]."""
@@ -85,55 +94,56 @@ class _Part:
 
 
 def read_lifted(
-    loops: LinearLoops, form: Lifting, skew: float, plant_inputs: Sequence[int], asked: Asked
+    loops: LinearLoops, form: Lifting, skew: float, plant_inputs: Sequence[int], requested: Fields
 ) -> BlockReadings:
     """Read the margins of lifted loops whose terms are closed, a (n, b, b), of the channels of a form.
 
     skew: of the disks; plant_inputs: which channels are inputs of the plant.
     """
     modes = modes_of_loops(loops, EVERY)
-    wanted = asked | {"disk"} if MULTILOOP in asked else asked
+    wanted = requested | {"disk"} if MULTILOOP in requested else requested
     single = wanted - {MULTILOOP}
     columns = [_channel(loops, modes, form, j, skew, single) for j in range(len(form.instants))]
-    found = {
-        name: At(*[np.stack([column[name][i] for column in columns], axis=1) for i in (0, 1)])
+    margins = {
+        name: MarginAt(*[np.stack([column[name][i] for column in columns], axis=1) for i in (0, 1)])
         for name in sorted(single)
     }
-    together = At(np.full(len(modes.size), np.inf), np.zeros(len(modes.size)))
-    if MULTILOOP in asked and len(plant_inputs) == 1:
-        together = At(*[part[:, plant_inputs[0]] for part in found["disk"]])
-    elif MULTILOOP in asked and plant_inputs:
+    together = MarginAt(np.full(len(modes.size), np.inf), np.zeros(len(modes.size)))
+    if MULTILOOP in requested and len(plant_inputs) == 1:
+        together = MarginAt(*[part[:, plant_inputs[0]] for part in margins["disk"]])
+    elif MULTILOOP in requested and plant_inputs:
         together = _together(loops, modes, form, plant_inputs, disk.centre(skew))
     each = replace(modes, size=modes.size ** (1.0 / form.periods))
-    return BlockReadings(each, {name: at for name, at in found.items() if name in asked}, together)
+    return BlockReadings(each, {name: at for name, at in margins.items() if name in requested}, together)
 
 
-def fundamental(loops: LinearLoops, form: Lifting, row: int, channel: int, frequency: Array) -> Complex:
-    """Return what a channel's command holds of a sine injected at frequencies (f,) [rad/s]; 0 for those that it cannot have."""
-    modes, own = modes_of_loops(loops, EVERY), list(form.instants[channel])
-    part = _part(loops, modes, row, own, own)
-    answer = _fundamental_of(part, form, channel)(frequency)
-    return np.where(frequency <= np.pi / form.step(channel) * (1.0 + 1e-12), answer, 0.0)
+def response(loops: LinearLoops, form: Lifting, row: int, frequency: Array) -> Complex:
+    """Return T (f,) of the one channel of loops at frequencies (f,) [rad/s]; 0 for those that it cannot have.
+
+    Of a channel with several instants it is the part of its command at the frequency of the signal injected.
+    """
+    instants = list(form.instants[0])
+    if len(instants) == 1:
+        return Realisation(loops.a[row], loops.b[row, :, 0], loops.c[row, 0], form.period).response(frequency).t
+    part = _part(loops, modes_of_loops(loops, EVERY), row, instants, instants)
+    answer = _fundamental_of(part, form, 0)(frequency)
+    return np.where(frequency <= np.pi / form.step(0) * (1.0 + 1e-12), answer, 0.0)
 
 
-def _channel(loops: LinearLoops, modes: Modes, form: Lifting, j: int, skew: float, asked: Asked) -> dict[str, At]:
+def _channel(
+    loops: LinearLoops, modes: Modes, form: Lifting, j: int, skew: float, requested: Fields
+) -> dict[str, MarginAt]:
     """Margins (n,) of one channel."""
-    own = form.instants[j]
-    if len(own) == 1:
+    instants = form.instants[j]
+    if len(instants) == 1:
         grid = frequency_grid(form.period, form.points, form.lowest)
-        read = read_block(_only(loops, own[0]), grid, form.period, skew, [0], asked)
-        return {name: At(at.value[:, 0], at.frequency[:, 0]) for name, at in read.quantities.items()}
-    found = {name: np.full((2, len(modes.size)), [[UNSTABLE[name]], [0.0]]) for name in asked}
+        read = read_block(loops.of_channels(instants), grid, form.period, skew, [0], requested)
+        return {name: MarginAt(at.value[:, 0], at.frequency[:, 0]) for name, at in read.quantities.items()}
+    margins = {name: np.full((2, len(modes.size)), [[UNSTABLE[name]], [0.0]]) for name in requested}
     for row in np.flatnonzero(modes.stable):
-        for name, at in _OfLoci(loops, modes, int(row), form, j, skew).read(asked).items():
-            found[name][:, row] = at
-    return {name: At(*pair) for name, pair in found.items()}
-
-
-def _only(loops: LinearLoops, instant: int) -> LinearLoops:
-    """Return the loops of one instant."""
-    spot = instant + loops.n_channels * np.arange(3)
-    return LinearLoops(loops.a, loops.b[..., spot], loops.c[..., spot, :], loops.d[..., spot[:, None], spot], 1, 0)
+        for name, at in _OfLoci(loops, modes, int(row), form, j, skew).read(requested).items():
+            margins[name][:, row] = at
+    return {name: MarginAt(*pair) for name, pair in margins.items()}
 
 
 def _part(loops: LinearLoops, modes: Modes, row: int, outputs: list[int], inputs: list[int]) -> _Part:
@@ -146,30 +156,31 @@ class _OfLoci:
     """Margins of one channel of several instants of one stable loop: a value and a frequency of each."""
 
     def __init__(self, loops: LinearLoops, modes: Modes, row: int, form: Lifting, j: int, skew: float) -> None:
-        own, k = list(form.instants[j]), loops.n_channels
+        instants, k = list(form.instants[j]), loops.n_channels
         self._form, self._j = form, j
         self._levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.centre(skew)}
         self._part, self._tracked, self._loaded = (
-            _part(loops, modes, row, [group * k + i for i in own], [group * k + i for i in own]) for group in range(3)
+            _part(loops, modes, row, [group * k + i for i in instants], [group * k + i for i in instants])
+            for group in range(3)
         )
         self._w = _grid(form, modes.poles[row])
 
-    def read(self, asked: Asked) -> dict[str, tuple[float, float]]:
+    def read(self, requested: Fields) -> dict[str, tuple[float, float]]:
         """Return those that are asked for."""
-        found = self._classical(asked) if asked & (REAL | LINE) else {}
+        margins = self._classical(requested) if requested & (REAL | LINE) else {}
         for name, level in self._levels.items():
-            if name in asked:
+            if name in requested:
                 height, at = _highest(lambda w, level=level: _gain(self._part, w, self._form.period, level), self._w)
-                found[name] = (1.0 / height if name == "disk" else height, at)
-        if "bandwidth" in asked:
+                margins[name] = (1.0 / height if name == "disk" else height, at)
+        if "bandwidth" in requested:
             share = _fundamental_of(self._tracked, self._form, self._j)
             wide = _bandwidth(lambda w: np.abs(share(w)), self._form, self._j)
-            found["bandwidth"] = (wide, wide)
-        if "load_index" in asked:
-            found["load_index"] = (_load_index(self._loaded, self._form.step(self._j)), 0.0)
-        return found
+            margins["bandwidth"] = (wide, wide)
+        if "load_index" in requested:
+            margins["load_index"] = (_load_index(self._loaded, self._form.step(self._j)), 0.0)
+        return margins
 
-    def _classical(self, asked: Asked) -> dict[str, tuple[float, float]]:
+    def _classical(self, requested: Fields) -> dict[str, tuple[float, float]]:
         loci = _Loci(self._part, self._form.period, self._form.step(self._j), len(self._form.instants[self._j]))
         w, t = self._w, loci.values(self._w)
         real = [(loci.frequency(at, value)[0], value.real) for at, value in _crossings(loci, w, t, level=None)]
@@ -177,23 +188,23 @@ class _OfLoci:
         line = _crossings(loci, w, t, level=-0.5)
         crossed = [loci.frequency(at, value) for at, value in line]
         folded = [(abs(at), np.copysign(1.0, at) * value.imag) for at, value in crossed]
-        found = {
+        margins = {
             name: (at.value.item(), at.frequency.item())
             for name, at in classical.read(_table(real), _table(folded)).items()
         }
-        if "delay" in asked:
-            found["delay"] = _delay(loci, [at for at, _ in line], crossed)
-        return {name: at for name, at in found.items() if name in asked}
+        if "delay" in requested:
+            margins["delay"] = _delay(loci, [at for at, _ in line], crossed)
+        return {name: at for name, at in margins.items() if name in requested}
 
 
 def _grid(form: Lifting, poles: Complex) -> Array:
     """Frequencies (f,) [rad/s] from 0 to pi/H, close at both ends, where those of fast loops are folded, and at resonances."""
-    top = np.pi / form.period
-    near = np.geomspace(min(form.lowest, 1e-3 * top), 0.5 * top, form.points)
+    top, points = np.pi / form.period, form.points // COARSER
+    near = np.geomspace(min(form.lowest, 1e-3 * top), 0.5 * top, points)
     middle, width = np.angle(poles) / form.period, -np.log(np.maximum(np.abs(poles), 1e-300)) / form.period
     narrow = (middle > 0.0) & (width < NARROW * middle)
     extra = (middle[narrow] + np.array(OFFSETS)[:, None] * width[narrow]).ravel()
-    w = np.concatenate([[0.0, top], near, top - near[::2], np.linspace(0.0, top, form.points // 2), extra])
+    w = np.concatenate([[0.0, top], near, top - near[::2], np.linspace(0.0, top, points // 2), extra])
     return np.unique(w[(w >= 0.0) & (w <= top)])
 
 
@@ -270,11 +281,11 @@ def _table(pairs: list[tuple[float, float]]) -> Array:
 
 def _delay(loci: _Loci, base: list[float], crossed: list[tuple[float, complex]]) -> tuple[float, float]:
     """Delay margin [s] and its frequency; base: of the crossings in the common period, crossed: as they are and |L| = 1."""
-    found = []
+    delays = []
     for w, (frequency, value) in zip(base, crossed, strict=True):
         lag = np.pi - 2.0 * np.arctan(2.0 * np.copysign(1.0, frequency) * value.imag)
-        found.append((_solved(loci, w, float(lag) / abs(frequency)), abs(frequency)))
-    return min(found, default=(np.inf, 0.0))
+        delays.append((_solved(loci, w, float(lag) / abs(frequency)), abs(frequency)))
+    return min(delays, default=(np.inf, 0.0))
 
 
 def _solved(loci: _Loci, w: float, delay: float) -> float:
@@ -331,7 +342,7 @@ def _fundamental_of(part: _Part, form: Lifting, channel: int) -> Callable[[Array
 
 def _bandwidth(share: Callable[[Array], Array], form: Lifting, channel: int) -> float:
     """Highest frequency [rad/s] at which y follows r to within -3 dB."""
-    w = np.geomspace(form.lowest, np.pi / form.step(channel), form.points)
+    w = np.geomspace(form.lowest, np.pi / form.step(channel), form.points // COARSER)
     above = share(w) ** 2 >= FOLLOWED
     if not above.any() or above[-1]:
         return float(w[-1]) if above.any() else 0.0
@@ -353,21 +364,21 @@ def _load_index(part: _Part, step: float) -> float:
     return float(1.0 / integral) if integral > 0.0 else 0.0
 
 
-def _together(loops: LinearLoops, modes: Modes, form: Lifting, inputs: Sequence[int], centre: float) -> At:
+def _together(loops: LinearLoops, modes: Modes, form: Lifting, inputs: Sequence[int], centre: float) -> MarginAt:
     """Disk margin alpha (n,) in several inputs of the plant at once; one scale d for each input, as balances its blocks."""
-    own = [list(form.instants[j]) for j in inputs]
-    members, owner = sum(own, []), np.repeat(np.arange(len(own)), [len(each) for each in own])
-    found = []
+    groups = [list(form.instants[j]) for j in inputs]
+    members, owner = sum(groups, []), np.repeat(np.arange(len(groups)), [len(each) for each in groups])
+    margins = []
     for row, stable in enumerate(modes.stable):
         part = _part(loops, modes, row, members, members)
 
         def bound(w: Array, part: _Part = part) -> Array:
             m = part.at(np.exp(1j * w * form.period)) + centre * np.eye(len(members))
-            sums = np.stack([(np.abs(m) ** 2)[:, owner == i].sum(axis=1) for i in range(len(own))], axis=1)
-            sizes = np.sqrt(np.stack([sums[..., owner == i].sum(axis=-1) for i in range(len(own))], axis=-1))
+            sums = np.stack([(np.abs(m) ** 2)[:, owner == i].sum(axis=1) for i in range(len(groups))], axis=1)
+            sizes = np.sqrt(np.stack([sums[..., owner == i].sum(axis=-1) for i in range(len(groups))], axis=-1))
             d = np.exp(balanced(sizes.astype(complex)))[:, owner]
             return np.linalg.norm(m * d[:, :, None] / d[:, None, :], ord=2, axis=(-2, -1))
 
         height, at = _highest(bound, _grid(form, modes.poles[row])) if stable else (np.inf, 0.0)
-        found.append((1.0 / height, at))
-    return At(*np.array(found).reshape(-1, 2).T)
+        margins.append((1.0 / height, at))
+    return MarginAt(*np.array(margins).reshape(-1, 2).T)

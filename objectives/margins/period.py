@@ -12,21 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.derivative import Batch, Derivative, column_of, columns, record_of
+from objectives.margins.frequency import LOWEST
 from objectives.margins.injection import SMOOTH, InstantReadings, SignalInjection, Signals, Term, terms_of
-from plant.attitude import euler_angles
-from plant.backends import symbolic
-from plant.cascade import AXES, Cascade, commanded_torque
-from plant.closed_loop import Limits, close_loop, rotor_line
-from plant.disturbance import Disturbance
-from plant.fittings import BARE, Fittings
-from plant.integrator import runge_kutta_step
+from plant.backends import array, symbolic
 from plant.loop import ClosedLoop, MeterModel, Timing
-from plant.nominal import Nominal
-from plant.records import record_type, size, zeros
+from plant.quadrotor.attitude import euler_angles
+from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, Cascade, commanded_torque
+from plant.quadrotor.closed_loop import Limits, close_loop, rotor_line
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.features import BARE, VehicleFeatures
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.integrator import runge_kutta_step
+from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.rigid_body import Body, Dynamics
+from plant.quadrotor.sample import Targets
+from plant.quadrotor.sensors import Noise
+from plant.records import pack, record_type, size, zeros
 from plant.references.track import Reference
-from plant.rigid_body import Body, Dynamics
-from plant.sensors import Noise
-from plant.targets import Targets
 from plant.vectors import Rotors, Vec3, rotors_sum
 
 __all__ = [
@@ -38,6 +40,7 @@ __all__ = [
     "NoMeters",
     "PeriodMap",
     "Term",
+    "constants_of",
     "period_map",
     "state_type",
     "terms_of",
@@ -46,6 +49,8 @@ __all__ = [
 Array = NDArray[np.float64]
 CHANNELS = AXES
 N_CHANNELS = len(CHANNELS)
+# Channels that are inputs of the plant itself; x and y are demands inside the controller.
+PLANT_INPUTS = tuple(CHANNELS.index(name) for name in ("z", *ATTITUDE_AXES))
 BODY, ROTORS = size(Body), size(Rotors)
 STILL = Vec3(0.0, 0.0, 0.0)
 
@@ -61,14 +66,14 @@ def _keep_nothing(*_: Any) -> NoMeters:
 NO_METERS = MeterModel(NoMeters, _keep_nothing, _keep_nothing)
 
 
-def state_type(cascade: Cascade, fitted: Fittings = BARE) -> Any:
+def state_type(cascade: Cascade, fitted: VehicleFeatures = BARE) -> Any:
     """Return the record of all that one control period hands to the next; meters and status are no part of it.
 
     fitted: what the vehicle is fitted with.
     """
     parts = {
         "body": Body,
-        "queue": rotor_line(fitted.late).Queue,
+        "queue": rotor_line(fitted.delay_steps).Queue,
         "in_force": Rotors,
         "pending": Rotors,
         "gyro": fitted.gyro.Memory,
@@ -89,12 +94,20 @@ class PeriodMap:
         fly(body, speeds and load, disturbance, dynamics) -> body one plant step later, derivative
     """
 
-    def __init__(self, cascade: Cascade, timing: Timing, fitted: Fittings = BARE) -> None:
+    def __init__(self, cascade: Cascade, timing: Timing, fitted: VehicleFeatures = BARE) -> None:
         self.cascade = cascade
         self.timing = timing
         self.terms = terms_of(cascade)
         self.state = state_type(cascade, fitted.feedback)
+        self.plant_inputs, self.lowest = PLANT_INPUTS, LOWEST
+        self.channels: tuple[str, ...] = CHANNELS
+        self.control_period, addresses = timing.control_period, gain_addresses(cascade)
+        self.columns = {axis: [gain.column for gain in addresses if gain.axis == axis] for axis in CHANNELS}
         self._loop: ClosedLoop = close_loop(cascade, NO_METERS, fitted.feedback)
+
+    def constants(self, gains: Array) -> Any:
+        """Return the constants of all axes for gains rows (n, g): leaves are arrays (n, 1, 1) or numbers."""
+        return constants_of(self.cascade, gains, self.control_period)
 
     @cached_property
     def at_rest(self) -> Batch:
@@ -103,9 +116,13 @@ class PeriodMap:
         body, gains, nominal, reference = columns(BODY, size(self.cascade.Gains), size(Nominal), size(Reference))
         constants = bind(self.cascade.prepare)(record_of(self.cascade.Gains, gains), self.timing.control_period)
         flight = bind(self._loop.start)(
-            record_of(Body, body), constants, record_of(Nominal, nominal), record_of(Reference, reference), zeros(Noise),
+            record_of(Body, body),
+            constants,
+            record_of(Nominal, nominal),
+            record_of(Reference, reference),
+            zeros(Noise),
             zeros(Targets),
-        )  # fmt: skip
+        )
         state = self.state(**{part: getattr(flight, part) for part in self.state._fields})
         return Batch("rest", [body, gains, nominal, reference], [column_of(state)])
 
@@ -124,27 +141,37 @@ class PeriodMap:
         plain = symbolic.rebinder()
         constants = plain(self.cascade.prepare)(record_of(self.cascade.Gains, gains), self.timing.control_period)
         injection = SignalInjection(self.terms, constants, Signals(v, w, r))
-        before, known = record_of(self.state, state), record_of(Nominal, nominal)
+        before, assumed = record_of(self.state, state), record_of(Nominal, nominal)
         goal = injection.shifted(record_of(Reference, reference))
-        after = self._instant(injection, before, constants, known, goal)
-        seen = _readings(injection, before, after, known, goal)
+        after = self._instant(injection, before, constants, assumed, goal)
+        seen = _readings(injection, before, after, assumed, goal)
         memory = [column_of(getattr(after, part)) for part in ("speed", *self.state._fields[1:])]
         outputs = ca.vertcat(*memory, seen.command, seen.signals, seen.output, seen.error)
         inputs = ca.vertcat(state, v, w, r)
         return Derivative("decide", inputs, [inputs, gains, nominal, reference], outputs, seen.values)
 
-    def _instant(self, injection: SignalInjection, before: Any, constants: Any, known: Any, goal: Reference) -> Any:
+    def _instant(self, injection: SignalInjection, before: Any, constants: Any, assumed: Any, goal: Reference) -> Any:
         """Flight record after the controller's instant."""
         idle = Rotors(0.0, 0.0, 0.0, 0.0)
         control = _unclipped(before.control)
         flight = self._loop.Flight(
-            before.body, idle, before.queue, before.in_force, before.pending, before.gyro, before.notches, before.battery,
-            control, NoMeters(), 0.0, 0.0,
-        )  # fmt: skip
+            before.body,
+            idle,
+            before.queue,
+            before.in_force,
+            before.pending,
+            before.gyro,
+            before.notches,
+            before.battery,
+            control,
+            NoMeters(),
+            0.0,
+            0.0,
+        )
         return symbolic.rebinder(injection.stand_ins())(self._loop.decide)(
             flight,
             constants,
-            known,
+            assumed,
             goal,
             zeros(Noise),
             zeros(Targets),
@@ -159,14 +186,22 @@ class PeriodMap:
         inputs, disturbance, constants = columns(BODY + ROTORS + N_CHANNELS, size(Disturbance), size(Dynamics))
         pushed = disturbance + ca.vertcat(ca.SX.zeros(size(Disturbance) - N_CHANNELS), inputs[BODY + ROTORS :])
         end = symbolic.rebinder(SMOOTH)(runge_kutta_step)(
-            record_of(Body, inputs[:BODY]), record_of(Rotors, inputs[BODY : BODY + ROTORS]), record_of(Disturbance, pushed),
-            record_of(Dynamics, constants), self.timing.plant_step,
-        )  # fmt: skip
+            record_of(Body, inputs[:BODY]),
+            record_of(Rotors, inputs[BODY : BODY + ROTORS]),
+            record_of(Disturbance, pushed),
+            record_of(Dynamics, constants),
+            self.timing.plant_step,
+        )
         return Derivative("fly", inputs, [inputs, disturbance, constants], column_of(end), ca.SX(0, 1))
 
 
+def constants_of(cascade: Cascade, gains: Array, control_period: float) -> Any:
+    """Return the constants of all axes for gains rows (n, g), as a record whose leaves are arrays (n, 1, 1) or numbers."""
+    return array.rebinder()(cascade.prepare)(pack(cascade.Gains, gains.T[..., None, None]), control_period)
+
+
 @lru_cache(maxsize=8)
-def period_map(cascade: Cascade, timing: Timing, fitted: Fittings) -> PeriodMap:
+def period_map(cascade: Cascade, timing: Timing, fitted: VehicleFeatures) -> PeriodMap:
     """Return the control period of a cascade; steady states and vehicles share one, for its functions take 0.1 s to derive."""
     return PeriodMap(cascade, timing, fitted)
 
@@ -179,11 +214,11 @@ def _unclipped(control: Any) -> Any:
     return control._replace(actuators=control.actuators._replace(acceleration_excess=STILL, torque_excess=STILL))
 
 
-def _readings(injection: SignalInjection, before: Any, after: Any, known: Any, goal: Reference) -> InstantReadings:
+def _readings(injection: SignalInjection, before: Any, after: Any, assumed: Any, goal: Reference) -> InstantReadings:
     """Return the readings of the instant that turned the state `before` into the flight record `after`."""
     plain = symbolic.rebinder()
-    torque = plain(commanded_torque)(after.in_force, known.vehicle)
-    lift = plain(rotors_sum)(after.in_force) / known.vehicle.mass
+    torque = plain(commanded_torque)(after.in_force, assumed.vehicle)
+    lift = plain(rotors_sum)(after.in_force) / assumed.vehicle.mass
     demand, tilt = after.control.acceleration, after.control.tilt
     output = (*before.body.position, *plain(euler_angles)(before.body.attitude))
     goals = (*goal.position, tilt.roll, tilt.pitch, goal.yaw)

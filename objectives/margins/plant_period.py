@@ -15,22 +15,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.derivative import Batch, Derivative, column_of, columns, record_of
-from objectives.margins.lifting import common_period
-from objectives.margins.linearise import LinearLoops
+from objectives.margins.injection import Functions, TermInjection
+from objectives.margins.lifting import common_period, rates_of
+from objectives.margins.linearise import LinearLoops, chained
 from objectives.margins.period import NO_METERS, NoMeters, Term
-from objectives.margins.plant_rest import flown_slope_of, slope_of
 from objectives.plant_system import PlantSystem
 from plant.backends import array, symbolic
 from plant.errors import InputError
-from plant.laws.law import Nonlinearity
 from plant.model.closing import close_plant, to_plant
 from plant.model.controller import to_channel
-from plant.model.plant_model import PlantModel
 from plant.records import flatten, pack, paths, record_type, size, zeros
 
 Array = NDArray[np.float64]
 # Drift of a state in one period, relative to 1 + |state|, up to which it counts as at rest.
 STEADY = 1e-9
+# Lowest frequency that is looked at [rad in a control period]: a plant of hours is seen like one of milliseconds.
+LOWEST = 1e-5
 
 
 class PlantPeriod:
@@ -41,18 +41,22 @@ class PlantPeriod:
     """
 
     def __init__(self, system: PlantSystem, parameters: Any | None = None) -> None:
-        self.periods = common_period(system.plan)
         self.system, self.plan, self.plant = system, system.plan, system.plant
-        self.h = system.timing.control_period
-        self.loop = close_plant(system.plant, system.plan, NO_METERS, self.h)
+        self.control_period = system.timing.control_period
+        self.rates = rates_of(self.plan, self.control_period)
+        self.periods = common_period(range(len(self.rates)), self.rates)
+        self.channels, self.lowest = self.plan.names, LOWEST / self.control_period
+        self.plant_inputs = tuple(i for i, each in enumerate(self.plan.channels) if not self.plan.cascades(each))
+        self.columns = {name: [gain.column for gain in system.gains if gain.axis == name] for name in self.channels}
+        self.loop = close_plant(system.plant, system.plan, NO_METERS, self.control_period)
         self.terms = tuple(
             Term(each.name, each.law, term) for each in self.plan.channels for term in each.law.nonlinear
         )
-        kept = {name: part for name, part in self.loop.Flight.__annotations__.items() if name not in LEFT_OUT}
-        self.state = record_type("PlantState", kept)
+        parts = {name: part for name, part in self.loop.Flight.__annotations__.items() if name not in LEFT_OUT}
+        self.state = record_type("PlantState", parts)
         self.parameters = system.parameters if parameters is None else parameters
         self._nominal = np.array(flatten(system.nominal), dtype=float)
-        self._body, self._slope = slope_of(system, self.loop, self.parameters)
+        self._body, self._slope = system.slope(self.parameters)
         shown = pack(self.loop.Body, self._body.tolist()).shown
         self._reference = np.array([[getattr(shown, each.output), 0.0, 0.0] for each in self.plan.channels]).ravel()
         names = paths(self.state)
@@ -61,17 +65,10 @@ class PlantPeriod:
         ]
 
     def as_flown(self) -> "PlantPeriod":
-        """Return the same with the plant moved by its Runge-Kutta steps; an FMU as it is, whose steps are its own."""
-        if not isinstance(self.plant, PlantModel):
-            return self
+        """Return the same with the plant moved by the steps of its flights."""
         flown = copy(self)
-        flown._slope = flown_slope_of(self.system, self.loop, self.parameters).by  # noqa: SLF001
+        flown._slope = self.system.flown_slope(self.parameters).by  # noqa: SLF001
         return flown
-
-    @property
-    def n_channels(self) -> int:
-        """Number of channels."""
-        return len(self.plan.channels)
 
     def phases(self, gains: Array) -> list[LinearLoops]:
         """Return the linear loops of gains rows (n, g) about rest in each control period of the common period.
@@ -89,28 +86,21 @@ class PlantPeriod:
         return states
 
     def _loops(self, states: Array, gains: Array) -> LinearLoops:
-        n, k, w = len(gains), self.n_channels, len(self.terms)
+        n, k, w = len(gains), len(self.channels), len(self.terms)
         none = np.zeros((n, k + w + k))
         outputs, entries, _ = self._decide(
             np.concatenate([states, none], axis=1), gains, self._nominal, self._reference
         )
         self._check_rest(states, outputs)
-        slope = self._decide.full(entries)
-        x, b, m = states.shape[1], len(self._body), size(self.plant.Input)
-        by_body, by_speed = self._slope[:, :b], self._slope[:, b:]
-        memory, seen = slice(m, m + x - b), slice(m + x - b, None)
-        whole = np.zeros((n, x, slope.shape[-1] + k))
-        whole[:, :b, :-k] = by_speed @ slope[:, :m]
-        whole[:, :b, :b] += by_body
-        whole[:, :b, -k:] = by_speed @ slope[:, :m, x : x + k]
-        whole[:, b:, :-k] = slope[:, memory]
-        readings = np.concatenate([slope[:, seen], np.zeros((n, slope.shape[1] - seen.start, k))], axis=-1)
-        return LinearLoops(whole[:, :, :x], whole[:, :, x:], readings[:, :, :x], readings[:, :, x:], k, w)
+        by_body, by_speed = np.split(self._slope, [len(self._body)], axis=-1)
+        slope, m = self._decide.full(entries), by_speed.shape[1]
+        x = states.shape[1]
+        return chained(slope, by_body, by_speed, by_speed @ slope[:, :m, x : x + k], k, w)
 
     def constants(self, gains: Array) -> Any:
         """Return the constants of all channels for gains rows (n, g): leaves are arrays (n, 1, 1) or numbers."""
         stacked = gains.T[..., None, None]
-        return array.rebinder()(self.loop.prepare)(pack(self.loop.records.Gains, stacked), self.h)
+        return array.rebinder()(self.loop.prepare)(pack(self.loop.records.Gains, stacked), self.control_period)
 
     @cached_property
     def _start(self) -> Batch:
@@ -120,35 +110,48 @@ class PlantPeriod:
             size(kinds.Gains), len(self._body), size(kinds.Nominal), size(kinds.Reference)
         )
         bind = symbolic.rebinder()
-        constants = bind(self.loop.prepare)(record_of(kinds.Gains, gains), self.h)
+        constants = bind(self.loop.prepare)(record_of(kinds.Gains, gains), self.control_period)
         flight = bind(self.loop.start)(
-            record_of(self.loop.Body, body), constants, record_of(kinds.Nominal, nominal), record_of(kinds.Reference, reference),
-            zeros(kinds.Noise), zeros(kinds.Targets),
-        )  # fmt: skip
-        kept = self.state(*[getattr(flight, name) for name in self.state._fields])
-        return Batch("rest", [gains, body, nominal, reference], [column_of(kept)])
+            record_of(self.loop.Body, body),
+            constants,
+            record_of(kinds.Nominal, nominal),
+            record_of(kinds.Reference, reference),
+            zeros(kinds.Noise),
+            zeros(kinds.Targets),
+        )
+        sampled = self.state(*[getattr(flight, name) for name in self.state._fields])
+        return Batch("rest", [gains, body, nominal, reference], [column_of(sampled)])
 
     @cached_property
     def _decide(self) -> Derivative:
         """Commands to the plant, the next memory, then c, s, y, e, differentiated by state, v, w and r."""
-        kinds, k, w = self.loop.records, self.n_channels, len(self.terms)
+        kinds, k, w = self.loop.records, len(self.channels), len(self.terms)
         state, v, terms, r, gains, nominal, reference = columns(
             size(self.state), k, w, k, size(kinds.Gains), size(kinds.Nominal), size(kinds.Reference)
         )
         plain = symbolic.rebinder()
-        constants = plain(self.loop.prepare)(record_of(kinds.Gains, gains), self.h)
+        constants = plain(self.loop.prepare)(record_of(kinds.Gains, gains), self.control_period)
         signals = _Signals(self, constants, ca.vertsplit(v), ca.vertsplit(terms) if w else [])
         goal = self._shifted(record_of(kinds.Reference, reference), ca.vertsplit(r))
         before = record_of(self.state, state)
         idle = dict.fromkeys(("status", "end_time"), 0.0)
         flight = self.loop.Flight(
             **{name: getattr(before, name) for name in self.state._fields},
-            speed=before.control.command, meters=NoMeters(), **idle,
-        )  # fmt: skip
+            speed=before.control.command,
+            meters=NoMeters(),
+            **idle,
+        )
         after = symbolic.rebinder(signals.stand_ins())(self.loop.decide)(
-            flight, constants, record_of(kinds.Nominal, nominal), goal, zeros(kinds.Noise), zeros(kinds.Targets),
-            pack(kinds.Limits, [1.0] * size(kinds.Limits)), 0.0, self.h,
-        )  # fmt: skip
+            flight,
+            constants,
+            record_of(kinds.Nominal, nominal),
+            goal,
+            zeros(kinds.Noise),
+            zeros(kinds.Targets),
+            pack(kinds.Limits, [1.0] * size(kinds.Limits)),
+            0.0,
+            self.control_period,
+        )
         memory = [column_of(getattr(after, name)) for name in self.state._fields if name != "body"]
         seen = signals.readings(before, goal, after)
         outputs = ca.vertcat(column_of(after.speed), *memory, *seen)
@@ -183,38 +186,29 @@ LEFT_OUT = ("speed", "meters", "status", "end_time")
 """Parts of a flight that no period hands to the next, or that only judge it."""
 
 
-class _Signals:
+class _Signals(TermInjection):
     """Functions called in place of model functions at one control instant, and what they saw."""
 
     def __init__(self, period: PlantPeriod, constants: Any, v: list[Any], w: list[Any]) -> None:
-        self._period, self._constants, self._v, self._w = period, constants, v, w
+        super().__init__(period.terms, constants, w)
+        self._plan, self._v = period.plan, v
         self._commands: dict[int, Any] = {}
-        self._signals: dict[int, Any] = {}
 
-    def stand_ins(self) -> dict[Any, Any]:
-        """Return what stands in for which function."""
-        entries = {term.nonlinearity.function: self._term(term.nonlinearity) for term in self._period.terms}
-        return {to_plant: self._passed, to_channel: self._passed, **entries}
+    def stand_ins(self) -> Functions:
+        """Return the stand-ins of model functions."""
+        return {to_plant: self._passed, to_channel: self._passed, **super().stand_ins()}
 
     def _passed(self, command: Any, channel: float) -> Any:
         self._commands[int(channel)] = command
         return command + self._v[int(channel)]
 
-    def _term(self, nonlinearity: Nonlinearity) -> Any:
-        def stand_in(s: Any, constants: Any) -> Any:
-            terms = self._period.terms
-            axis = next(name for name in self._period.plan.names if getattr(self._constants, name) is constants)
-            index = next(i for i, t in enumerate(terms) if t.axis == axis and t.nonlinearity is nonlinearity)
-            self._signals[index] = s
-            return self._w[index]
-
-        return stand_in
-
     def readings(self, before: Any, goal: Any, after: Any) -> list[Any]:
         """Return c, s, y and e; channels on one input have the command of that input."""
-        plan = self._period.plan
-        first = [int(plan.number(plan.acting_on(each.to)[0].name)) if not plan.cascades(each) else i
-                 for i, each in enumerate(plan.channels)]  # fmt: skip
+        plan = self._plan
+        first = [
+            int(plan.number(plan.acting_on(each.to)[0].name)) if not plan.cascades(each) else i
+            for i, each in enumerate(plan.channels)
+        ]
         commands = [self._commands[i] for i in first]
         outputs = [getattr(before.body.shown, each.output) for each in plan.channels]
         goals = [
@@ -224,5 +218,5 @@ class _Signals:
             for each in plan.channels
         ]
         errors = [y - target for y, target in zip(outputs, goals, strict=True)]
-        signals = [self._signals[i] for i in range(len(self._period.terms))]
+        signals = [self.seen[i][0] for i in range(len(self.seen))]
         return [ca.vertcat(*part) if part else ca.SX(0, 1) for part in (commands, signals, outputs, errors)]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.scales import DECIBEL, DEGREES, MILLISECONDS, Scale
-from plant.cascade import AXES
+from plant.quadrotor.cascade import AXES
 
 Array = NDArray[np.float64]
 
@@ -23,14 +23,14 @@ class MarginQuantity:
     """One margin quantity of a loop.
 
     name: in every file. label: in tables and drawings; short: in narrow tables. unit: of files, SI, "1" for factors and ratios.
-    sense: "least" where more is better, "most" where less is. field: of the record `Margins` that it is read from. meaning: one
+    sense: "min" where more is better, "max" where less is. field: of the record `Margins` that it is read from. meaning: one
     line for reports.
 
     scale, limited: where it is shown, or limited by a study file, in another unit than that of files. digits: behind the point
     where it is printed. low, high: between which limits have a sense, neither included, in the unit of limits; low is None where
     no limit can be put on it. unlimited: meaning of an infinite value of a stable loop. unstable: value of a loop that is not
-    stable; open: of a channel without any loop. read(margins) -> values, where they are worked out instead of read; beside: what
-    other fields they are worked out from. whole: a quantity of all loops at once, values (n,).
+    stable; open: of a channel without any loop. read(margins) -> values, where they are computed from several fields;
+    other_fields: all of these but `field`. is_multiloop: one value (n,) of all loops at once.
     """
 
     name: str
@@ -49,13 +49,13 @@ class MarginQuantity:
     unstable: float = 0.0
     open: float = np.inf
     read: Callable[[Any], Array] | None = None
-    beside: tuple[str, ...] = ()
-    whole: bool = False
+    other_fields: tuple[str, ...] = ()
+    is_multiloop: bool = False
 
     @property
     def fields(self) -> tuple[str, ...]:
         """Fields of the record `Margins` that its values come from."""
-        return (self.field, *self.beside)
+        return (self.field, *self.other_fields)
 
     @property
     def shown_unit(self) -> str:
@@ -80,15 +80,15 @@ class MarginQuantity:
         return value if self.limited is None else self.limited.si(value)
 
     def values(self, margins: Any) -> Array:
-        """Return the values of a record `Margins` (n, channels), or (n,) where `whole`, in the unit of files."""
+        """Return the values of a record `Margins` (n, channels), or (n,) where `is_multiloop`, in the unit of files."""
         return getattr(margins, self.field).value if self.read is None else self.read(margins)
 
     def worst(self, values: Array, axes: Iterable[str], channels: tuple[str, ...] = AXES) -> Array:
         """Return the number of each candidate (n,) in the worst of some axes, of values (n, channels) in any unit."""
-        if self.whole:
+        if self.is_multiloop:
             return values
         chosen = values[:, [channels.index(axis) for axis in axes]]
-        return np.min(chosen, axis=1) if self.sense == "least" else np.max(chosen, axis=1)
+        return np.min(chosen, axis=1) if self.sense == "min" else np.max(chosen, axis=1)
 
 
 CROSSES_NOWHERE = "the loop gain crosses 1 nowhere"
@@ -97,73 +97,192 @@ QUANTITIES = {
     entry.name: entry
     for entry in (
         MarginQuantity(
-            "gain_margin", "gain margin", "gain", "1", "least", "gain_up",
-            "how far the loop gain may change, the lesser of up and down", DECIBEL, DECIBEL, 1, high=80.0,
-            read=lambda margins: np.minimum(margins.gain_up.value, margins.gain_down.value), beside=("gain_down",),
+            "gain_margin",
+            "gain margin",
+            "gain",
+            "1",
+            "min",
+            "gain_up",
+            "how far the loop gain may change, the lesser of up and down",
+            DECIBEL,
+            DECIBEL,
+            1,
+            high=80.0,
+            read=lambda margins: np.minimum(margins.gain_up.value, margins.gain_down.value),
+            other_fields=("gain_down",),
         ),
         MarginQuantity(
-            "gain_up", "gain margin up", "gain up", "1", "least", "gain_up", "how far the loop gain may rise", DECIBEL, DECIBEL,
-            1, high=80.0, unlimited="no rise of the gain makes it unstable", unstable=1.0,
+            "gain_up",
+            "gain margin up",
+            "gain up",
+            "1",
+            "min",
+            "gain_up",
+            "how far the loop gain may rise",
+            DECIBEL,
+            DECIBEL,
+            1,
+            high=80.0,
+            unlimited="no rise of the gain makes it unstable",
+            unstable=1.0,
         ),
         MarginQuantity(
-            "gain_down", "gain margin down", "gain down", "1", "least", "gain_down", "how far the loop gain may fall", DECIBEL,
-            DECIBEL, 1, high=80.0, unlimited="no fall of the gain makes it unstable", unstable=1.0,
+            "gain_down",
+            "gain margin down",
+            "gain down",
+            "1",
+            "min",
+            "gain_down",
+            "how far the loop gain may fall",
+            DECIBEL,
+            DECIBEL,
+            1,
+            high=80.0,
+            unlimited="no fall of the gain makes it unstable",
+            unstable=1.0,
         ),
         MarginQuantity(
-            "phase_margin", "phase margin", "phase", "rad", "least", "phase",
-            "phase, lag or lead, that the loop bears at its gain crossovers", DEGREES, DEGREES, 1, high=180.0,
+            "phase_margin",
+            "phase margin",
+            "phase",
+            "rad",
+            "min",
+            "phase",
+            "phase, lag or lead, that the loop bears at its gain crossovers",
+            DEGREES,
+            DEGREES,
+            1,
+            high=180.0,
             unlimited=CROSSES_NOWHERE,
         ),
         MarginQuantity(
-            "delay_margin", "delay margin", "delay", "s", "least", "delay", "delay that the loop bears besides its own",
-            MILLISECONDS, digits=1, unlimited=CROSSES_NOWHERE,
+            "delay_margin",
+            "delay margin",
+            "delay",
+            "s",
+            "min",
+            "delay",
+            "delay that the loop bears besides its own",
+            MILLISECONDS,
+            digits=1,
+            unlimited=CROSSES_NOWHERE,
         ),
         MarginQuantity(
-            "delay_periods", "delay margin in periods", "delay in periods", "1", "least", "delay",
-            "delay margin in control periods", digits=1, unlimited=CROSSES_NOWHERE, read=lambda margins: margins.delay_periods,
+            "delay_periods",
+            "delay margin in periods",
+            "delay in periods",
+            "1",
+            "min",
+            "delay",
+            "delay margin in control periods",
+            digits=1,
+            unlimited=CROSSES_NOWHERE,
+            read=lambda margins: margins.delay_periods,
         ),
         MarginQuantity(
-            "ms", "Ms, peak of S", "Ms, peak of S", "1", "most", "sensitivity",
-            "peak of the sensitivity, Ms; 1/Ms is the distance of the loop from -1", low=1.0, unstable=np.inf, open=1.0,
+            "ms",
+            "Ms, peak of S",
+            "Ms, peak of S",
+            "1",
+            "max",
+            "sensitivity",
+            "peak of the sensitivity, Ms; 1/Ms is the distance of the loop from -1",
+            low=1.0,
+            unstable=np.inf,
+            open=1.0,
         ),
         MarginQuantity(
-            "mt", "Mt, peak of T", "Mt, peak of T", "1", "most", "complementary", "peak of the complementary sensitivity, Mt",
-            unstable=np.inf, open=0.0,
-        ),
-        MarginQuantity(
-            "disk", "disk margin", "disk margin", "1", "least", "disk",
-            "disk margin alpha: gain and phase at once, one loop at a time", high=2.0, unlimited="nothing limits it",
-        ),
-        MarginQuantity(
-            "multiloop_disk", "disk margin of all loops", "disk margin", "1", "least", "multiloop",
-            "disk margin alpha in z, roll, pitch and yaw at once", high=2.0, whole=True,
-        ),
-        MarginQuantity(
-            "crossover", "gain crossover", "crossover", "rad/s", "most", "crossover", "highest gain crossover", low=None,
+            "mt",
+            "Mt, peak of T",
+            "Mt, peak of T",
+            "1",
+            "max",
+            "complementary",
+            "peak of the complementary sensitivity, Mt",
+            unstable=np.inf,
             open=0.0,
         ),
         MarginQuantity(
-            "group_delay", "group delay at crossover", "group delay", "s", "most", "group_delay",
-            "delay of the whole chain, filters and lags included, where the loop gain is 1", MILLISECONDS, digits=1,
-            unstable=np.inf, open=0.0,
+            "disk",
+            "disk margin",
+            "disk margin",
+            "1",
+            "min",
+            "disk",
+            "disk margin alpha: gain and phase at once, one loop at a time",
+            high=2.0,
+            unlimited="nothing limits it",
         ),
         MarginQuantity(
-            "rejection", "disturbance rejection bandwidth", "rejection", "rad/s", "least", "rejection",
-            "frequency up to which disturbances are rejected by 3 dB or more; their peak is Ms", open=0.0,
+            "multiloop_disk",
+            "disk margin of all loops",
+            "disk margin",
+            "1",
+            "min",
+            "multiloop",
+            "disk margin alpha in z, roll, pitch and yaw at once",
+            high=2.0,
+            is_multiloop=True,
         ),
         MarginQuantity(
-            "bandwidth", "bandwidth", "bandwidth", "rad/s", "least", "bandwidth",
-            "frequency up to which the reference is followed to within -3 dB", open=0.0,
+            "crossover",
+            "gain crossover",
+            "crossover",
+            "rad/s",
+            "max",
+            "crossover",
+            "highest gain crossover",
+            low=None,
+            open=0.0,
         ),
         MarginQuantity(
-            "load_index", "load index", "load", "s^-3", "least", "load_index",
-            "load-disturbance index k_i: acceleration per integrated error", open=0.0,
+            "group_delay",
+            "group delay at crossover",
+            "group delay",
+            "s",
+            "max",
+            "group_delay",
+            "delay of the whole chain, filters and lags included, where the loop gain is 1",
+            MILLISECONDS,
+            digits=1,
+            unstable=np.inf,
+            open=0.0,
+        ),
+        MarginQuantity(
+            "rejection",
+            "disturbance rejection bandwidth",
+            "rejection",
+            "rad/s",
+            "min",
+            "rejection",
+            "frequency up to which disturbances are rejected by 3 dB or more; their peak is Ms",
+            open=0.0,
+        ),
+        MarginQuantity(
+            "bandwidth",
+            "bandwidth",
+            "bandwidth",
+            "rad/s",
+            "min",
+            "bandwidth",
+            "frequency up to which the reference is followed to within -3 dB",
+            open=0.0,
+        ),
+        MarginQuantity(
+            "load_index",
+            "load index",
+            "load",
+            "s^-3",
+            "min",
+            "load_index",
+            "load-disturbance index k_i: acceleration per integrated error",
+            open=0.0,
         ),
     )
-}  # fmt: skip
+}
 """Every quantity by name. Gain, phase and delay margins are infinite where no crossing limits them."""
 
-LOOP_QUANTITIES = tuple(entry for entry in QUANTITIES.values() if entry.read is None and not entry.whole)
+LOOP_QUANTITIES = tuple(entry for entry in QUANTITIES.values() if entry.read is None and not entry.is_multiloop)
 """Quantities that are read from each loop's own curves: one field of `Margins` each."""
 
 LIMITABLE = {name: entry for name, entry in QUANTITIES.items() if entry.low is not None}
@@ -173,7 +292,17 @@ RECORDED = ("gain_up", "gain_down", "phase_margin", "delay_margin", "ms", "mt", 
 """Names of the quantities of each loop in gains.json and margins.parquet."""
 
 REPORTED = (
-    "gain_up", "gain_down", "phase_margin", "delay_margin", "delay_periods", "ms", "mt", "disk", "group_delay", "rejection",
-    "bandwidth", "load_index",
-)  # fmt: skip
+    "gain_up",
+    "gain_down",
+    "phase_margin",
+    "delay_margin",
+    "delay_periods",
+    "ms",
+    "mt",
+    "disk",
+    "group_delay",
+    "rejection",
+    "bandwidth",
+    "load_index",
+)
 """Names of the quantities of each loop that `tuner margins` and `tuner design` report."""

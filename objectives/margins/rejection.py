@@ -1,4 +1,4 @@
-"""How far up a stable loop rejects disturbances, and how late it answers where its gain is 1.
+"""Rejection bandwidth and group delay of stable loops.
 
 Disturbance rejection bandwidth: the lowest frequency at which the sensitivity S = 1 + T comes up through -3 dB; its peak is Ms.
 Group delay at the highest gain crossover: -d arg L/dw with L = -T/(1 + T), so -Im(T'/(T (1 + T))): filters and lags of the
@@ -29,14 +29,14 @@ def rejection_bandwidth(modes: Modes, residues: Complex, grid: Array, h: float) 
 
     residues (n, k, b): from the signal injected into each of k channels to its command.
     """
-    found = np.zeros(residues.shape[:2])
+    bandwidths = np.zeros(residues.shape[:2])
     thinned = np.ascontiguousarray(grid[0, 1 :: max(1, grid.shape[1] // POINTS)])
-    lowest_levels(thinned, modes.poles, np.ascontiguousarray(residues), modes.stable, h, found)
-    return found
+    lowest_levels(thinned, modes.poles, np.ascontiguousarray(residues), modes.stable, h, bandwidths)
+    return bandwidths
 
 
 def lowest_levels(
-    grid: Array, poles: Complex, residues: Complex, stable: NDArray[np.bool_], h: float, found: Array
+    grid: Array, poles: Complex, residues: Complex, stable: NDArray[np.bool_], h: float, out: Array
 ) -> None:
     """Fill found (n, k) of the stable ones of loops with poles (n, b) and residues (n, k, b); grid (f,) [rad/s]."""
     for i in range(len(poles)):
@@ -63,7 +63,7 @@ def lowest_levels(
                         high = middle
                     else:
                         low = middle
-                found[i, j] = high
+                out[i, j] = high
 
 
 lowest_levels = keep_file(numba.njit(**OPTIONS, nogil=True)(lowest_levels), Path(__file__))

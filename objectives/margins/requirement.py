@@ -39,7 +39,7 @@ class MarginRequirement:
     def requirement(self) -> Requirement:
         """The same for `Problem`."""
         meaning = self.quantity.meaning
-        if len(self.axes) > 1 and not self.quantity.whole:
+        if len(self.axes) > 1 and not self.quantity.is_multiloop:
             meaning += f"; worst of {', '.join(self.axes)}"
         if self.amplitude > 0.0:
             meaning += f"; nonlinear terms at amplitudes of {self.amplitude:g} and more"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from objectives.margins.describing import Case
 from objectives.margins.disk import DiskRange, disk_range
-from plant.cascade import AXES
+from plant.quadrotor.cascade import AXES
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -43,7 +43,7 @@ class Margins:
     """
 
     cases: tuple[Case, ...]
-    period: float
+    control_period: float
     skew: float
     stable: Mask
     growth: Array
@@ -62,6 +62,17 @@ class Margins:
     multiloop: Worst
     channels: tuple[str, ...] = AXES
 
+    def of(self, row: int) -> "Margins":
+        """Return the margins of one candidate."""
+        rows = slice(row, row + 1)
+
+        def only(part: Any) -> Any:
+            if isinstance(part, Worst):
+                return Worst(part.value[rows], part.frequency[rows], part.case[rows], part.vehicle[rows])
+            return part[rows] if isinstance(part, np.ndarray) else part
+
+        return replace(self, **{field.name: only(getattr(self, field.name)) for field in fields(self)})
+
     @property
     def modulus(self) -> Array:
         """Modulus margin 1/Ms, (n, channels)."""
@@ -70,7 +81,7 @@ class Margins:
     @property
     def delay_periods(self) -> Array:
         """Delay margin in control periods, (n, channels)."""
-        return self.delay.value / self.period
+        return self.delay.value / self.control_period
 
     @property
     def disk_range(self) -> DiskRange:
@@ -138,7 +149,7 @@ def worst(values: Array, frequency: Array, sense: str, case: Index) -> Worst:
     """Worst over vehicles and cases of values (n, vehicles, cases, channels); case (channels, cases): index to report."""
     n, vehicles, cases, channels = values.shape
     flat = np.moveaxis(values, -1, 1).reshape(n, channels, vehicles * cases)
-    at = np.argmin(flat, axis=-1) if sense == "least" else np.argmax(flat, axis=-1)
+    at = np.argmin(flat, axis=-1) if sense == "min" else np.argmax(flat, axis=-1)
     extreme = np.take_along_axis(flat, at[..., None], axis=-1)
     vehicle, which = np.divmod(first_alike(flat, extreme, at), cases)
     n_index, channel = np.ogrid[:n, :channels]
@@ -146,7 +157,7 @@ def worst(values: Array, frequency: Array, sense: str, case: Index) -> Worst:
 
 
 def first_alike(values: Array, extreme: Array, at: Index) -> Index:
-    """Return where values (..., n) first come to their extreme (..., 1) within `ALIKE`; at: where they come to it exactly.
+    """Return the first places of values (..., n) within `ALIKE` of their extreme (..., 1); at: those of the extreme.
 
     Rounding, which differs between machines, must not decide which of several alike cases is named.
     """

@@ -15,10 +15,10 @@ from objectives.margins.structure import Block
 Mask = NDArray[np.bool_]
 
 
-class Sheet:
+class WorstCaseAccumulator:
     """Values (n, vehicles, cases, channels) by quantity; they start as those of channels without a loop.
 
-    h: control period [s]; asked: fields of `Margins` that are kept, the others of which stay empty.
+    control_period: [s]; requested: fields of `Margins` that are kept, the others of which stay empty.
     """
 
     def __init__(
@@ -26,14 +26,14 @@ class Sheet:
         n: int,
         vehicles: int,
         cases: tuple[Case, ...],
-        h: float,
-        asked: frozenset[str],
+        control_period: float,
+        requested: frozenset[str],
         channels: tuple[str, ...] = CHANNELS,
     ) -> None:
         shape = (n, vehicles, len(cases), len(channels))
-        self._cases, self._h, self._channels = cases, h, channels
-        shapes = {entry.field: shape if entry.field in asked else (0, *shape[1:]) for entry in LOOP_QUANTITIES}
-        self._asked = [entry for entry in LOOP_QUANTITIES if entry.field in asked]
+        self._cases, self._control_period, self._channels = cases, control_period, channels
+        shapes = {entry.field: shape if entry.field in requested else (0, *shape[1:]) for entry in LOOP_QUANTITIES}
+        self._requested = [entry for entry in LOOP_QUANTITIES if entry.field in requested]
         self._value = {entry.field: np.full(shapes[entry.field], entry.open) for entry in LOOP_QUANTITIES}
         self._frequency = {entry.field: np.zeros(shapes[entry.field]) for entry in LOOP_QUANTITIES}
         self._growth, self._stable = np.full(shape, -np.inf), np.ones(shape, dtype=bool)
@@ -44,7 +44,7 @@ class Sheet:
         """Have the channels of a block report cases where it has terms, whether or not any candidate is entered."""
         self._swept[list(block.channels)] |= bool(block.terms)
 
-    def enter(self, vehicle: int, block: Block, rows: Mask, cases: list[int], read: BlockReadings) -> None:
+    def update(self, vehicle: int, block: Block, rows: Mask, cases: list[int], read: BlockReadings) -> None:
         """Enter the readings of a block for some candidates: their rows are candidates, then cases, or one for all cases."""
         chosen, every = np.nonzero(rows)[0], np.array(cases)
 
@@ -56,33 +56,33 @@ class Sheet:
             self._value[name][spot] = by_case(at.value)
             self._frequency[name][spot] = by_case(at.frequency)
         self._stable[spot] = by_case(read.modes.stable)
-        self._growth[spot] = by_case(read.modes.growth / self._h)
+        self._growth[spot] = by_case(read.modes.growth / self._control_period)
         spot = np.ix_(chosen, np.array([vehicle]), every, np.array([0]))
         value, before = by_case(read.together.value), self._together[spot]
         self._together_at[spot] = np.where(value < before, by_case(read.together.frequency), self._together_at[spot])
         self._together[spot] = np.minimum(value, before)
 
     def destabilise(self, vehicle: int, block: Block, rows: Mask, cases: list[int], stable: Mask) -> None:
-        """Take the margins from the channels of a block where a loop that they are part of is not stable; rows as in `enter`."""
+        """Take the margins from the channels of a block where a loop that they are part of is not stable; rows as in `update`."""
         chosen = np.nonzero(rows)[0]
         lost = np.broadcast_to(~stable.reshape(len(chosen), -1), (len(chosen), len(cases)))
         for candidate, case in zip(*np.nonzero(lost), strict=True):
             spot = (chosen[candidate], vehicle, cases[case], list(block.channels))
-            for entry in self._asked:
+            for entry in self._requested:
                 self._value[entry.field][spot], self._frequency[entry.field][spot] = entry.unstable, 0.0
             self._stable[spot] = False
             self._together[spot[:3]] = 0.0
 
     def copy(self, vehicle: int, block: Block, rows: Mask, original: Block) -> None:
         """Enter for some candidates what another block has, channel by channel."""
-        kept = [table[entry.field] for table in (self._value, self._frequency) for entry in self._asked]
-        for array in (*kept, self._stable, self._growth):
+        tables = [table[entry.field] for table in (self._value, self._frequency) for entry in self._requested]
+        for array in (*tables, self._stable, self._growth):
             for to, of in zip(block.channels, original.channels, strict=True):
                 array[rows, vehicle, :, to] = array[rows, vehicle, :, of]
 
     def discard(self, vehicle: int, rows: Mask) -> None:
         """Nothing is stable where no steady flight was found."""
-        for entry in self._asked:
+        for entry in self._requested:
             self._value[entry.field][rows, vehicle] = entry.unstable
             self._frequency[entry.field][rows, vehicle] = 0.0
         self._stable[rows, vehicle] = False
@@ -96,10 +96,10 @@ class Sheet:
             entry.field: worst(self._value[entry.field], self._frequency[entry.field], entry.sense, case)
             for entry in LOOP_QUANTITIES
         }
-        together = worst(self._together, self._together_at, "least", case.max(axis=0, keepdims=True))
+        together = worst(self._together, self._together_at, "min", case.max(axis=0, keepdims=True))
         return Margins(
             cases=self._cases,
-            period=self._h,
+            control_period=self._control_period,
             skew=skew,
             channels=self._channels,
             stable=np.asarray(self._stable.all(axis=(1, 2))),

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from plant.nominal import Nominal
-from plant.trim import SteadyFlight, trim_of, within_limits
+from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.trim import SteadyFlight, trim_of, within_limits
+from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Vec3
-from plant.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from objectives.margins.trim import Trim

@@ -15,10 +15,10 @@ from scipy.linalg import matrix_balance
 from objectives.margins.closing import close_terms
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.period import BODY, CHANNELS, PeriodMap
-from plant.nominal import mixer_matrix
+from plant.quadrotor.nominal import mixer_matrix
+from plant.quadrotor.rigid_body import Body
+from plant.quadrotor.vehicle import Vehicle
 from plant.records import paths, rows
-from plant.rigid_body import Body
-from plant.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -102,16 +102,16 @@ def blocks_of(closed: LinearLoops, change: Array) -> tuple[Block, ...]:
     reaching = _paths_of(moves)
     after = reaching @ driven
     looped = np.any(seen[closed.command] & after[:, closed.injected].T, axis=1)
-    kept = np.any(after[:, closed.injected][:, looped], axis=1) & np.any(
+    members_of_loops = np.any(after[:, closed.injected][:, looped], axis=1) & np.any(
         (seen[closed.command] @ reaching)[looped], axis=0
     )
     # Undirected graph of kept states, looped channels and terms.
     links = np.concatenate([seen[: closed.terms.stop], driven[:, : closed.terms.stop].T], axis=0)
-    count, label = _components(moves & kept & kept[:, None], links & kept)
-    x, k, w = len(kept), closed.n_channels, closed.n_terms
+    count, label = _components(moves & members_of_loops & members_of_loops[:, None], links & members_of_loops)
+    x, k, w = len(members_of_loops), closed.n_channels, closed.n_terms
     parts = []
     for i in range(count):
-        states = kept & (label[:x] == i)
+        states = members_of_loops & (label[:x] == i)
         members = label[x : x + k + w] == i
         channels = np.nonzero(members[:k] & looped)[0]
         if states.any() and len(channels):
@@ -132,7 +132,7 @@ def with_images(blocks: tuple[Block, ...], loops: tuple[LinearLoops, ...]) -> tu
 
 
 def same_loops(first: LinearLoops, second: LinearLoops) -> bool:
-    """Return whether two batches of closed loops of two blocks have the same poles, and the same responses in each channel."""
+    """Return True if two batches of closed loops of two blocks have the same poles, and the same responses in each channel."""
     if first.a.shape != second.a.shape or first.n_channels != second.n_channels:
         return False
     poles = [np.sort_complex(np.poly(a)) for loops in (first, second) for a in loops.a]
@@ -150,9 +150,9 @@ def _same_response(first: LinearLoops, second: LinearLoops, z: complex) -> bool:
 def _diagonal_responses(loops: LinearLoops, z: complex) -> NDArray[np.complex128]:
     """Responses of the command to v, the output to r and the error to the load, of each channel, at z."""
     state = np.linalg.solve(z * np.eye(loops.a.shape[-1]) - loops.a, loops.b)
-    whole = loops.c @ state + loops.d
+    responses = loops.c @ state + loops.d
     pairs = ((loops.command, loops.injected), (loops.output, loops.reference), (loops.error, loops.load))
-    return np.stack([np.diagonal(whole[..., o, u], axis1=-2, axis2=-1) for o, u in pairs])
+    return np.stack([np.diagonal(responses[..., o, u], axis1=-2, axis2=-1) for o, u in pairs])
 
 
 def _coupled(probes: Array) -> Mask:

@@ -22,10 +22,10 @@ def bandwidth(modes: Modes, residues: Complex, grid: Array, h: float) -> Array:
 
     residues (n, k, b): from the reference of each of k channels to its output.
     """
-    found = np.zeros(residues.shape[:2])
+    bandwidths = np.zeros(residues.shape[:2])
     thinned = np.ascontiguousarray(grid[:, :: grid.shape[1] // POINTS])
-    curve.highest_levels(thinned, modes.poles, residues, modes.stable, h, FOLLOWED, found)
-    return found
+    curve.highest_crossings(thinned, modes.poles, residues, modes.stable, h, FOLLOWED, bandwidths)
+    return bandwidths
 
 
 def load_index(modes: Modes, residues: Complex, h: float) -> Array:

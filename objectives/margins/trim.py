@@ -7,24 +7,25 @@ velocity: the plant feels its air-relative velocity only, and laws see errors. S
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import atan, cos, degrees, sqrt
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.closing import close_terms
-from objectives.margins.linearise import PeriodStep, Plant, Surroundings, one_period, plant_about
+from objectives.margins.linearise import OperatingPoint, PeriodStep, Plant, one_period, plant_about
 from objectives.margins.period import BODY, ROTORS, PeriodMap
-from plant.cascade import LEAST_LIFT
-from plant.disturbance import Disturbance
 from plant.errors import InputError
-from plant.nominal import Nominal
+from plant.quadrotor.cascade import LEAST_LIFT
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.rigid_body import Dynamics, dynamics
+from plant.quadrotor.trim import steady_flight, within_limits
+from plant.quadrotor.vehicle import Vehicle
 from plant.records import flatten, index, size
 from plant.references.spec import HOLD
 from plant.references.track import Reference
-from plant.rigid_body import Dynamics, dynamics
-from plant.trim import steady_flight, within_limits
 from plant.vectors import Vec3
-from plant.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
@@ -96,15 +97,15 @@ def smooth_dynamics(vehicle: Vehicle) -> Dynamics:
     return f._replace(rise=pole, fall=pole)
 
 
-def setting_of(trim: Trim, nominal: Nominal, vehicle: Vehicle) -> Surroundings:
+def setting_of(trim: Trim, nominal: Nominal, vehicle: Vehicle) -> OperatingPoint:
     """Return a trim as rows of numbers."""
     reference = Reference(ZERO, ZERO, ZERO, 0.0, 0.0, trim.yaw, 0.0, float(trim.hold))
     air = Disturbance(trim.air, ZERO, ZERO, ZERO)
     rows = [nominal, reference, air, smooth_dynamics(vehicle)]
-    return Surroundings(*[np.array(flatten(row), dtype=float) for row in rows])
+    return OperatingPoint(*[np.array(flatten(row), dtype=float) for row in rows])
 
 
-def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Surroundings) -> Plant:
+def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: OperatingPoint) -> Plant:
     """The plant about the attitude and rotor speeds at which air, weight and rotors leave it at rest, whatever the gains.
 
     Raises InputError where there are none within the limits of tilt, of rotor speed and of how little lift the controller asks
@@ -112,9 +113,9 @@ def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Sur
     """
     flight = steady_flight(setting.dynamics[None], np.array([trim.air]), trim.yaw)
     # Lift as the controller counts it, by its own mass and thrust coefficient.
-    known, speeds = nominal.vehicle, flight.body[0, -ROTORS:]
-    lift = known.thrust_coefficient * float(np.sum(speeds**2, axis=0)) * cos(flight.tilt[0])
-    if not (within_limits(flight, nominal)[0] and lift > LEAST_LIFT * known.mass * known.gravity):
+    assumed, speeds = nominal.vehicle, flight.body[0, -ROTORS:]
+    lift = assumed.thrust_coefficient * float(np.sum(speeds**2, axis=0)) * cos(flight.tilt[0])
+    if not (within_limits(flight, nominal)[0] and lift > LEAST_LIFT * assumed.mass * assumed.gravity):
         raise InputError(
             f"no steady flight in an air flow of {sqrt(sum(part * part for part in trim.air)):.3g} m/s within the limits of tilt "
             f"({degrees(atan(nominal.tilt_tangent)):.3g} deg), rotor speed and least lift ({LEAST_LIFT:.0%} of the weight that "
@@ -135,8 +136,16 @@ class TrimPoint:
     step: PeriodStep
 
 
+class RatePhases(NamedTuple):
+    """The control periods of a common period in steady flight, states (n, x) at its start, and which rows are steady (n,)."""
+
+    steps: tuple[PeriodStep, ...]
+    state: Array
+    steady: NDArray[np.bool_]
+
+
 def find_trim(
-    period: PeriodMap, gains: Array, setting: Surroundings, plant: Plant, secant: Callable[[], Array]
+    period: PeriodMap, gains: Array, setting: OperatingPoint, plant: Plant, secant: Callable[[], Array]
 ) -> TrimPoint:
     """Find the trim of gains rows (n, g) of a plant in balance, from where its flights start.
 
@@ -161,7 +170,7 @@ def _is_balanced(state: Array, plant: Plant) -> NDArray[np.bool_]:
 
 
 def _iterate(
-    period: PeriodMap, state: Array, w: Array, gains: Array, setting: Surroundings, plant: Plant, secant: Array
+    period: PeriodMap, state: Array, w: Array, gains: Array, setting: OperatingPoint, plant: Plant, secant: Array
 ) -> tuple[Array, Array]:
     """States and term values of steady flight, with limits out of reach: the way there may lead beyond them."""
     free = replace(setting, nominal=_without_limits(setting.nominal))

@@ -12,7 +12,9 @@ import numpy as np
 from objectives.metrics.metric import Metric
 from objectives.metrics.registry import METRICS
 from plant.errors import InputError, UnknownNameError
-from plant.targets import Target
+from plant.quadrotor.cascade import ATTITUDE_AXES, POSITION_AXES
+from plant.quadrotor.gains import GROUPS
+from plant.sample import Target
 
 
 @dataclass(frozen=True)
@@ -23,22 +25,8 @@ class Axes:
     groups: Mapping[str, tuple[str, ...]]
 
 
-AXES: dict[str, tuple[str, ...]] = {
-    "x": ("x",),
-    "y": ("y",),
-    "z": ("z",),
-    "roll": ("roll",),
-    "pitch": ("pitch",),
-    "yaw": ("yaw",),
-    "position": ("x", "y", "z"),
-    "horizontal": ("x", "y"),
-    "attitude": ("roll", "pitch", "yaw"),
-    "tilt": ("roll", "pitch"),
-}
-"""The axes behind every name that may follow the dot of an address."""
-
-UNITS = {"x": "m", "y": "m", "z": "m", "roll": "rad", "pitch": "rad", "yaw": "rad"}
-CASCADE = Axes(UNITS, AXES)
+UNITS: dict[str, str] = dict.fromkeys(POSITION_AXES, "m") | dict.fromkeys(ATTITUDE_AXES, "rad")
+CASCADE = Axes(UNITS, GROUPS)
 """The axes of a quadrotor."""
 
 
@@ -71,7 +59,7 @@ def all_addresses(axes: Axes = CASCADE) -> tuple[str, ...]:
 
 
 def parse(address: str, axes: Axes = CASCADE) -> MetricAddress:
-    """Return what an address stands for; UnknownNameError, with the nearest valid name, if it stands for nothing."""
+    """Return the metric and axes of an address; UnknownNameError, with the nearest valid name, for none."""
     name, _, group = address.partition(".")
     metric = METRICS.find(name)
     valid = addresses_of(metric, axes)
@@ -82,7 +70,7 @@ def parse(address: str, axes: Axes = CASCADE) -> MetricAddress:
 
 
 def check(address: MetricAddress, targets: Any, duration: float) -> None:
-    """Raise InputError where the metric has no meaning on flights with these targets and this duration [s].
+    """Raise InputError for a metric without meaning at these targets and duration [s].
 
     To be called when a study is read: `evaluate` gives such metrics defined but empty values instead.
     """

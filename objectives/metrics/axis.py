@@ -18,7 +18,7 @@ def _step(view: AxisView) -> NDArray[Any]:
 
 
 def _at_end(view: AxisView, last: float) -> NDArray[Any]:
-    """Return where the last period outside a band is the last one of the flight; times of instants differ by h."""
+    """Return True where a flight ends outside a band; times of instants differ by h."""
     return np.asarray(last) > view.context.duration - 0.5 * view.context.h
 
 

@@ -1,4 +1,4 @@
-"""Columns of the meters when those of flights are laid out as rows of an array: leaf order of the record."""
+"""Columns of meters in rows of flights: leaf order of the record."""
 
 from typing import Any
 

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.cascade import POSITION_AXES
+from plant.quadrotor.cascade import POSITION_AXES
 
 ROTORS = 4
 COMPLETED = 0
@@ -39,8 +39,11 @@ class Bounds(Protocol):
 class MetricLimits:
     """Bounds of the flights of a quadrotor, see `Bounds`.
 
-    position_error: |e| of x, y and z above which a flight ends [m]. command_peak: largest rotor command that the
-    actuator accepts, in hover thrusts (the smallest is at least 0). angle: largest |e| of roll, pitch and yaw [rad].
+    Attributes:
+        position_error: |e| of x, y and z above which a flight ends [m].
+        command_peak: largest rotor command that the actuator accepts, in hover thrusts (the smallest is at least
+            0).
+        angle: largest |e| of roll, pitch and yaw [rad].
     """
 
     position_error: float
@@ -66,9 +69,13 @@ class MetricLimits:
 class FlightContext:
     """Flights that share a scenario's plan.
 
-    duration: N h, planned length [s]. h: control period [s]. targets: step levels and windows per axis; a field may
-    be an array that broadcasts against the flights. status (...): 0 where the flight completed, else why it did not.
-    end_time (...): when the flight ended [s], the duration where it completed. limits: see `Bounds`.
+    Attributes:
+        duration: N h, planned length [s].
+        h: control period [s].
+        targets: step levels and windows per axis; a field may be an array that broadcasts against the flights.
+        status (...): 0 where the flight completed, else why it did not.
+        end_time (...): when the flight ended [s], the duration where it completed.
+        limits: see `Bounds`.
     """
 
     duration: float

@@ -20,7 +20,7 @@ from objectives.metrics.metric import COMBINE, AxisView, FlightView
 
 
 class Scores(NamedTuple):
-    """Values of metrics, and where a value that is a time was cut off by the end of the flight.
+    """Values of metrics, and True where the flight's end censored a time.
 
     values (metrics, ...): never NaN or infinite. censored (metrics, ...): true where the awaited event (rise,
     settling, recovery) did not happen in the flight, failed flights included; false for metrics that are no times.
@@ -33,7 +33,7 @@ class Scores(NamedTuple):
 def evaluate(
     addresses: Sequence[MetricAddress], meters: NDArray[np.float64], context: FlightContext, kind: Any = Meters
 ) -> Scores:
-    """Return the scores (metrics, ...) of the flights whose final meters, records of a kind, are the rows of meters (..., n).
+    """Return the scores (metrics, ...) of flights with these final meters (..., n), rows of a record.
 
     The meters of failed flights are not looked at, they may hold anything.
     """
@@ -54,17 +54,20 @@ def evaluate(
 
 def _views(address: MetricAddress, rows: Any, context: FlightContext) -> list[AxisView] | list[FlightView]:
     if not address.axes:
-        return [FlightView(rows, context, _kept(address, rows))]
+        return [FlightView(rows, context, _accumulated(address, rows))]
     return [
         AxisView(
-            getattr(rows, axis), getattr(context.targets, axis), context.limits.error(axis), context,
-            _kept(address, rows, axis),
+            getattr(rows, axis),
+            getattr(context.targets, axis),
+            context.limits.error(axis),
+            context,
+            _accumulated(address, rows, axis),
         )
         for axis in address.axes
-    ]  # fmt: skip
+    ]
 
 
-def _kept(address: MetricAddress, rows: Any, axis: str = "") -> Any:
+def _accumulated(address: MetricAddress, rows: Any, axis: str = "") -> Any:
     return None if address.metric.accumulator is None else getattr(rows, address.metric.meter_name(axis))
 
 

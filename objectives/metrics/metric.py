@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from objectives.meters import AxisMeter, Meters
 from objectives.metrics.context import FlightContext
 from plant.origin import Origin
-from plant.targets import Target
+from plant.sample import Target
 
 Scope = Literal["axis", "flight"]
 Combine = Literal["sum", "max", "rss"]
@@ -27,7 +27,7 @@ axis and scales with its argument, so the combined bounds bound the combined val
 
 
 class Accumulator(NamedTuple):
-    """What a metric adds up as a flight goes on, where no accumulator of `objectives.meters` holds what it needs.
+    """A metric's sum over a flight that no accumulator of `objectives.meters` holds.
 
     Record: NamedTuple of numbers. start and update are model functions: of a metric of an axis start(sample, target) -> Record
     and update(kept, sample, target, t, h) -> Record, with the `AxisSample` and the `Target` of that axis, the time t and the
@@ -54,7 +54,7 @@ class AxisView(NamedTuple):
     target: Target
     limit: float
     context: FlightContext
-    kept: Any = None
+    accumulated: Any = None
 
 
 class FlightView(NamedTuple):
@@ -62,23 +62,31 @@ class FlightView(NamedTuple):
 
     meters: Meters
     context: FlightContext
-    kept: Any = None
+    accumulated: Any = None
 
 
 @dataclass(frozen=True)
 class Metric:
     """One way to judge a flight. Smaller is better, for every metric.
 
-    name, symbol: in addresses and in reports. unit: SI, "{}" standing for the unit of the axis, "1" for none. scope:
-    "axis" metrics are addressed per axis or group, "flight" metrics are not. definition: one sentence for reports.
-    value(view): the metric of a completed flight, from an `AxisView` or a `FlightView` according to scope.
-    bound(view): what no completed flight exceeds, above 0. combine: rule for groups of axes (see `COMBINE`). window:
-    the field of the target from which on the metric looks at the flight, if not from its start. needs_step:
-    meaningless on an axis that makes no step. censored(view): where the flight ended before the awaited event, for
-    metrics that are times. graded: a failed flight costs the more, the earlier it failed; otherwise it costs the
-    bound. highest: the largest value that there is, 1 for a share. reaches_zero: whether a flight can have 0; the others
-    come near it at best. is_binary: every flight has 0 or 1, lost ones included, so risks are functions of a share and get exact
-    intervals. accumulator: what it adds up itself. origin: the file or package that it comes from, None where it is bundled.
+    Attributes:
+        name, symbol: in addresses and in reports.
+        unit: SI, "{}" standing for the unit of the axis, "1" for none.
+        scope: "axis" metrics are addressed per axis or group, "flight" metrics are not.
+        definition: one sentence for reports.
+        value(view): the metric of a completed flight, from an `AxisView` or a `FlightView` according to scope.
+        bound(view): what no completed flight exceeds, above 0.
+        combine: rule for groups of axes (see `COMBINE`).
+        window: the field of the target from which on the metric looks at the flight, if not from its start.
+        needs_step: meaningless on an axis that makes no step.
+        censored(view): where the flight ended before the awaited event, for metrics that are times.
+        graded: a failed flight costs the more, the earlier it failed; otherwise it costs the bound.
+        highest: the largest value that there is, 1 for a share.
+        reaches_zero: whether a flight can have 0; the others come near it at best.
+        is_binary: every flight has 0 or 1, lost ones included, so risks are functions of a share and get exact
+            intervals.
+        accumulator: what it adds up itself.
+        origin: the file or package that it comes from, None where it is bundled.
     """
 
     name: str
@@ -100,5 +108,5 @@ class Metric:
     origin: Origin | None = field(default=None, compare=False)
 
     def meter_name(self, axis: str = "") -> str:
-        """Return the field of a flight's meters that holds its accumulator for an axis, or for the whole flight."""
+        """Return the name of its accumulator in the meters, of an axis or the flight."""
         return f"own_{self.name}_{axis}" if axis else f"own_{self.name}"

@@ -29,15 +29,15 @@ def start(command: float) -> Noise:
     return Noise(command, 0.0)
 
 
-def update(kept: Noise, command: float, h: float) -> Noise:
+def update(state: Noise, command: float, h: float) -> Noise:
     """Take one more command [hover thrusts, or the input's scale]; h: control period [s]."""
-    low = step_stage(kept.low, command, stage_share(CUTOFF, h))
-    return Noise(low, kept.squares + (command - low) * (command - low))
+    low = step_stage(state.low, command, stage_share(CUTOFF, h))
+    return Noise(low, state.squares + (command - low) * (command - low))
 
 
 def mean_square(view: Any) -> Any:
     """Mean square of the fast part of the commands, over instants and inputs."""
-    return sum(each.squares for each in view.kept) / (len(view.kept) * view.context.periods)
+    return sum(noise.squares for noise in view.accumulated) / (len(view.accumulated) * view.context.periods)
 
 
 NOISE = Metric(

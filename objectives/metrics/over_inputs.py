@@ -11,7 +11,7 @@ ROTORS: Mapping[str, float] = {"r1": 1.0, "r2": 1.0, "r3": 1.0, "r4": 1.0}
 
 
 def over_inputs(accumulator: Accumulator, scales: Mapping[str, float]) -> Accumulator:
-    """Return an accumulator of the whole flight that holds one record for each input; itself where it is no input's.
+    """Return an accumulator of the flight with a record for each input; itself if it is no input's.
 
     scales: what the command of each input is counted in, in the input's unit.
     """

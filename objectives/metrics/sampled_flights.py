@@ -1,4 +1,4 @@
-"""Flights inside the limits, instant by instant, on which the accumulators of a metric are tried.
+"""Sampled flights inside the limits, for checks of accumulators.
 
 What the axes show is drawn at random, and the first flight goes from one limit to the other at every instant, which is the worst
 that a bound has to hold for.
@@ -12,20 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives import meters
-from objectives.metrics.address import AXES, UNITS
+from objectives.metrics.address import UNITS
 from objectives.metrics.context import COMPLETED, FlightContext, MetricLimits
 from objectives.metrics.metric import AxisView, FlightView
 from objectives.metrics.over_inputs import ROTORS, over_inputs
 from plant.backends import array
+from plant.quadrotor.cascade import AXES
+from plant.quadrotor.sample import Sample, Targets
 from plant.records import pack
-from plant.sample import Sample
-from plant.targets import Targets
 
 Array = NDArray[np.float64]
 
 
 class Plan(NamedTuple):
-    """How many flights, their length and control period [s], their targets and their limits."""
+    """Number of flights, length and control period [s], targets and limits."""
 
     flights: int
     duration: float
@@ -46,17 +46,17 @@ def sampled_views(metric: Any, plan: Plan) -> Iterator[AxisView | FlightView]:
     accumulator = over_inputs(metric.accumulator, ROTORS)
     start, update = bind(accumulator.start), bind(accumulator.update)
     if metric.scope == "flight":
-        kept = start(samples[0], plan.targets)
+        accumulated = start(samples[0], plan.targets)
         for sample in samples:
-            kept = update(kept, sample, plan.targets, h)
-        yield FlightView(bundled, context, kept)
+            accumulated = update(accumulated, sample, plan.targets, h)
+        yield FlightView(bundled, context, accumulated)
         return
-    for axis in AXES["position"] + AXES["attitude"]:
+    for axis in AXES:
         target = getattr(plan.targets, axis)
-        kept = start(getattr(samples[0], axis), target)
+        accumulated = start(getattr(samples[0], axis), target)
         for sample in samples:
-            kept = update(kept, getattr(sample, axis), target, sample.time, h)
-        yield AxisView(getattr(bundled, axis), target, _limit(plan, axis), context, kept)
+            accumulated = update(accumulated, getattr(sample, axis), target, sample.time, h)
+        yield AxisView(getattr(bundled, axis), target, _limit(plan, axis), context, accumulated)
 
 
 def _limit(plan: Plan, axis: str) -> float:
@@ -74,7 +74,7 @@ def _samples(plan: Plan) -> Iterator[Sample]:
 
 
 def _axis(plan: Plan, axis: str, k: int, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Return the final level as the reference and an actual value within the limit of it."""
+    """Return the final level as reference and an actual value within the limit."""
     level = getattr(plan.targets, axis).final
     size = 2.0 * _drawn(rng, plan.flights, k) - 1.0
     return level + np.zeros(plan.flights), level - _limit(plan, axis) * size

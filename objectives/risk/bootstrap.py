@@ -34,7 +34,7 @@ class Interval(NamedTuple):
 
 
 class PairedDifference(NamedTuple):
-    """Risk of the first minus risk of the second candidate (...) and its confidence interval; below 0: first better."""
+    """Difference of risks, first less second (...), and its confidence interval; below 0: first better."""
 
     difference: Values
     low: Values
@@ -85,8 +85,8 @@ def paired_difference_on(
     # numpy sums in another order along other layouts, and equal candidates must differ by 0.
     first, second = np.ascontiguousarray(first), np.ascontiguousarray(second)
     n = first.shape[-1]
-    found = _ends_of(first.reshape(-1, n), second.reshape(-1, n), risk, resample, confidence)
-    return PairedDifference(risk.apply(first) - risk.apply(second), *found.reshape(2, *first.shape[:-1]))
+    bounds = _ends_of(first.reshape(-1, n), second.reshape(-1, n), risk, resample, confidence)
+    return PairedDifference(risk.apply(first) - risk.apply(second), *bounds.reshape(2, *first.shape[:-1]))
 
 
 def replicates_on(values: Values, risk: Risk, resample: Indices) -> Values:
@@ -108,7 +108,7 @@ def _resamples(rng: np.random.Generator, replicates: int, n: int) -> Indices:
 
 
 def _ends_of(first: Values, second: Values | None, risk: Risk, resample: Indices, confidence: float) -> Values:
-    """Return the ends (2, rows) of the intervals of the risks of first (rows, n), or of their differences to those of second.
+    """Return the ends (2, rows) of the intervals of risks of first (rows, n), or of differences to second.
 
     second: (rows, n), or (1, n) for what all are compared with.
     """
@@ -117,32 +117,32 @@ def _ends_of(first: Values, second: Values | None, risk: Risk, resample: Indices
     at_once = max(BLOCK // n, 1)
     for begin in range(0, len(resample), at_once):
         chosen = slice(begin, begin + at_once)
-        for row, found in enumerate(_measured(first, second, risk, resample[chosen])):
-            drawn[row, chosen], errors[row, chosen] = found.risk, standard_error(found)
+        for row, resampled in enumerate(_measured(first, second, risk, resample[chosen])):
+            drawn[row, chosen], errors[row, chosen] = resampled.risk, standard_error(resampled)
     pairs = [
-        ends(float(own.risk), float(standard_error(own)), Resampled(drawn[row], errors[row]), confidence)
-        for row, own in enumerate(_measured(first, second, risk, slice(None)))
+        ends(float(observed.risk), float(standard_error(observed)), Resampled(drawn[row], errors[row]), confidence)
+        for row, observed in enumerate(_measured(first, second, risk, slice(None)))
     ]
     return np.array(pairs).reshape(-1, 2).T
 
 
 def _measured(first: Values, second: Values | None, risk: Risk, part: Indices | slice) -> Iterator[MeasuredRisk]:
-    """Yield the risk of part of each row, or its difference to the same part of second; one that is shared is measured once."""
+    """Yield the risk of part of each row, or its difference to second's."""
     shared = measured(second[0][part], risk) if second is not None and len(second) == 1 else None
     for i, row in enumerate(first):
-        found = measured(row[part], risk)
+        risks = measured(row[part], risk)
         if second is not None:
-            found = difference(found, shared or measured(second[i][part], risk))
-        yield found
+            risks = difference(risks, shared or measured(second[i][part], risk))
+        yield risks
 
 
 def _replicates(values: Values, risk: Risk, resample: Indices) -> Values:
     """Return the risk of every resample: (rows, replicates) from values (rows, n) and indices (replicates, n)."""
     rows, n = values.shape
-    found = np.empty((rows, len(resample)))
+    out = np.empty((rows, len(resample)))
     at_once = max(BLOCK // n, 1)
     for row in range(rows):
         for begin in range(0, len(resample), at_once):
             chosen = slice(begin, begin + at_once)
-            found[row, chosen] = risk.apply(values[row][resample[chosen]])
-    return found
+            out[row, chosen] = risk.apply(values[row][resample[chosen]])
+    return out

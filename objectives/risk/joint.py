@@ -1,4 +1,4 @@
-"""One resample of the scenarios for all candidates and all quantities at once.
+"""Joint resamples of the scenarios, for all candidates and quantities.
 
 Candidates fly through the same scenarios, so their risks rise and fall together: resampled jointly, the differences between
 candidates, and which of them dominates which, are as sure as the flights allow. Scenarios of each name are resampled among
@@ -12,7 +12,7 @@ from objectives.risk.bootstrap import Indices
 
 
 def resampled_scenarios(rng: np.random.Generator, replicates: int, origin: np.ndarray) -> Indices:
-    """Return flight indices (replicates, flights), each place drawn among the flights of its scenario; origin (flights,)."""
+    """Return flight indices (replicates, flights), resampled within scenarios; origin (flights,)."""
     drawn = np.empty((replicates, len(origin)), dtype=np.intp)
     for name in np.unique(origin):
         places = np.flatnonzero(origin == name)
@@ -21,7 +21,7 @@ def resampled_scenarios(rng: np.random.Generator, replicates: int, origin: np.nd
 
 
 def within(drawn: Indices, origin: np.ndarray, scenario: str | None) -> Indices:
-    """Return the part of a resample (replicates, flights) that is one scenario's, counted within it; all of it for None."""
+    """Return a scenario's part of a resample (replicates, flights), indexed within it; all for None."""
     if scenario is None:
         return drawn
     places = np.flatnonzero(origin == scenario)

@@ -34,9 +34,12 @@ TAIL_SCENARIOS = 8
 class RiskMeasure:
     """One entry of `RISKS`.
 
-    definition: one sentence for reports. of_sorted(values, level): the measure of values (..., n) in increasing
-    order. tail(level): share of the scenarios that decide the value. has_level: whether a level between 0 and 1 must
-    be given. coherent: see the module docstring.
+    Attributes:
+        definition: one sentence for reports.
+        of_sorted(values, level): the measure of values (..., n) in increasing order.
+        tail(level): share of the scenarios that decide the value.
+        has_level: whether a level between 0 and 1 must be given.
+        coherent: see the module docstring.
     """
 
     definition: str
@@ -124,7 +127,7 @@ class Risk:
 
 
 def minimum_samples(risk: Risk) -> int:
-    """Return how many scenarios the risk needs so that its tail holds `TAIL_SCENARIOS`; below that, warn.
+    """Return the number of scenarios at which the risk's tail holds `TAIL_SCENARIOS`; below that, warn.
 
     For the worst case: 59, which with 95 % confidence hold one at or beyond the 95 % quantile.
     """

@@ -34,9 +34,9 @@ class ShareInterval(NamedTuple):
 
 
 def clopper_pearson(events: Counts, count: Counts, confidence: float = 0.95) -> ShareInterval:
-    """Return the two-sided interval of the share of which `events` (...) of `count` (...) were seen; [0, 1] of none."""
+    """Return the two-sided interval of the share `events` (...) of `count` (...); [0, 1] of none."""
     # SciPy takes 0.2 s to import, and not every command has shares.
-    from scipy.special import betaincinv
+    from scipy.special import betaincinv  # pyright: ignore[reportMissingTypeStubs]
 
     k, n = np.broadcast_arrays(np.asarray(events, dtype=float), np.asarray(count, dtype=float))
     tail = 0.5 * (1.0 - confidence)
@@ -51,18 +51,18 @@ def upper_bound(events: int, count: int, confidence: float = 0.95) -> float:
 
 
 def flights_to_show(limit: float, confidence: float = 0.95) -> int:
-    """Return the number of flights without an event that keep the two-sided interval's upper end within a limit above 0."""
+    """Return the number of event-free flights whose interval ends within a limit above 0."""
     return int(np.ceil(np.log(0.5 * (1.0 - confidence)) / np.log1p(-limit) - 1e-9)) if limit < 1.0 else 1
 
 
 def binary_interval(values: Values, risk: Risk, confidence: float = 0.95) -> ShareInterval:
-    """Return the interval of the risk of values (..., n), all 0 or 1."""
+    """Return the interval of the risk of binary values (..., n)."""
     ends = clopper_pearson(_events(values), values.shape[-1], confidence)
     return ShareInterval(*(risk_of_share(end, risk) for end in ends))
 
 
 def binary_difference(first: Values, second: Values, risk: Risk, confidence: float = 0.95) -> ShareInterval:
-    """Return the interval of risk(first) - risk(second) of values (..., n), all 0 or 1, on the same flights."""
+    """Return the interval of risk(first) - risk(second) of paired binary values (..., n)."""
     first, second = np.broadcast_arrays(first, second)
     if risk.name == "mean":
         return share_difference(
@@ -74,7 +74,7 @@ def binary_difference(first: Values, second: Values, risk: Risk, confidence: flo
 
 
 def share_difference(first: Counts, second: Counts, count: Counts, confidence: float = 0.95) -> ShareInterval:
-    """Return the interval of a difference of shares from the flights (...) that were events of the first alone and the second."""
+    """Return the interval of a difference of shares from the discordant flights (...) of either."""
     different = np.asarray(first) + np.asarray(second)
     often = clopper_pearson(different, count, sqrt(confidence))
     mine = clopper_pearson(first, different, sqrt(confidence))
@@ -85,7 +85,7 @@ def share_difference(first: Counts, second: Counts, count: Counts, confidence: f
 
 
 def risk_of_share(share: Values, risk: Risk) -> Values:
-    """Return the risk (...) of a quantity that is 1 with the probability `share` (...) and 0 else."""
+    """Return the risk (...) of a Bernoulli variable of probability `share` (...)."""
     if risk.name == "mean":
         return share
     if risk.name == "cvar":

@@ -35,7 +35,7 @@ class Resampled(NamedTuple):
 
 
 class MeasuredRisk(NamedTuple):
-    """The risk (...) of samples (..., n), and the pull (..., n) of each value on it, None for a risk without one."""
+    """Risk (...) of samples (..., n), and its influence values (..., n), None for a risk without."""
 
     risk: Values
     pull: Values | None
@@ -55,19 +55,19 @@ def measured(values: Values, risk: Risk) -> MeasuredRisk:
 
 def difference(first: MeasuredRisk, second: MeasuredRisk) -> MeasuredRisk:
     """Return the difference of two risks on the same scenarios."""
-    apart = None if first.pull is None or second.pull is None else first.pull - second.pull
-    return MeasuredRisk(first.risk - second.risk, apart)
+    pull = None if first.pull is None or second.pull is None else first.pull - second.pull
+    return MeasuredRisk(first.risk - second.risk, pull)
 
 
-def standard_error(found: MeasuredRisk) -> Values:
+def standard_error(measured_risk: MeasuredRisk) -> Values:
     """Return the standard error (...) of a risk, 0 where it has none."""
-    if found.pull is None:
-        return np.zeros_like(found.risk)
-    return np.std(found.pull, axis=-1) / sqrt(found.pull.shape[-1])
+    if measured_risk.pull is None:
+        return np.zeros_like(measured_risk.risk)
+    return np.std(measured_risk.pull, axis=-1) / sqrt(measured_risk.pull.shape[-1])
 
 
 def ends(value: float, error: float, sampled: Resampled, confidence: float) -> tuple[float, float]:
-    """Return both ends of the interval of a risk with this value and standard error in the sample itself."""
+    """Return the ends of the interval of a risk of given value and standard error."""
     tails = [0.5 * (1.0 - confidence), 0.5 * (1.0 + confidence)]
     least = ROUNDING * np.max(np.abs(sampled.drawn), axis=0)
     measurable = sampled.errors > least

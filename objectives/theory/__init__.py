@@ -14,6 +14,14 @@ __all__ = ["THEOREMS", "Setting", "Theorem"]
 THEOREMS: dict[str, Theorem] = {
     entry.name: entry
     for entry in (
-        VALUE, RATE, DISTURBANCE, ULTIMATE_ERROR, LEVANT, SEEBER_HORN, PAPER22, MORENO_OSORIO, WORST_CASE,
+        VALUE,
+        RATE,
+        DISTURBANCE,
+        ULTIMATE_ERROR,
+        LEVANT,
+        SEEBER_HORN,
+        PAPER22,
+        MORENO_OSORIO,
+        WORST_CASE,
     )
-}  # fmt: skip
+}

@@ -1,10 +1,10 @@
 """Measured rate of the disturbance of each channel in the air of a scenario: the L that theorems ask for.
 
 The channels are y'' = d + b0 u. d is what wind, gust and injection add to the acceleration of the vehicle hovering level, by
-the model that flies (`plant.rigid_body.body_rate` on arrays); the number is a quantile of |d(t + w) - d(t)|/w over time and
-scenarios. It is not a bound: at a level of 0.99 the disturbance changes faster for one instant in a hundred, and what a
-theorem promises for that rate it does not promise then. Nor is everything in it that an observer calls disturbance: actuator
-lag and coupling of the axes come on top, for x and y the error of the tilt they ask for, for roll and pitch its motion.
+the model that flies (`body_rate` of `plant.quadrotor.rigid_body` on arrays); the number is a quantile of |d(t + w) - d(t)|/w
+over time and scenarios. It is not a bound: at a level of 0.99 the disturbance changes faster for one instant in a hundred, and
+what a theorem promises for that rate it does not promise then. Nor is everything in it that an observer calls disturbance:
+actuator lag and coupling of the axes come on top, for x and y the error of the tilt they ask for, for roll and pitch its motion.
 
 A larger window gives a smaller rate. Dryden turbulence and injected noise have no derivative: their spectra fall as 1/f^2, so
 the change over w grows as w^(1/2) and the rate as w^(-1/2). In roll, of a
@@ -25,14 +25,14 @@ from objectives.theory.theorem import Array
 from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs
 from plant.backends.lanes import LANES
-from plant.cascade import AXES
-from plant.disturbance import Disturbance
 from plant.loop import Timing
+from plant.quadrotor.cascade import AXES
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.rigid_body import Body, Dynamics, body_rate
+from plant.quadrotor.scenarios import SEARCH, ScenarioSpec, sample_scenarios
+from plant.quadrotor.vehicle import Vehicle
 from plant.records import pack, size
-from plant.rigid_body import Body, Dynamics, body_rate
-from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 from plant.vectors import Quaternion, Rotors, Vec3
-from plant.vehicle import Vehicle
 
 LEVEL = 0.99
 # Scenarios looked at, and samples of an axis kept at most: of flights of ten minutes and more, fewer are looked at.
@@ -47,16 +47,13 @@ def disturbance_rates(
     The scenarios are the first of the search's own, vehicle spread included. window [s]: rounded to control periods, by
     default one; below the duration. level: of the quantile, in (0, 1).
     """
-    h = timing.control_period
-    periods = 1 if window is None else max(round(window / h), 1)
+    control_period = timing.control_period
+    periods = 1 if window is None else max(round(window / control_period), 1)
     steps = spec.steps(timing)
     assert periods < steps, "a window comes from a checked study"
     count = min(SCENARIOS, max(SAMPLES // steps, 1))
-    changes = [
-        np.abs(d[:, periods:] - d[:, :-periods])
-        for d in _accelerations(spec, vehicle, timing, root, count)
-    ]  # fmt: skip
-    rates = np.concatenate(changes, axis=0) / (periods * h)
+    changes = [np.abs(d[:, periods:] - d[:, :-periods]) for d in _accelerations(spec, vehicle, timing, root, count)]
+    rates = np.concatenate(changes, axis=0) / (periods * control_period)
     return np.quantile(rates, level, axis=(0, 1), method="inverted_cdf")
 
 
@@ -83,9 +80,13 @@ def hovering_disturbance(inputs: FlightInputs, vehicle: Vehicle) -> Array:
 
 
 def worst_rates(
-    specs: tuple[ScenarioSpec, ...], vehicle: Vehicle, timing: Timing, root: int, level: float = LEVEL,
+    specs: tuple[ScenarioSpec, ...],
+    vehicle: Vehicle,
+    timing: Timing,
+    root: int,
+    level: float = LEVEL,
     window: float | None = None,
-) -> dict[str, float]:  # fmt: skip
+) -> dict[str, float]:
     """Return the largest rate over scenarios of each channel by its axis."""
     rates = np.stack([disturbance_rates(spec, vehicle, timing, root, level, window) for spec in specs])
     return dict(zip(AXES, rates.max(axis=0).tolist(), strict=True))

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from objectives.theory.theorem import Array, Setting, Theorem
-from plant.cascade import POSITION_AXES, Cascade
-from plant.gains import gain_addresses
 from plant.laws.law import Law
+from plant.quadrotor.cascade import POSITION_AXES, Cascade
+from plant.quadrotor.gains import gain_addresses
 
 
 def loop_of(axis: str) -> str:
@@ -40,7 +40,7 @@ class Guarantee:
 
     def worst(self, rows: Array) -> Array:
         """Return the number of the worst axis (n, 1)."""
-        pick = np.max if self.theorem.sense == "most" else np.min
+        pick = np.max if self.theorem.sense == "max" else np.min
         return pick(self.values(rows), axis=1, keepdims=True)
 
     def _value(self, axis: str, setting: Setting, rows: Array) -> Array:

@@ -22,7 +22,7 @@ controller does not model are part of d.
 import numpy as np
 
 from objectives.theory.theorem import Array, Setting, Theorem
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.laws.observer import triple_pole
 
 THREE_POLES = tuple(name for name, entry in LAWS.items() if entry.observer is triple_pole)
@@ -63,7 +63,7 @@ VALUE = Theorem(
     source=SOURCE,
     quantity="bound on the observer's error in y",
     unit="{y}",
-    sense="most",
+    sense="max",
     values=dict.fromkeys(THREE_POLES, lambda gains, setting: value_bound(gains.omega_o, setting)),
     needs_rate=True,
     measured_rate=False,
@@ -75,7 +75,7 @@ RATE = Theorem(
     source=SOURCE,
     quantity="bound on the observer's error in the rate of y",
     unit="{y}/s",
-    sense="most",
+    sense="max",
     values=dict.fromkeys(THREE_POLES, lambda gains, setting: rate_bound(gains.omega_o, setting)),
     needs_rate=True,
     measured_rate=False,
@@ -87,7 +87,7 @@ DISTURBANCE = Theorem(
     source=SOURCE,
     quantity="bound on the observer's error in the disturbance, held over the period",
     unit="{y}/s^2",
-    sense="most",
+    sense="max",
     values=dict.fromkeys(THREE_POLES, lambda gains, setting: disturbance_bound(gains.omega_o, setting)),
     needs_rate=True,
     measured_rate=False,

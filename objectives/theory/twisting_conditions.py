@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from objectives.theory.theorem import Array, Setting, Theorem, Value
-from plant.laws import LAWS, SuperTwisting
+from plant.law_registry import LAWS
+from plant.laws.law import SuperTwisting
 
 Rate = Callable[[Array, Array], Array]
 """From k1 [y^(1/2) s^(-3/2)] and k2 [y/s3] to the largest rate that is borne [y/s3]."""
@@ -54,7 +55,7 @@ def condition(name: str, title: str, source: str, rate: Rate, generalised: bool 
         source=source,
         quantity=QUANTITY,
         unit="{y}/s^3",
-        sense="least",
+        sense="min",
         values=values_by_law(rate, generalised),
         needs_rate=False,
         measured_rate=True,

@@ -73,7 +73,7 @@ def draw_air(spec: AirSpec, dt: float, generator: Generator, out: Array) -> None
 
 
 def steady_wind(spec: AirSpec, generator: Generator) -> Array:
-    """Return the mean wind (3,) [m/s], world ENU, that `draw_air` would blow from the same fresh generator."""
+    """Return the mean wind (3,) [m/s] of `draw_air`, world ENU, from a fresh generator."""
     if not spec.mean_wind:
         return np.zeros(3)
     angle = _wind_direction(spec, generator.spawn(1)[0])
@@ -81,12 +81,12 @@ def steady_wind(spec: AirSpec, generator: Generator) -> Array:
 
 
 def injection_normals(steps: int, generator: Generator) -> Array:
-    """Return the normals (steps, 6) that `draw_air` would draw for the injection from the same fresh generator."""
+    """Return the normals (steps, 6) of `draw_air` for the injection, from a fresh generator."""
     return generator.spawn(3)[2].standard_normal((steps, 6))
 
 
 def summary(spec: AirSpec) -> dict[str, float | str]:
-    """Return what a report states of the turbulence, in SI units.
+    """Return the numbers of the turbulence for a report, in SI units.
 
     "airspeed" is V_eff; length, sigma and tau follow for each axis, lengths in the convention of the specification.
     "frozen_field_ratio" is sigma_u over airspeed; the model holds where it is much smaller than 1.

@@ -1,4 +1,4 @@
-"""Forming processes of the Dryden turbulence: linear filters whose output spectra are those of `plant.air.spectra`.
+"""Forming processes of the Dryden turbulence: linear filters whose outputs have the Dryden spectra.
 
 Axes: u along the mean wind (downwind), v horizontal and to the left of u, w up. The rates are those of the air, seen as
 a rigid body, about these axes: dw/du = -q, dv/du = +r. The field drifts downwind past the vehicle, so d/du = -(1/V)
@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant.air.linear_process import LinearProcess, SampledProcess, discretise, gauss_markov
-from plant.air.spectra import TurbulenceField
+from plant.air.linear_process import LinearProcess, SampledProcess, discretize, gauss_markov
+from plant.air.turbulence_field import TurbulenceField
 
 
 class Dryden(NamedTuple):
@@ -35,11 +35,15 @@ class Dryden(NamedTuple):
 
 
 def transverse(tau: float, rate_tau: float, gradient: float) -> LinearProcess:
-    """Return the cascade of a transverse gust and the gust rate that is its gradient.
+    """Return the cascade of a transverse gust and its gradient, a gust rate.
 
-    tau: correlation time [s]. rate_tau: lag of the rate [s]. gradient: signed 1/V [s/m], which turns the time
-    derivative into a rate. Outputs: the gust [m/s] with unit variance, the rate [rad/s] that belongs to it. States: two
-    lags of tau, since H = K (sqrt(3) / (1 + tau s) + (1 - sqrt(3)) / (1 + tau s)^2), then the rate's lag.
+    Args:
+        tau: correlation time [s].
+        rate_tau: lag of the rate [s].
+        gradient: signed 1/V [s/m], which turns the time derivative into a rate.
+
+    Outputs: the gust [m/s] with unit variance, the rate [rad/s] that belongs to it. States: two lags of tau, since H
+    = K (sqrt(3) / (1 + tau s) + (1 - sqrt(3)) / (1 + tau s)^2), then the rate's lag.
     """
     first, second = sqrt(3.0 * tau), (1.0 - sqrt(3.0)) * sqrt(tau)
     a = np.array(
@@ -54,13 +58,13 @@ def transverse(tau: float, rate_tau: float, gradient: float) -> LinearProcess:
 
 
 def forming(field: TurbulenceField, dt: float) -> Dryden:
-    """Return the exact samplers of the field at a step of dt seconds."""
+    """Return the exact samplers of the field at a step dt [s]."""
     tau_u, tau_v, tau_w = field.tau
     tau_p, tau_q, tau_r = field.rate_tau
     gradient = 1.0 / field.airspeed
     return Dryden(
-        u=discretise(gauss_markov(tau_u), dt),
-        v=discretise(transverse(tau_v, tau_r, -gradient), dt),
-        w=discretise(transverse(tau_w, tau_q, gradient), dt),
-        p=discretise(gauss_markov(tau_p), dt),
+        u=discretize(gauss_markov(tau_u), dt),
+        v=discretize(transverse(tau_v, tau_r, -gradient), dt),
+        w=discretize(transverse(tau_w, tau_q, gradient), dt),
+        p=discretize(gauss_markov(tau_p), dt),
     )

@@ -21,9 +21,14 @@ AXES = {"u": (1.0, 0.0, 0.0), "v": (0.0, 1.0, 0.0), "w": (0.0, 0.0, 1.0)}
 class Gust:
     """One pulse of wind.
 
-    amplitude: peak [m/s], may be negative. start [s]. length: whole duration [s]. direction: "u" (along the mean wind),
-    "v" (horizontal, left of it) or "w" (up), which turn with the wind of each scenario; or three numbers, a direction
-    in the world (ENU) of any length but 0. Raises InputError with a key "gust...".
+    Attributes:
+        amplitude: peak [m/s], may be negative.
+        start [s].
+        length: whole duration [s].
+        direction: "u" (along the mean wind), "v" (horizontal, left of it) or "w" (up), which turn with the wind
+            of each scenario; or three numbers, a direction in the world (ENU) of any length but 0.
+
+    Raises InputError with a key "gust...".
     """
 
     amplitude: float
@@ -44,12 +49,12 @@ class Gust:
 
     @property
     def turns_with_wind(self) -> bool:
-        """Return whether the direction is given in the axes of the wind rather than in the world."""
+        """Return True if the direction is in wind axes."""
         return isinstance(self.direction, str)
 
 
 def gust_wind(time: NDArray[np.float64], gust: Gust) -> NDArray[np.float64]:
-    """Return the wind of the gust (K, 3) [m/s] in the axes its direction is given in."""
+    """Return the gust's wind (K, 3) [m/s] in the axes of its direction."""
     vector = np.array(AXES[gust.direction] if isinstance(gust.direction, str) else gust.direction)
     phase = np.clip((time - gust.start) / gust.length, 0.0, 1.0)
     speed = 0.5 * gust.amplitude * (1.0 - np.cos(2.0 * pi * phase))

@@ -16,7 +16,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from plant.air import checks
-from plant.air.linear_process import SampledProcess, discretise, gauss_markov, sample
+from plant.air.linear_process import SampledProcess, discretize, gauss_markov, sample
 
 Triple = tuple[float, ...]
 _ZERO = (0.0, 0.0, 0.0)
@@ -84,4 +84,4 @@ def shape_injection(
 
 @lru_cache(maxsize=64)
 def _sampler(time: float, dt: float) -> SampledProcess:
-    return discretise(gauss_markov(time), dt)
+    return discretize(gauss_markov(time), dt)

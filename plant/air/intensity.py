@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant.air.spectra import TRANSVERSE_FACTOR
+from plant.air.turbulence_field import TRANSVERSE_FACTOR
 from plant.air.units import FOOT, KNOT
 from plant.errors import InputError
 

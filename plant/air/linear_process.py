@@ -63,7 +63,7 @@ def gauss_markov(correlation_time: float) -> LinearProcess:
     return LinearProcess(np.array([[-rate]]), np.array([np.sqrt(2.0 * rate)]), np.array([[1.0]]))
 
 
-def discretise(process: LinearProcess, dt: float) -> SampledProcess:
+def discretize(process: LinearProcess, dt: float) -> SampledProcess:
     """Return the process sampled every dt seconds; nothing is approximated, so dt may exceed every lag."""
     from scipy.linalg import expm
 
@@ -74,7 +74,7 @@ def discretise(process: LinearProcess, dt: float) -> SampledProcess:
 
 
 def stationary_covariance(process: LinearProcess) -> Array:
-    """Return P (n, n), the covariance of the state that the filter keeps once it has it."""
+    """Return the stationary covariance P (n, n) of the state."""
     from scipy.linalg import solve_continuous_lyapunov
 
     covariance = solve_continuous_lyapunov(process.a, -np.outer(process.b, process.b))
@@ -136,6 +136,6 @@ def _noise_factor(process: LinearProcess, dt: float) -> Array:
 
 
 def _lower_factor(m: Array) -> Array:
-    """Return the lower triangular F with non-negative diagonal and F F' = M M'."""
+    """Return the lower triangular factor F of F F' = M M', diagonal >= 0."""
     lower = np.transpose(np.linalg.qr(m.T, mode="r"))
     return lower * np.where(np.diag(lower) < 0.0, -1.0, 1.0)

@@ -7,7 +7,7 @@ from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.intensity import HIGH_TOP, WIND_20, scales, wind_at_20_feet
 from plant.air.mean_wind import ROUGHNESS, effective_airspeed, mean_wind_speed
-from plant.air.spectra import SPECS, TurbulenceField
+from plant.air.turbulence_field import SPECS, TurbulenceField
 from plant.air.units import FOOT
 from plant.air.window import EDGE
 from plant.errors import InputError

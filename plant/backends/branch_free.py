@@ -1,4 +1,4 @@
-"""The primitives that both compilers of kernels take as they stand, for each to inline in its own way.
+"""Primitives that both compilers of kernels inline unchanged.
 
 `plant.primitives` itself is for plain Python: `sign` there turns conditions into floats, which a compiler of single precision
 would widen, so each backend brings its own.
@@ -33,12 +33,12 @@ def select(condition: Any, if_true: Any, if_false: Any) -> Any:
 
 
 def both(a: Any, b: Any) -> Any:
-    """Return whether both conditions hold."""
+    """Return the logical and of two conditions."""
     return a & b
 
 
 def either(a: Any, b: Any) -> Any:
-    """Return whether at least one condition holds."""
+    """Return the logical or of two conditions."""
     return a | b
 
 

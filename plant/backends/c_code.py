@@ -30,7 +30,7 @@ class Real:
     name: str
     suffix: str
     dtype: Any
-    whole: str
+    integer_type: str
     largest_fraction: float
     least: float
     most: float
@@ -53,7 +53,7 @@ def rounded(value: float, real: Real) -> float:
 
 
 def literal(value: float, real: Real, raised: bool = True) -> str:
-    """Return the shortest C literal that reads back as the bits of a constant, negative ones in parentheses.
+    """Return the shortest exact C literal of a constant: negative ones in parentheses.
 
     raised: whether a constant that is not normal is raised as in `rounded`.
     """
@@ -76,9 +76,12 @@ READ = ("input", "value", "sum", "after")
 class Writer:
     """Writes the statements of one C function.
 
-    real_name: name of the type in the code. floor: name of the function for it. tables: text of a constant -> expression of
-    its place in a table. call: (node, name of the local, arguments) -> statement of a call. after: node of a number that a
-    routine keeps -> expression of the place where the routine puts it.
+    Args:
+        real_name: name of the type in the code.
+        floor: name of the function for it.
+        tables: text of a constant -> expression of its place in a table.
+        call: (node, name of the local, arguments) -> statement of a call.
+        after: node of a number that a routine keeps -> expression of the place where the routine puts it.
     """
 
     def __init__(
@@ -132,13 +135,13 @@ class Writer:
         self._written[node.order] = text
 
     def _origins_in(self, values: Sequence[Any]) -> list[str]:
-        found: list[str] = []
+        texts: list[str] = []
         for value in values:
             if isinstance(value, Node):
-                found += self._origins.get(value.order, [])
+                texts += self._origins.get(value.order, [])
             elif isinstance(value, Constant) and value.text not in self._tables and not _is_digits(value.text):
-                found.append(value.text)
-        return list(dict.fromkeys(found))
+                texts.append(value.text)
+        return list(dict.fromkeys(texts))
 
     def _expression(self, value: Any) -> str:
         if not isinstance(value, Node):
@@ -171,7 +174,7 @@ class Writer:
 
 
 def _line(code: str, origins: list[str]) -> str:
-    """A statement with the expressions that its constants come from, broken where it is long."""
+    """Return a statement with the origins of its constants, broken where it is long."""
     comment = f" /* {'; '.join(origins)} */" if origins else ""
     wrapper = TextWrapper(WIDTH, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False)
     return "\n".join(wrapper.wrap(code + (comment if len(comment) <= LONGEST_COMMENT else "")))

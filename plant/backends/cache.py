@@ -1,4 +1,4 @@
-"""Compiled kernels, kept between processes and rebuilt when anything that they came from changes.
+"""Cache of compiled kernels: shared between processes, rebuilt when a source changes.
 
 Numba's own file cache does not notice edits in functions that a cached function calls, loads whatever lies in its folder, and
 has every process compile for itself. Here a kernel is named by a hash of its source, of every file that went into it, of what
@@ -55,9 +55,15 @@ def fingerprint(source: str, files: Iterable[Path], of: str = "") -> str:
 def load_kernel(
     name: str, source: str, names: dict[str, Any], files: Iterable[Path], of: str = "", kind: Any = None
 ) -> tuple[ModuleType, bool]:
-    """Return the module of a kernel, whose entry is `run`, and whether it is compiled already.
+    """Return the module of a kernel, with its entry `run`, and True if compiled.
 
-    names: its globals. of: `identity` of the model in it. kind: of numba's caches, see `keep`; False for none.
+    Args:
+        name: of the kernel, for people.
+        source: of the module.
+        names: its globals.
+        files: whose content decides what is compiled.
+        of: `identity` of the model in it.
+        kind: of numba's caches, see `keep`; False for none.
     """
     key = fingerprint(source, files, of)
     module_name = f"kernel_{name}_{key}"
@@ -73,21 +79,21 @@ def load_kernel(
 
 
 def keep(dispatcher: Any, name: str, kind: Any = None) -> Any:
-    """Have what numba compiles of a function kept in the cache under a name that says all that decides it; return the function.
+    """Cache the compiled code of a function under a name that holds all its inputs; return the function.
 
     kind: numba's class for caches of such functions, by default that of the processor, whose kernels one process compiles.
     """
     from numba.core.caching import FunctionCache
 
     parent: Any = kind or FunctionCache
-    parts = {"_impl_class": _here(parent._impl_class)} | ({} if kind else {"load_overload": _load_alone})
-    kept = type("Kept", (parent,), parts)(dispatcher.py_func)
-    kept._cache_file = SealedFiles(_sealed_folder, lambda: f"{name}-{compiled_for().label}", alone=kind is None)
-    dispatcher._cache = kept
+    parts = {"_impl_class": _in_cache_folder(parent._impl_class)} | ({} if kind else {"load_overload": _load_alone})
+    numba_cache = type("Kept", (parent,), parts)(dispatcher.py_func)
+    numba_cache._cache_file = SealedFiles(_sealed_folder, lambda: f"{name}-{compiled_for().label}", alone=kind is None)
+    dispatcher._cache = numba_cache
     return dispatcher
 
 
-def _load_alone(kept: Any, signature: Any, target: Any) -> Any:
+def _load_alone(numba_cache: Any, signature: Any, target: Any) -> Any:
     """Load what numba compiled for a signature, in place of `FunctionCache.load_overload`; None where there is nothing.
 
     That one first reads all declarations that numba compiles by, 0.5 s of each process; they are read when something is compiled.
@@ -96,24 +102,24 @@ def _load_alone(kept: Any, signature: Any, target: Any) -> Any:
 
     # Memory of arrays, which loaded code asks for.
     rtsys.initialize(target)
-    with kept._guard_against_spurious_io_errors():
-        return kept._load_overload(signature, target)
+    with numba_cache._guard_against_spurious_io_errors():
+        return numba_cache._load_overload(signature, target)
 
 
 def keep_file(dispatcher: Any, *files: Path) -> Any:
-    """`keep` a function that stands, with all that it calls, in some files; return it."""
+    """`keep` a function that some files hold with all its callees; return it."""
     function = dispatcher.py_func
     return keep(dispatcher, f"{function.__name__}-{fingerprint(function.__qualname__, files)}")
 
 
 def is_compiled(dispatcher: Any) -> bool:
-    """Return whether this process or an earlier one has compiled a function that is kept."""
+    """Return True if a cached function was ever compiled: by this process or an earlier one."""
     files = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-    return isinstance(files, SealedFiles) and (bool(dispatcher.overloads) or any(files.kept()))
+    return isinstance(files, SealedFiles) and (bool(dispatcher.overloads) or any(files.entries()))
 
 
-def _here(parts: Any) -> Any:
-    """Return numba's class for the parts of a cache, without its search for a folder beside the source."""
+def _in_cache_folder(parts: Any) -> Any:
+    """Return numba's class for the parts of a cache, bound to `_CacheFolder`."""
     return type("Parts", (parts,), {"_locator_classes": [_CacheFolder]})
 
 

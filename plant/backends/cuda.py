@@ -44,7 +44,7 @@ REALS: Mapping[str, type[np.floating]] = {"float32": np.float32, "float64": np.f
 
 
 def simulated() -> bool:
-    """Return whether Numba's simulator stands in for the card (NUMBA_ENABLE_CUDASIM=1)."""
+    """Return True if Numba's simulator replaces the card (NUMBA_ENABLE_CUDASIM=1)."""
     from numba import config
 
     return bool(config.ENABLE_CUDASIM)  # pyright: ignore[reportAttributeAccessIssue]
@@ -73,7 +73,7 @@ def _kernel(blocks: int) -> Callable[..., Any]:
     return cuda.jit(launch_bounds=(BLOCK, blocks), fastmath=True, lto=False)
 
 
-def _kept() -> Any:
+def _cache_class() -> Any:
     """Return the class of numba-cuda's caches; the simulator compiles nothing that could be kept."""
     if simulated():
         return False
@@ -144,28 +144,33 @@ def kernel_source(loop: ClosedLoop, wind_rows: int, noise_rows: int, names: dict
 
 
 def _loader(kind: Any, name: str, arguments: str, entry: str, names: dict[str, Any], rows: int | None = None) -> str:
-    """Return the source of a function that builds a record from an array; leaves from `rows` on are zero."""
+    """Return the source of a function from array to record; leaves from `rows` on are zero."""
     count = size(kind) if rows is None else rows
     leaves = [entry.format(i) if i < count else "ZERO" for i in range(size(kind))]
     return f"@inline\ndef load_{name}({arguments}):\n    return {build_source(kind, leaves, names)}\n"
 
 
 def kernel_names(loop: ClosedLoop, precision: str) -> tuple[dict[str, Any], set[Path]]:
-    """Return the globals that kernel modules of a loop need, and the source files that they came from."""
+    """Return the globals of a loop's kernel modules, and their source files."""
     from numba import cuda
 
     real = REALS[precision]
     bind = CudaRebinder(_names(real), _inline, real)
     names: dict[str, Any] = {
-        "cuda": cuda, "inline": _inline, "real": real, "ZERO": real(0.0),
-        "start": bind(loop.start), "decide": bind(loop.decide), "advance": bind(loop.advance),
+        "cuda": cuda,
+        "inline": _inline,
+        "real": real,
+        "ZERO": real(0.0),
+        "start": bind(loop.start),
+        "decide": bind(loop.decide),
+        "advance": bind(loop.advance),
         "place": bind(loop.place),
-    }  # fmt: skip
-    own = {
+    }
+    kernel_sources = {
         Path(str(part.__file__))
         for part in (records, primitives, branch_free, vector_math, cuda_precision, sys.modules[__name__])
     }
-    return names, bind.sources | own | loop.sources
+    return names, bind.sources | kernel_sources | loop.sources
 
 
 @dataclass(frozen=True)
@@ -179,7 +184,7 @@ class CudaKernel:
 def kernel_of(
     loop: ClosedLoop, wind_rows: int, noise_rows: int, precision: str, blocks: int | None = None
 ) -> CudaKernel:
-    """Return the kernel of a loop for scenarios with so many rows of air and noise, to be compiled by its first launch.
+    """Return the kernel of a loop for so many rows of air and noise; its first launch compiles it.
 
     blocks: see `BLOCKS`.
     """
@@ -188,5 +193,7 @@ def kernel_of(
     header = f"# {precision}, {compiler()}, blocks of {BLOCK}, {bound} at once\n"
     source = header + kernel_source(loop, wind_rows, noise_rows, names)
     name = f"cuda_{precision}_{loop.name}"
-    module, cached = load_kernel(name, source, names | {"kernel": _kernel(bound)}, sources, identity(loop), _kept())
+    module, cached = load_kernel(
+        name, source, names | {"kernel": _kernel(bound)}, sources, identity(loop), _cache_class()
+    )
     return CudaKernel(module.run, cached)

@@ -14,8 +14,14 @@ NO_TOOLKIT = "the compiler of the CUDA toolkit (NVVM) was not found"
 
 @dataclass(frozen=True)
 class Card:
-    """name; capability: of compute, for instance 9.0; processors: multiprocessors; driver: version of CUDA that it runs;
-    release: of the driver itself, empty where the system does not tell.
+    """A graphics card.
+
+    Attributes:
+        name: as the driver gives it.
+        capability: of compute, for instance 9.0.
+        processors: multiprocessors.
+        driver: version of CUDA that it runs.
+        release: of the driver itself, empty where the system does not tell.
     """
 
     name: str
@@ -32,7 +38,7 @@ class Card:
 
 
 def missing() -> str | None:
-    """Return in words why nothing can fly on a card here, or None where it can."""
+    """Return the reason why no card can be used, or None."""
     if simulated():
         return None
     if find_spec("numba_cuda") is None:

@@ -51,13 +51,13 @@ class CardInputs:
 
 
 def by_scenario(blocks: np.ndarray, count: int) -> np.ndarray:
-    """Turn blocks of lanes (blocks, ..., lanes) into (..., scenarios), without those that only fill the last block."""
+    """Turn blocks of lanes (blocks, ..., lanes) into (..., scenarios), without padding."""
     moved = np.moveaxis(blocks, 0, -2)
     return moved.reshape(*moved.shape[:-2], blocks.shape[0] * blocks.shape[-1])[..., :count]
 
 
 def launcher(run: Any, flights: int) -> Any:
-    """Return what launches a kernel for so many flights, without Numba's warning of launches that do not fill a card."""
+    """Return the launcher of a kernel: no warning of launches that do not fill a card."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Grid size")
         return run[-(-flights // BLOCK), BLOCK]
@@ -104,12 +104,12 @@ class CudaFlyer:
         """Fly every candidate through every scenario; on_flights_done(n) is called as n more flights end."""
         kinds = self.loop.records
         kernel, on_card = self.kernel(inputs), self._inputs(inputs)
-        known = self._record(kinds.Nominal, nominal), self._record(kinds.Targets, inputs.targets)
+        shared = self._record(kinds.Nominal, nominal), self._record(kinds.Targets, inputs.targets)
         out = np.empty((len(gains), inputs.count, self.rows))
         each = self._candidates(inputs.count)
         for first in range(0, len(gains), each):
             part = slice(first, first + each)
-            out[part] = self._launch(kernel, gains[part], known, on_card).reshape(-1, inputs.count, self.rows)
+            out[part] = self._launch(kernel, gains[part], shared, on_card).reshape(-1, inputs.count, self.rows)
             if on_flights_done is not None:
                 on_flights_done(len(gains[part]) * inputs.count)
         return out
@@ -121,10 +121,10 @@ class CudaFlyer:
         columns = [np.broadcast_to(leaf, len(gains)) for leaf in flatten(record)]
         return np.ascontiguousarray(np.stack(columns, axis=1), dtype=self._real)
 
-    def _launch(self, kernel: CudaKernel, gains: np.ndarray, known: tuple[Any, Any], inputs: CardInputs) -> np.ndarray:
+    def _launch(self, kernel: CudaKernel, gains: np.ndarray, shared: tuple[Any, Any], inputs: CardInputs) -> np.ndarray:
         from numba import cuda
 
-        nominal, targets = known
+        nominal, targets = shared
         control_period, plant_step = self._timing
         flights = len(gains) * inputs.source.count
         constants = cuda.to_device(self.constants(gains))
@@ -132,31 +132,41 @@ class CudaFlyer:
         begin, end = cuda.event(), cuda.event()
         begin.record()
         launcher(kernel.run, flights)(
-            constants, nominal, inputs.dynamics, inputs.starts, inputs.disturbances, inputs.noises, inputs.references, targets,
-            self._limits, self._real(control_period), self._real(plant_step),
-            np.int32(self._timing.steps), out,
-        )  # fmt: skip
+            constants,
+            nominal,
+            inputs.dynamics,
+            inputs.starts,
+            inputs.disturbances,
+            inputs.noises,
+            inputs.references,
+            targets,
+            self._limits,
+            self._real(control_period),
+            self._real(plant_step),
+            np.int32(self._timing.steps),
+            out,
+        )
         end.record()
         results = out.copy_to_host()
         self.kernel_seconds += 1e-3 * begin.elapsed_time(end)
         return results
 
     def _candidates(self, scenarios: int) -> int:
-        """Return how many candidates one launch flies."""
+        """Return the number of candidates of one launch."""
         room = RESULTS_SHARE * free_memory() / (self.rows * np.dtype(self._real).itemsize)
         return max(int(min(room, LARGEST_LAUNCH)) // scenarios, 1)
 
     def _inputs(self, inputs: FlightInputs) -> CardInputs:
         """Return scenarios on the card; those that were not flown for longest make room."""
-        known = self._on_card.pop(id(inputs), None)
-        if known is None:
-            known = self._copied(inputs)
-        self._on_card[id(inputs)] = known
+        on_card = self._on_card.pop(id(inputs), None)
+        if on_card is None:
+            on_card = self._copied(inputs)
+        self._on_card[id(inputs)] = on_card
         held = sum(entry.bytes for entry in self._on_card.values())
         most = min(SCENARIOS_SHARE * (free_memory() + held), SCENARIOS_BYTES)
         while len(self._on_card) > 1 and held > most:
             held -= self._on_card.popitem(last=False)[1].bytes
-        return known
+        return on_card
 
     def _copied(self, inputs: FlightInputs) -> CardInputs:
         from numba import cuda

@@ -12,7 +12,7 @@ from plant.backends.rebind import Rebinder, Wrap
 
 
 class CudaRebinder(Rebinder):
-    """Rebinds model functions with all their numbers in one precision, float32 or float64."""
+    """Rebinds model functions to one precision: float32 or float64."""
 
     def __init__(self, names: dict[str, Any], wrap: Wrap, real: type[np.floating]) -> None:
         super().__init__(names, wrap)

@@ -22,9 +22,14 @@ from plant.threads import available_threads
 class FlightInputs:
     """Scenarios of a batch in blocks of lanes.
 
-    dynamics: (blocks, rows, lanes); starts: (blocks, 17, lanes), the body at the start, about where the reference starts;
-    disturbances: (blocks, K, rows, lanes); noises: the same; references: (K, 14), targets: those that they are judged by;
-    count: number of scenarios, the rest of the last block is padding.
+    Attributes:
+        dynamics: (blocks, rows, lanes).
+        starts: (blocks, 17, lanes), the body at the start, about where the reference starts.
+        disturbances: (blocks, K, rows, lanes).
+        noises: the same.
+        references: (K, 14).
+        targets: those that they are judged by.
+        count: number of scenarios, the rest of the last block is padding.
     """
 
     dynamics: np.ndarray
@@ -43,11 +48,14 @@ class FlightInputs:
 
 
 class Recording(NamedTuple):
-    """A recorder of the first flights of each candidate, while they are made.
+    """A recorder of the first flights of each candidate.
 
-    flights: how many. rows: of the workspace, in the order in which they are wanted; every: at each so many-th instant.
-    take: told gains (n,), trace (flights, instants, rows) and results (flights, rows) of a candidate and the references (K, 14)
-    that it flew, from the threads that fly.
+    Attributes:
+        flights: how many.
+        rows: of the workspace, in the order in which they are wanted.
+        every: at each so many-th instant.
+        take: called with gains (n,), trace (flights, instants, rows) and results (flights, rows) of a candidate and the
+            references (K, 14) that it flew, from the threads that fly.
     """
 
     flights: int
@@ -57,12 +65,12 @@ class Recording(NamedTuple):
 
 
 def to_lanes(per_scenario: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
-    """Turn scenarios, arrays of one shape (...), into (blocks, ..., lanes), repeating the last one to fill the last block."""
+    """Turn scenarios, arrays of one shape (...), into (blocks, ..., lanes): the last one fills the last block."""
     return filled_lanes(len(per_scenario), per_scenario[0].shape, lambda i, out: np.copyto(out, per_scenario[i]))
 
 
 def filled_lanes(count: int, shape: tuple[int, ...], fill: Callable[[int, np.ndarray], None]) -> np.ndarray:
-    """Return scenarios as (blocks, *shape, lanes), repeating the last one to fill the last block.
+    """Return scenarios as (blocks, *shape, lanes): the last one fills the last block.
 
     fill: writes the scenario of a number into an array of the shape; called in the order of the numbers.
     """
@@ -92,15 +100,18 @@ class Flyer:
     """A closed loop compiled for the lanes backend.
 
     arithmetic: names its bits, see `objectives.engine`. rows: of a flight's result.
-    cached: whether the kernel was compiled by an earlier process; if not, the first flight waits for the compiler.
+    cached: whether the kernel was compiled by an earlier process; if not, the first flight waits for the compiler. records:
+    whether `fly` takes a recording. say: told of flights that a backend lost, of which this one has none.
     fly(gains (candidates, n), nominal, inputs) -> results (candidates, scenarios, rows): the meters of each flight in leaf
     order, then status and end time.
     """
 
     arithmetic = "lanes"
+    records = True
 
     def __init__(self, loop: ClosedLoop, limits: Any, timing: Timing, threads: int | None = None) -> None:
         self.loop = loop
+        self.say: Callable[[str], None] = lambda _: None
         self.threads = threads or available_threads()
         self._limits = np.array(flatten(limits))
         self._timing = timing
@@ -127,9 +138,9 @@ class Flyer:
         """Fly every candidate through every scenario.
 
         Args:
-            gains: One row for each candidate (candidates, gains), in the order of `plant.gains.gain_addresses`.
+            gains: One row for each candidate (candidates, gains), in the order of `plant.quadrotor.gains.gain_addresses`.
             nominal: The controller's knowledge of the vehicle.
-            inputs: The scenarios, see `plant.scenarios.sample_scenarios`.
+            inputs: The scenarios, see `plant.quadrotor.scenarios.sample_scenarios`.
             on_flights_done: Called with n as n more flights have ended, from the threads that fly.
             recording: Records the first flights of each candidate, of which there must be as many.
 
@@ -181,7 +192,7 @@ class Flyer:
         traced: Sequence[int] | np.ndarray,
         every: int,
     ) -> np.ndarray:
-        """Fly one candidate, write the results into out (blocks, rows, lanes) and return what is traced, for spare lanes too."""
+        """Fly one candidate into out (blocks, rows, lanes) and return the trace, spare lanes included."""
         chosen = np.array(traced, dtype=np.intp)
         trace = np.empty((1, len(inputs.dynamics), -(-len(inputs.references) // every), len(chosen), LANES))
         self._run(gains, nominal, inputs, out, chosen, trace, every)
@@ -199,10 +210,22 @@ class Flyer:
     ) -> None:
         """Fly one candidate, gains (n,), and write the results into out (blocks, rows, lanes)."""
         self._kernel(
-            np.ascontiguousarray(gains[None], dtype=float), np.array(flatten(nominal), dtype=float), inputs.dynamics,
-            inputs.starts, inputs.disturbances, inputs.noises, inputs.references, np.array(flatten(inputs.targets), dtype=float),
-            self._limits, *self._timing, self._timing.steps, out[None], traced, trace, every,
-        )  # fmt: skip
+            np.ascontiguousarray(gains[None], dtype=float),
+            np.array(flatten(nominal), dtype=float),
+            inputs.dynamics,
+            inputs.starts,
+            inputs.disturbances,
+            inputs.noises,
+            inputs.references,
+            np.array(flatten(inputs.targets), dtype=float),
+            self._limits,
+            *self._timing,
+            self._timing.steps,
+            out[None],
+            traced,
+            trace,
+            every,
+        )
 
 
 def result_parts(results: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

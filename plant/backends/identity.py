@@ -15,7 +15,7 @@ import numpy as np
 
 
 def identity(value: Any) -> str:
-    """Return the digest of a model function, a record type, a dataclass, or anything built of them; TypeError for others."""
+    """Return the digest of model functions, record types, dataclasses and what is built of them; TypeError for others."""
     digest = hashlib.blake2b(digest_size=12)
     for part in _parts(value, {}):
         digest.update(part.encode() + b"\0")
@@ -52,7 +52,7 @@ def _object(value: Any, seen: dict[int, int]) -> Iterator[str]:
     if isinstance(value, FunctionType):
         yield from _function(value, seen)
     elif isinstance(value, type):
-        yield f"{value.__module__}.{value.__qualname__}"
+        yield value.__qualname__
         if issubclass(value, tuple):
             # The order of fields is the order of rows, so it counts.
             yield from _parts(list(value.__annotations__.items()), seen)

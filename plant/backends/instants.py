@@ -1,4 +1,4 @@
-"""One flight, compiled, that stops at every control instant for rotor thrusts from outside (`plant.piloted`)."""
+"""One compiled flight that waits for rotor thrusts at every control instant (`plant.quadrotor.piloted`)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -48,8 +48,11 @@ def run(gains, nominal_row, dynamics_row, start_row, disturbances, noises, refer
 class Instant:
     """The question to the outside at a control instant.
 
-    angles, rate: measured roll, pitch, yaw [rad] and body rates FLU [rad/s]; tilt: roll and pitch asked for [rad]; yaw: what
-    the pilot asks for about z up, a rate [rad/s] or an angle [rad]; lift: thrust asked of one rotor [N].
+    Attributes:
+        angles, rate: measured roll, pitch, yaw [rad] and body rates FLU [rad/s].
+        tilt: roll and pitch asked for [rad].
+        yaw: what the pilot asks for about z up, a rate [rad/s] or an angle [rad].
+        lift: thrust asked of one rotor [N].
     """
 
     angles: tuple[float, float, float]
@@ -60,7 +63,7 @@ class Instant:
 
 
 class Stepper:
-    """Flights of one loop, gains and scenario after another, instant by instant; loop, ask: of a `plant.piloted.PilotedLoop`."""
+    """Flights of one loop, gains and scenario after another, instant by instant; loop, ask: of a loop flown from outside."""
 
     def __init__(self, loop: ClosedLoop, ask: Callable[..., Any], limits: Any, timing: Timing) -> None:
         """Load or compile the kernel."""
@@ -68,12 +71,20 @@ class Stepper:
         self._limits, self._timing = np.array(flatten(limits)), timing
         self._run = _kernel(loop, ask)
         control = "control"
-        self._asked = [
+        self._setpoint_rows = [
             paths(loop.Flight).index(f"{control}.{path}")
             for path in (
-                "angles.x", "angles.y", "angles.z", "rate.x", "rate.y", "rate.z", "tilt.roll", "tilt.pitch", "own.yaw.wish",
+                "angles.x",
+                "angles.y",
+                "angles.z",
+                "rate.x",
+                "rate.y",
+                "rate.z",
+                "tilt.roll",
+                "tilt.pitch",
+                "controller.yaw.wish",
             )
-        ]  # fmt: skip
+        ]
         self._lift = rows(loop.Flight, f"{control}.lift")
         self._outside = rows(loop.Flight, f"{control}.outside")
         self._result = lanes.result_rows(loop)
@@ -82,11 +93,18 @@ class Stepper:
         """Return a flight at its first instant; gains (g,)."""
         kinds = self.loop.records
         fixed = (
-            np.ascontiguousarray(gains, dtype=float), np.array(flatten(nominal), dtype=float), inputs.dynamics.copy(),
-            inputs.starts.copy(), _filled(inputs.disturbances, size(kinds.Disturbance)),
+            np.ascontiguousarray(gains, dtype=float),
+            np.array(flatten(nominal), dtype=float),
+            inputs.dynamics.copy(),
+            inputs.starts.copy(),
+            _filled(inputs.disturbances, size(kinds.Disturbance)),
             _filled(inputs.noises, size(kinds.Noise)),
-            inputs.references, np.array(flatten(targets), dtype=float), self._limits, *self._timing, self._timing.steps,
-        )  # fmt: skip
+            inputs.references,
+            np.array(flatten(targets), dtype=float),
+            self._limits,
+            *self._timing,
+            self._timing.steps,
+        )
         return SteppedFlight(self, fixed, len(inputs.references))
 
 
@@ -110,9 +128,9 @@ class SteppedFlight:
         return bool(self._state[-2] != 0.0)
 
     @property
-    def asked(self) -> Instant:
+    def pilot_command(self) -> Instant:
         """The question of the instant that waits for thrusts."""
-        seen = self._state[self._stepper._asked].tolist()
+        seen = self._state[self._stepper._setpoint_rows].tolist()
         lift = 0.25 * float(np.sum(self._state[self._stepper._lift], axis=0))
         return Instant((seen[0], seen[1], seen[2]), (seen[3], seen[4], seen[5]), (seen[6], seen[7]), seen[8], lift)
 
@@ -123,7 +141,7 @@ class SteppedFlight:
         return first, second, third, fourth
 
     def fly(self, thrusts: tuple[float, float, float, float]) -> None:
-        """Fly one control period with the thrusts that were decided now [N], in our order of the rotors."""
+        """Fly one control period with new thrusts [N], in our order of the rotors."""
         self._at += 1
         self._thrusts[:] = thrusts
         self._stepper._run(*self._fixed, self._at, self._thrusts, self._state)

@@ -62,7 +62,7 @@ def rebinder() -> Rebinder:
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return one model function compiled with the lanes' flags, for calls from Python: to look at, to compare."""
+    """Return one model function compiled with the lanes' flags, for calls from Python."""
     inner = rebinder()(function)
 
     def call(*arguments):  # noqa: ANN002, ANN202
@@ -83,7 +83,7 @@ class Layout:
 
 
 def layout(loop: ClosedLoop) -> Layout:
-    """Return where each record starts in the workspace of a loop."""
+    """Return the offset of each record in the workspace of a loop."""
     kinds = loop.records
     flight, dynamics = size(loop.Flight), size(kinds.Dynamics)
     disturbance = flight + dynamics
@@ -92,7 +92,7 @@ def layout(loop: ClosedLoop) -> Layout:
 
 
 def loader(kind: Any, name: str, expression: str, offset: int, names: dict[str, Any], given: int | None = None) -> str:
-    """Return the source of a function that builds a record from consecutive rows of one lane, or entries of a vector.
+    """Return the source of a function from rows of a lane, or a vector, to a record.
 
     given: number of leaves that are read, by default all; the others are zeros that the compiler sees.
     """
@@ -180,27 +180,36 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
         loader(types["speed"], "load_speed", LANE, speed.start, names),
         loader(kinds.Dynamics, "load_dynamics", LANE, place_of.dynamics, names),
         loader(kinds.Disturbance, "load_disturbance", LANE, place_of.disturbance, names),
-        loader(kinds.Disturbance, "load_wind", LANE, place_of.disturbance, names, kinds.calm),
+        loader(kinds.Disturbance, "load_wind", LANE, place_of.disturbance, names, kinds.n_wind_leaves),
         loader(kinds.Noise, "load_noise", LANE, place_of.noise, names),
         vector_loaders(loop, names),
     ]
     result = result_rows(loop)
     constants = {
-        "TOTAL": place_of.total, "DYNAMICS": place_of.dynamics, "NOISE": place_of.noise,
-        "DISTURBANCE": place_of.disturbance, "RESULT": result.start, "N_RESULT": result.stop - result.start,
-        "N_WIND": kinds.calm, "LANES": LANES, "BODY": body.start,
-    }  # fmt: skip
+        "TOTAL": place_of.total,
+        "DYNAMICS": place_of.dynamics,
+        "NOISE": place_of.noise,
+        "DISTURBANCE": place_of.disturbance,
+        "RESULT": result.start,
+        "N_RESULT": result.stop - result.start,
+        "N_WIND": kinds.n_wind_leaves,
+        "LANES": LANES,
+        "BODY": body.start,
+    }
     header = "\n".join(f"{name} = {value}" for name, value in constants.items())
     return "\n".join([header, *parts, RUN])
 
 
 def vector_loaders(loop: ClosedLoop, names: dict[str, Any]) -> str:
-    """Return the sources of the functions that build the records that all lanes share from vectors of numbers."""
+    """Return the sources of the functions from vectors to the records that lanes share."""
     kinds = loop.records
     shared = {
-        "gains": kinds.Gains, "nominal": kinds.Nominal, "reference": kinds.Reference, "targets": kinds.Targets,
+        "gains": kinds.Gains,
+        "nominal": kinds.Nominal,
+        "reference": kinds.Reference,
+        "targets": kinds.Targets,
         "limits": kinds.Limits,
-    }  # fmt: skip
+    }
     return "\n".join(loader(kind, f"load_{name}", ENTRY, 0, names) for name, kind in shared.items())
 
 
@@ -218,7 +227,7 @@ class Kernel:
 
 
 def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
-    """Return the globals that kernel modules of a loop need, and the source files that they came from."""
+    """Return the globals of a loop's kernel modules, and their source files."""
     bind = rebinder()
     names: dict[str, Any] = {
         "np": np,
@@ -231,12 +240,14 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
         "advance": bind(loop.advance),
         "place": bind(loop.place),
     }
-    own = {Path(str(part.__file__)) for part in (records, primitives, branch_free, vector_math, sys.modules[__name__])}
-    return names, bind.sources | own | loop.sources
+    kernel_sources = {
+        Path(str(part.__file__)) for part in (records, primitives, branch_free, vector_math, sys.modules[__name__])
+    }
+    return names, bind.sources | kernel_sources | loop.sources
 
 
 def kernel_of(loop: ClosedLoop) -> Kernel:
-    """Return the kernel of a loop, from the cache or written there to be compiled by its first call."""
+    """Return the kernel of a loop: from the cache, or compiled by its first call."""
     names, sources = kernel_names(loop)
     names |= {"carray": carray, "workspace": workspace.on_stack(layout(loop).total * LANES)}
     source = kernel_source(loop, names)

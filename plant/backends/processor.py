@@ -46,18 +46,18 @@ def arithmetic() -> Arithmetic:
 def compute_as(recorded: Arithmetic) -> None:
     """Have this process compute with an arithmetic; StoreError says why it cannot."""
     compile_for(recorded.processor)
-    here = arithmetic()
-    if here != recorded:
-        raise StoreError(f"it was drawn with {recorded.libraries}, here it would be {here.libraries}")
+    this = arithmetic()
+    if this != recorded:
+        raise StoreError(f"it was drawn with {recorded.libraries}, here it would be {this.libraries}")
 
 
 def compiled_for() -> Processor:
     """Return the processor that this process compiles for: NUMBA_CPU_NAME and NUMBA_CPU_FEATURES, by default this one."""
     from numba.core import config
 
-    here = this_processor()
+    this = this_processor()
     name, features = config.CPU_NAME, config.CPU_FEATURES  # pyright: ignore[reportAttributeAccessIssue]
-    return Processor(name or here.name, here.features if features is None else features)
+    return Processor(name or this.name, this.features if features is None else features)
 
 
 @cache
@@ -71,10 +71,12 @@ def this_processor() -> Processor:
 
 # Features that the names of the levels of x86-64 stand for, each beyond the one before.
 _LEVELS = {
-    "generic": "", "x86-64": "", "x86-64-v2": "+cx16,+popcnt,+sahf,+sse3,+sse4.1,+sse4.2,+ssse3",
+    "generic": "",
+    "x86-64": "",
+    "x86-64-v2": "+cx16,+popcnt,+sahf,+sse3,+sse4.1,+sse4.2,+ssse3",
     "x86-64-v3": "+avx,+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+xsave",
     "x86-64-v4": "+avx512bw,+avx512cd,+avx512dq,+avx512f,+avx512vl",
-}  # fmt: skip
+}
 
 
 def _of_name(name: str) -> set[str] | None:
@@ -89,14 +91,14 @@ def _of_name(name: str) -> set[str] | None:
 
 
 def missing_features(wanted: Processor) -> list[str]:
-    """Return what code for a processor may use that this one lacks; its name stands for features that it does not list."""
-    here = this_processor()
-    has, asked = set(here.features.split(",")), set(wanted.features.split(",")) - {""}
-    named, told = _of_name(wanted.name), {entry[1:] for entry in asked}
-    asked |= {entry for entry in named or () if entry[1:] not in told}
-    lacking = sorted(entry[1:] for entry in asked - has if entry.startswith("+"))
-    all_told = {entry[1:] for entry in has} <= told
-    return lacking if lacking or all_told or named is not None else [f"all of {wanted.name}"]
+    """Return the features of a processor that this one lacks; its name implies features that it does not list."""
+    this = this_processor()
+    has, required = set(this.features.split(",")), set(wanted.features.split(",")) - {""}
+    named, listed = _of_name(wanted.name), {entry[1:] for entry in required}
+    required |= {entry for entry in named or () if entry[1:] not in listed}
+    lacking = sorted(entry[1:] for entry in required - has if entry.startswith("+"))
+    all_listed = {entry[1:] for entry in has} <= listed
+    return lacking if lacking or all_listed or named is not None else [f"all of {wanted.name}"]
 
 
 def compile_for(wanted: Processor) -> None:
@@ -127,17 +129,17 @@ def compile_for(wanted: Processor) -> None:
 
 @cache
 def numpy_simd() -> str:
-    """Return the highest instruction set that NumPy chose its loops by, and a digest of all of them."""
+    """Return NumPy's highest instruction set in use, and a digest of all."""
     import numpy as np
 
-    found = np.show_config(mode="dicts")["SIMD Extensions"]  # pyright: ignore[reportOptionalSubscript]
-    names = [*found.get("baseline", []), *found.get("found", [])]
+    extensions = np.show_config(mode="dicts")["SIMD Extensions"]  # pyright: ignore[reportOptionalSubscript]
+    names = [*extensions.get("baseline", []), *extensions.get("found", [])]
     return f"{names[-1] if names else 'none'}-{_digest(json.dumps(sorted(names)))}"
 
 
 @cache
 def libc() -> str:
-    """Return name and version of the C library, whose logarithms and sines draws and kernels take."""
+    """Return name and version of the C library: its logarithms and sines decide bits."""
     return " ".join(platform.libc_ver())
 
 

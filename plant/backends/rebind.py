@@ -1,4 +1,4 @@
-"""Turn model functions into another backend's functions by rebinding the names they use.
+"""Model functions become another backend's by rebinding their names.
 
 A model function is plain Python on scalars. Its code object stays as it is; only the globals (and closure cells) it looks up
 are replaced: mathematical names by the backend's, called model functions by their own rebound selves. So there is one source
@@ -23,16 +23,18 @@ FORBIDDEN = frozenset({"abs", "min", "max", "sum", "round", "float", "int", "boo
 
 def global_names(function: FunctionType) -> list[str]:
     """Return the names that a function looks up outside; attributes of records, which may have the same names, are none."""
-    found = [entry.argval for entry in dis.get_instructions(function) if entry.opname in ("LOAD_GLOBAL", "LOAD_NAME")]
-    return list(dict.fromkeys(found))
+    loaded = [entry.argval for entry in dis.get_instructions(function) if entry.opname in ("LOAD_GLOBAL", "LOAD_NAME")]
+    return list(dict.fromkeys(loaded))
 
 
 class Rebinder:
     """Rebinds model functions, each once.
 
-    names: what each mathematical name means here. wrap: applied to every rebound function (a compiler's decorator).
-    stand_ins: what is called in place of a model function, as it is. sources: files of all functions and records seen, for
-    cache keys.
+    Args:
+        names: what each mathematical name means here.
+        wrap: applied to every rebound function (a compiler's decorator).
+        stand_ins: what is called in place of a model function, as it is.
+        sources: files of all functions and records seen, for cache keys.
     """
 
     def __init__(

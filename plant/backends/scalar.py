@@ -68,13 +68,20 @@ class ScalarKernel:
         h, plant_step = timing
         kinds = self.loop.records
         self.run(
-            gains, np.array(flatten(nominal), dtype=float), _flat(inputs.dynamics, size(kinds.Dynamics))[: inputs.count],
+            gains,
+            np.array(flatten(nominal), dtype=float),
+            _flat(inputs.dynamics, size(kinds.Dynamics))[: inputs.count],
             _flat(inputs.starts, size(self.loop.Body))[: inputs.count],
             _flat(inputs.disturbances, size(kinds.Disturbance))[: inputs.count],
             _flat(inputs.noises, size(kinds.Noise))[: inputs.count],
-            inputs.references, np.array(flatten(inputs.targets), dtype=float), np.array(flatten(limits)), h, plant_step,
-            timing.steps, out,
-        )  # fmt: skip
+            inputs.references,
+            np.array(flatten(inputs.targets), dtype=float),
+            np.array(flatten(limits)),
+            h,
+            plant_step,
+            timing.steps,
+            out,
+        )
         return out
 
 
@@ -87,7 +94,7 @@ def _flat(blocks: np.ndarray, rows: int) -> np.ndarray:
 
 
 def scalar_kernel(loop: ClosedLoop) -> ScalarKernel:
-    """Return the scalar kernel of a loop, compiled by its first call or loaded from the cache."""
+    """Return the scalar kernel of a loop: from the cache, or compiled by its first call."""
     names, sources = lanes.kernel_names(loop)
     flight, kinds = loop.Flight, loop.records
     result = lanes.result_rows(loop)

@@ -31,7 +31,7 @@ def say(line: str) -> None:
 
 
 def private_folder(path: Path) -> Path | None:
-    """Return a folder that only this user (or root) can write, made where it is missing; None, and a line said, elsewhere."""
+    """Return a folder, made if missing, that only this user or root can write; None with a notice otherwise."""
     try:
         path.mkdir(mode=0o700, parents=True, exist_ok=True)
         why = _open_to_others(path.stat())
@@ -43,13 +43,13 @@ def private_folder(path: Path) -> Path | None:
     return None
 
 
-def _open_to_others(found: os.stat_result) -> str | None:
+def _open_to_others(status: os.stat_result) -> str | None:
     """Say why others could have put something there, or return None; systems without user ids are trusted."""
     if not hasattr(os, "getuid"):
         return None
-    if found.st_uid not in (os.getuid(), 0):
+    if status.st_uid not in (os.getuid(), 0):
         return "belongs to another user"
-    return "can be written by other users (remove it, or chmod 700)" if found.st_mode & 0o022 else None
+    return "can be written by other users (remove it, or chmod 700)" if status.st_mode & 0o022 else None
 
 
 def sealed(name: str, content: bytes) -> bytes:
@@ -61,17 +61,17 @@ def unsealed(file: Path) -> bytes | None:
     """Return the content of a sealed file; None where there is none, or where it is damaged: then it is removed, with a line."""
     try:
         with open(file, "rb", opener=opened_at_once) as opened:
-            found = os.fstat(opened.fileno())
-            why = None if stat.S_ISREG(found.st_mode) else "is no regular file"
-            why = why or _open_to_others(found)
-            whole = b"" if why else opened.read()
+            status = os.fstat(opened.fileno())
+            why = None if stat.S_ISREG(status.st_mode) else "is no regular file"
+            why = why or _open_to_others(status)
+            stored = b"" if why else opened.read()
     except FileNotFoundError:
         return None
     except OSError as error:
         say(f"{file} cannot be read ({error.strerror or error}); the kernel is compiled again.")
         return None
-    content = whole[len(SEAL) + DIGEST :]
-    if why is None and whole == sealed(file.name, content):
+    content = stored[len(SEAL) + DIGEST :]
+    if why is None and stored == sealed(file.name, content):
         return content
     say(f"{file} {why or 'is damaged'}; the kernel is compiled again.")
     with suppress(OSError):
@@ -94,7 +94,7 @@ def _write(file: Path, content: bytes) -> None:
 
 
 def _lock(file: Path) -> None:
-    """Wait until no other process compiles what belongs into a file, and keep others from it until `_unlock`.
+    """Wait for other processes that compile a file's content, and lock it until `_unlock`.
 
     Without `fcntl`, or where no lock can be made, two processes may compile at once, which costs time only.
     """
@@ -130,7 +130,7 @@ def _unlock(file: Path) -> None:
 
 
 class SealedFiles:
-    """Store of the compiled versions of one function, in place of numba's IndexDataCacheFile: load, else compile and save.
+    """Store of one function's compiled versions, in place of numba's IndexDataCacheFile.
 
     folder(): where the files lie, None for nowhere. stem(): how the names of the files begin. alone: whether other processes
     wait while this one compiles.
@@ -145,7 +145,7 @@ class SealedFiles:
         return None if folder is None else folder / f"{self._stem()}-{digest}{ENDING}"
 
     def load(self, key: Any) -> Any:
-        """Return what was saved under a key; None where the caller is to compile it, with other processes waiting."""
+        """Return the content saved under a key; None where the caller is to compile it, with other processes waiting."""
         file = self._file(key)
         if file is None:
             return None
@@ -159,7 +159,7 @@ class SealedFiles:
         return pickle.loads(content)
 
     def save(self, key: Any, data: Any) -> None:
-        """Keep what was compiled for a key and let other processes have it."""
+        """Save the compiled code of a key and release its lock."""
         from numba.core.serialize import dumps
 
         file = self._file(key)
@@ -170,7 +170,7 @@ class SealedFiles:
         finally:
             _unlock(file)
 
-    def kept(self) -> Iterator[Path]:
+    def entries(self) -> Iterator[Path]:
         """Yield the undamaged files there are."""
         folder = self._folder()
         if folder is not None:

@@ -1,6 +1,6 @@
 """The closed loop stepped in Python: one flight in plain floats, or many at once as NumPy arrays.
 
-Slow and plain: it reads like the definition of a flight (`plant.closed_loop`), and the compiled lanes are tested against it.
+Slow and plain: it reads like the definition of a flight, and the compiled lanes are tested against it.
 """
 
 from collections.abc import Callable
@@ -29,11 +29,14 @@ class Inputs(NamedTuple):
 
 
 def lane_of(drawn: Any, lane: int | slice, block: int = 0) -> Inputs:
-    """Return what one lane of drawn scenarios (`plant.backends.flyer.FlightInputs`) meets, or several lanes."""
+    """Return the inputs of lanes of sampled scenarios (`plant.backends.flyer.FlightInputs`)."""
     return Inputs(
-        drawn.dynamics[block, ..., lane], drawn.starts[block, ..., lane], drawn.disturbances[block, ..., lane],
-        drawn.noises[block, ..., lane], drawn.references,
-    )  # fmt: skip
+        drawn.dynamics[block, ..., lane],
+        drawn.starts[block, ..., lane],
+        drawn.disturbances[block, ..., lane],
+        drawn.noises[block, ..., lane],
+        drawn.references,
+    )
 
 
 def unchanged(function: Callable[..., Any]) -> Any:
@@ -42,9 +45,16 @@ def unchanged(function: Callable[..., Any]) -> Any:
 
 
 def fly_steps(
-    loop: ClosedLoop, bind: Bind, gains: Any, nominal: Any, inputs: Inputs, targets: Any, limits: Any,
-    timing: Timing, watch: Callable[[int, Any], None] | None = None,
-) -> Any:  # fmt: skip
+    loop: ClosedLoop,
+    bind: Bind,
+    gains: Any,
+    nominal: Any,
+    inputs: Inputs,
+    targets: Any,
+    limits: Any,
+    timing: Timing,
+    watch: Callable[[int, Any], None] | None = None,
+) -> Any:
     """Fly to the end and return the final Flight record; watch(k, flight) sees every control instant.
 
     Leaves are whatever `bind` computes with: floats for one lane in the python backend, arrays over lanes in numpy.

@@ -38,7 +38,7 @@ def rebinder(stand_ins: Mapping[Callable[..., Any], Callable[..., Any]] | None =
 
 
 def symbolic_function(name: str, function: Callable[..., Any], kinds: Sequence[Any]) -> ca.Function:
-    """Return the CasADi function of a model function whose arguments are records or scalars (`float`), each one a column."""
+    """Return the CasADi function of a model function: arguments are records or scalars (`float`), each one a column."""
     bound = rebinder()(function)
     columns, arguments = [], []
     for i, kind in enumerate(kinds):

@@ -16,7 +16,7 @@ from plant.records import pack, paths
 
 
 class Constant(float):
-    """A float that knows the expression it comes from, such as "h * constants.ki"; arithmetic on constants keeps it."""
+    """A float with its expression, such as "h * constants.ki"; arithmetic on constants carries it on."""
 
     text: str
 
@@ -145,7 +145,7 @@ class Graph:
         self._nodes: dict[Any, Node] = {}
 
     def node(self, op: str, *args: Any, text: Any = "") -> Any:
-        """Return the node of an operation, or what it comes to where it changes no bit of an argument."""
+        """Return the node of an operation, or its argument where no bit changes."""
         if op == "*" and _is_number(args[0], 1.0):
             return args[1]
         if op in ("*", "/") and _is_number(args[1], 1.0):
@@ -171,7 +171,7 @@ class Graph:
 
 
 def _is_number(value: Any, number: float) -> bool:
-    """Return whether a value is that number of the source; a gain that happens to have its value is not."""
+    """Return True if a value is that number of the source; a gain that happens to have its value is not."""
     return type(value) is float and value == number and math.copysign(1.0, value) == 1.0
 
 
@@ -196,7 +196,7 @@ def _graph_of(*values: Any) -> Graph | None:
 
 
 def _traced(name: str) -> Callable[..., Any]:
-    """Return a primitive that leaves a node, or works out its value where all arguments are constants."""
+    """Return a primitive that adds a node, or evaluates constant arguments."""
     meaning = getattr(primitives, name)
 
     def operation(*args: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The values of a graph to look at so that no input and no result is infinite or NaN without being noticed.
+"""Values of a graph whose check finds every infinite or NaN input and result.
 
 Sums, differences, products, roots and the numerator of a quotient pass on what is not finite: nothing that is added or
 multiplied makes it finite again. So what flows by such operations alone into a value that is looked at need not be looked
@@ -29,8 +29,8 @@ def to_look_at(values: Iterable[Any]) -> list[Node]:
     """Return the nodes whose being finite makes all the values finite: some of them, and the sums of watched routines."""
     given = [value for value in values if isinstance(value, Node)]
     sums = [node.graph.node("sum", node) for node in reachable(given) if node.op == "call" and node.text[0] == WATCHED]
-    own = {value.order: value for value in given if value.text != WATCHED}
-    nodes = [*own.values(), *sums]
+    distinct = {value.order: value for value in given if value.text != WATCHED}
+    nodes = [*distinct.values(), *sums]
     covered: set[int] = set()
     for node in nodes:
         covered |= _betrayed(node)
@@ -38,7 +38,7 @@ def to_look_at(values: Iterable[Any]) -> list[Node]:
 
 
 def _betrayed(node: Node) -> set[int]:
-    """Orders of the nodes, without itself, that cannot be other than finite where the node is."""
+    """Return the orders of the other nodes that are finite where a node is."""
     seen: set[int] = set()
     stack = [node]
     while stack:

@@ -26,8 +26,11 @@ class Call:
 class SharedRoutine:
     """The part that calls share.
 
-    parameters: names of the arguments that vary. results: value, memory, and last the sum to look at. tables: text of a
-    constant -> its value for each label; numbers that hold no gain and are alike in all calls stand in the code instead.
+    Attributes:
+        parameters: names of the arguments that vary.
+        results: value, memory, and last the sum to look at.
+        tables: text of a constant -> its value for each label; numbers that hold no gain and are alike in all
+            calls stand in the code instead.
     """
 
     parameters: tuple[str, ...]
@@ -144,7 +147,7 @@ def _like(shape: Any, leaves: Iterator[Any]) -> Any:
 
 
 def _shape(results: list[Any]) -> Any:
-    """Return a key that is the same for two traces that differ by the values of their constants only."""
+    """Return a key of a trace that ignores the values of its constants."""
     place = {node.order: i for i, node in enumerate(reachable(results))}
 
     def name(value: Any) -> Any:
@@ -161,9 +164,9 @@ def _merged(parameters: tuple[str, ...], members: list[tuple[str, list[Any]]]) -
             for arg in node.args:
                 if isinstance(arg, Constant):
                     tables.setdefault(arg.text, {})[label] = float(arg)
-    kept = {
+    varying = {
         text: values
         for text, values in tables.items()
         if "constants." in text or len({v.hex() for v in values.values()}) > 1
     }
-    return SharedRoutine(parameters, tuple(members[0][1]), kept, tuple(label for label, _ in members))
+    return SharedRoutine(parameters, tuple(members[0][1]), varying, tuple(label for label, _ in members))

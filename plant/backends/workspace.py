@@ -16,7 +16,7 @@ CACHE_LINE = 64
 
 
 def on_stack(count: int) -> Any:
-    """Return the function that gives compiled code the address of so many float64; they are there until their caller returns."""
+    """Return the function that allocates so many float64 on the stack of its compiled caller."""
 
     @intrinsic
     def workspace(_: Any) -> Any:

@@ -1,1 +1,1 @@
-"""The contracts of laws, metrics and references, bundled or of the user's own, as code that tests and `tuner check` share."""
+"""Contracts of laws, metrics and references, as code that tests and `tuner check` share."""

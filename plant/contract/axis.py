@@ -18,7 +18,7 @@ REST = Setpoint(0.0, 0.0, 0.0)
 
 
 class Input(NamedTuple):
-    """The arguments of a law's step in one period, besides its memory, gains and channel."""
+    """Arguments of a law's step besides its memory, gains and channel."""
 
     setpoint: Setpoint
     measured: Measured
@@ -31,7 +31,7 @@ class Trajectory:
 
     value: Array
     rate: Array
-    asked: Array
+    unlimited: Array
     command: Array
     memory: Any
 
@@ -41,14 +41,14 @@ class Axis:
     """The plant y'' = b0 (u + disturbance + drift t), |u| <= limit, with the command held over each period, and the drift too.
 
     from_observer: nothing measures the rate; the law is given the difference of y, as `plant.model.controller` gives it.
-    told: what the law hears of its clipped command: "all", or "nothing" (then it takes the command asked for as delivered).
+    is_aware: whether the law is given the clipped command; else it takes the unlimited one as delivered.
     """
 
     b0: float = 1.0
     limit: float = np.inf
     disturbance: float = 0.0
     from_observer: bool = False
-    told: str = "all"
+    is_aware: bool = True
     drift: float = 0.0
 
     def fly(
@@ -60,17 +60,18 @@ class Axis:
         start: Measured | None = None,
         h: float = H,
     ) -> Trajectory:
-        """Fly from rest at 0, or from the state given, for `steps` periods."""
+        """Fly for `steps` periods, from rest at 0 by default."""
         y, v = start or Measured(0.0, 0.0)
         constants = law.prepare(gains, h)
         memory, channel, applied = law.start(constants, Measured(y, v), 0.0), self.channel, Applied(0.0, 0.0)
-        rows, last = [], y
+        rows: list[tuple[float, float, float, float]] = []
+        last = y
         for k in range(steps):
             seen, last = Measured(y, (y - last) / h if self.from_observer else v), y
-            asked, memory = law.step(memory, constants, channel, goal(k * h), seen, applied, h)
-            command = min(max(asked, -self.limit), self.limit)
-            applied = Applied(command, command - asked) if self.told == "all" else Applied(asked, 0.0)
-            rows.append((y, v, asked, command))
+            unlimited, memory = law.step(memory, constants, channel, goal(k * h), seen, applied, h)
+            command = min(max(unlimited, -self.limit), self.limit)
+            applied = Applied(command, command - unlimited) if self.is_aware else Applied(unlimited, 0.0)
+            rows.append((y, v, unlimited, command))
             acceleration = self.b0 * (command + self.disturbance + self.drift * k * h)
             y, v = y + h * v + 0.5 * h * h * acceleration, v + h * acceleration
         value, rate, wanted, clipped = np.array(rows).T
@@ -93,7 +94,7 @@ def run(
     """Feed given inputs, whatever the law commands; commands (K,) and the last memory. Starts at the first measurement."""
     constants = law.prepare(gains, h)
     memory = law.start(constants, inputs[0].measured, 0.0) if memory is None else memory
-    commands = []
+    commands: list[float] = []
     for setpoint, measured, applied in inputs:
         command, memory = law.step(memory, constants, channel, setpoint, measured, applied, h)
         commands.append(command)

@@ -7,7 +7,7 @@ import numpy as np
 
 from plant.backends import array, lanes, symbolic, tracing
 from plant.contract.axis import LOOPS, H
-from plant.contract.breach import Breach
+from plant.contract.violation import ContractViolation
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.law import Law
 from plant.records import flatten, pack, size
@@ -45,7 +45,7 @@ def _sample(law: Law, loop: str, draw: np.random.Generator) -> Sample:
     return Sample(gains, memory, inputs)
 
 
-def code_can_be_made_of_it(law: Law) -> Iterator[Breach]:
+def code_can_be_made_of_it(law: Law) -> Iterator[ContractViolation]:
     """Traced to a graph of operations, as exports to C are: prepare on numbers, start and step on signals, no `if` on a value."""
     graph, bind = tracing.Graph(), tracing.rebinder()
     constants = graph.inputs(law.Constants, "constants.")
@@ -53,10 +53,10 @@ def code_can_be_made_of_it(law: Law) -> Iterator[Breach]:
     memory, inputs = graph.inputs(law.Memory, "memory."), [graph.inputs(kind, f"{kind.__name__}.") for kind in INPUTS]
     result = bind(law.step)(memory, constants, *inputs, graph.input("h"))
     if not (isinstance(result, tuple) and len(result) == 2 and type(result[1]) is law.Memory):
-        yield Breach("step", "does not give (command, Memory) when it is traced")
+        yield ContractViolation("step", "does not give (command, Memory) when it is traced")
 
 
-def backends_agree(law: Law) -> Iterator[Breach]:
+def backends_agree(law: Law) -> Iterator[ContractViolation]:
     """Arrays, CasADi and compiled lanes give what Python gives, of prepare and step, to rounding."""
     evaluators = (("NumPy", _on_arrays(law)), ("CasADi", _in_casadi(law)), ("the compiled lanes", _compiled(law)))
     for loop in LOOPS:
@@ -65,7 +65,7 @@ def backends_agree(law: Law) -> Iterator[Breach]:
         scale = np.maximum(np.abs(wanted), 1.0)
         for name, evaluate in evaluators:
             if not np.allclose(evaluate(cases) / scale, wanted / scale, rtol=RELATIVE, atol=RELATIVE):
-                yield Breach("step", f"gives other numbers on {name} than in Python, in the {loop} loop")
+                yield ContractViolation("step", f"gives other numbers on {name} than in Python, in the {loop} loop")
 
 
 def _run(bind: Callable[..., Any], law: Law, case: Sample) -> list[Any]:

@@ -7,20 +7,20 @@ from collections.abc import Callable, Iterator
 
 from plant.contract import law_behaviour as behaviour
 from plant.contract import law_description as description
-from plant.contract.breach import Breach, found
+from plant.contract.violation import ContractViolation, violations_of
 from plant.laws.law import Law
 
-Clause = Callable[[Law], Iterator[Breach]]
+Clause = Callable[[Law], Iterator[ContractViolation]]
 
 
-def code_can_be_made_of_it(law: Law) -> Iterator[Breach]:
+def code_can_be_made_of_it(law: Law) -> Iterator[ContractViolation]:
     """See `law_backends`, which imports the compilers."""
     from plant.contract.law_backends import code_can_be_made_of_it
 
     return code_can_be_made_of_it(law)
 
 
-def backends_agree(law: Law) -> Iterator[Breach]:
+def backends_agree(law: Law) -> Iterator[ContractViolation]:
     """See `law_backends`, which imports the compilers."""
     from plant.contract.law_backends import backends_agree
 
@@ -61,15 +61,17 @@ def check_law(law: Law, file: str) -> Law:
     """Return a law that can be flown; raises InputError with the place of the first thing that stands against it."""
     for clauses in (SHAPE, WORKS):
         for clause in clauses:
-            for breach in found(lambda clause=clause: clause(law), law, file):
-                raise breach.error
+            for violation in violations_of(lambda clause=clause: clause(law), law, file):
+                raise violation.error
     return law
 
 
-def breaches(law: Law, file: str) -> list[Breach]:
-    """Return everything that a law breaks, as far as it makes sense to ask."""
+def violations_of_law(law: Law, file: str) -> list[ContractViolation]:
+    """Return the violations of a law, up to the first group that has one."""
     for clauses in (SHAPE, WORKS, FLIES, AGREES):
-        told = [breach for clause in clauses for breach in found(lambda clause=clause: clause(law), law, file)]
-        if told:
-            return told
+        violations = [
+            violation for clause in clauses for violation in violations_of(lambda clause=clause: clause(law), law, file)
+        ]
+        if violations:
+            return violations
     return []

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from plant.contract.axis import LOOPS
-from plant.contract.breach import Breach
+from plant.contract.violation import ContractViolation
 from plant.errors import InputError
 from plant.laws.law import PROMISES, GainInfo, Law
 from plant.model.functions import check_model_function
@@ -22,7 +22,7 @@ TAKEN = frozenset(
 )
 
 
-def parts_are_there(law: Law) -> Iterator[Breach]:
+def parts_are_there(law: Law) -> Iterator[ContractViolation]:
     """Records of floats, and model functions of the right number of arguments."""
     for name in RECORDS:
         yield from _record(name, getattr(law, name))
@@ -30,77 +30,85 @@ def parts_are_there(law: Law) -> Iterator[Breach]:
         try:
             check_model_function(getattr(law, name), name, arguments, _file(law), "Memory")
         except InputError as error:
-            yield Breach(error.key or name, error.message, error.file or "")
+            yield ContractViolation(error.key or name, error.message, error.file or "")
 
 
 def _file(law: Law) -> str:
     return "" if law.origin is None else law.origin.place
 
 
-def _record(name: str, record: Any) -> Iterator[Breach]:
+def _record(name: str, record: Any) -> Iterator[ContractViolation]:
     if not (isinstance(record, type) and issubclass(record, tuple) and hasattr(record, "_fields")):
-        yield Breach(name, f"given {record!r}; write class {name}(NamedTuple) with a float for every field")
+        yield ContractViolation(name, f"given {record!r}; write class {name}(NamedTuple) with a float for every field")
         return
     if not record.__annotations__:
-        yield Breach(name, "has no field; C has no empty struct, so give it one, such as unused: float")
+        yield ContractViolation(name, "has no field; C has no empty struct, so give it one, such as unused: float")
     for field, part in record.__annotations__.items():
         nested = isinstance(part, type) and issubclass(part, tuple) and hasattr(part, "_fields")
         if isinstance(part, str):
-            yield Breach(
+            yield ContractViolation(
                 name,
                 f"the field '{field}' is the text {part!r}; take `from __future__ import annotations` out of the file",
             )
         elif part is not float and not nested:
-            yield Breach(name, f"the field '{field}' is {part!r}; it must be float or another such record")
+            yield ContractViolation(name, f"the field '{field}' is {part!r}; it must be float or another such record")
         elif nested:
             yield from _record(f"{name}.{field}", part)
         if field in TAKEN:
-            yield Breach(name, f"the field '{field}' has the name of a word of C; give it another, such as {field}_")
+            yield ContractViolation(
+                name, f"the field '{field}' has the name of a word of C; give it another, such as {field}_"
+            )
 
 
-def words_are_there(law: Law) -> Iterator[Breach]:
+def words_are_there(law: Law) -> Iterator[ContractViolation]:
     """A name that can stand in addresses and in C, a title, a source, how it is sampled."""
     if not re.fullmatch(NAME, law.name):
-        yield Breach(
+        yield ContractViolation(
             "name", f"given '{law.name}'; a name is a small letter and then small letters, digits and _, up to 40"
         )
     for key in ("title", "source", "sampling"):
         try:
             check_title(getattr(law, key), key=key)
         except InputError as error:
-            yield Breach(key, error.message)
+            yield ContractViolation(key, error.message)
     if unknown := sorted(set(law.promises) - PROMISES):
-        yield Breach("promises", f"given {', '.join(map(repr, unknown))}; allowed: {', '.join(sorted(PROMISES))}")
+        yield ContractViolation(
+            "promises", f"given {', '.join(map(repr, unknown))}; allowed: {', '.join(sorted(PROMISES))}"
+        )
 
 
-def every_gain_is_described(law: Law) -> Iterator[Breach]:
+def every_gain_is_described(law: Law) -> Iterator[ContractViolation]:
     """One entry for each field of Gains, in their order, with symbol, unit, meaning and source."""
     names = tuple(gain.name for gain in law.gains)
     if names != law.Gains._fields:
-        yield Breach(
+        yield ContractViolation(
             "Gains",
             f"gains describes {', '.join(names)}; it must describe {', '.join(law.Gains._fields)}, in this order",
         )
     if len({gain.symbol for gain in law.gains}) != len(law.gains):
-        yield Breach("Gains", "two gains have the same symbol; give each its own")
+        yield ContractViolation("Gains", "two gains have the same symbol; give each its own")
     for gain in law.gains:
         for key in ("symbol", "unit", "meaning", "source"):
             if not getattr(gain, key):
-                yield Breach("Gains", f"the gain '{gain.name}' has no {key}")
+                yield ContractViolation("Gains", f"the gain '{gain.name}' has no {key}")
             else:
                 check_text(getattr(gain, key), key="Gains")
         if gain.scale not in ("log", "linear"):
-            yield Breach("Gains", f'the gain \'{gain.name}\' has the scale {gain.scale!r}; allowed: "log", "linear"')
+            yield ContractViolation(
+                "Gains", f'the gain \'{gain.name}\' has the scale {gain.scale!r}; allowed: "log", "linear"'
+            )
         if "{" in gain.unit_in("attitude") + gain.unit_in("position"):
-            yield Breach("Gains", f"the gain '{gain.name}' has the unit {gain.unit!r}; {{y}} alone stands for rad or m")
+            yield ContractViolation(
+                "Gains", f"the gain '{gain.name}' has the unit {gain.unit!r}; {{y}} alone stands for rad or m"
+            )
 
 
-def ranges_hold_their_defaults(law: Law) -> Iterator[Breach]:
+def ranges_hold_their_defaults(law: Law) -> Iterator[ContractViolation]:
     """In both loops the range of a gain holds its default and nothing that is meaningless."""
     for gain in law.gains:
         for loop in LOOPS:
             if problem := _range_problem(gain, loop):
-                yield Breach("Gains", f"the {loop} range of '{gain.name}', {_span(gain, loop)}, {problem}")
+                yield ContractViolation("Gains", f"the {loop} range of '{gain.name}', {_span(gain, loop)}, {problem}")
 
 
 def _span(gain: GainInfo, loop: str) -> str:
@@ -121,11 +129,13 @@ def _range_problem(gain: GainInfo, loop: str) -> str:
     return ""
 
 
-def what_proofs_ask_for_agrees(law: Law) -> Iterator[Breach]:
+def what_proofs_ask_for_agrees(law: Law) -> Iterator[ContractViolation]:
     """A sector belongs to a continuous form, and the gains of a super-twisting term are gains."""
     if law.sector is not None and law.continuous is None:
-        yield Breach("sector", "is given without continuous, the form that it is about")
+        yield ContractViolation("sector", "is given without continuous, the form that it is about")
     if law.super_twisting is not None:
         term = law.super_twisting
         for name in {term.k1, term.k2, term.mu or term.k1} - set(law.Gains._fields):
-            yield Breach("super_twisting", f"names '{name}', which is no gain; gains: {', '.join(law.Gains._fields)}")
+            yield ContractViolation(
+                "super_twisting", f"names '{name}', which is no gain; gains: {', '.join(law.Gains._fields)}"
+            )

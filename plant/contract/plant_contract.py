@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from plant.contract.breach import Breach, found
+from plant.contract.violation import ContractViolation, violations_of
 from plant.model.plant_model import PlantModel, plant_from
 from plant.records import flatten, pack, size, zeros
 
@@ -14,15 +14,15 @@ SAMPLES = 6
 ABOUT, FACTOR, RELATIVE = 1.0, 0.1, 1e-9
 
 
-def breaches(names: Mapping[str, Any], name: str, file: str) -> list[Breach]:
-    """Return what a plant, described by a module's names, breaks, with the lines."""
+def violations_of_plant(names: Mapping[str, Any], name: str, file: str) -> list[ContractViolation]:
+    """Return the violations of a plant, described by a module's names."""
     plant: list[PlantModel] = []
 
-    def checked() -> Iterator[Breach]:
+    def checked() -> Iterator[ContractViolation]:
         plant.append(plant_from(names, name, file))
         yield from clauses(plant[0])
 
-    return found(checked, _Owner(names), file)
+    return violations_of(checked, _Owner(names), file)
 
 
 class _Owner:
@@ -32,7 +32,7 @@ class _Owner:
         self.__dict__.update(names)
 
 
-def clauses(plant: PlantModel) -> Iterator[Breach]:
+def clauses(plant: PlantModel) -> Iterator[ContractViolation]:
     """Yield what a plant whose records are right breaks."""
     for name in ("derivative", "output"):
         yield from _is_pure(plant, name)
@@ -40,13 +40,13 @@ def clauses(plant: PlantModel) -> Iterator[Breach]:
 
 
 def samples(plant: PlantModel) -> list[tuple[Any, ...]]:
-    """Return random arguments of its equations about rest, where these have a value; rest itself where they have none."""
+    """Return random arguments of the equations about rest, in their domain; rest itself where there are none."""
     draw = np.random.default_rng(2)
     state, command = plant.rest(plant.parameters)
     rest = (state, command, zeros(plant.Disturbance), plant.parameters)
     kinds = (plant.State, plant.Input, plant.Disturbance)
     middles = (flatten(state), flatten(command), [0.0] * size(plant.Disturbance))
-    cases = []
+    cases: list[tuple[Any, ...]] = []
     for _ in range(SAMPLES):
         parts = [
             pack(kind, (np.array(middle) + ABOUT * draw.normal(size=len(middle))).tolist())
@@ -59,22 +59,24 @@ def samples(plant: PlantModel) -> list[tuple[Any, ...]]:
 
 
 def _has_value(plant: PlantModel, case: tuple[Any, ...]) -> bool:
-    """Return whether arguments lie in the domain of the equations: a tank has no level below 0, and no flight goes on there."""
+    """Return True if arguments lie in the equations' domain: a tank has no level below 0."""
     try:
         return bool(np.isfinite([*flatten(plant.derivative(*case)), *flatten(plant.output(*case))]).all())
     except (ArithmeticError, ValueError):
         return False
 
 
-def _is_pure(plant: PlantModel, name: str) -> Iterator[Breach]:
+def _is_pure(plant: PlantModel, name: str) -> Iterator[ContractViolation]:
     function = getattr(plant, name)
     for case in samples(plant):
         if flatten(function(*case)) != flatten(function(*case)):
-            yield Breach(name, "gives other numbers when it is asked again; it must hang on its arguments alone")
+            yield ContractViolation(
+                name, "gives other numbers when it is asked again; it must hang on its arguments alone"
+            )
             return
 
 
-def _backends_agree(plant: PlantModel, name: str) -> Iterator[Breach]:
+def _backends_agree(plant: PlantModel, name: str) -> Iterator[ContractViolation]:
     # Here, because the compilers take a second to import.
     from plant.backends.lanes import compiled
 
@@ -88,7 +90,7 @@ def _backends_agree(plant: PlantModel, name: str) -> Iterator[Breach]:
     }
     for backend, evaluate in evaluators.items():
         if not np.allclose(evaluate(), wanted, rtol=RELATIVE, atol=RELATIVE * (1.0 + np.abs(wanted).max())):
-            yield Breach(name, f"gives other numbers on {backend} than in Python")
+            yield ContractViolation(name, f"gives other numbers on {backend} than in Python")
 
 
 def _on_arrays(function: Callable[..., Any], kinds: tuple[Any, ...], cases: list[tuple[Any, ...]]) -> np.ndarray:

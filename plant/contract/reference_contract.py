@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from plant.contract.breach import Breach, found
 from plant.contract.law_description import NAME
+from plant.contract.violation import ContractViolation, violations_of
 from plant.errors import InputError
 from plant.references.parameters import Parameter, parameters
-from plant.references.spec import AXES, POSITION, VELOCITY, WIDTH, YAW, YAW_RATE, ReferenceSpec, Track
+from plant.references.spec import POSITION, VELOCITY, WIDTH, YAW, YAW_RATE, ReferenceSpec, Track
+from plant.references.track import AXES
 
 # Control period and length of the flight that is looked at [s].
 PERIOD, SECONDS = 0.004, 12.0
@@ -19,86 +20,89 @@ PERIOD, SECONDS = 0.004, 12.0
 USUAL = 1.0
 
 
-def breaches(kind: Any, file: str) -> list[Breach]:
-    """Return everything that a reference breaks, as far as it makes sense to ask."""
+def violations_of_reference(kind: Any, file: str) -> list[ContractViolation]:
+    """Return the violations of a reference, up to the first clause that has one."""
     for clause in (is_described, samples_are_right):
-        told = found(lambda clause=clause: clause(kind), kind, file)
-        if told:
-            return told
+        violations = violations_of(lambda clause=clause: clause(kind), kind, file)
+        if violations:
+            return violations
     return []
 
 
 def check_reference(kind: Any, file: str) -> Any:
     """Return a reference that a study can describe; raises InputError with the place of the first thing against it."""
-    for breach in found(lambda: is_described(kind), kind, file):
-        raise breach.error
+    for violation in violations_of(lambda: is_described(kind), kind, file):
+        raise violation.error
     return kind
 
 
-def is_described(kind: Any) -> Iterator[Breach]:
+def is_described(kind: Any) -> Iterator[ContractViolation]:
     """A frozen dataclass with a name, a sentence about itself, and parameters with unit and meaning."""
     if not (isinstance(kind, type) and issubclass(kind, ReferenceSpec) and is_dataclass(kind)):
-        yield Breach(
+        yield ContractViolation(
             "", f"REFERENCE is {kind!r}; it must be a class of ReferenceSpec with @dataclass(frozen=True, kw_only=True)"
         )
         return
     if not re.fullmatch(NAME, str(getattr(kind, "kind", ""))):
-        yield Breach("", 'has no name; write kind: ClassVar[str] = "my_track" in the class')
+        yield ContractViolation("", 'has no name; write kind: ClassVar[str] = "my_track" in the class')
     if not (kind.__doc__ or "").strip() or (kind.__doc__ or "").startswith(f"{kind.__name__}("):
-        yield Breach("", "has no docstring; write one sentence that says what is flown")
+        yield ContractViolation("", "has no docstring; write one sentence that says what is flown")
     for entry in fields(kind):
         if entry.init and not {"unit", "meaning"} <= set(entry.metadata):
-            yield Breach(
+            yield ContractViolation(
                 "", f'the parameter \'{entry.name}\' has no unit; write {entry.name}: float = number("m", "meaning")'
             )
 
 
-def samples_are_right(kind: type[ReferenceSpec]) -> Iterator[Breach]:
+def samples_are_right(kind: type[ReferenceSpec]) -> Iterator[ContractViolation]:
     """A track of the right shape, finite, at rest at its start, whose velocity is that of its position."""
     try:
         spec = kind(**{entry.name: _usual(entry, kind) for entry in parameters(kind)})
     except InputError as error:
-        yield Breach("", f"is refused with usual parameters: {error}; give defaults that can be flown")
+        yield ContractViolation("", f"is refused with usual parameters: {error}; give defaults that can be flown")
         return
     t = PERIOD * np.arange(round(SECONDS / PERIOD))
-    track = spec.track(t)
+    track: Any = spec.track(t)
     if not isinstance(track, Track):
-        yield Breach("track", f"gives {type(track).__name__}; it must give Track, as without_step and Track(...) do")
+        yield ContractViolation(
+            "track", f"gives {type(track).__name__}; it must give Track, as without_step and Track(...) do"
+        )
     elif track.samples.shape != (t.size, WIDTH):
-        yield Breach(
+        yield ContractViolation(
             "track", f"gives samples of shape {track.samples.shape}; it must be {(t.size, WIDTH)}, as blank(t.size) is"
         )
     else:
         yield from _values(track)
-        again = spec.track(t)
-        if not np.array_equal(track.samples, again.samples, equal_nan=True):
-            yield Breach(
+        repeated = spec.track(t)
+        if not np.array_equal(track.samples, repeated.samples, equal_nan=True):
+            yield ContractViolation(
                 "track", "gives other samples when it is asked again: the same parameters must give the same track"
             )
 
 
-def _values(track: Track) -> Iterator[Breach]:
+def _values(track: Track) -> Iterator[ContractViolation]:
     samples = track.samples
     if not np.isfinite(samples).all():
         row = int(np.nonzero(~np.isfinite(samples).all(axis=1))[0][0])
-        yield Breach("track", f"gives a number that is not finite at t = {row * PERIOD:g} s")
+        yield ContractViolation("track", f"gives a number that is not finite at t = {row * PERIOD:g} s")
         return
     if np.any(samples[0, VELOCITY] != 0.0):
-        yield Breach("track", "moves at t = 0; a flight starts at rest, so blend the motion in")
+        yield ContractViolation("track", "moves at t = 0; a flight starts at rest, so blend the motion in")
     levels = np.shape(track.start), np.shape(track.final)
     if levels != ((len(AXES),), (len(AXES),)):
-        yield Breach(
+        yield ContractViolation(
             "track", f"gives start and final of shapes {levels[0]} and {levels[1]}; both must be ({len(AXES)},)"
         )
     for what, places, rates in (
-        ("velocity", samples[:, POSITION], samples[:, VELOCITY]), ("yaw rate", samples[:, [YAW]], samples[:, [YAW_RATE]]),
-    ):  # fmt: skip
+        ("velocity", samples[:, POSITION], samples[:, VELOCITY]),
+        ("yaw rate", samples[:, [YAW]], samples[:, [YAW_RATE]]),
+    ):
         if problem := _rate_problem(places, rates):
-            yield Breach("track", f"gives a {what} {problem}")
+            yield ContractViolation("track", f"gives a {what} {problem}")
 
 
 def _rate_problem(places: np.ndarray, rates: np.ndarray) -> str:
-    """Return where the mean rate of a period is not what the place gains in it; a leap of a step has none."""
+    """Return the first instant whose rate is not that of the position; "" for none, and a step's leap has none."""
     gained, mean = np.diff(places, axis=0) / PERIOD, 0.5 * (rates[1:] + rates[:-1])
     # A leap in one period is faster than any vehicle.
     leaps = np.abs(gained) > 1.0 / PERIOD * 0.05

@@ -64,8 +64,8 @@ class Archive:
         name = f"binaries/{folder}/{identifier}{SYSTEMS.get(sys.platform, SYSTEMS['linux'])[2]}"
         if name not in self.names:
             parts = [PurePosixPath(entry).parts for entry in self.names]
-            there = sorted({part[1] for part in parts if len(part) == 3 and part[0] == "binaries"})
-            held = ", ".join(shortened(one_line(entry)) for entry in there[:9]) or "nothing"
+            platforms = sorted({part[1] for part in parts if len(part) == 3 and part[0] == "binaries"})
+            held = ", ".join(shortened(one_line(entry)) for entry in platforms[:9]) or "nothing"
             raise InputError(f"has no {name}, which this machine needs; it is built for {held}", file=self.file)
 
     def _wrong(self, what: str) -> InputError:

@@ -77,10 +77,16 @@ def read_description(content: bytes, file: Path) -> Description:
     variables = tuple(_variables(root, version, file))
     states, derivatives = _states(root, version)
     return Description(
-        version, _text(root.get("modelName", identifier), file), _text(root.get("description", ""), file), identifier,
-        _text(root.get("guid" if version == 2 else "instantiationToken", ""), file), variables, states, derivatives,
+        version,
+        _text(root.get("modelName", identifier), file),
+        _text(root.get("description", ""), file),
+        identifier,
+        _text(root.get("guid" if version == 2 else "instantiationToken", ""), file),
+        variables,
+        states,
+        derivatives,
         simulation.get(f"providesDirectionalDerivative{'s' if version == 3 else ''}") in ("true", "1"),
-    )  # fmt: skip
+    )
 
 
 def _root(content: bytes, file: Path) -> Element:
@@ -116,9 +122,9 @@ def _number(text: str | None, key: str, file: Path) -> float:
 
 def _variables(root: Element, version: int, file: Path) -> Iterator[FmuVariable]:
     """Yield the real scalars of a description."""
-    there = root.find("ModelVariables")
+    listing = root.find("ModelVariables")
     units = _declared_units(root, version)
-    for entry in [] if there is None else list(there)[:MOST_VARIABLES]:
+    for entry in [] if listing is None else list(listing)[:MOST_VARIABLES]:
         real = entry if version == 3 else entry.find("Real")
         if real is None or (version == 3 and (entry.tag != "Float64" or entry.find("Dimension") is not None)):
             continue
@@ -136,12 +142,12 @@ def _variables(root: Element, version: int, file: Path) -> Iterator[FmuVariable]
 def _declared_units(root: Element, version: int) -> dict[str, str]:
     """Return the unit of each declared type that has one."""
     types = root.find("TypeDefinitions")
-    found: dict[str, str] = {}
+    declared: dict[str, str] = {}
     for entry in [] if types is None else types:
         real = entry if version == 3 else entry.find("Real")
         if real is not None:
-            found[entry.get("name", "")] = real.get("unit", "")
-    return found
+            declared[entry.get("name", "")] = real.get("unit", "")
+    return declared
 
 
 def _reference(text: str, key: str, file: Path) -> int:
@@ -154,16 +160,16 @@ def _reference(text: str, key: str, file: Path) -> int:
 
 def _states(root: Element, version: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the value references of continuous states and of their derivatives; none where they do not go together."""
-    there = root.find("ModelVariables")
-    entries = [] if there is None else list(there)
+    listing = root.find("ModelVariables")
+    entries = [] if listing is None else list(listing)
     if version == 2:
-        known = {str(i + 1): entry for i, entry in enumerate(entries)}
+        by_key = {str(i + 1): entry for i, entry in enumerate(entries)}
         listed = [entry.get("index", "") for entry in root.findall("ModelStructure/Derivatives/Unknown")]
     else:
-        known = {entry.get("valueReference", ""): entry for entry in entries}
+        by_key = {entry.get("valueReference", ""): entry for entry in entries}
         listed = [entry.get("valueReference", "") for entry in root.findall("ModelStructure/ContinuousStateDerivative")]
-    rates = [known.get(name) for name in listed]
-    states = [None if rate is None else known.get(_state_of(rate, version)) for rate in rates]
+    rates = [by_key.get(name) for name in listed]
+    states = [None if rate is None else by_key.get(_state_of(rate, version)) for rate in rates]
     references = [
         ["" if each is None else each.get("valueReference", "") for each in group] for group in (states, rates)
     ]
@@ -173,13 +179,13 @@ def _states(root: Element, version: int) -> tuple[tuple[int, ...], tuple[int, ..
 
 
 def _state_of(rate: Element, version: int) -> str:
-    """Return what a derivative calls its state: an index in FMI 2, a value reference in FMI 3."""
+    """Return the key of a derivative's state: an index in FMI 2, a value reference in FMI 3."""
     real = rate.find("Real") if version == 2 else rate
     return "" if real is None else real.get("derivative", "")
 
 
 def as_name(given: str) -> str:
-    """Return what studies call a variable: its name with _ in place of all but letters and digits, a letter in front."""
+    """Return the name of a variable in studies: _ in place of all but letters and digits, a letter in front."""
     name = re.sub(r"[^A-Za-z0-9]+", "_", given).strip("_")
     name = name if name[:1].isalpha() else f"v{name}"
     return f"{name}_" if iskeyword(name) else name

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 
 from plant.backends.stepping import Inputs
-from plant.closed_loop import NON_FINITE
 from plant.fmu.instance import FmuError, Instance
 from plant.loop import Timing
 from plant.model.closing import PlantLoop
 from plant.records import flatten, pack, size
+from plant.status import NON_FINITE
 
 Watch = Callable[[int, Any], None]
 
 
-class Mover:
+class FmuPlant:
     """An instance as the plant of a loop.
 
     period: of control [s]. failed: what the FMU said where it ended a flight, else "".
@@ -41,12 +41,12 @@ class Mover:
     def advance(self, body: Any, command: Sequence[float], disturbance: Sequence[float], start: float) -> Any:
         """Return the body a control period later, where it is no number once the FMU has failed; start: of the period [s]."""
         step = self._timing.plant_step
-        there = list(body.actuators)
+        positions = list(body.actuators)
         try:
             for j in range(self._timing.steps):
-                means, there = _lagged(there, command, self._poles, step)
+                means, positions = _lagged(positions, command, self._poles, step)
                 self._instance.move([*means, *disturbance], start + j * step, step)
-            return self._body(there, self._instance.shown())
+            return self._body(positions, self._instance.shown())
         except FmuError as error:
             self.failed = self.failed or str(error)
             return pack(self._loop.Body, [nan] * size(self._loop.Body))
@@ -59,19 +59,26 @@ class Mover:
 def _lagged(
     at: Sequence[float], command: Sequence[float], poles: Sequence[float], step: float
 ) -> tuple[list[float], list[float]]:
-    """Return what actuators do on average over a step [s], and where they are after it; without a lag, the command."""
+    """Return actuators' mean output over a step [s] and their output after it: without a lag, the command."""
     means, after = [], []
-    for here, asked, pole in zip(at, command, poles, strict=True):
+    for position, wanted, pole in zip(at, command, poles, strict=True):
         left = exp(-pole * step) if pole > 0.0 else 0.0
-        means.append(asked + (here - asked) * (1.0 - left) / (pole * step) if pole > 0.0 else asked)
-        after.append(asked + (here - asked) * left)
+        means.append(wanted + (position - wanted) * (1.0 - left) / (pole * step) if pole > 0.0 else wanted)
+        after.append(wanted + (position - wanted) * left)
     return means, after
 
 
 def fly(
-    loop: PlantLoop, mover: Mover, gains: np.ndarray, nominal: Any, inputs: Inputs, targets: Any, limits: Any, timing: Timing,
+    loop: PlantLoop,
+    fmu_plant: FmuPlant,
+    gains: np.ndarray,
+    nominal: Any,
+    inputs: Inputs,
+    targets: Any,
+    limits: Any,
+    timing: Timing,
     watch: Watch | None = None,
-) -> Any:  # fmt: skip
+) -> Any:
     """Fly to the end, or until the flight has failed, and return the final Flight record; watch(k, flight) sees every instant.
 
     Raises FmuError where the FMU cannot be begun.
@@ -81,7 +88,7 @@ def fly(
     references = [pack(kinds.Reference, row) for row in inputs.references.tolist()]
     disturbances = inputs.disturbances.tolist()
     constants = loop.prepare(pack(kinds.Gains, gains.tolist()), h)
-    body = mover.begin(inputs.dynamics.tolist())
+    body = fmu_plant.begin(inputs.dynamics.tolist())
     flight = loop.start(body, constants, nominal, references[0], noises[0], targets)
     for k, reference in enumerate(references):
         try:
@@ -93,7 +100,7 @@ def fly(
             watch(k, flight)
         if flight.status > 0.0:
             break
-        flight = flight._replace(body=mover.advance(flight.body, flight.speed, disturbances[k], k * h))
+        flight = flight._replace(body=fmu_plant.advance(flight.body, flight.speed, disturbances[k], k * h))
     return flight
 
 

@@ -53,9 +53,12 @@ class FmuModel(PlantRecords):
 
 
 def read_fmu(
-    file: Path, disturbances: Sequence[str] = (), states: Sequence[str] = (), units: Mapping[str, str] | None = None,
+    file: Path,
+    disturbances: Sequence[str] = (),
+    states: Sequence[str] = (),
+    units: Mapping[str, str] | None = None,
     study: Path | None = None,
-) -> FmuModel:  # fmt: skip
+) -> FmuModel:
     """Return the plant that an FMU is; nothing of its machine code runs.
 
     Args:
@@ -83,14 +86,18 @@ def looked_at(file: Path, study: Path | None = None) -> tuple[Archive, Descripti
 
 
 def interface_of(
-    description: Description, file: Path, digest: str, disturbances: Sequence[str], states: Sequence[str],
+    description: Description,
+    file: Path,
+    digest: str,
+    disturbances: Sequence[str],
+    states: Sequence[str],
     units: Mapping[str, str],
-) -> Interface:  # fmt: skip
-    """Return what a study uses of an FMU; InputError where a name is unknown, ambiguous or has no unit."""
-    known = _with_units(description, units)
-    inputs = [each for each in known if each.role == INPUT]
-    outputs = [each for each in known if each.role == OUTPUT]
-    parameters = [each for each in known if each.role == PARAMETER and each.unit]
+) -> Interface:
+    """Return the interface of an FMU to a study: InputError where a name is unknown, ambiguous or has no unit."""
+    described = _with_units(description, units)
+    inputs = [each for each in described if each.role == INPUT]
+    outputs = [each for each in described if each.role == OUTPUT]
+    parameters = [each for each in described if each.role == PARAMETER and each.unit]
     for each in (*inputs, *outputs):
         if not each.unit:
             raise InputError(
@@ -105,14 +112,21 @@ def interface_of(
     for name in disturbances:
         if name not in [each.name for each in inputs]:
             raise UnknownNameError("input", name, [each.name for each in inputs], key="disturbances")
-    moving, rates = _states(description, known, states, outputs)
+    moving, rates = _states(description, described, states, outputs)
     return Interface(
-        file.stem, description.title or description.model, digest, description.version, description.identifier, description.token,
+        file.stem,
+        description.title or description.model,
+        digest,
+        description.version,
+        description.identifier,
+        description.token,
         moving,
         tuple(each for each in inputs if each.name not in disturbances),
         tuple(each for each in inputs if each.name in disturbances),
-        tuple(parameters), tuple(outputs), rates,
-    )  # fmt: skip
+        tuple(parameters),
+        tuple(outputs),
+        rates,
+    )
 
 
 def _with_units(description: Description, units: Mapping[str, str]) -> list[FmuVariable]:
@@ -137,16 +151,16 @@ def _check_distinct(variables: Sequence[FmuVariable], file: Path) -> None:
 
 
 def _states(
-    description: Description, known: Sequence[FmuVariable], named: Sequence[str], outputs: Sequence[FmuVariable]
+    description: Description, described: Sequence[FmuVariable], named: Sequence[str], outputs: Sequence[FmuVariable]
 ) -> tuple[tuple[FmuVariable, ...], tuple[int, ...]]:
     """Return the states, and the value references of their derivatives where the FMU differentiates itself by them."""
     if named:
-        by_name = {each.name: each for each in known}
+        by_name = {each.name: each for each in described}
         for name in named:
             if name not in by_name:
                 raise UnknownNameError("variable", name, by_name, key="states")
         return tuple(by_name[name] for name in named), ()
-    by_reference = {each.reference: each for each in reversed(known)}
+    by_reference = {each.reference: each for each in reversed(described)}
     if description.states and all(reference in by_reference for reference in description.states):
         rates = description.derivatives if description.directional else ()
         return tuple(by_reference[reference] for reference in description.states), rates
@@ -156,8 +170,11 @@ def _states(
 def fmu_model(interface: Interface, file: str = "") -> FmuModel:
     """Return the plant of an interface."""
     groups = {
-        "State": interface.states, "Input": interface.inputs, "Parameters": interface.parameters, "Output": interface.outputs,
-    }  # fmt: skip
+        "State": interface.states,
+        "Input": interface.inputs,
+        "Parameters": interface.parameters,
+        "Output": interface.outputs,
+    }
     kinds = {kind: _record(kind, group) for kind, group in groups.items()}
     disturbance = _record("Disturbance", interface.disturbances) if interface.disturbances else NoDisturbance
     return FmuModel(interface.name, interface.title, file, Disturbance=disturbance, interface=interface, **kinds)

@@ -8,7 +8,7 @@ from typing import Any
 from plant.errors import one_line, shortened
 from plant.fmu.fmu_model import Interface
 
-LONGEST_SAID = 200
+MAX_ERROR_LETTERS = 200
 
 
 class FmuError(Exception):
@@ -64,7 +64,7 @@ class Instance:
         interface = self._interface
         unknowns = [*interface.derivatives, *[each.reference for each in interface.outputs]]
         knowns = [each.reference for each in (*interface.states, *interface.inputs)]
-        return [self._call(self._unit.getDirectionalDerivative, unknowns, [known], [1.0]) for known in knowns]
+        return [self._call(self._unit.getDirectionalDerivative, unknowns, [source], [1.0]) for source in knowns]
 
     def _anew(self) -> None:
         """Bring it back to where it has just been instantiated; a new instance where it cannot be reset."""
@@ -99,7 +99,7 @@ class Instance:
         try:
             return function(*arguments, **named)
         except Exception as error:
-            raise FmuError(_said(error)) from None
+            raise FmuError(_error_text(error)) from None
 
 
 class _Block:
@@ -113,8 +113,11 @@ class _Block:
 def _loaded(interface: Interface, folder: Path) -> Any:
     """Load the machine code and return FMPy's object for it; FmuError where it cannot be loaded."""
     named = {
-        "guid": interface.token, "modelIdentifier": interface.identifier, "unzipDirectory": str(folder), "instanceName": "plant",
-    }  # fmt: skip
+        "guid": interface.token,
+        "modelIdentifier": interface.identifier,
+        "unzipDirectory": str(folder),
+        "instanceName": "plant",
+    }
     try:
         if interface.version == 2:
             from fmpy.fmi2 import FMU2Slave as Slave
@@ -122,8 +125,8 @@ def _loaded(interface: Interface, folder: Path) -> Any:
             from fmpy.fmi3 import FMU3Slave as Slave
         return Slave(**named)
     except Exception as error:
-        raise FmuError(_said(error)) from None
+        raise FmuError(_error_text(error)) from None
 
 
-def _said(error: Exception) -> str:
-    return shortened(one_line(" ".join(str(error).split())), LONGEST_SAID).rstrip(".")
+def _error_text(error: Exception) -> str:
+    return shortened(one_line(" ".join(str(error).split())), MAX_ERROR_LETTERS).rstrip(".")

@@ -4,17 +4,18 @@ Differences are central, each from an initialisation of its own: states are pert
 period. Either is then held against the FMU over many periods, for states that nothing tells of would make margins wrong.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.linalg import expm
 
 from plant.errors import InputError
-from plant.fmu.flying import Mover
+from plant.fmu.flying import FmuPlant
 from plant.fmu.instance import FmuError, Instance
 from plant.loop import Timing
 from plant.model.closing import PlantLoop
 from plant.model.plant_model import STILL
+from plant.model.slope import Slope
 from plant.records import flatten, paths, size
 
 Array = np.ndarray
@@ -27,19 +28,12 @@ ROUNDED = 1e-9
 PERIODS, PROBE, CLOSE = 64, 1e-3, 1e-2
 
 
-class Slope(NamedTuple):
-    """body: (b,) where the FMU starts. by: (b, b + inputs), derivative of the body a period later by body and commands."""
-
-    body: Array
-    by: Array
-
-
 def slope_at_start(loop: PlantLoop, instance: Instance, timing: Timing, dynamics: Array, directional: bool) -> Slope:
     """Return the slope of an FMU with these constants; InputError where it does not rest, or hides states."""
-    fmu = _Period(loop, Mover(loop, instance, timing), dynamics.tolist())
+    fmu = _Period(loop, FmuPlant(loop, instance, timing), dynamics.tolist())
     _check_rest(fmu, timing.control_period)
-    known = _known(fmu, instance) if directional else None
-    by = _differences(fmu) if known is None else _sampled(fmu, known, timing)
+    jacobian = _directional_derivatives(fmu, instance) if directional else None
+    by = _differences(fmu) if jacobian is None else _sampled(fmu, jacobian, timing)
     _check_states(fmu, by)
     return Slope(fmu.body, by)
 
@@ -47,8 +41,8 @@ def slope_at_start(loop: PlantLoop, instance: Instance, timing: Timing, dynamics
 class _Period:
     """One control period, or more, as a function of where the FMU starts and of its commands."""
 
-    def __init__(self, loop: PlantLoop, mover: Mover, dynamics: list[float]) -> None:
-        self.loop, self.dynamics, self._mover = loop, dynamics, mover
+    def __init__(self, loop: PlantLoop, fmu_plant: FmuPlant, dynamics: list[float]) -> None:
+        self.loop, self.dynamics, self._fmu_plant = loop, dynamics, fmu_plant
         plant = loop.plant
         self.states, self.inputs = size(plant.State), size(plant.Input)
         self.body = np.array(flatten(self.begin()))
@@ -58,21 +52,21 @@ class _Period:
 
     def begin(self, states: list[float] | None = None) -> Any:
         """Initialise the FMU and return its body."""
-        return self._mover.begin(self.dynamics, states)
+        return self._fmu_plant.begin(self.dynamics, states)
 
     def after(self, states: Array, actuators: Array, command: Array, periods: int = 1) -> Array:
         """Return the bodies (periods, b) after each of so many control periods under one command."""
-        mover, h = self._mover, self._mover.period
+        fmu_plant, h = self._fmu_plant, self._fmu_plant.period
         moved = np.any(states != self.body[: self.states])
         body = self.begin(states.tolist() if moved else None)
         body = body._replace(actuators=type(body.actuators)(*actuators.tolist()))
-        found = []
+        bodies = []
         for k in range(periods):
-            body = mover.advance(body, command.tolist(), self.quiet, k * h)
-            found.append(flatten(body))
-        if mover.failed:
-            raise FmuError(mover.failed)
-        return np.array(found)
+            body = fmu_plant.advance(body, command.tolist(), self.quiet, k * h)
+            bodies.append(flatten(body))
+        if fmu_plant.failed:
+            raise FmuError(fmu_plant.failed)
+        return np.array(bodies)
 
 
 def _check_rest(fmu: _Period, h: float) -> None:
@@ -107,21 +101,21 @@ def _one_period(fmu: _Period, at: Array) -> Array:
     return fmu.after(at[:x], at[x : x + m], at[x + m :])[0]
 
 
-def _known(fmu: _Period, instance: Instance) -> Array | None:
+def _directional_derivatives(fmu: _Period, instance: Instance) -> Array | None:
     """Return the derivatives of state rates and outputs by states and inputs; None where the FMU does not keep its promise."""
     fmu.begin()
     try:
-        whole = np.array(instance.slopes()).T
+        slope = np.array(instance.slopes()).T
     except FmuError:
         return None
-    return whole if np.isfinite(whole).all() else None
+    return slope if np.isfinite(slope).all() else None
 
 
-def _sampled(fmu: _Period, whole: Array, timing: Timing) -> Array:
+def _sampled(fmu: _Period, slope: Array, timing: Timing) -> Array:
     """Return the slope from x' = A x + B u, y = C x + D u, u held over each plant step as it is in flights."""
     x, m, b = fmu.states, fmu.inputs, len(fmu.body)
     generator = np.zeros((x + m, x + m))
-    generator[:x] = whole[:x]
+    generator[:x] = slope[:x]
     moved = expm(generator * timing.plant_step)[:x]
     left, mean = _lags(fmu.poles, timing.plant_step)
     to_states, to_there = np.eye(x, b + m), np.eye(m, b + m, x)
@@ -131,7 +125,7 @@ def _sampled(fmu: _Period, whole: Array, timing: Timing) -> Array:
         felt = mean[:, None] * to_there + (1.0 - mean)[:, None] * command
         to_states = moved[:, :x] @ to_states + moved[:, x:] @ felt
         to_there = left[:, None] * to_there + (1.0 - left)[:, None] * command
-    return np.concatenate([to_states, to_there, whole[x:, :x] @ to_states + whole[x:, x:] @ felt], axis=0)
+    return np.concatenate([to_states, to_there, slope[x:, :x] @ to_states + slope[x:, x:] @ felt], axis=0)
 
 
 def _lags(poles: Array, step: float) -> tuple[Array, Array]:
@@ -149,11 +143,11 @@ def _check_states(fmu: _Period, by: Array) -> None:
         command = fmu.held.copy()
         command[i] += PROBE * (1.0 + abs(command[i]))
         seen = fmu.after(fmu.body[:x], fmu.held, command, PERIODS)[:, x + m :] - still
-        state, known = np.zeros(b), []
+        state, modeled = np.zeros(b), []
         for _ in range(PERIODS):
             state = by @ np.concatenate([state, command - fmu.held])
-            known.append(state[x + m :])
-        wrong = np.abs(np.array(known) - seen).max(axis=0)
+            modeled.append(state[x + m :])
+        wrong = np.abs(np.array(modeled) - seen).max(axis=0)
         if not np.all(wrong <= CLOSE * np.abs(seen).max(axis=0) + ROUNDED):
             worst = int(np.argmax(wrong))
             raise InputError(

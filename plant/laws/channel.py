@@ -1,4 +1,4 @@
-"""The channel y'' = f + b0 u that a control law acts on: gain, setpoint, measurement and delivered command."""
+"""The channel y'' = f + b0 u of a law: gain, setpoint, measurement and delivered command."""
 
 from typing import NamedTuple
 

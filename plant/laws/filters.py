@@ -57,16 +57,16 @@ def stages_share(cutoff: float, order: float, h: float) -> float:
     return stage_share(faster * cutoff, h)
 
 
-def step_stage(kept: float, x: float, share: float) -> float:
+def step_stage(state: float, x: float, share: float) -> float:
     """Output of a first-order stage, which is also what it keeps."""
-    return kept + share * (x - kept)
+    return state + share * (x - state)
 
 
-def step_stages(kept: Stages, x: float, share: float, order: float) -> tuple[float, Stages]:
+def step_stages(state: Stages, x: float, share: float, order: float) -> tuple[float, Stages]:
     """Output of the first `order` (0 to 3) of three stages in series, and what they keep."""
-    first = step_stage(kept.first, x, share)
-    second = step_stage(kept.second, first, share)
-    third = step_stage(kept.third, second, share)
+    first = step_stage(state.first, x, share)
+    second = step_stage(state.second, first, share)
+    third = step_stage(state.third, second, share)
     chosen = select(order > 2.5, third, select(order > 1.5, second, select(order > 0.5, first, x)))
     return chosen, Stages(first, second, third)
 
@@ -78,61 +78,61 @@ def settled_stages(x: float) -> Stages:
 
 def low_pass(cutoff: float, h: float) -> Section:
     """Butterworth low-pass of second order at a cutoff [Hz]."""
-    there = both(cutoff > 0.0, cutoff * h < HALF)
-    angle = PI * select(there, cutoff * h, 0.25)
+    is_active = both(cutoff > 0.0, cutoff * h < HALF)
+    angle = PI * select(is_active, cutoff * h, 0.25)
     t = sin(angle) / cos(angle)
     scale = 1.0 / (1.0 + sqrt(2.0) * t + t * t)
     gain = t * t * scale
     return _or_through(
-        there, Section(gain, 2.0 * gain, gain, 2.0 * (t * t - 1.0) * scale, (1.0 - sqrt(2.0) * t + t * t) * scale)
+        is_active, Section(gain, 2.0 * gain, gain, 2.0 * (t * t - 1.0) * scale, (1.0 - sqrt(2.0) * t + t * t) * scale)
     )
 
 
 def notch(centre: float, width: float, h: float) -> Section:
     """Notch at a centre [Hz]; width [Hz]: between the frequencies where it is 3 dB down, exact with tan(pi width h)."""
-    there = both(both(centre > 0.0, centre * h < HALF), both(width > 0.0, width * h < HALF))
-    angle = PI * select(there, width * h, 0.1)
-    return _notch_of(there, sin(angle) / cos(angle), select(there, centre * h, 0.25))
+    is_active = both(both(centre > 0.0, centre * h < HALF), both(width > 0.0, width * h < HALF))
+    angle = PI * select(is_active, width * h, 0.1)
+    return _notch_of(is_active, sin(angle) / cos(angle), select(is_active, centre * h, 0.25))
 
 
 def notch_by_q(centre: float, q: float, h: float) -> Section:
     """Notch at a centre [Hz] of quality q [1], its bandwidth counted before the bilinear transform as most programs do."""
-    there = both(both(centre > 0.0, centre * h < HALF), q > 0.0)
-    turn = select(there, centre * h, 0.25)
-    return _notch_of(there, sin(2.0 * PI * turn) / (2.0 * select(there, q, 1.0)), turn)
+    is_active = both(both(centre > 0.0, centre * h < HALF), q > 0.0)
+    turn = select(is_active, centre * h, 0.25)
+    return _notch_of(is_active, sin(2.0 * PI * turn) / (2.0 * select(is_active, q, 1.0)), turn)
 
 
-def _notch_of(there: bool, alpha: float, turn: float) -> Section:
+def _notch_of(is_active: bool, alpha: float, turn: float) -> Section:
     """Notch of half its pole's damping alpha at a centre of `turn` turns a sample."""
     scale, middle = 1.0 / (1.0 + alpha), -2.0 * cos(2.0 * PI * turn)
-    return _or_through(there, Section(scale, middle * scale, scale, middle * scale, (1.0 - alpha) * scale))
+    return _or_through(is_active, Section(scale, middle * scale, scale, middle * scale, (1.0 - alpha) * scale))
 
 
-def _or_through(there: bool, section: Section) -> Section:
+def _or_through(is_active: bool, section: Section) -> Section:
     return Section(
-        select(there, section.b0, 1.0),
-        select(there, section.b1, 0.0),
-        select(there, section.b2, 0.0),
-        select(there, section.a1, 0.0),
-        select(there, section.a2, 0.0),
+        select(is_active, section.b0, 1.0),
+        select(is_active, section.b1, 0.0),
+        select(is_active, section.b2, 0.0),
+        select(is_active, section.a1, 0.0),
+        select(is_active, section.a2, 0.0),
     )
 
 
 def mode(frequency: float, damping: float, gain: float, h: float) -> Section:
     """1 + gain s^2/(s^2 + 2 damping w s + w^2), w = 2 pi frequency [Hz]; passes the signal through for a frequency of 0."""
-    there = both(frequency > 0.0, frequency * h < HALF)
-    turn = select(there, frequency * h, 0.25)
+    is_active = both(frequency > 0.0, frequency * h < HALF)
+    turn = select(is_active, frequency * h, 0.25)
     t = sin(PI * turn) / cos(PI * turn)
     scale = 1.0 / (1.0 + 2.0 * damping * t + t * t)
     a1, a2 = 2.0 * (t * t - 1.0) * scale, (1.0 - 2.0 * damping * t + t * t) * scale
     push = gain * scale
-    return _or_through(there, Section(1.0 + push, a1 - 2.0 * push, a2 + push, a1, a2))
+    return _or_through(is_active, Section(1.0 + push, a1 - 2.0 * push, a2 + push, a1, a2))
 
 
-def step_section(kept: Delays, x: float, section: Section) -> tuple[float, Delays]:
+def step_section(state: Delays, x: float, section: Section) -> tuple[float, Delays]:
     """Output of a second-order section, and what it keeps."""
-    y = section.b0 * x + kept.first
-    return y, Delays(section.b1 * x - section.a1 * y + kept.second, section.b2 * x - section.a2 * y)
+    y = section.b0 * x + state.first
+    return y, Delays(section.b1 * x - section.a1 * y + state.second, section.b2 * x - section.a2 * y)
 
 
 def settled_section(x: float, section: Section) -> Delays:

@@ -84,8 +84,12 @@ def step(
 
 
 def linear_part(
-    gains: Gains, from_observer: bool, polynomial: tuple[float, float, float], equivalent: float = 1.0, estimate: float = 0.0
-) -> ContinuousForm:  # fmt: skip
+    gains: Gains,
+    from_observer: bool,
+    polynomial: tuple[float, float, float],
+    equivalent: float = 1.0,
+    estimate: float = 0.0,
+) -> ContinuousForm:
     """Return the form of u = -lambda e' - k2 S - z3, S = e' + lambda e; the power-rate term is left out. States: z1 to z3.
 
     Of the paper as printed: equivalent = 0 leaves lambda e' out, estimate = 1 takes z2 off too.
@@ -96,9 +100,7 @@ def linear_part(
     given = equivalent * lam
     estimates = (0.0, -(given + k2) * observed - estimate, -1.0)
     values = (k2 * lam, -k2 * lam, -given * measured - k2 * measured, 0.0)
-    return on_observer(
-        polynomial, (estimates, (0.0, observed, 0.0)), (values, (-lam, lam, measured, 0.0))
-    )  # fmt: skip
+    return on_observer(polynomial, (estimates, (0.0, observed, 0.0)), (values, (-lam, lam, measured, 0.0)))
 
 
 def continuous(gains: Gains, from_observer: bool) -> ContinuousForm:

@@ -77,9 +77,15 @@ def step(
 
 LAMBDA = hybrid.LAW.gains[1]
 MU = GainInfo(
-    "mu", "mu", "{y}^(-1/2) s^(1/2)", Span(0.5, 0.0, 5.0), Span(0.5, 0.0, 5.0), "linear", SOURCE,
+    "mu",
+    "mu",
+    "{y}^(-1/2) s^(1/2)",
+    Span(0.5, 0.0, 5.0),
+    Span(0.5, 0.0, 5.0),
+    "linear",
+    SOURCE,
     "share of the linear parts; 0 is the super-twisting term",
-)  # fmt: skip
+)
 
 LAW = Law(
     name="hybrid_gsta",

@@ -86,9 +86,17 @@ def continuous(gains: Gains, from_observer: bool) -> ContinuousForm:
 
 
 OMEGA_O = GainInfo(
-    "omega_o", "wo", "rad/s", Span(10.0, 2.0, 75.0), Span(4.0, 0.5, 20.0), "log", SOURCE,
-    "bandwidth of the extended state observer", exclusive=True, observer=True,
-)  # fmt: skip
+    "omega_o",
+    "wo",
+    "rad/s",
+    Span(10.0, 2.0, 75.0),
+    Span(4.0, 0.5, 20.0),
+    "log",
+    SOURCE,
+    "bandwidth of the extended state observer",
+    exclusive=True,
+    observer=True,
+)
 
 LAW = Law(
     name="ladrc",

@@ -6,7 +6,6 @@ from typing import Any
 
 from plant.laws.continuous import ContinuousForm
 from plant.origin import Origin
-from plant.vehicle import Vehicle
 
 # All that a law may promise: see `Law.promises`.
 PROMISES = frozenset({"tracks", "rejects"})
@@ -32,14 +31,21 @@ class Span:
 class GainInfo:
     """One gain of a law.
 
-    symbol: as in the source. unit: UCUM-like, with {y} for the unit of the channel (rad or m). attitude, position: default
-    and search range in each loop. scale: "log" or "linear", how a search should walk the range. least: the smallest value
-    that is meaningful at all; exclusive: whether that value itself is excluded. observer: a pole whose product with the
-    control period is limited. cutoff: a frequency [Hz] that must stay below half the sampling rate. airframe: a fact of the
-    vehicle that the gains are stated with, which no search changes. firmware: a constant of the firmware, which no parameter
-    changes. resolution: step of the values that the firmware holds, 0 for none. source: where definition and range come from.
-    integrals: of a gain from an error to the command, behind how many integrals over time it stands, -1 for a derivative; where
-    b0 is 1 it has the unit of the command, over that of the error.
+    Attributes:
+        symbol: as in the source.
+        unit: UCUM-like, with {y} for the unit of the channel (rad or m).
+        attitude, position: default and search range in each loop.
+        scale: "log" or "linear", how a search should walk the range.
+        least: the smallest value that is meaningful at all.
+        exclusive: whether that value itself is excluded.
+        observer: a pole whose product with the control period is limited.
+        cutoff: a frequency [Hz] that must stay below half the sampling rate.
+        airframe: a fact of the vehicle that the gains are stated with, which no search changes.
+        firmware: a constant of the firmware, which no parameter changes.
+        resolution: step of the values that the firmware holds, 0 for none.
+        source: where definition and range come from.
+        integrals: of a gain from an error to the command, behind how many integrals over time it stands, -1 for a
+            derivative; where b0 is 1 it has the unit of the command, over that of the error.
     """
 
     name: str
@@ -70,7 +76,7 @@ class GainInfo:
 
 @dataclass(frozen=True)
 class Nonlinearity:
-    """One odd function of one signal through which a law depends on amplitude.
+    """An odd function of one signal in a law's feedback.
 
     function(s, constants) -> float is a model function that the law's `step` reaches by its global name, so that a backend
     can put a describing function in its place. unit: of the signal s, with {y} for the unit of the channel.
@@ -87,7 +93,7 @@ class Nonlinearity:
 
 @dataclass(frozen=True)
 class SuperTwisting:
-    """Names of the gains of a super-twisting term w = -k1 |S|^(1/2) sgn S + v, v' = -k2 sgn S.
+    """Gains of a super-twisting term: w = -k1 |S|^(1/2) sgn S + v, v' = -k2 sgn S.
 
     mu: the gain of its linear parts, "" where it has none.
     """
@@ -101,33 +107,39 @@ class SuperTwisting:
 class Law:
     """A single-input single-output control law for y'' = f + b0 u.
 
-    Gains, Constants, Memory: NamedTuples of floats. prepare(gains, h) -> Constants runs once a flight. start(constants,
-    measured, held) -> Memory is the state of a loop at rest at the measured value that holds the plant with b0 u = held [y/s2].
-    step(memory, constants, channel, setpoint, measured, applied, h) -> (command, Memory) runs every control period. gains: one
-    entry for each field of Gains. sampling: how the law is discretised with the control period h, in words.
+    Attributes:
+        Gains, Constants, Memory: NamedTuples of floats.
+        prepare(gains, h) -> Constants runs once a flight.
+        start(constants, measured, held) -> Memory is the state of a loop at rest at the measured value that holds the
+            plant with b0 u = held [y/s2].
+        step(memory, constants, channel, setpoint, measured, applied, h) -> (command, Memory) runs every control period.
+        gains: one entry for each field of Gains.
+        sampling: the discretization with the control period h, in words.
+        promises: "tracks": a reference that the channel can fly is flown without error; "rejects": a constant
+            disturbance leaves no error.
+        nonlinear: all that makes the feedback depend on amplitude; empty for a linear law.
+        limits: odd functions f(s, constants) of slope 1 at 0, never larger than s, that take away from large signals
+            alone, such as the limit of an integral; f(s, beside, constants) takes away where a second signal is large.
+            `step` reaches them by their global names, flights meet them, and margins are of the loop inside of them.
 
-    promises: "tracks": a reference that the channel can fly is flown without error; "rejects": a constant disturbance leaves
-    no error. nonlinear: all that makes the feedback depend on amplitude; empty for a linear law. limits: odd functions
-    f(s, constants) of slope 1 at 0, never larger than s, that take away from large signals alone, such as the limit of an
-    integral; f(s, beside, constants) takes away where a second signal is large. `step` reaches them by their global names,
-    flights meet them, and margins speak of the loop inside of them.
+    Of a firmware's law and its gains:
+        winds_up: it ignores saturation, and limits alone bound its integrals.
+        shared: axes that have one number between them, by gain, as one parameter is.
+        axes: default and range of gains that are other ones on an axis, by axis and gain.
+        on_airframe(vehicle) -> values of the gains that are facts of the airframe, by gain and axis.
 
-    What a firmware's law tells of itself and of its gains:
-    winds_up: it hears nothing of saturation, and limits alone bound its integrals.
-    shared: axes that have one number between them, by gain, as one parameter is.
-    axes: default and range of gains that are other ones on an axis, by axis and gain.
-    on_airframe(vehicle) -> values of the gains that are facts of the airframe, by gain and axis.
+    For proofs and designs, of no effect on flights; a law without an entry is left to flights and margins:
+        family: name of the equations that designs and theorems are stated for, such as `pid.FAMILY`; laws of a family
+            have the same gains with the same meaning.
+        observer: omega_o -> gains (b1, b2, b3) of the law's linear extended state observer in continuous time.
+        continuous(gains, from_observer) -> ContinuousForm: the law on matrices; see `Channel.rate_from_observer`.
+        sector(gains) -> kappa [1/s]: the part outside the form lies between 0 and kappa S; None where there is none.
+        super_twisting: names of the gains of a super-twisting term.
 
-    What proofs and designs ask for, which decides no flight; a law without an entry is left to flights and margins:
-    family: name of the equations that designs before the search and theorems are stated for, such as `pid.FAMILY`. Laws of a
-    family have the same gains with the same meaning.
-    observer: omega_o -> gains (b1, b2, b3) of the law's linear extended state observer in continuous time.
-    continuous(gains, from_observer) -> ContinuousForm: the law on matrices; from_observer as `Channel.rate_from_observer`.
-    sector(gains) -> kappa [1/s]: what the form leaves out lies between 0 and kappa S; None where it leaves nothing out.
-    super_twisting: which gains are those of a super-twisting term.
-
-    every: control periods between two of its steps, see `plant.laws.slower`; plain: the law that then steps, None for 1.
-    origin: the file or package that it comes from, None where it is bundled; whoever adds it to `LAWS` says.
+    Of a law in use:
+        every: control periods between two of its steps, see `plant.laws.slower`.
+        plain: the law that then steps, None for every = 1.
+        origin: the file or package that it comes from, None where it is bundled.
     """
 
     name: str
@@ -152,7 +164,7 @@ class Law:
     winds_up: bool = field(default=False, compare=False)
     shared: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]], compare=False)
     axes: Mapping[str, Mapping[str, Span]] = field(default_factory=dict[str, Mapping[str, Span]], compare=False)
-    on_airframe: Callable[[Vehicle], Mapping[str, Mapping[str, float]]] | None = field(default=None, compare=False)
+    on_airframe: Callable[..., Mapping[str, Mapping[str, float]]] | None = field(default=None, compare=False)
     every: int = 1
     plain: "Law | None" = field(default=None, compare=False)
     origin: Origin | None = field(default=None, compare=False)
@@ -163,7 +175,7 @@ class Law:
         return f"{self.sampling}; {HELD_COMMAND}"
 
     def span(self, gain: GainInfo, axis: str, loop: str) -> Span:
-        """Return default and range of a gain on an axis of the loop "attitude" or "position"."""
+        """Return default and range of a gain on an axis of a loop."""
         return self.axes.get(axis, {}).get(gain.name, gain.span(loop))
 
     def defaults(self, loop: str) -> dict[str, float]:

@@ -83,8 +83,8 @@ def continuous(gains: Gains, from_observer: bool) -> ContinuousForm:  # noqa: AR
     b = ((gains.ki, -gains.ki, 0.0, 0.0), (0.0, 0.0, per, 0.0))
     c = ((1.0, -gains.kd), (0.0, 0.0))
     d = ((gains.kp, -gains.kp, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
-    kept = slice(0 if gains.ki else 1, None)
-    return ContinuousForm(tuple(row[kept] for row in a[kept]), b[kept], tuple(row[kept] for row in c), d)
+    states = slice(0 if gains.ki else 1, None)
+    return ContinuousForm(tuple(row[states] for row in a[states]), b[states], tuple(row[states] for row in c), d)
 
 
 LAW = Law(

@@ -1,4 +1,4 @@
-"""A law that steps once in several control periods and holds its command between, as position loops of autopilots do.
+"""A law that steps once in several control periods and holds its command between.
 
 It is the law at `every` times the period: what actuators delivered is handed to it as the mean since it last stepped.
 """
@@ -15,7 +15,7 @@ MOST_PERIODS = 64
 
 
 def slower(law: Law, every: int) -> Law:
-    """Return a law that steps in the first of every so many control periods; the law itself for 1."""
+    """Return a law that steps once in so many control periods; itself for 1."""
     if every == 1:
         return law
     Memory = record_type(
@@ -31,8 +31,14 @@ def slower(law: Law, every: int) -> Law:
         return Memory(law_start(constants, measured, held), 0.0, 0.0, 0.0, 0.0)
 
     def step(
-        memory: Any, constants: Any, channel: Channel, setpoint: Setpoint, measured: Measured, applied: Applied, h: float
-    ) -> tuple[float, Any]:  # fmt: skip
+        memory: Any,
+        constants: Any,
+        channel: Channel,
+        setpoint: Setpoint,
+        measured: Measured,
+        applied: Applied,
+        h: float,
+    ) -> tuple[float, Any]:
         due = memory.turn < 0.5
         count, effect = memory.count + 1.0, memory.effect + applied.effect
         mean = Applied(effect / count, applied.excess)
@@ -50,15 +56,21 @@ def slower(law: Law, every: int) -> Law:
 
 
 def always_due(law: Law, every: int) -> Law:
-    """Return a law that steps in every control period as if it were so many of them long: at rest it is what a slower law is."""
+    """Return a law that steps in every period as if it were longer: at rest, the slower law."""
     law_prepare, law_step = law.prepare, law.step
 
     def prepare(gains: Any, h: float) -> Any:
         return law_prepare(gains, every * h)
 
     def step(
-        memory: Any, constants: Any, channel: Channel, setpoint: Setpoint, measured: Measured, applied: Applied, h: float
-    ) -> tuple[float, Any]:  # fmt: skip
+        memory: Any,
+        constants: Any,
+        channel: Channel,
+        setpoint: Setpoint,
+        measured: Measured,
+        applied: Applied,
+        h: float,
+    ) -> tuple[float, Any]:
         return law_step(memory, constants, channel, setpoint, measured, applied, every * h)
 
     return replace(law, prepare=prepare, step=step)

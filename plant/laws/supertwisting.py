@@ -77,17 +77,37 @@ def step(
 
 
 LAMBDA = GainInfo(
-    "lambda_", "lambda", "s^-1", Span(5.0, 0.5, 20.0), Span(1.0, 0.2, 5.0), "log", SOURCE,
-    "slope of the sliding surface", exclusive=True,
-)  # fmt: skip
+    "lambda_",
+    "lambda",
+    "s^-1",
+    Span(5.0, 0.5, 20.0),
+    Span(1.0, 0.2, 5.0),
+    "log",
+    SOURCE,
+    "slope of the sliding surface",
+    exclusive=True,
+)
 K1 = GainInfo(
-    "k1", "k1", "{y}^(1/2) s^(-3/2)", Span(12.0, 1.0, 60.0), Span(2.0, 0.2, 12.0), "log", SOURCE,
-    "gain of the square root of the sliding variable", exclusive=True,
-)  # fmt: skip
+    "k1",
+    "k1",
+    "{y}^(1/2) s^(-3/2)",
+    Span(12.0, 1.0, 60.0),
+    Span(2.0, 0.2, 12.0),
+    "log",
+    SOURCE,
+    "gain of the square root of the sliding variable",
+    exclusive=True,
+)
 K2 = GainInfo(
-    "k2", "k2", "{y} s^-3", Span(80.0, 1.0, 1000.0), Span(1.0, 0.05, 20.0), "log", SOURCE,
+    "k2",
+    "k2",
+    "{y} s^-3",
+    Span(80.0, 1.0, 1000.0),
+    Span(1.0, 0.05, 20.0),
+    "log",
+    SOURCE,
     "slope of the switched integral; exceeds the fastest change of the disturbance",
-)  # fmt: skip
+)
 
 LAW = Law(
     name="supertwisting",

@@ -14,7 +14,7 @@ class Surface(NamedTuple):
 
 
 def surface(lambda_: float, channel: Channel, setpoint: Setpoint, measured: Measured, estimated_rate: float) -> Surface:
-    """Return where the channel is; its rate is measured, or the estimate where the channel takes rates from an observer."""
+    """Return the sliding variable; its rate is measured, or the observer's estimate."""
     rate = select(channel.rate_from_observer > 0.5, estimated_rate, measured.rate)
     error_rate = rate - setpoint.rate
     return Surface(error_rate + lambda_ * (measured.value - setpoint.value), error_rate)

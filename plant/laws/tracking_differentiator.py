@@ -21,7 +21,7 @@ class Profile(NamedTuple):
 
 
 def track(v: Profile, setpoint: Setpoint, r0: float, h0: float, h: float) -> tuple[Profile, Profile]:
-    """Return the profile to follow now and the memory for the next period.
+    """Return the profile's current values and the next memory.
 
     v: the profile as foreseen for now. v1 is that; v2 carries what fhan makes of the setpoint, so that none of its news waits.
     """

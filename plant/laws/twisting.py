@@ -53,7 +53,7 @@ def twist_constants(k1: float, k2: float, mu: float, h: float) -> TwistConstants
 
 
 def positive_root(square: float, linear: float, right: float) -> float:
-    """Return the y >= 0 of square y^2 + linear y = right, for right >= 0 and linear > 0, without cancellation."""
+    """Return the root y >= 0 of square y^2 + linear y = right: right >= 0, linear > 0, no cancellation."""
     return 2.0 * right / (linear + sqrt(linear * linear + 4.0 * square * right))
 
 

@@ -18,8 +18,7 @@ from plant.model.plan import LoopPlan
 from plant.model.plant_model import PlantModel, PlantRecords
 from plant.primitives import absolute, both, either, select
 from plant.records import axpy_of, flatten, pack, paths, record_type, selector
-from plant.sample import AxisSample
-from plant.targets import Target
+from plant.sample import AxisSample, Target
 
 Function = Callable[..., Any]
 
@@ -56,9 +55,17 @@ def stepping(plant: PlantModel, plan: LoopPlan) -> Function:
     Body = body_type(plant)
     Moving = record_type("Moving", {"state": State, "actuators": Input})
     names = {
-        "State": State, "Input": Input, "Body": Body, "Moving": Moving, "derivative": plant.derivative,
-        "output": plant.output, "axpy": axpy_of(Moving), "select": select, "lagged": lagged, "felt": felt,
-    }  # fmt: skip
+        "State": State,
+        "Input": Input,
+        "Body": Body,
+        "Moving": Moving,
+        "derivative": plant.derivative,
+        "output": plant.output,
+        "axpy": axpy_of(Moving),
+        "select": select,
+        "lagged": lagged,
+        "felt": felt,
+    }
     inputs = paths(Input)
     moving = ", ".join(f"lagged(at.actuators.{name}, command.{name}, f.lags.{name}.pole)" for name in inputs)
     acting = ", ".join(f"felt(at.actuators.{name}, command.{name}, lags.{name}.pole)" for name in inputs)
@@ -119,28 +126,61 @@ def close_plant(plant: PlantRecords, plan: LoopPlan, meter: MeterModel, h: float
     Flight = record_type(
         "PlantFlight",
         {
-            "body": body_type(plant), "speed": plant.Input, "control": controller.Memory, "meters": meter.Meters,
-            "status": float, "end_time": float,
+            "body": body_type(plant),
+            "speed": plant.Input,
+            "control": controller.Memory,
+            "meters": meter.Meters,
+            "status": float,
+            "end_time": float,
         },
-    )  # fmt: skip
+    )
     records = LoopRecords(
-        controller.Gains, controller.Nominal, controller.Reference, plant.Disturbance, Noise, dynamics_type(plant, plan),
-        Targets, Limits, len(paths(plant.Disturbance)),
-    )  # fmt: skip
+        controller.Gains,
+        controller.Nominal,
+        controller.Reference,
+        plant.Disturbance,
+        Noise,
+        dynamics_type(plant, plan),
+        Targets,
+        Limits,
+        len(paths(plant.Disturbance)),
+    )
     names = {
-        "Flight": Flight, "Sample": Sample, "AxisSample": AxisSample, "Input": plant.Input, "Output": plant.Output,
-        "control_start": controller.start, "control_step": controller.step, "to_plant": to_plant,
-        "meter_start": meter.start, "meter_update": meter.update, "keep_meters": selector(meter.Meters),
-        "select": select, "both": both, "either": either, "absolute": absolute, "LARGEST": LARGEST_STATE,
-    }  # fmt: skip
+        "Flight": Flight,
+        "Sample": Sample,
+        "AxisSample": AxisSample,
+        "Input": plant.Input,
+        "Output": plant.Output,
+        "control_start": controller.start,
+        "control_step": controller.step,
+        "to_plant": to_plant,
+        "meter_start": meter.start,
+        "meter_update": meter.update,
+        "keep_meters": selector(meter.Meters),
+        "select": select,
+        "both": both,
+        "either": either,
+        "absolute": absolute,
+        "LARGEST": LARGEST_STATE,
+    }
     for name, lines in (("sense", _sense_lines(plant)), ("status_of", _status_lines(plant, plan))):
         names[name] = written(name, lines, names)
     start, decide = written("start", _start_lines(plan), names), written("decide", _decide_lines(plan), names)
     advance = stepping(plant, plan) if isinstance(plant, PlantModel) else standing
     return PlantLoop(
-        plant.name, records, controller.Constants, Flight, controller.prepare, place, start, decide, advance,
-        plant, plan, controller,
-    )  # fmt: skip
+        plant.name,
+        records,
+        controller.Constants,
+        Flight,
+        controller.prepare,
+        place,
+        start,
+        decide,
+        advance,
+        plant,
+        plan,
+        controller,
+    )
 
 
 def _sense_lines(plant: PlantRecords) -> list[str]:

@@ -11,7 +11,7 @@ from math import isfinite
 from typing import Annotated, Any, NamedTuple
 
 from plant.laws.channel import Applied, Measured, Setpoint
-from plant.laws.channel import Channel as Known
+from plant.laws.channel import Channel as NominalChannel
 from plant.model.functions import written
 from plant.model.plan import Actuator, Channel, LoopPlan
 from plant.model.plant_model import PlantRecords
@@ -21,9 +21,16 @@ from plant.records import paths, record_type, selector
 Function = Callable[..., Any]
 # Parts of the memory, and what the functions call their records.
 PARTS = {
-    "laws": "Laws", "commands": "Commands", "excess": "Commands", "command": "Input", "shortfall": "Input", "in_force": "Input",
-    "waiting": "Waiting", "phase": "Phase", "last": "Last",
-}  # fmt: skip
+    "laws": "Laws",
+    "commands": "Commands",
+    "excess": "Commands",
+    "command": "Input",
+    "shortfall": "Input",
+    "in_force": "Input",
+    "waiting": "Waiting",
+    "phase": "Phase",
+    "last": "Last",
+}
 
 
 class Range(NamedTuple):
@@ -70,17 +77,21 @@ def plant_controller(plant: PlantRecords, plan: LoopPlan, h: float) -> PlantCont
     names = _memory(plant, plan, h) | _laws(plan) | {"Constants": Constants}
     prepared = ", ".join(f"prepare_{each.name}(gains.{each.name}, {float(each.every)} * h)" for each in plan.channels)
     return PlantController(
-        Gains, Constants, _nominal(plan), Reference, names["Memory"],
+        Gains,
+        Constants,
+        _nominal(plan),
+        Reference,
+        names["Memory"],
         written("prepare", ["def prepare(gains, h):", f"    return Constants({prepared})"], names),
         written("control_start", _start_lines(plan, names["Memory"]), names),
         written("control_step", _step_lines(plan, names["Memory"]), names),
-    )  # fmt: skip
+    )
 
 
 def _nominal(plan: LoopPlan) -> Any:
     commands = record_type("CommandRanges", dict.fromkeys(plan.names, Range))
     inputs = record_type("InputRanges", {each.name: Range for each in plan.actuators})
-    return record_type("Nominal", {**dict.fromkeys(plan.names, Known), "commands": commands, "inputs": inputs})
+    return record_type("Nominal", {**dict.fromkeys(plan.names, NominalChannel), "commands": commands, "inputs": inputs})
 
 
 def _memory(plant: PlantRecords, plan: LoopPlan, h: float) -> dict[str, Any]:
@@ -110,16 +121,21 @@ def _memory(plant: PlantRecords, plan: LoopPlan, h: float) -> dict[str, Any]:
 
 
 def _laws(plan: LoopPlan) -> dict[str, Any]:
-    """Return what else the functions call: the laws' own, and primitives."""
+    """Return the other names that the functions call: those of the laws, and primitives."""
     laws = {each.name: each.law for each in plan.channels}
     return {
         **{f"prepare_{name}": law.prepare for name, law in laws.items()},
         **{f"start_{name}": law.start for name, law in laws.items()},
         **{f"step_{name}": law.step for name, law in laws.items()},
         **{f"keep_{each.name}": selector(each.law.Memory) for each in plan.channels if each.every > 1},
-        "Setpoint": Setpoint, "Measured": Measured, "Applied": Applied, "to_channel": to_channel, "select": select,
-        "maximum": maximum, "minimum": minimum,
-    }  # fmt: skip
+        "Setpoint": Setpoint,
+        "Measured": Measured,
+        "Applied": Applied,
+        "to_channel": to_channel,
+        "select": select,
+        "maximum": maximum,
+        "minimum": minimum,
+    }
 
 
 def _seen(channel: Channel, differenced: str) -> str:
@@ -142,7 +158,7 @@ def _start_lines(plan: LoopPlan, memory: Any) -> list[str]:
         ]
     waiting = [[f"held.{name}"] * periods for name, periods in _queues(memory).items()]
     parts = {"excess": "0.0", "command": "held.{}", "shortfall": "0.0", "in_force": "held.{}", "phase": "0.0"}
-    return [*lines, _kept(memory, waiting, **parts)]
+    return [*lines, _memory_line(memory, waiting, **parts)]
 
 
 def _step_lines(plan: LoopPlan, memory: Any) -> list[str]:
@@ -162,16 +178,16 @@ def _step_lines(plan: LoopPlan, memory: Any) -> list[str]:
         "in_force": "force_{}",
         "phase": "phase_{}",
     }
-    return [*lines, _kept(memory, waiting, **parts)]
+    return [*lines, _memory_line(memory, waiting, **parts)]
 
 
 def _queues(memory: Any) -> dict[str, int]:
-    """Return how many periods the inputs are late that are late at all."""
+    """Return the delays [control periods] of the inputs that are late."""
     waiting = memory.__annotations__.get("waiting", NamedTuple("NoQueue", []))
     return {name: len(paths(kind)) for name, kind in waiting.__annotations__.items()}
 
 
-def _kept(memory: Any, waiting: list[list[str]], **patterns: str) -> str:
+def _memory_line(memory: Any, waiting: list[list[str]], **patterns: str) -> str:
     """Return the line that returns the memory; waiting: queues; patterns: of the other parts, where {} is the name of a field."""
     patterns = {"laws": "law_{}", "commands": "u_{}", "last": "last_{}", **patterns}
     parts: list[str] = []
@@ -228,8 +244,8 @@ def _input_lines(actuator: Actuator, plan: LoopPlan, late: int) -> list[str]:
     return [*lines, f"    sent_{name} = {sent}", f"    shortfall_{name} = {shortfall}", f"    force_{name} = {force}"]
 
 
-def _limited(asked: str, place: str, low: float, high: float) -> tuple[str, str]:
+def _limited(expression: str, place: str, low: float, high: float) -> tuple[str, str]:
     """Expressions of a command within the limits that there are, and of its excess, where {} is that command."""
-    within = f"maximum({asked}, {place}.low)" if isfinite(low) else asked
+    within = f"maximum({expression}, {place}.low)" if isfinite(low) else expression
     within = f"minimum({within}, {place}.high)" if isfinite(high) else within
-    return within, f"{{}} - {asked}" if within != asked else "0.0"
+    return within, f"{{}} - {expression}" if within != expression else "0.0"

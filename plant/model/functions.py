@@ -40,9 +40,12 @@ CHAIN = "a chain of comparisons; write both(a < b, b < c)"
 ALLOWED = (int, float, str, tuple, FunctionType)
 # Builtins that a look at the globals does not find; on arrays and symbols they mean something else.
 BUILTINS = {
-    "abs": "absolute", "min": "minimum", "max": "maximum", "round": "floor",
+    "abs": "absolute",
+    "min": "minimum",
+    "max": "maximum",
+    "round": "floor",
     **dict.fromkeys(("bool", "float", "int", "len", "pow", "print", "sum"), ""),
-}  # fmt: skip
+}
 
 
 def written(name: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:
@@ -157,5 +160,5 @@ def _check_names(function: FunctionType, file: str, memory: str) -> None:
 
 
 def _is_record(value: object) -> bool:
-    """Return whether a value is a type of records."""
+    """Return True for a type of records."""
     return isinstance(value, type) and issubclass(value, tuple)

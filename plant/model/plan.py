@@ -127,7 +127,7 @@ class LoopPlan:
         return {actuator.name: actuator.size for actuator in self.actuators}
 
     def cascades(self, channel: Channel) -> bool:
-        """Return whether a channel commands another one; one that bears the name of its input acts on that."""
+        """Return True if a channel commands another one: one named like its input acts on that."""
         return channel.to in self.names and channel.to != channel.name
 
     @property
@@ -160,37 +160,35 @@ class LoopPlan:
 
 def plan_loop(plant: PlantRecords, channels: Sequence[Channel], actuators: Sequence[Actuator] = ()) -> LoopPlan:
     """Return the plan of a plant's loops, outer channels first; InputError where names, units or connections do not fit."""
-    _check_names([channel.name for channel in channels])
+    if not channels:
+        raise InputError("given no channel; a loop needs at least one", key="channel")
+    check_identifiers("channel", [channel.name for channel in channels], ".name")
+    for i, channel in enumerate(channels):
+        if channel.name in TAKEN:
+            message = f"given '{channel.name}'; the loop calls something else so: take another name"
+            raise InputError(message, key=f"channel[{i}].name")
     inputs, outputs = paths(plant.Input), paths(plant.Output)
     for actuator in actuators:
         if actuator.name not in inputs:
             raise UnknownNameError("input", actuator.name, inputs)
-    _check_once("actuator", [actuator.name for actuator in actuators])
+    check_identifiers("actuator", [actuator.name for actuator in actuators], ".name")
     for channel in channels:
         _check_channel(channel, [each.name for each in channels], inputs, outputs)
     _check_rates(channels)
-    known = {actuator.name: actuator for actuator in actuators}
-    return LoopPlan(tuple(_outer_first(channels)), tuple(known.get(name, Actuator(name)) for name in inputs))
+    given = {actuator.name: actuator for actuator in actuators}
+    return LoopPlan(tuple(_outer_first(channels)), tuple(given.get(name, Actuator(name)) for name in inputs))
 
 
-def _check_once(kind: str, names: Sequence[str]) -> None:
+def check_identifiers(kind: str, names: Sequence[str], leaf: str = "") -> None:
+    """Raise InputError, with the place in a list as its key, for what is no name of a field, or stands there twice."""
     for i, name in enumerate(names):
+        key = f"{kind}[{i}]{leaf}"
         if name in names[:i]:
-            raise InputError(f"given '{name}' twice; names must differ", key=f"{kind}[{i}].name")
-
-
-def _check_names(names: Sequence[str]) -> None:
-    if not names:
-        raise InputError("given no channel; a loop needs at least one", key="channel")
-    _check_once("channel", names)
-    for i, name in enumerate(names):
-        key = f"channel[{i}].name"
+            raise InputError(f"given '{name}' twice; names must differ", key=key)
         if not name.isidentifier() or name.startswith("_") or iskeyword(name):
             raise InputError(
                 f"given '{name}'; allowed: letters, digits and _, a letter first, no word of Python", key=key
             )
-        if name in TAKEN:
-            raise InputError(f"given '{name}'; the loop calls something else so: take another name", key=key)
 
 
 def _check_channel(channel: Channel, names: Sequence[str], inputs: Sequence[str], outputs: Sequence[str]) -> None:
@@ -203,9 +201,9 @@ def _check_channel(channel: Channel, names: Sequence[str], inputs: Sequence[str]
 
 
 def _check_rates(channels: Sequence[Channel]) -> None:
-    known = {channel.name: channel for channel in channels}
+    given = {channel.name: channel for channel in channels}
     for outer in channels:
-        inner = known.get(outer.to)
+        inner = given.get(outer.to)
         if inner is not None and outer.every % inner.every:
             raise InputError(
                 f"given {outer.every}; '{inner.name}', which it commands, steps every {inner.every} periods: allowed is a "

@@ -134,8 +134,9 @@ def check_rest(plant: PlantModel, parameters: Any) -> None:
     rate = _called(plant, "derivative", plant.derivative, state, command, quiet, parameters)
     seen = _called(plant, "output", plant.output, state, command, quiet, parameters)
     for name, function, record, kind in (
-        ("derivative", plant.derivative, rate, plant.State), ("output", plant.output, seen, plant.Output),
-    ):  # fmt: skip
+        ("derivative", plant.derivative, rate, plant.State),
+        ("output", plant.output, seen, plant.Output),
+    ):
         place = place_of(function, plant.file)
         if type(record) is not kind:
             raise InputError(f"gives {type(record).__name__}; it must give {kind.__name__}", file=place, key=name)

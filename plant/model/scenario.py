@@ -16,8 +16,8 @@ from plant.loop import Timing
 from plant.model.closing import PlantLoop, resting
 from plant.model.signals import Constant, Signal
 from plant.records import flatten, pack, paths, size
+from plant.sample import Target
 from plant.seeds import generator
-from plant.targets import Target
 
 Array = np.ndarray
 # Largest half-width of a parameter's spread: beyond it a factor could be zero.
@@ -92,16 +92,18 @@ class PlantScenario:
         plant, plan = loop.plant, loop.plan
         outer = [channel.name for channel in plan.outer]
         for key, given, valid in (
-            ("reference", self.references, outer), ("disturbance", self.disturbances, paths(plant.Disturbance)),
-            ("sensors", self.sensors, paths(plant.Output)), ("spread", self.spread, paths(plant.Parameters)),
+            ("reference", self.references, outer),
+            ("disturbance", self.disturbances, paths(plant.Disturbance)),
+            ("sensors", self.sensors, paths(plant.Output)),
+            ("spread", self.spread, paths(plant.Parameters)),
             ("band", self.band, plan.names),
-        ):  # fmt: skip
+        ):
             for name in given:
                 if name not in valid:
                     raise UnknownNameError(key, name, valid, key=f"{key}.{name}")
 
     def targets_of(self, loop: PlantLoop, parameters: Any) -> Any:
-        """Return what step and recovery metrics of each channel are measured against; parameters: the nominal ones."""
+        """Return the targets of the step and recovery metrics by channel; parameters: the nominal ones."""
         steady = self.duration * (1.0 - self.steady_share)
         targets = []
         for channel, rest in zip(loop.plan.channels, outputs_at_rest(loop, parameters), strict=True):
@@ -114,8 +116,14 @@ class PlantScenario:
 
 
 def sample_plant_scenarios(
-    spec: PlantScenario, loop: PlantLoop, parameters: Any, timing: Timing, root: int, stream: str, indices: Iterable[int]
-) -> FlightInputs:  # fmt: skip
+    spec: PlantScenario,
+    loop: PlantLoop,
+    parameters: Any,
+    timing: Timing,
+    root: int,
+    stream: str,
+    indices: Iterable[int],
+) -> FlightInputs:
     """Draw scenarios of a stream in blocks of lanes, in the order of the indices; parameters: the nominal ones."""
     indices = list(indices)
     times = timing.control_period * np.arange(spec.steps(timing))
@@ -143,7 +151,7 @@ def references_of(spec: PlantScenario, loop: PlantLoop, times: Array, parameters
 
 
 def outputs_at_rest(loop: PlantLoop, parameters: Any) -> list[float]:
-    """Return what each channel's output shows of a plant of these parameters at rest, in its unit."""
+    """Return the channels' outputs of a plant at rest, in their units."""
     _, _, shown = loop.plant.at_rest(parameters)
     return [getattr(shown, channel.output) for channel in loop.plan.channels]
 

@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from plant.air.dryden import transverse
-from plant.air.linear_process import LinearProcess, SampledProcess, discretise, gauss_markov, sample
+from plant.air.linear_process import LinearProcess, SampledProcess, discretize, gauss_markov, sample
 from plant.errors import InputError, UnknownNameError
 
 Array = np.ndarray
@@ -160,7 +160,7 @@ class Noise(Signal):
 @cache
 def _sampled(noise: Noise, step: float) -> SampledProcess:
     """Return the forming filter at a step [s]; worked out once, for it takes longer than the noise of a flight."""
-    return discretise(noise.process, step)
+    return discretize(noise.process, step)
 
 
 @dataclass(frozen=True)
@@ -196,8 +196,8 @@ class VerticalGust(Noise):
     def process(self) -> LinearProcess:
         """Two lags of the correlation time; the rate that `transverse` adds is not used, its lag is the same."""
         tau = self.length / self.airspeed
-        whole = transverse(tau, tau, 1.0 / self.airspeed)
-        return LinearProcess(whole.a[:2, :2], whole.b[:2], whole.c[:1, :2])
+        gust = transverse(tau, tau, 1.0 / self.airspeed)
+        return LinearProcess(gust.a[:2, :2], gust.b[:2], gust.c[:1, :2])
 
 
 SIGNALS: Mapping[str, type[Signal]] = {

@@ -14,16 +14,16 @@ def quotient(unit: str, by: str) -> str:
 
 def per_time(unit: str) -> str:
     """Return the unit of the derivative: rad/s of rad, m/s2 of m/s."""
-    found = re.fullmatch(r"(.*)/s(\d?)", unit)
-    return f"{found[1]}/s{int(found[2] or 1) + 1}" if found else f"{unit}/s"
+    match = re.fullmatch(r"(.*)/s(\d?)", unit)
+    return f"{match[1]}/s{int(match[2] or 1) + 1}" if match else f"{unit}/s"
 
 
 def times_time(unit: str) -> str:
     """Return the unit of the integral: V s/rad of V/rad, m of m/s, s of 1."""
-    found = re.fullmatch(r"(.*)/s(\d?)", unit)
-    if found:
-        power = int(found[2] or 1) - 1
-        return found[1] + (f"/s{power if power > 1 else ''}" if power else "")
+    match = re.fullmatch(r"(.*)/s(\d?)", unit)
+    if match:
+        power = int(match[2] or 1) - 1
+        return match[1] + (f"/s{power if power > 1 else ''}" if power else "")
     above, slash, below = unit.partition("/")
     return ("s" if above == "1" else f"{above} s") + slash + below
 

@@ -37,7 +37,7 @@ class Phase(NamedTuple):
 
 
 def phase(t: np.ndarray, period: float) -> Phase:
-    """Return the phase of a motion that starts at rest at angle 0 and reaches its period within the first period.
+    """Return the phase of a motion from rest at angle 0 that reaches its pace in one period.
 
     The first period thus takes half a turn, and each later one a whole turn.
     """

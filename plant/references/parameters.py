@@ -32,7 +32,7 @@ def number(
 
 
 def parameters(kind: type) -> tuple[Parameter, ...]:
-    """Return the parameters of a reference class in the order of its file keys."""
+    """Return the parameters of a reference class in file order."""
     return tuple(
         Parameter(f.name, f.metadata["unit"], None if f.default is MISSING else f.default, f.metadata["meaning"])
         for f in fields(kind)
@@ -47,7 +47,7 @@ def check_numbers(spec: Any) -> None:  # noqa: ANN401  (any dataclass instance)
             object.__setattr__(spec, f.name, _checked(getattr(spec, f.name), f))
 
 
-def _checked(value: object, f: Field) -> float:
+def _checked(value: object, f: "Field[Any]") -> float:
     unit = f.metadata["unit"]
     # bool is a subclass of int: true would silently become 1 m.
     if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):

@@ -18,15 +18,15 @@ ROLL, PITCH, YAW, YAW_RATE, HOLD = 9, 10, 11, 12, 13
 WIDTH = 14
 """Columns of `Track.samples`, the leaves of `plant.references.track.Reference` in their order."""
 
-AXES = ("x", "y", "z", "roll", "pitch", "yaw")
-
 
 @dataclass(frozen=True)
 class Track:
     """A reference sampled at t_k = k dt, in SI units and radians, world ENU.
 
-    samples: (K, 14) float64, columns as named in this module. start, final: (6,), levels r0 and r1 of `AXES` before and
-    after the step, equal on an axis that makes none. step_time: when the step happens [s]; 0 where no axis makes one.
+    Attributes:
+        samples: (K, 14) float64, columns as named in this module.
+        start, final: (6,), levels r0 and r1 of the axes before and after the step, equal on an axis that makes none.
+        step_time: when the step happens [s]; 0 where no axis makes one.
     """
 
     samples: np.ndarray

@@ -14,19 +14,24 @@ def from_table(
 ) -> ReferenceSpec:
     """Return the spec that a table like {kind = "steps", x = 1.0} describes.
 
-    kinds: the registry. base: the folder that a relative path starts from (none: the working directory). key: the
-    dotted key of the table, for messages. Raises UnknownNameError on an unknown kind or key, else InputError.
+    Args:
+        kinds: the registry.
+        mapping: the table.
+        base: the folder that a relative path starts from (none: the working directory).
+        key: the dotted key of the table, for messages.
+
+    Raises UnknownNameError on an unknown kind or key, else InputError.
     """
     given = dict(mapping)
     kind = _kind(kinds, given.pop("kind", None), key)
-    known = {parameter.name: parameter for parameter in parameters(kind)}
+    by_name = {parameter.name: parameter for parameter in parameters(kind)}
     for name in given:
-        if name not in known:
-            raise UnknownNameError("key", name, ["kind", *known], key=f"{key}.{name}")
-    for parameter in known.values():
+        if name not in by_name:
+            raise UnknownNameError("key", name, ["kind", *by_name], key=f"{key}.{name}")
+    for parameter in by_name.values():
         if parameter.default is None and parameter.name not in given:
             raise InputError(f"is missing; write {_line(parameter)}", key=f"{key}.{parameter.name}")
-    if "path" in known:
+    if "path" in by_name:
         given["path"] = _resolved(given["path"], base, f"{key}.path")
     try:
         return kind(**given)

@@ -1,8 +1,10 @@
-"""One instant of what the vehicle is asked to do, as the kernels read it."""
+"""One instant of a reference, as kernels read it."""
 
 from typing import NamedTuple
 
 from plant.vectors import Vec3
+
+AXES: tuple[str, ...] = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 class Reference(NamedTuple):

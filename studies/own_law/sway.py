@@ -27,7 +27,7 @@ METRIC = Metric(
     unit="{}",
     scope="axis",
     definition="way that the actual value goes, back and forth",
-    value=lambda view: view.kept.way,
+    value=lambda view: view.accumulated.way,
     bound=lambda view: 2.0 * view.limit * view.context.periods,
     accumulator=Accumulator(Sway, start, update),
 )

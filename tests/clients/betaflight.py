@@ -56,9 +56,13 @@ class Firmware:
             ports.unlink(missing_ok=True)
             surroundings = {**os.environ, "LD_PRELOAD": str(self.shim), "LOOPBACK_PORTS": str(ports)}
             self.process = subprocess.Popen(
-                [str(self.binary)], cwd=self.folder, env=surroundings,
-                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            )  # fmt: skip
+                [str(self.binary)],
+                cwd=self.folder,
+                env=surroundings,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+            )
             if self._connected(ports) and self._entered():
                 return
         raise AssertionError("the firmware's command line does not answer")

@@ -14,9 +14,17 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 CLIENTS = HERE.parents[1] / ".clients"
 DEBIAN = (
-    "gcc", "g++", "make", "libc6-dev", "gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "qemu-system-arm", "octave", "clang",
+    "gcc",
+    "g++",
+    "make",
+    "libc6-dev",
+    "gcc-arm-none-eabi",
+    "libnewlib-arm-none-eabi",
+    "qemu-system-arm",
+    "octave",
+    "clang",
     "libclang-rt-14-dev",
-)  # fmt: skip
+)
 PROGRAMS = ("gcc", "g++", "make", "arm-none-eabi-gcc", "qemu-system-arm", "octave", "clang")
 
 

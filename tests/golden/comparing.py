@@ -1,8 +1,13 @@
-"""Differences between a kept output and a new one: one line a place, `path.to.key: old -> new`."""
+"""Differences between a kept output and a new one: one line a place, `path.to.key: old -> new`.
+
+Kept files are folded, without loss: a part that an earlier file holds is a reference to it, rows with the same keys are a table
+of a line a row, and what fits into a line is one. `kept` unfolds them.
+"""
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache, reduce
 from math import isclose
 from pathlib import Path
 from typing import Any
@@ -13,6 +18,10 @@ RELATIVE, ABSOLUTE = 1e-6, 1e-9
 """Tolerances of two numbers: another processor rounds otherwise, and that grows on the way through a flight."""
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 ABSENT = "(nothing)"
+SAME, COLUMNS, ROWS = "#same", "#columns", "#rows"
+"""Keys of what a kept file has in place of a part: the place of the same part before it, or a table."""
+LONG_PART, LINE = 150, 120
+"""Letters from which on a part is kept once, and of a line."""
 ADVICE = "If this is meant: python -m tests.golden.write, look at the diff, and commit it by itself."
 
 
@@ -23,13 +32,93 @@ def kept_names() -> list[str]:
 
 def kept(name: str) -> Any:
     """Return a kept document, or the text of a kept help."""
+    return unfolded(content(name))
+
+
+@cache
+def content(name: str) -> Any:
+    """Return the content of a kept file, as it is folded."""
     text = (KEPT / name).read_text(encoding="utf-8")
     return json.loads(text) if name.endswith(".json") else text
 
 
+def folded(documents: Mapping[str, Any]) -> dict[str, Any]:
+    """Return documents by name, in order, with a reference in place of each long part that stands before it."""
+    places: dict[str, list[Any]] = {}
+    return {
+        name: value if isinstance(value, str) else _folded(value, [name], places) for name, value in documents.items()
+    }
+
+
+def _folded(value: Any, place: list[Any], places: dict[str, list[Any]]) -> Any:
+    if not isinstance(value, dict | list):
+        return value
+    text = json.dumps(value, ensure_ascii=False)
+    if len(text) >= LONG_PART and places.setdefault(text, place) != place:
+        return {SAME: places[text]}
+    if isinstance(value, dict):
+        return {key: _folded(entry, [*place, key], places) for key, entry in value.items()}
+    entries = [_folded(entry, [*place, index], places) for index, entry in enumerate(value)]
+    names = list(entries[0]) if entries and isinstance(entries[0], dict) else []
+    if len(entries) < 2 or len(names) < 2 or any(not isinstance(row, dict) or list(row) != names for row in entries):
+        return entries
+    return {COLUMNS: names, ROWS: [list(row.values()) for row in entries]}
+
+
+def unfolded(value: Any) -> Any:
+    """Return the document that `folded` was given."""
+    if isinstance(value, list):
+        return [unfolded(entry) for entry in value]
+    if not isinstance(value, dict):
+        return value
+    if SAME in value:
+        return unfolded(_referenced(value))
+    if COLUMNS in value:
+        return [dict(zip(value[COLUMNS], map(unfolded, row), strict=True)) for row in value[ROWS]]
+    return {key: unfolded(entry) for key, entry in value.items()}
+
+
+def _referenced(value: dict[str, Any]) -> Any:
+    """Return the folded part that a reference names."""
+    name, *keys = value[SAME]
+    return reduce(_entry, keys, content(name))
+
+
+def _entry(part: Any, key: Any) -> Any:
+    """Return an entry of a folded part; a reference is followed, a row of a table gets its names."""
+    if isinstance(part, dict) and SAME in part:
+        part = _referenced(part)
+    if isinstance(part, dict) and COLUMNS in part:
+        return dict(zip(part[COLUMNS], part[ROWS][key], strict=True))
+    return part[key]
+
+
 def encoded(document: Any) -> str:
     """Return the text of a kept file."""
-    return document if isinstance(document, str) else json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+    return document if isinstance(document, str) else _encoded(document, 0) + "\n"
+
+
+def _encoded(value: Any, depth: int) -> str:
+    flat = json.dumps(value, ensure_ascii=False)
+    if not isinstance(value, dict | list) or not value or len(flat) + depth <= LINE:
+        return flat
+    before, after = "{}" if isinstance(value, dict) else "[]"
+    if isinstance(value, dict):
+        parts = [
+            f"{json.dumps(key, ensure_ascii=False)}: {_part(key, entry, depth + 1)}" for key, entry in value.items()
+        ]
+    else:
+        parts = [_encoded(entry, depth + 1) for entry in value]
+    lines = ",\n".join(" " * (depth + 1) + part for part in parts)
+    return f"{before}\n{lines}\n{' ' * depth}{after}"
+
+
+def _part(key: str, value: Any, depth: int) -> str:
+    """Return an entry of a document; the rows of a table whose cells are numbers and texts a line each, however long."""
+    if key != ROWS or any(isinstance(cell, dict | list) for row in value for cell in row):
+        return _encoded(value, depth)
+    rows = ",\n".join(" " * (depth + 1) + json.dumps(row, ensure_ascii=False) for row in value)
+    return f"[\n{rows}\n{' ' * depth}]"
 
 
 def differences(old: Any, new: Any, path: str = "") -> Iterator[str]:

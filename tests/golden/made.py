@@ -27,14 +27,28 @@ LONG_LIST = 12
 MASK = "<masked>"
 MASKED = (
     # Times and speeds of this machine.
-    "[a-z_]*seconds[a-z_]*", "[a-z_]*_per_s(econd)?", "memory_bytes", "bench.json",
+    "[a-z_]*seconds[a-z_]*",
+    "[a-z_]*_per_s(econd)?",
+    "memory_bytes",
+    "bench.json",
     # The machine, the libraries and the code.
-    "environment.json", "run.json.machine", "start.json.machine", "run.json.model", "run.json.arithmetic", "threads", "commit", "generator.version",
+    "environment.json",
+    "run.json.machine",
+    "start.json.machine",
+    "run.json.model",
+    "run.json.arithmetic",
+    "threads",
+    "commit",
+    "generator.version",
     # Whether the kernel was compiled before.
     "check-study.json.json.plant_step",
     # What follows from any of them, to the last bit.
-    "[a-z_]*sha256", "digest", "manifest.json.files", "export.json.files", "export-[a-z0-9]+.json.json.files",
-)  # fmt: skip
+    "[a-z_]*sha256",
+    "digest",
+    "manifest.json.files",
+    "export.json.files",
+    "export-[a-z0-9]+.json.json.files",
+)
 """Names or paths, as regular expressions, below which values belong to a machine, an hour or a version: keys alone are compared."""
 IS_MASKED = re.compile(rf"(?:.*[./])?(?:{'|'.join(MASKED)})(?:\..*)?")
 REPLACED = (

@@ -26,8 +26,18 @@ def step(name: str, line: str, folder: str | None = None) -> Step:
 
 
 LISTINGS = (
-    "airframes", "laws", "margins", "metrics", "references", "risks", "searches", "sources", "studies", "targets", "theorems",
-)  # fmt: skip
+    "airframes",
+    "laws",
+    "margins",
+    "metrics",
+    "references",
+    "risks",
+    "searches",
+    "sources",
+    "studies",
+    "targets",
+    "theorems",
+)
 EXPORTS = {
     "ardupilot": (PID_GAINS, "--firmware 4.6"), "betaflight": (PID_GAINS, ""), "crazyflie": (PID_GAINS, ""),
     "px4": (PID_GAINS, ""), "ros2": (PID_GAINS, ""), "c99": ("run/gains.json", ""), "matlab": ("run/gains.json", ""),

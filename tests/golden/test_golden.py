@@ -7,7 +7,7 @@ What belongs to a machine is masked by the table `MASKED` of `made.py`; numbers 
 
 import pytest
 
-from tests.golden.comparing import ADVICE, differences, kept, kept_names
+from tests.golden.comparing import ADVICE, KEPT, differences, encoded, folded, kept, kept_names
 from tests.golden.made import commands_with_json, documents, help_texts
 from tests.golden.steps import SLOW_STEPS, STEPS
 
@@ -35,6 +35,14 @@ def test_the_output_is_what_was_kept(name, made):
 
 def test_every_output_is_kept(made):
     assert sorted(made) == QUICK, ADVICE
+
+
+def test_what_is_kept_is_folded_without_loss():
+    whole = {name: kept(name) for name in NAMES}
+    again = folded(whole)
+    assert {name: encoded(again[name]) for name in NAMES} == {
+        name: (KEPT / name).read_text(encoding="utf-8") for name in NAMES
+    }
 
 
 def test_every_command_with_json_is_run():

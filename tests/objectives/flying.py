@@ -11,9 +11,9 @@ from objectives.metrics import COMPLETED, METRICS, FlightContext, MetricAddress,
 from objectives.metrics import evaluate as evaluate_rows
 from objectives.own_meters import with_accumulators
 from plant.loop import MeterModel
+from plant.quadrotor.sample import Sample, Targets
 from plant.records import paths
-from plant.sample import AxisSample, Sample
-from plant.targets import Target, Targets
+from plant.sample import AxisSample, Target
 from plant.vectors import Rotors
 
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")

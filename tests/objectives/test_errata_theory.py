@@ -10,7 +10,8 @@ from scipy.integrate import solve_ivp
 
 from objectives.theory import THEOREMS, Setting
 from objectives.theory.ultimate_bound import ultimate_surface
-from plant.laws import LAWS, hybrid, supertwisting
+from plant.law_registry import LAWS
+from plant.laws import hybrid, supertwisting
 from plant.laws.channel import Measured
 from tests.objectives.theory.channel import fly
 from tests.objectives.theory.printed import printed_31_bound, printed_least_gains
@@ -89,8 +90,11 @@ def away(k1, k2, rate, seconds=60.0, h=0.002):
 
 def borne(k1, k2):
     gains = supertwisting.Gains(1.0, k1, k2)
-    return {name: float(THEOREMS[name].values["supertwisting"](gains, Setting(0.004, 0.0)))
-            for name in THEOREMS if name.startswith("sta_")}  # fmt: skip
+    return {
+        name: float(THEOREMS[name].values["supertwisting"](gains, Setting(0.004, 0.0)))
+        for name in THEOREMS
+        if name.startswith("sta_")
+    }
 
 
 def test_e17_printed_31_accepts_gains_that_the_disturbance_carries_away():

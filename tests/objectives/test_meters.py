@@ -6,7 +6,7 @@ from math import cos, exp, log, pi, sin, sqrt
 
 import pytest
 
-from plant.targets import Target
+from plant.sample import Target
 from plant.vectors import Rotors
 from tests.objectives.flying import AXES, HOVER, H, Signal, censored, fly, score, target, targets
 

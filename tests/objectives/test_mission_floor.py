@@ -7,14 +7,14 @@ from objectives.metrics import parse
 from objectives.mission import FOLLOWED, HELD, error_at_start, with_mission_floor
 from objectives.problem import Constraint, FlightBatch, Objective, Problem
 from objectives.risk import Risk
-from plant.closed_loop import Limits
-from plant.gains import gain_addresses
 from plant.loop import Timing
+from plant.quadrotor.closed_loop import Limits
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.scenarios import SEARCH, ScenarioSpec
 from plant.references.figure_eight import FigureEight
 from plant.references.hover import Hover
 from plant.references.level import Level
 from plant.references.steps import Steps
-from plant.scenarios import SEARCH, ScenarioSpec
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.study import load_study
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from objectives.decisions import DecisionSpace, Variable
+from objectives.flown_system import FlightBatch
 from objectives.problem import Constraint, Objective, Problem
 from objectives.racing import Champions, Race, RaceStages, beaten_by, race
 from objectives.risk import Risk
-from objectives.system import FlightBatch
 from plant.seeds import generator
 
 FLIGHTS = 32

@@ -1,38 +1,39 @@
 """Requirements: what counts as broken, who is flown, and that nobody else's flights change by a bit."""
 
 from math import inf
+from typing import Any
 
 import numpy as np
 import pytest
 
 from objectives.problem import FlightBatch, Problem
 from objectives.requirements import LARGEST_VIOLATION, Requirement, Screen, known_values, worth_flying
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from tests.tuner.conftest import QUICKSTART, SMALL
 
 GROWING = [-inf, -3.0, 0.0, 1.0, 2.0, 2.5, 4.0, inf]
 
 
-def requirement(limit=2.0, sense="most", hard=True, label="a"):
+def requirement(limit=2.0, sense="max", hard=True, label="a"):
     return Requirement(label, "a number", "1", limit, sense, hard)
 
 
 @pytest.mark.parametrize(
     ("limit", "sense", "expected"),
     [
-        (2.0, "most", [0.0, 0.0, 0.0, 0.0, 0.0, 0.25, 1.0, LARGEST_VIOLATION]),
-        (2.0, "least", [LARGEST_VIOLATION, 2.5, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0]),
+        (2.0, "max", [0.0, 0.0, 0.0, 0.0, 0.0, 0.25, 1.0, LARGEST_VIOLATION]),
+        (2.0, "min", [LARGEST_VIOLATION, 2.5, 1.0, 0.5, 0.0, 0.0, 0.0, 0.0]),
         # Relative to 1 where the limit is 0, to its size where it is negative.
-        (0.0, "most", [0.0, 0.0, 0.0, 1.0, 2.0, 2.5, 4.0, LARGEST_VIOLATION]),
-        (-3.0, "most", [0.0, 0.0, 1.0, 4 / 3, 5 / 3, 5.5 / 3, 7 / 3, LARGEST_VIOLATION]),
-        (-3.0, "least", [LARGEST_VIOLATION, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+        (0.0, "max", [0.0, 0.0, 0.0, 1.0, 2.0, 2.5, 4.0, LARGEST_VIOLATION]),
+        (-3.0, "max", [0.0, 0.0, 1.0, 4 / 3, 5 / 3, 5.5 / 3, 7 / 3, LARGEST_VIOLATION]),
+        (-3.0, "min", [LARGEST_VIOLATION, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
     ],
 )
 def test_violations_by_hand(limit, sense, expected):
     values = np.array(GROWING)
     asked = requirement(limit, sense)
     np.testing.assert_allclose(asked.violations(values), expected, rtol=1e-15)
-    assert asked.kept(values).tolist() == [entry == 0.0 for entry in expected]
+    assert asked.is_satisfied(values).tolist() == [entry == 0.0 for entry in expected]
 
 
 def column(values, *requirements):
@@ -41,7 +42,7 @@ def column(values, *requirements):
 
 
 def test_screens_stand_side_by_side_and_only_hard_requirements_ground_a_candidate():
-    soft, hard, last = requirement(hard=False), requirement(label="b"), requirement(0.0, "least", label="c")
+    soft, hard, last = requirement(hard=False), requirement(label="b"), requirement(0.0, "min", label="c")
     screens = (column([[9.0, 1.0]] * 3, soft, hard), column([[1.0], [-1.0], [0.0]], last))
     values = known_values(screens, np.zeros((3, 5)))
     assert values.tolist() == [[9.0, 1.0, 1.0], [9.0, 1.0, -1.0], [9.0, 1.0, 0.0]]
@@ -106,7 +107,8 @@ def test_what_breaks_a_hard_requirement_is_not_flown_and_nobody_elses_bits_chang
     assert evaluation.violations[:, -1].tolist() == [0.0, 0.5, 0.0, 0.25, 0.0]
     # Failed at t = 0: failure counts 1, and every graded metric costs twice what no completed flight exceeds.
     assert (evaluation.failures[~keep] == 1.0).all()
-    limits, metrics = problem.system.metric_limits(), [entry.metric.text for entry in problem.quantities]
+    limits: Any = problem.system.metric_limits()
+    metrics = [entry.metric.text for entry in problem.quantities]
     travel = 4.0 * limits.command_peak / study.system.timing.control_period
     for name, cost in (("failure", 1.0), ("itae.position", 3 * 2.0 * limits.position_error), ("travel", 2.0 * travel)):
         np.testing.assert_allclose(evaluation.scores[~keep, metrics.index(name)], cost, rtol=1e-12)

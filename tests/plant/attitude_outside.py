@@ -1,8 +1,8 @@
 """Our own attitude loops as somebody outside flies them: from what an instant of a piloted loop tells, in Python, law by law."""
 
-from plant.allocation import allocate
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.law import Law
+from plant.quadrotor.allocation import allocate
 from plant.vectors import Vec3
 
 AXES = ("roll", "pitch", "yaw")

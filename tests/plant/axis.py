@@ -6,15 +6,25 @@ from typing import Any
 import numpy as np
 
 from plant.contract.axis import LOOPS, REST, Axis, H, Input, defaults, random_inputs, run
-from plant.laws import Law
 from plant.laws.channel import Channel, Setpoint
+from plant.laws.law import Law
 from plant.records import flatten, pack, size
 from tests.plant.harness import Array
 
 __all__ = [
-    "LOOPS", "REST", "Axis", "H", "Input", "Linear", "Setpoint", "continuous_feedback", "defaults", "linearised",
-    "random_inputs", "run",
-]  # fmt: skip
+    "LOOPS",
+    "REST",
+    "Axis",
+    "H",
+    "Input",
+    "Linear",
+    "Setpoint",
+    "continuous_feedback",
+    "defaults",
+    "linearised",
+    "random_inputs",
+    "run",
+]
 
 
 @dataclass(frozen=True)

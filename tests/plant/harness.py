@@ -8,21 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives import meters
-from plant.airframes import load, names
 from plant.backends.flyer import FlightInputs, to_lanes
 from plant.backends.stepping import Inputs
-from plant.cascade import close_cascade
-from plant.closed_loop import CascadeLoop, Limits, close_loop
-from plant.disturbance import Disturbance
-from plant.gains import default_row
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import MeterModel, Timing
+from plant.quadrotor.airframes import load, names
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.closed_loop import CascadeLoop, Limits, close_loop
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.rigid_body import dynamics
+from plant.quadrotor.sample import Targets
+from plant.quadrotor.trim import steady_flight
+from plant.quadrotor.vehicle import Vehicle
 from plant.records import flatten, pack, size
-from plant.rigid_body import dynamics
-from plant.targets import Target, Targets
-from plant.trim import steady_flight
+from plant.sample import Target
 from plant.vectors import Quaternion, Vec3
-from plant.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 

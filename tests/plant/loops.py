@@ -7,16 +7,16 @@ import numpy as np
 
 from objectives import meters
 from plant.air.spec import AirSpec
-from plant.airframes import load
 from plant.backends.flyer import Flyer
-from plant.cascade import close_cascade
-from plant.closed_loop import Limits, close_loop
-from plant.gains import default_row
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import MeterModel, Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.closed_loop import Limits, close_loop
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.scenarios import ScenarioSpec, Spread, sample_scenarios
 from plant.references.steps import Steps
-from plant.scenarios import ScenarioSpec, Spread, sample_scenarios
 
 TIMING = Timing(0.004, 0.001)
 LIMITS = Limits(5.0, cos(radians(80.0)))

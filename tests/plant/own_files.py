@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from objectives.metrics import METRICS
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.own_code import HAVE_RUN
 from plant.references import REFERENCES
 

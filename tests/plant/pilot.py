@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from plant.rigid_body import Body
+from plant.quadrotor.rigid_body import Body
+from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Quaternion, Rotors, Vec3
-from plant.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 SPEED = slice(18, 22)

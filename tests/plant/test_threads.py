@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from objectives.margins.frequency import modes_of
-from plant.threads import available_threads, shares, side_by_side, threads_used, use_threads
-from tuner.search.gaussian_process import GaussianProcess
+from plant.threads import available_threads, parallel_map, shares, threads_used, use_threads
+from tuner.search.bayesian_optimization import BayesianOptimization
 
 
 @pytest.fixture(autouse=True)
@@ -25,13 +25,13 @@ def test_answers_come_in_the_order_of_the_questions(threads: int) -> None:
         sleep(0.002 * (4 - number))
         return number**2
 
-    assert side_by_side(late, range(5)) == [0, 1, 4, 9, 16]
+    assert parallel_map(late, range(5)) == [0, 1, 4, 9, 16]
 
 
 def test_an_error_reaches_who_asked() -> None:
     use_threads(2)
     with pytest.raises(ZeroDivisionError):
-        side_by_side(lambda number: 1 // number, [1, 0, 2])
+        parallel_map(lambda number: 1 // number, [1, 0, 2])
 
 
 @pytest.mark.parametrize("threads", [1, 3, 8])
@@ -66,7 +66,7 @@ def test_a_search_asks_for_the_same_points_on_any_number_of_threads() -> None:
     for threads in (1, 4):
         use_threads(threads)
         excess = lambda points: np.stack([points[:, 0] - 0.7, 0.2 - points[:, 1]], 1)  # noqa: E731
-        search = GaussianProcess(first, 2, 1, 3, [excess])
+        search = BayesianOptimization(first, 2, 1, 3, [excess])
         for _ in range(4):
             points = search.ask()
             values = np.stack([np.square(points - 0.3).sum(axis=1), np.square(points - 0.8).sum(axis=1)], axis=1)

@@ -33,8 +33,10 @@ def called(*arguments):
     try:
         with (
             patch.object(sys, "argv", ["tuner", *map(str, arguments)]),
-            patch.dict(os.environ, terminal), streams[0], streams[1],
-        ):  # fmt: skip
+            patch.dict(os.environ, terminal),
+            streams[0],
+            streams[1],
+        ):
             main()
     except SystemExit as ended:
         return int(ended.code or 0), said.getvalue(), told.getvalue()

@@ -65,7 +65,8 @@ def test_the_wheel_holds_every_study_once(wheel):
     assert sorted(path.name for path in held if path.parent == Path("studies")) == sorted(
         f"{name}.toml" for name in STUDIES
     )
-    assert {path.parts[0] for path in held} == {"studies", "plant"}
+    assert {path.parts[0] for path in held} == {"studies", "plant", "tuner"}
+    assert [path for path in held if path.parts[0] == "tuner"] == [Path("tuner/study/template.toml")]
     code = {path.relative_to(ROOT).as_posix() for path in (ROOT / "studies").rglob("*.py")}
     assert code and code <= set(zipfile.ZipFile(wheel).namelist())
 

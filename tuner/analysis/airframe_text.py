@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.airframes.geometry import FRAMES
-from plant.airframes.schema import OPTIONAL, Sourced, number_fields
-from plant.airframes.uncertainty import Uncertainty
 from plant.errors import InputError
+from plant.quadrotor.airframes.geometry import FRAMES
+from plant.quadrotor.airframes.schema import OPTIONAL, Sourced, number_fields
+from plant.quadrotor.airframes.uncertainty import Uncertainty
 from plant.texts import check_name
 from tuner.text.toml_text import quoted
 
@@ -23,18 +23,18 @@ def uncertainty_from(names: tuple[str, ...], covariance: NDArray[np.float64]) ->
     """Return deviations and correlation of a covariance (n, n) of logarithms, and of places [m], as a file holds them."""
     deviations = np.sqrt(np.diag(covariance))
     correlation = (1.0 - SHRUNK) * covariance / np.outer(deviations, deviations) + SHRUNK * np.eye(len(names))
-    kept = np.round(0.5 * (correlation + correlation.T), DIGITS)
-    np.fill_diagonal(kept, 1.0)
+    symmetric = np.round(0.5 * (correlation + correlation.T), DIGITS)
+    np.fill_diagonal(symmetric, 1.0)
     sizes = tuple(min(rounded(value), 1.0) for value in deviations.tolist())
-    return Uncertainty(names, sizes, tuple(map(tuple, kept.tolist())))
+    return Uncertainty(names, sizes, tuple(map(tuple, symmetric.tolist())))
 
 
 def airframe_text(
     title: str, frame: str, spin: str, values: Mapping[str, Sourced], uncertainty: Uncertainty, source: str
 ) -> str:
-    """Return the text of a TOML file that `plant.airframes.load` reads.
+    """Return the text of a TOML file that `plant.quadrotor.airframes.load` reads.
 
-    frame, spin: names of `plant.airframes.geometry`. values: of every number by its dotted key. source: of the uncertainty.
+    frame, spin: names of `airframes.geometry`. values: of every number by its dotted key. source: of the uncertainty.
     """
     lines, section = [f"title = {quoted(title)}", f"frame = {quoted(frame)}", f"spin = {quoted(spin)}", ""], ""
     # Numbers of no group stand before all tables.

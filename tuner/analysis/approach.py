@@ -26,7 +26,7 @@ ROUNDING = 1e-9
 
 
 def steps_between(present: Array, tuned: Array) -> int:
-    """Return how many steps lead from one gains row (g,) to another."""
+    """Return the number of steps from one gains row (g,) to another."""
     return min(steps_of_factor(present, tuned, MOST_FACTOR), MOST_STEPS)
 
 
@@ -51,17 +51,17 @@ def steps_of_factor(present: Array, tuned: Array, most: float) -> int:
 
 def factors_between(before: Array, after: Array) -> Array:
     """Return by what factor (g,), 1 or more, gains that keep their sign change; 1 for all others."""
-    kept = before * after > 0.0
-    ratio = np.where(kept, after, 1.0) / np.where(kept, before, 1.0)
+    has_both = before * after > 0.0
+    ratio = np.where(has_both, after, 1.0) / np.where(has_both, before, 1.0)
     return np.maximum(ratio, 1.0 / ratio)
 
 
 def rows_between(present: Array, tuned: Array, steps: int) -> Array:
     """Return the gains rows (steps + 1, g) of the way, both ends included to the bit."""
     share = np.linspace(0.0, 1.0, steps + 1)[:, None]
-    kept = present * tuned > 0.0
-    ratio = np.where(kept, tuned, 1.0) / np.where(kept, present, 1.0)
-    rows = np.where(kept, present * ratio**share, present + share * (tuned - present))
+    has_both = present * tuned > 0.0
+    ratio = np.where(has_both, tuned, 1.0) / np.where(has_both, present, 1.0)
+    rows = np.where(has_both, present * ratio**share, present + share * (tuned - present))
     rows[0], rows[-1] = present, tuned
     return rows
 
@@ -75,13 +75,13 @@ def falls_short(step: Subject, present: Subject, tuned: Subject) -> list[LimitRo
             ends = [float(quantity.to_limit(end.value(quantity, channel))) for end in (present, tuned)]
             value, label = step.value(quantity, channel), f"{quantity.name}({channel})"
             rows.append(limited_row(label, quantity, value, _allowed(limit, ends), True, channel))
-    return [row for row in rows if not row.kept]
+    return [row for row in rows if not row.is_satisfied]
 
 
 def _allowed(limit: LoopLimit, ends: list[float]) -> LoopLimit:
     """Return a limit that both ends keep, with room for rounding; an infinite end asks for no more than the limit."""
     finite = [end for end in ends if isfinite(end)]
-    if limit.sense == "least":
+    if limit.sense == "min":
         worst = min(limit.limit, *finite, limit.limit)
         return LoopLimit(limit.quantity, limit.sense, worst - ROUNDING * abs(worst))
     worst = max(limit.limit, *finite, limit.limit)

@@ -22,8 +22,8 @@ class PairedFlights:
     """Flights of finalists, twice.
 
     points (n,): their names; quantities (q,); firmware, model: scores (n, q, flights); lost_firmware, lost_model (n, flights);
-    origin (flights,): name of the scenario of each flight; again: scores (q, flights) of the first finalist, flown once more in
-    the firmware.
+    origin (flights,): name of the scenario of each flight; repeated: scores (q, flights) of the first finalist, flown once more
+    in the firmware.
     """
 
     points: tuple[str, ...]
@@ -33,7 +33,7 @@ class PairedFlights:
     lost_firmware: np.ndarray
     lost_model: np.ndarray
     origin: np.ndarray
-    again: np.ndarray | None
+    repeated: np.ndarray | None
     root: int
 
     @cached_property
@@ -101,7 +101,9 @@ def _quantity(flown: PairedFlights, i: int) -> ConfirmedQuantity:
         correlation=_correlation(firmware, model, *often),
         gap=Estimate(gap, *_gap_ends(quantity, both, often)),
         relative=gap / size if size else None,
-        jitter=None if flown.again is None else float(np.max(np.abs(flown.again[i] - flown.firmware[0, i]), axis=0)),
+        jitter=None
+        if flown.repeated is None
+        else float(np.max(np.abs(flown.repeated[i] - flown.firmware[0, i]), axis=0)),
     )
 
 
@@ -113,25 +115,25 @@ def _gap_ends(quantity: Objective, both: Pair, often: list[np.ndarray]) -> tuple
     return float(np.mean(low, axis=0)), float(np.mean(high, axis=0))
 
 
-def _correlation(firmware: np.ndarray, model: np.ndarray, often: np.ndarray, beside: np.ndarray) -> Estimate:
+def _correlation(firmware: np.ndarray, model: np.ndarray, often: np.ndarray, predicted: np.ndarray) -> Estimate:
     value = float(rank_correlation(firmware, model))
     if len(firmware) < LEAST_RANKED or not np.isfinite(value):
         return Estimate(None, None, None)
-    found = rank_correlation(often, beside)
-    return Estimate(value, *_ends(found[np.isfinite(found)]))
+    correlation = rank_correlation(often, predicted)
+    return Estimate(value, *_ends(correlation[np.isfinite(correlation)]))
 
 
-def _ends(found: np.ndarray) -> tuple[float, float]:
-    low, high = np.quantile(found, ENDS, axis=0)
+def _ends(correlation: np.ndarray) -> tuple[float, float]:
+    low, high = np.quantile(correlation, ENDS, axis=0)
     return float(low), float(high)
 
 
 def _values(flown: PairedFlights, i: int) -> list[ConfirmedValue]:
     quantity = flown.quantities[i]
     firmware, model = _seen(flown, i)
-    apart = quantity.difference(firmware, model, within(flown.drawn, flown.origin, quantity.scenario))
-    risks = zip(quantity.risk.apply(firmware), quantity.risk.apply(model), *apart, strict=True)
+    difference = quantity.difference(firmware, model, within(flown.drawn, flown.origin, quantity.scenario))
+    risks = zip(quantity.risk.apply(firmware), quantity.risk.apply(model), *difference, strict=True)
     return [
-        ConfirmedValue(firmware=float(there), model=float(here), gap=Estimate(*map(float, gap)))
-        for there, here, *gap in risks
+        ConfirmedValue(firmware=float(flown_risk), model=float(model_risk), gap=Estimate(*map(float, gap)))
+        for flown_risk, model_risk, *gap in risks
     ]

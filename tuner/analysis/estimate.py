@@ -3,7 +3,7 @@
 Thrust is G. Staples' fit to bench data of propellers ("Propeller static & dynamic thrust calculation", 2013): thrust over the
 square of the speed goes with D^3.5 P^0.5, within 26 % for 95 % of them, slow-fly propellers up to 67 % above. Torque and the drag
 of a climb follow from momentum theory (J. G. Leishman, Principles of Helicopter Aerodynamics, chapter 2). Inertias, lag and the
-speed at full command have the spread of published airframes, those in `plant/airframes` among them.
+speed at full command have the spread of published airframes, those in `plant/quadrotor/airframes` among them.
 """
 
 from math import pi, sqrt
@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant.airframes.rules import THRUST_TO_WEIGHT
-from plant.airframes.schema import Sourced
-from plant.airframes.uncertainty import NAMES, Uncertainty
 from plant.errors import InputError
+from plant.quadrotor.airframes.rules import THRUST_TO_WEIGHT
+from plant.quadrotor.airframes.schema import Sourced
+from plant.quadrotor.airframes.uncertainty import NAMES, Uncertainty
 from tuner.analysis.airframe_text import rounded, uncertainty_from
 
 GRAVITY, DENSITY, INCH = 9.81, 1.225, 0.0254
@@ -108,9 +108,11 @@ def estimated(parts: PartsList) -> Estimate:
             f"these parts would lift {ratio:.2g} times the weight, and at least {LEAST_THRUST:g} is needed to fly; check the "
             "mass [kg], the propeller [inch], kv [rpm/V] and cells"
         )
-    kept = min(ratio, MOST_THRUST)
-    full = sqrt(kept * weight / (4.0 * coefficient))
-    return Estimate(_values(parts, coefficient, full, lowered=kept < ratio), uncertainty(parts.hover is not None), kept)
+    limited = min(ratio, MOST_THRUST)
+    full = sqrt(limited * weight / (4.0 * coefficient))
+    return Estimate(
+        _values(parts, coefficient, full, lowered=limited < ratio), uncertainty(parts.hover is not None), limited
+    )
 
 
 def thrust_coefficient(propeller: Propeller) -> float:
@@ -153,19 +155,30 @@ def _values(parts: PartsList, coefficient: float, full: float, *, lowered: bool)
     drag = parts.mass * GRAVITY / induced_speed(parts.mass, blade)
     speed = (
         f"{LOADED:g} times kv {parts.kv:g} rpm/V at {parts.cells} cells of {CELL:g} V: under load 0.45 to 0.95"
-        if parts.hover is None else f"thrust at full command from hover at {parts.hover:g} of it"
-    ) + (f"; lowered to a thrust to weight of {MOST_THRUST:g}" if lowered else "")  # fmt: skip
-    found: dict[str, tuple[float, str, str]] = {
+        if parts.hover is None
+        else f"thrust at full command from hover at {parts.hover:g} of it"
+    ) + (f"; lowered to a thrust to weight of {MOST_THRUST:g}" if lowered else "")
+    numbers: dict[str, tuple[float, str, str]] = {
         "mass": (parts.mass, "kg", "given"),
         "arm": (arm, "m", "half the wheelbase given; a square X"),
         "thrust_coefficient": (
-            coefficient, "N s2",
+            coefficient,
+            "N s2",
             "estimated: Staples' fit to bench data of propellers, D^3.5 P^0.5; its range holds that of speed_max",
         ),
-        "torque_ratio": (torque_ratio(blade), "m", f"estimated: momentum theory at a figure of merit of {MERIT:g}, 0.3 to 0.65"),
-        "rotor_inertia": (ROTOR * blade.diameter**5, "kg m2", f"estimated: {ROTOR:g} kg/m3 D^5, propellers of one shape"),
+        "torque_ratio": (
+            torque_ratio(blade),
+            "m",
+            f"estimated: momentum theory at a figure of merit of {MERIT:g}, 0.3 to 0.65",
+        ),
+        "rotor_inertia": (
+            ROTOR * blade.diameter**5,
+            "kg m2",
+            f"estimated: {ROTOR:g} kg/m3 D^5, propellers of one shape",
+        ),
         "lag_up": (
-            rotor_lag(blade), "s",
+            rotor_lag(blade),
+            "s",
             f"estimated: {LAG:g} s at propellers of {LAG_AT:g} m, with the root of the diameter; coreless motors up to 0.1",
         ),
         "lag_down": (rotor_lag(blade), "s", "estimated: as lag_up"),
@@ -173,17 +186,25 @@ def _values(parts: PartsList, coefficient: float, full: float, *, lowered: bool)
         "speed_max": (full, "rad/s", f"estimated: {speed}"),
         "drag_height": (0.0, "m", "0: drag taken at the centre of mass"),
         "gravity": (GRAVITY, "m/s2", "standard gravity, rounded"),
-        "inertia.x": (inertia, "kg m2", f"estimated: {GYRATION:g} mass times arm squared, of published airframes 0.17 to 0.39"),
+        "inertia.x": (
+            inertia,
+            "kg m2",
+            f"estimated: {GYRATION:g} mass times arm squared, of published airframes 0.17 to 0.39",
+        ),
         "inertia.y": (inertia, "kg m2", "estimated: as for x"),
         "inertia.z": (2.0 * SHARE * inertia, "kg m2", f"estimated: {SHARE:g} of x + y"),
         "drag_linear.x": (SIDE * drag, "N s/m", f"estimated: {SIDE:g} weight over induced speed; no range"),
         "drag_linear.y": (SIDE * drag, "N s/m", "estimated: as for x"),
-        "drag_linear.z": (CLIMB * drag, "N s/m", f"estimated: {CLIMB:g} weight over induced speed, momentum theory of a climb"),
-    }  # fmt: skip
+        "drag_linear.z": (
+            CLIMB * drag,
+            "N s/m",
+            f"estimated: {CLIMB:g} weight over induced speed, momentum theory of a climb",
+        ),
+    }
     zeros = {
         f"{group}.{axis}": unit
         for group, unit in (("drag_quadratic", "N s2/m2"), ("rate_damping", "N m s"))
         for axis in "xyz"
     }
-    found |= {key: (0.0, unit, "0: nothing is known; 0 asks more of the controller") for key, unit in zeros.items()}
-    return {key: Sourced(rounded(value), unit, source) for key, (value, unit, source) in found.items()}
+    numbers |= {key: (0.0, unit, "0: nothing is known; 0 asks more of the controller") for key, unit in zeros.items()}
+    return {key: Sourced(rounded(value), unit, source) for key, (value, unit, source) in numbers.items()}

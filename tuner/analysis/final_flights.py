@@ -27,8 +27,8 @@ class FinalFlights:
     """Held-out flights of finalists.
 
     scores (rows, quantities, flights): of flights not made the mean of those made in the same scenario; failed (rows, flights);
-    origin (flights,): name of the scenario; known (rows, requirements); early (flights,): mask of those that everyone made;
-    complete (rows,): mask of those who made all.
+    origin (flights,): name of the scenario; requirements (rows, requirements); early (flights,): mask of those that
+    everyone made; complete (rows,): mask of those who made all.
     """
 
     problem: Evaluator
@@ -36,7 +36,7 @@ class FinalFlights:
     scores: Array
     failed: Array
     origin: Array
-    known: Array
+    requirements: Array
     early: Array
     complete: Array
     seconds: float = 0.0
@@ -46,14 +46,14 @@ class FinalFlights:
         """The values of every row."""
         n = len(self.problem.objectives)
         risks = np.stack([self.value(i) for i in range(self.scores.shape[1])], axis=1)
-        broken = known_violations(self.problem.requirements, self.known)
+        broken = known_violations(self.problem.requirements, self.requirements)
         return Evaluation(
             values=risks[:, :n],
             violations=np.concatenate([self.problem.broken(risks), broken], axis=1),
             failures=np.where(self.complete, self.failed.mean(axis=1), self.failed[:, self.early].mean(axis=1)),
             scores=self.scores,
             origin=self.origin,
-            requirements=self.known,
+            requirements=self.requirements,
             flown=np.ones(len(risks), dtype=bool),
             counted=np.where(self.complete, len(self.early), int(self.early.sum(axis=0))),
             flight_seconds=self.seconds,
@@ -62,27 +62,27 @@ class FinalFlights:
     def value(self, i: int) -> Array:
         """Return the risk of a quantity (rows,)."""
         (samples, _, risk), stopped = self.seen(i), ~self.complete
-        found = np.empty(len(samples))
-        found[self.complete] = risk.apply(samples[self.complete])
+        estimates = np.empty(len(samples))
+        estimates[self.complete] = risk.apply(samples[self.complete])
         if stopped.any():
-            early, there = risk.apply(self.seen(i, early=True)[0]), self._beside(i)
-            carried = found[there] + early[stopped] - early[there]
-            found[stopped] = early[stopped] if self.problem.quantities[i].is_binary else carried
-        return found
+            early, nearest = risk.apply(self.seen(i, early=True)[0]), self._nearest_complete(i)
+            carried = estimates[nearest] + early[stopped] - early[nearest]
+            estimates[stopped] = early[stopped] if self.problem.quantities[i].is_binary else carried
+        return estimates
 
     def estimate(self, i: int, confidence: float = 0.95) -> tuple[Array, Array, Array]:
         """Return the risk of a quantity (rows,) and both ends of its interval."""
         if (i, confidence) not in self._estimates:
             quantity, (samples, drawn, risk) = self.problem.quantities[i], self.seen(i)
-            whole = samples[self.complete]
+            full = samples[self.complete]
             if quantity.is_binary:
-                ends = [quantity.interval(part, drawn, confidence) for part in (whole, self._early_samples(i))]
+                ends = [quantity.interval(part, drawn, confidence) for part in (full, self._early_samples(i))]
                 low, high = self._merged(*ends)
-                found = self.value(i), low, high
+                estimates = self.value(i), low, high
             else:
-                known = risk.apply(whole), *quantity.interval(whole, drawn, confidence)
-                found = self._carried(i, confidence, *known)
-            self._estimates[i, confidence] = found
+                of_complete = risk.apply(full), *quantity.interval(full, drawn, confidence)
+                estimates = self._carried(i, confidence, *of_complete)
+            self._estimates[i, confidence] = estimates
         return self._estimates[i, confidence]
 
     def excess(self, i: int) -> Array:
@@ -95,35 +95,37 @@ class FinalFlights:
     def difference_to(self, i: int, row: int) -> PairedDifference:
         """Return the risk of a quantity (rows,) minus that of a row that made all flights, paired."""
         quantity, (samples, drawn, _) = self.problem.quantities[i], self.seen(i)
-        apart = quantity.difference(samples[self.complete], samples[row], drawn)
+        differences = quantity.difference(samples[self.complete], samples[row], drawn)
         if quantity.is_binary:
             early = self.seen(i, early=True)[0]
-            parts = self._merged(apart, quantity.difference(early[~self.complete], early[row], drawn))
+            parts = self._merged(differences, quantity.difference(early[~self.complete], early[row], drawn))
             # From itself it differs by nothing, whatever was not seen.
             return PairedDifference(*[np.where(np.arange(len(part)) == row, 0.0, part) for part in parts])
-        return PairedDifference(*self._carried(i, 0.95, *apart))
+        return PairedDifference(*self._carried(i, 0.95, *differences))
 
     def replicates(self, i: int) -> Array:
         """Return the risk of a quantity on every resample (rows, FRONT_REPLICATES)."""
         samples, drawn, risk = self.seen(i)
-        found, stopped = np.empty((len(samples), len(drawn))), np.flatnonzero(~self.complete)
-        found[self.complete] = replicates_on(samples[self.complete], risk, drawn)
+        estimates, stopped = np.empty((len(samples), len(drawn))), np.flatnonzero(~self.complete)
+        estimates[self.complete] = replicates_on(samples[self.complete], risk, drawn)
         if len(stopped):
             samples, drawn, _ = self.seen(i, early=True)
-            there = self._beside(i)
-            beside, rows = np.unique(there, return_inverse=True)
-            apart = replicates_on(samples[stopped], risk, drawn) - replicates_on(samples[beside], risk, drawn)[rows]
-            found[stopped] = found[there] + apart
-        return found
+            nearest = self._nearest_complete(i)
+            distinct, rows = np.unique(nearest, return_inverse=True)
+            differences = (
+                replicates_on(samples[stopped], risk, drawn) - replicates_on(samples[distinct], risk, drawn)[rows]
+            )
+            estimates[stopped] = estimates[nearest] + differences
+        return estimates
 
     def non_dominated(self, rows: Array) -> Array:
-        """Return which of some rows (k,) no other one dominates, each pair on the flights that both made (k,)."""
+        """Return the mask (k,) of the non-dominated rows (k,): each pair on the flights that both made."""
         n = len(self.problem.objectives)
-        whole = np.stack([risk.apply(samples) for samples, _, risk in map(self.seen, range(n))], axis=1)[rows]
+        full = np.stack([risk.apply(samples) for samples, _, risk in map(self.seen, range(n))], axis=1)[rows]
         parts = [self.seen(i, early=True) for i in range(n)]
         early = np.stack([risk.apply(samples) for samples, _, risk in parts], axis=1)[rows]
         both = self.complete[rows] & self.complete[rows][:, None]
-        worse = [dominates(values[:, None], values) for values in (whole, early)]
+        worse = [dominates(values[:, None], values) for values in (full, early)]
         return ~np.any(np.where(both, *worse), axis=0)
 
     def seen(self, i: int, early: bool = False) -> tuple[Array, Array, Risk]:
@@ -140,12 +142,14 @@ class FinalFlights:
             quantity.risk,
         )
 
-    def _apart(self, i: int, confidence: float = 0.95) -> tuple[Array, PairedDifference]:
+    def _stand_ins(self, i: int, confidence: float = 0.95) -> tuple[Array, PairedDifference]:
         """Return the rows that stand in for those that stopped, and how far these are from them in a quantity (stopped,)."""
         if (i, confidence) not in self._differences:
-            there, (samples, drawn, _) = self._beside(i), self.seen(i, early=True)
-            apart = self.problem.quantities[i].difference(samples[~self.complete], samples[there], drawn, confidence)
-            self._differences[i, confidence] = there, apart
+            nearest, (samples, drawn, _) = self._nearest_complete(i), self.seen(i, early=True)
+            differences = self.problem.quantities[i].difference(
+                samples[~self.complete], samples[nearest], drawn, confidence
+            )
+            self._differences[i, confidence] = nearest, differences
         return self._differences[i, confidence]
 
     def _early_samples(self, i: int) -> Array:
@@ -155,8 +159,8 @@ class FinalFlights:
     def _merged(self, complete: tuple[Array, ...], stopped: tuple[Array, ...]) -> list[Array]:
         """Return numbers of all rows from those of the rows that made all flights and of those that stopped."""
         out = [np.empty(len(self.complete)) for _ in complete]
-        for whole, one, other in zip(out, complete, stopped, strict=True):
-            whole[self.complete], whole[~self.complete] = one, other
+        for full, one, other in zip(out, complete, stopped, strict=True):
+            full[self.complete], full[~self.complete] = one, other
         return out
 
     @cached_property
@@ -167,20 +171,20 @@ class FinalFlights:
     def _differences(self) -> dict[tuple[int, float], tuple[Array, PairedDifference]]:
         return {}
 
-    def _beside(self, i: int) -> Array:
+    def _nearest_complete(self, i: int) -> Array:
         """Return for each row that stopped the complete row that tells most of a quantity.
 
         Of those that are the fewest places away, added up over the objectives, the one with the smallest variance in all: what
         went wrong in a few late flights of one must not count for the others.
         """
-        complete, (whole, *_), (early, *_) = self._sound, self.seen(i), self.seen(i, early=True)
-        own = whole[complete].var(axis=-1) / whole.shape[-1]
+        complete, (full, *_), (early, *_) = self._sound, self.seen(i), self.seen(i, early=True)
+        variance = full[complete].var(axis=-1) / full.shape[-1]
         near = np.argsort(self._places_apart[:, complete], axis=1, kind="stable")[:, :NEIGHBOURS]
-        found = []
+        estimates = []
         for row, some in zip(np.flatnonzero(~self.complete), near[~self.complete], strict=True):
-            apart = (early[row] - early[complete[some]]).var(axis=-1) / early.shape[-1]
-            found.append(complete[some[np.argmin(own[some] + apart)]])
-        return np.array(found)
+            differences = (early[row] - early[complete[some]]).var(axis=-1) / early.shape[-1]
+            estimates.append(complete[some[np.argmin(variance[some] + differences)]])
+        return np.array(estimates)
 
     @cached_property
     def _sound(self) -> Array:
@@ -207,23 +211,23 @@ class FinalFlights:
         draw = generator(self.root, "bootstrap/finals", 0)
         return resampled_scenarios(draw, FRONT_REPLICATES, self.origin[self.early])
 
-    def _carried(self, i: int, confidence: float, *known: Array) -> tuple[Array, Array, Array]:
-        """Return value, low and high end of all rows from those known of complete ones; distances to ends add as variances do.
+    def _carried(self, i: int, confidence: float, *of_complete: Array) -> tuple[Array, Array, Array]:
+        """Return value, low and high end of all rows from those of complete ones; distances to ends add as variances do.
 
         G. Y. Zou, A. Donner, Statistics in Medicine 27(10):1693-1702, 2008, for a sum.
         """
         value, low, high = np.empty((3, len(self.complete)))
-        value[self.complete], low[self.complete], high[self.complete] = known
+        value[self.complete], low[self.complete], high[self.complete] = of_complete
         stopped = np.flatnonzero(~self.complete)
         if len(stopped):
-            there, apart = self._apart(i, confidence)
-            below = np.hypot(value[there] - low[there], apart.difference - apart.low)
-            above = np.hypot(high[there] - value[there], apart.high - apart.difference)
-            value[stopped] = value[there] + apart.difference
+            nearest, differences = self._stand_ins(i, confidence)
+            below = np.hypot(value[nearest] - low[nearest], differences.difference - differences.low)
+            above = np.hypot(high[nearest] - value[nearest], differences.high - differences.difference)
+            value[stopped] = value[nearest] + differences.difference
             low[stopped], high[stopped] = value[stopped] - below, value[stopped] + above
         return value, low, high
 
 
 def dominates(one: Array, other: Array, axis: int = -1) -> Array:
-    """Return whether one set of objectives, which stand along an axis, dominates another."""
+    """Return True where one set of objectives, along an axis, dominates another."""
     return np.all(one <= other, axis=axis) & np.any(one < other, axis=axis)

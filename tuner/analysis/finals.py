@@ -16,10 +16,10 @@ from time import perf_counter
 
 import numpy as np
 
+from objectives.flown_system import FlightBatch
 from objectives.problem import Evaluator, Problem
 from objectives.requirements import known_values, known_violations
 from objectives.risk import replicates_on
-from objectives.system import FlightBatch
 from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES, FinalFlights, dominates
 
@@ -53,32 +53,32 @@ class Finals:
 
     def fly(self) -> FinalFlights:
         """Return the flights of everyone, as far as they decide something."""
-        begin, found = perf_counter(), self.fly_early()
-        if found.early.all():
-            return replace(found, complete=np.ones(len(self._gains), dtype=bool), seconds=perf_counter() - begin)
-        found = self.complete(found, np.flatnonzero(~decided(found, self._choose)))
-        while len(rows := decisive(found, self._choose)):
-            found = self.complete(found, rows)
-        stopped = int(np.sum(~found.complete, axis=0))
-        self._problem.spare(stopped * int(np.sum(~found.early, axis=0)), self._on_flights_done)
-        return replace(found, seconds=perf_counter() - begin)
+        begin, flights = perf_counter(), self.fly_early()
+        if flights.early.all():
+            return replace(flights, complete=np.ones(len(self._gains), dtype=bool), seconds=perf_counter() - begin)
+        flights = self.complete(flights, np.flatnonzero(~decided(flights, self._choose)))
+        while len(rows := decisive(flights, self._choose)):
+            flights = self.complete(flights, rows)
+        stopped = int(np.sum(~flights.complete, axis=0))
+        self._problem.spare(stopped * int(np.sum(~flights.early, axis=0)), self._on_flights_done)
+        return replace(flights, seconds=perf_counter() - begin)
 
     def fly_early(self) -> FinalFlights:
         """Return the flights that everyone makes."""
-        found = self._unflown()
-        self._fly(found, np.arange(len(self._gains)), [0] * len(self._batches), self._early)
-        return found
+        flights = self._unflown()
+        self._fly(flights, np.arange(len(self._gains)), [0] * len(self._batches), self._early)
+        return flights
 
-    def complete(self, found: FinalFlights, rows: Array) -> FinalFlights:
+    def complete(self, flights: FinalFlights, rows: Array) -> FinalFlights:
         """Return flights with all of those that some rows had left out."""
-        self._fly(found, rows, self._early, [batch.count for batch in self._batches])
-        complete = found.complete.copy()
+        self._fly(flights, rows, self._early, [batch.count for batch in self._batches])
+        complete = flights.complete.copy()
         complete[rows] = True
-        for name in np.unique(found.origin):
-            made, rest = (found.origin == name) & found.early, (found.origin == name) & ~found.early
-            mean = found.scores[..., made].mean(axis=-1, keepdims=True)
-            found.scores[..., rest] = np.where(complete[:, None, None], found.scores[..., rest], mean)
-        return replace(found, complete=complete)
+        for name in np.unique(flights.origin):
+            made, rest = (flights.origin == name) & flights.early, (flights.origin == name) & ~flights.early
+            mean = flights.scores[..., made].mean(axis=-1, keepdims=True)
+            flights.scores[..., rest] = np.where(complete[:, None, None], flights.scores[..., rest], mean)
+        return replace(flights, complete=complete)
 
     def _unflown(self) -> FinalFlights:
         rows, counts = len(self._gains), [batch.count for batch in self._batches]
@@ -89,25 +89,25 @@ class Finals:
             scores=np.zeros((rows, len(self._problem.quantities), sum(counts))),
             failed=np.zeros((rows, sum(counts)), dtype=bool),
             origin=np.repeat([batch.spec.name for batch in self._batches], counts),
-            known=known_values(self._problem.screens, self._gains, complete=True),
+            requirements=known_values(self._problem.screens, self._gains, complete=True),
             early=np.concatenate([np.arange(batch.count) < early for batch, early in parts]),
             complete=np.zeros(rows, dtype=bool),
         )
 
-    def _fly(self, found: FinalFlights, rows: Array, first: list[int], last: list[int]) -> None:
+    def _fly(self, flights: FinalFlights, rows: Array, first: list[int], last: list[int]) -> None:
         """Have rows make the flights of each batch from `first` to `last`."""
         start, everyone = 0, np.ones(len(rows), dtype=bool)
         for batch, begin, end in zip(self._batches, first, last, strict=True):
             for low, high in ranges(self._problem, batch, begin, end):
                 columns = slice(start + low, start + high)
-                found.scores[rows, :, columns], found.failed[rows, columns] = self._problem.scored(
+                flights.scores[rows, :, columns], flights.failed[rows, columns] = self._problem.scored(
                     self._gains[rows], everyone, batch, low, high, self._on_flights_done
                 )
             start += batch.count
 
 
 def early_counts(batches: tuple[FlightBatch, ...]) -> list[int]:
-    """Return how many flights of each batch everyone makes."""
+    """Return the numbers of flights, by batch, that every finalist makes."""
     enough = all(SHARE * batch.count >= FEWEST for batch in batches)
     return [round(SHARE * batch.count) if enough else batch.count for batch in batches]
 
@@ -118,21 +118,21 @@ def ranges(problem: Evaluator, batch: FlightBatch, begin: int, end: int) -> list
     return [(max(low, begin), high) for low, high in chunks if high > begin]
 
 
-def draw_ahead(problem: Problem, flown: tuple[FlightBatch, ...], again: tuple[FlightBatch, ...]) -> None:
+def draw_ahead(problem: Problem, flown: tuple[FlightBatch, ...], confirmed: tuple[FlightBatch, ...]) -> None:
     """Have what `Finals` flies, and what is flown again in whole batches, drawn beforehand."""
     for batch, early in zip(flown, early_counts(flown), strict=True):
         for first, last in [*ranges(problem, batch, 0, early), *ranges(problem, batch, early, batch.count)]:
             problem.engine.draw_ahead(batch, first, last)
-    for batch in again:
+    for batch in confirmed:
         for first, last in problem.chunks(batch):
             problem.engine.draw_ahead(batch, first, last)
 
 
-def decided(found: FinalFlights, choose: Choose) -> Array:
-    """Return who may stop after the flights that everyone made (rows,); never the default, which is the first row."""
-    parts = [found.seen(i, early=True) for i in range(len(found.problem.objectives))]
+def decided(flights: FinalFlights, choose: Choose) -> Array:
+    """Return the mask (rows,) of those that may stop early: never the default, row 0."""
+    parts = [flights.seen(i, early=True) for i in range(len(flights.problem.objectives))]
     replicates = np.stack([replicates_on(samples, risk, drawn) for samples, drawn, risk in parts], axis=1)
-    keeps, is_open = limits_kept(found)
+    keeps, is_open = limits_kept(flights)
     keeping = keeps.mean(axis=1)
     if not np.any(keeping[1:] >= LEVEL):
         return np.zeros(len(keeping), dtype=bool)
@@ -143,16 +143,16 @@ def decided(found: FinalFlights, choose: Choose) -> Array:
     return stops
 
 
-def limits_kept(found: FinalFlights) -> tuple[Array, Array]:
-    """Return whether each row keeps all limits on each resample (rows, r), and whose share is not settled yet (rows,).
+def limits_kept(flights: FinalFlights) -> tuple[Array, Array]:
+    """Return two masks: all limits satisfied (rows, r) by resample; that share not settled yet (rows,).
 
     A share that is allowed to be 0 alone is left to `decisive` as long as it is 0: no number of flights would settle it.
     """
-    problem, m = found.problem, len(found.problem.objectives)
-    known = np.all(known_violations(problem.requirements, found.known) <= 0.0, axis=1)
-    keeps, is_open = np.repeat(known[:, None], FRONT_REPLICATES, axis=1), np.zeros(len(known), dtype=bool)
+    problem, m = flights.problem, len(flights.problem.objectives)
+    are_met = np.all(known_violations(problem.requirements, flights.requirements) <= 0.0, axis=1)
+    keeps, is_open = np.repeat(are_met[:, None], FRONT_REPLICATES, axis=1), np.zeros(len(are_met), dtype=bool)
     for i, entry in enumerate(problem.constraints):
-        samples, drawn, risk = found.seen(m + i, early=True)
+        samples, drawn, risk = flights.seen(m + i, early=True)
         if entry.objective.is_binary:
             low, high = entry.objective.interval(samples, drawn, 2.0 * LEVEL - 1.0)
             keeps &= (low <= entry.most)[:, None]
@@ -162,17 +162,17 @@ def limits_kept(found: FinalFlights) -> tuple[Array, Array]:
     return keeps, is_open
 
 
-def decisive(found: FinalFlights, choose: Choose) -> Array:
+def decisive(flights: FinalFlights, choose: Choose) -> Array:
     """Return the rows that stopped and on whose further flights the choice depends (k,), none where it is settled."""
-    problem, m = found.problem, len(found.problem.objectives)
-    values = np.stack([found.value(i) for i in range(len(problem.quantities))], axis=1)
-    keeps = np.all(known_violations(problem.requirements, found.known) <= 0.0, axis=1)
+    problem, m = flights.problem, len(flights.problem.objectives)
+    values = np.stack([flights.value(i) for i in range(len(problem.quantities))], axis=1)
+    keeps = np.all(known_violations(problem.requirements, flights.requirements) <= 0.0, axis=1)
     keeps &= np.all(problem.broken(values) <= 0.0, axis=1)
-    stopped = np.flatnonzero(keeps & ~found.complete)
+    stopped = np.flatnonzero(keeps & ~flights.complete)
     if not len(stopped):
         return stopped
     objectives, rows = np.ascontiguousarray(values[:, :m]), np.arange(len(keeps))
-    replicates = np.stack([found.replicates(i) for i in range(m)], axis=1)
+    replicates = np.stack([flights.replicates(i) for i in range(m)], axis=1)
     share = recommended(replicates, np.repeat(keeps[:, None], FRONT_REPLICATES, axis=1), choose)
     first = choose(objectives, keeps)
     depends = (share > 1.0 - LEVEL) | (rows == first)
@@ -184,7 +184,7 @@ def decisive(found: FinalFlights, choose: Choose) -> Array:
         )
     if np.any(depends[stopped]):
         return stopped[depends[stopped]]
-    for out in _losing(found, stopped):
+    for out in _losing(flights, stopped):
         left = keeps & ~out
         alone = choose(objectives, left)
         if alone != first:
@@ -194,17 +194,17 @@ def decisive(found: FinalFlights, choose: Choose) -> Array:
     return stopped[:0]
 
 
-def _losing(found: FinalFlights, stopped: Array) -> Array:
+def _losing(flights: FinalFlights, stopped: Array) -> Array:
     """Return masks (k, rows) of those that stopped and may yet lose a flight together: all of them, and sets at random."""
-    draw = generator(found.root, "finals/losing", int(found.complete.sum(axis=0)))
+    draw = generator(flights.root, "finals/losing", int(flights.complete.sum(axis=0)))
     some = np.concatenate([np.ones((1, len(stopped)), dtype=bool), draw.random((TRIED, len(stopped))) < LOST])
-    out = np.zeros((len(some), len(found.complete)), dtype=bool)
+    out = np.zeros((len(some), len(flights.complete)), dtype=bool)
     out[:, stopped] = some
     return out
 
 
 def contested(replicates: Array, keeping: Array) -> Array:
-    """Return which rows (rows,) dominate another, or are dominated, in some of the resamples but neither in most nor in few.
+    """Return the mask of rows (rows,) with an uncertain dominance: in neither most nor few of the resamples.
 
     replicates (rows, m, r): objectives; keeping (rows,): share of the resamples in which a row keeps all limits. Who surely is
     dominated, or breaks a limit, has no part in it, nor has the default.
@@ -214,9 +214,9 @@ def contested(replicates: Array, keeping: Array) -> Array:
     share = np.array([dominates(one, others, axis=1).mean(axis=-1) for one in others]).reshape(len(rows), len(rows))
     off = np.any((share >= LEVEL) & (keeping[rows] >= LEVEL)[:, None], axis=0)
     unsure = (share > 1.0 - LEVEL) & (share < LEVEL) & ~off & ~off[:, None]
-    found = np.zeros(len(keeping), dtype=bool)
-    found[rows] = unsure.any(axis=0) | unsure.any(axis=1)
-    return found
+    flights = np.zeros(len(keeping), dtype=bool)
+    flights[rows] = unsure.any(axis=0) | unsure.any(axis=1)
+    return flights
 
 
 def recommended(replicates: Array, keeps: Array, choose: Choose) -> Array:

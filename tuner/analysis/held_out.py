@@ -26,13 +26,11 @@ from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES, FinalFlights
 from tuner.documents.parts import Estimate, SampledValue, ShareCount
 from tuner.documents.summary import ComparedRow, ComparedState, RequiredRow
+from tuner.documents.verdicts import BROKEN, NOT_CERTAIN, SATISFIED, verdict_on_difference, verdict_on_limit
 from tuner.search.front import non_dominated
 
 # Bootstrap replicates for the Default / Tuned table.
 TABLE_REPLICATES = 2000
-# Relative difference of two values that are the same within rounding.
-SAME = 1e-9
-KEPT, NOT_CERTAIN, BROKEN = "kept", "not certain", "broken"
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,7 @@ class Finalists:
 
 
 @dataclass(frozen=True)
-class Searched:
+class SearchEstimate:
     """A finalist as the search saw it: values (objectives,), scores (quantities, flights), scenario of each flight."""
 
     values: np.ndarray
@@ -91,7 +89,7 @@ class Searched:
         return self.scores[index] if scenario is None else self.scores[index][self.origin == scenario]
 
 
-def judge(flown: FinalFlights, searched: list[Searched]) -> Finalists:
+def judge(flown: FinalFlights, searched: list[SearchEstimate]) -> Finalists:
     """Find out what the held-out flights of all finalists say; searched: each of them in the search."""
     evaluation, problem, root = flown.evaluation, flown.problem, flown.root
     shape = evaluation.values.shape
@@ -116,15 +114,25 @@ def judge(flown: FinalFlights, searched: list[Searched]) -> Finalists:
     best[rows] = flown.non_dominated(rows)
     probability[rows] = share_non_dominated(replicates[rows])
     return Finalists(
-        flown, low, high, excess, feasible, best, search, evaluation.values - search, gap_low, gap_high, probability,
+        flown,
+        low,
+        high,
+        excess,
+        feasible,
+        best,
+        search,
+        evaluation.values - search,
+        gap_low,
+        gap_high,
+        probability,
         *differences_to(flown, 0),
-    )  # fmt: skip
+    )
 
 
 def differences_to(flown: FinalFlights, row: int) -> PairedDifference:
     """Return every finalist minus one that made all flights (rows, objectives), paired over the held-out flights."""
-    found = [flown.difference_to(i, row) for i in range(len(flown.problem.objectives))]
-    return PairedDifference(*np.stack(found, axis=-1))
+    differences = [flown.difference_to(i, row) for i in range(len(flown.problem.objectives))]
+    return PairedDifference(*np.stack(differences, axis=-1))
 
 
 def _search_interval(samples: np.ndarray, objective: Objective, root: int, index: int) -> tuple[float, float]:
@@ -148,34 +156,34 @@ def gap_interval(
     G. Y. Zou, A. Donner, "Construction of confidence limits about effect measures", Statistics in Medicine
     27(10):1693-1702, 2008 (MOVER): the distances from the estimates to their limits add as variances do.
     """
-    apart = value - other
+    gap_sizes = value - other
     return (
-        apart - np.hypot(value - low, other_high - other),
-        apart + np.hypot(high - value, other - other_low),
+        gap_sizes - np.hypot(value - low, other_high - other),
+        gap_sizes + np.hypot(high - value, other - other_low),
     )
 
 
 def share_non_dominated(replicates: np.ndarray) -> np.ndarray:
     """Return the share (rows,) of resamples on which each row of replicates (rows, objectives, resamples) is non-dominated."""
     count = replicates.shape[-1]
-    kept = [non_dominated(np.ascontiguousarray(replicates[..., r])) for r in range(count if len(replicates) else 0)]
-    return np.mean(np.array(kept, dtype=float).reshape(-1, len(replicates)), axis=0) if kept else np.zeros(0)
+    fronts = [non_dominated(np.ascontiguousarray(replicates[..., r])) for r in range(count if len(replicates) else 0)]
+    return np.mean(np.array(fronts, dtype=float).reshape(-1, len(replicates)), axis=0) if fronts else np.zeros(0)
 
 
 def compare(problem: Evaluator, flown: Evaluation, root: int) -> list[ComparedRow]:
     """Compare the second row of an evaluation with the first on every objective and constraint, flight by flight."""
     rows = []
-    asked = [*[None] * len(problem.objectives), *problem.constraints]
+    limits = [*[None] * len(problem.objectives), *problem.constraints]
     drawn = resampled_scenarios(generator(root, "bootstrap/table", 0), TABLE_REPLICATES, flown.origin)
-    for i, (quantity, limit) in enumerate(zip(problem.quantities, asked, strict=True)):
+    for i, (quantity, limit) in enumerate(zip(problem.quantities, limits, strict=True)):
         samples = flown.samples(i, quantity.scenario)
         part = within(drawn, flown.origin, quantity.scenario)
         values = quantity.risk.apply(samples)
         low, high = quantity.interval(samples, part)
         default, tuned = (Estimate(float(values[k]), float(low[k]), float(high[k])) for k in (0, 1))
-        apart = SampledValue(*map(float, quantity.difference(samples[1], samples[0], part)))
-        row = compared_row(quantity, default, tuned, apart, limit)
-        if limit is not None and row.verdict == KEPT and not limit.rests_on_value:
+        gap_sizes = SampledValue(*map(float, quantity.difference(samples[1], samples[0], part)))
+        row = compared_row(quantity, default, tuned, gap_sizes, limit)
+        if limit is not None and row.verdict == SATISFIED and not limit.rests_on_value:
             held = quantity.interval(samples[1], part, limit.confidence).high <= limit.most
             row = row if held else row.model_copy(update={"verdict": NOT_CERTAIN})
         counts = [ShareCount.of(one) for one in samples] if quantity.is_binary else []
@@ -192,9 +200,9 @@ def compared_row(
 ) -> ComparedRow:
     """Return one line of the Default / Tuned table, judged by values; difference: tuned minus default, paired over scenarios."""
     if limit is None:
-        verdict = verdict_on(float(default.value or 0.0), difference)
+        verdict = verdict_on_difference(float(default.value or 0.0), difference)
     else:
-        verdict = KEPT if float(tuned.value or 0.0) <= limit.most else BROKEN
+        verdict = verdict_on_limit(float(tuned.value or 0.0), limit.most)
     return ComparedRow(
         label=quantity.label,
         metric=quantity.metric.text,
@@ -210,16 +218,6 @@ def compared_row(
         verdict=verdict,
         automatic="" if limit is None else limit.floor,
     )
-
-
-def verdict_on(default: float, difference: SampledValue) -> str:
-    """Say in words what the interval of a difference to the default's value allows to say."""
-    # The same gains, decoded from a point of the unit cube, differ in the last digit.
-    if abs(difference.value) <= SAME * abs(default):
-        return "no clear difference"
-    if difference.high < 0.0:
-        return "better"
-    return "worse" if difference.low > 0.0 else "no clear difference"
 
 
 def compare_known(problem: Evaluator, gains: np.ndarray) -> list[RequiredRow]:
@@ -252,7 +250,7 @@ def required_row(
         default=known_value(first),
         tuned=known_value(second),
         difference=known_value(second - first if finite else None),
-        verdict=KEPT if requirement.kept(np.array([tuned]))[0] else BROKEN,
+        verdict=SATISFIED if requirement.is_satisfied(np.array([tuned]))[0] else BROKEN,
     )
     row = row.model_copy(update=requirement.units())
     before, after = states

@@ -1,27 +1,22 @@
 """Flights that ended before their time, by name and cause, and what losses that were not seen could do."""
 
 from collections.abc import Sequence
-from functools import singledispatch
-from math import acos, degrees, isfinite
 from typing import Any
 
 import numpy as np
 
 from objectives.evaluator import Evaluator
-from objectives.plant_system import PlantSystem
+from objectives.flown_system import FlightBatch, FlownSystem
 from objectives.problem import Evaluation, Problem
 from objectives.risk import Risk, upper_bound
 from objectives.risk.shares import risk_of_share
-from objectives.system import FlightBatch, System
 from plant.backends.flyer import result_parts
-from plant.closed_loop import Status
+from plant.status import Status
 from tuner.documents.parts import LostFlight, ShareCount
 from tuner.documents.summary import RaisedValue, UnseenLosses
-from tuner.text.sentences import listing
 
 STATUSES = tuple(Status)
 MOST_NAMED = 20
-CAUSES = {Status.TILTED: "tilt", Status.LOST: "position", Status.NON_FINITE: "not finite"}
 
 
 def flight_name(stream: str, index: int) -> str:
@@ -36,7 +31,7 @@ def fly_alone(problem: Problem, gains: np.ndarray, spec: Any, stream: str, indic
 
 
 def lost_among(
-    results: np.ndarray, system: Any, spec: Any, stream: str, indices: Sequence[int], point: str = ""
+    results: np.ndarray, system: FlownSystem, spec: Any, stream: str, indices: Sequence[int], point: str = ""
 ) -> list[LostFlight]:
     """Return the lost ones of the results (flights, rows) of flights of a stream with these numbers."""
     _, status, end = result_parts(results)
@@ -47,14 +42,20 @@ def lost_among(
 
 
 def lost_flight(
-    system: Any, spec: Any, stream: str, index: int, status: Status, time: float, point: str = ""
+    system: FlownSystem, spec: Any, stream: str, index: int, status: Status, time: float, point: str = ""
 ) -> LostFlight:
     """Return a flight that ended with a status at a time [s]."""
-    cause, limit = broken_limit(system, status)
+    cause, limit = system.failure_causes[status]
     return LostFlight(
-        name=flight_name(stream, index), scenario=spec.name, stream=stream, index=index, point=point, time=time, cause=cause,
+        name=flight_name(stream, index),
+        scenario=spec.name,
+        stream=stream,
+        index=index,
+        point=point,
+        time=time,
+        cause=cause,
         limit=limit,
-    )  # fmt: skip
+    )
 
 
 def named_losses(
@@ -66,47 +67,20 @@ def named_losses(
     """
     if not isinstance(problem, Problem):
         return []
-    found, start = list[LostFlight](), 0
+    flights, start = list[LostFlight](), 0
     for batch in batches:
-        lost = np.flatnonzero(failed[start : start + batch.count])[: MOST_NAMED - len(found)].tolist()
+        lost = np.flatnonzero(failed[start : start + batch.count])[: MOST_NAMED - len(flights)].tolist()
         start += batch.count
         if lost:
             results = fly_alone(problem, gains, batch.spec, batch.stream, lost)
-            found += lost_among(results, problem.system, batch.spec, batch.stream, lost, point)
-    return found
-
-
-@singledispatch
-def broken_limit(system: Any, status: Status) -> tuple[str, str]:
-    """Return what left its limit in a flight of a system with this status, and the limit in words."""
-    raise TypeError(f"nothing tells the limits of {type(system).__name__}")
-
-
-@broken_limit.register
-def _(system: System, status: Status) -> tuple[str, str]:
-    limits = {
-        Status.TILTED: f"{degrees(acos(system.limits.cosine_tilt)):.4g} deg of tilt",
-        Status.LOST: f"{system.limits.position:g} m off along an axis",
-        Status.NON_FINITE: "finite numbers",
-    }
-    return CAUSES[status], limits[status]
-
-
-@broken_limit.register
-def _(system: PlantSystem, status: Status) -> tuple[str, str]:
-    if status is Status.NON_FINITE:
-        return CAUSES[status], "finite numbers"
-    units = system.axes.units
-    ends = [
-        f"{each.limit:g} {units[each.name]} off in {each.name}" for each in system.plan.channels if isfinite(each.limit)
-    ]
-    return "error", listing(ends) if len(ends) < 2 else f"{', '.join(ends[:-1])} or {ends[-1]}"
+            flights += lost_among(results, problem.system, batch.spec, batch.stream, lost, point)
+    return flights
 
 
 def unseen_losses(
     problem: Evaluator, batches: tuple[FlightBatch, ...], evaluation: Evaluation, row: int
 ) -> UnseenLosses | None:
-    """Return what losses not seen in the flights of a row leave room for; None where some were lost or nothing would move."""
+    """Return the effect of losses unseen in a row's flights: None if some were lost or nothing would move."""
     flights = int(evaluation.flights_each[row])
     if evaluation.lost[row]:
         return None

@@ -7,19 +7,15 @@ plant of one's own are exact; the loop that flies has those of its steps.
 """
 
 from dataclasses import dataclass
-from functools import singledispatch
 from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from objectives.flown_system import FlownSystem
 from objectives.problem import STATUS_ROW, Problem
-from plant.errors import InputError
-from plant.model.modes import accurate_steps, poles_at_rest
-from plant.model.plant_model import PlantModel
 from tuner.documents.parts import PlantStep
-from tuner.study.plant_study import PlantStudy, plant_margins
-from tuner.study.study import Study, TuningStudy
+from tuner.study.searched import SearchedStudy, TuningStudy
 from tuner.text.numbers import significant
 
 Array = np.ndarray
@@ -35,8 +31,8 @@ ALIKE = 1e-9
 NO_SIZE = 1e-7
 # Gain margins beyond this factor, 40 dB, are of frequencies where nothing acts.
 REMOTE = 100.0
-# Orders of the error in the step: of Runge-Kutta, and of inputs averaged over the steps of an FMU. Safety of advice.
-ORDER, ORDER_OF_MEANS, SAFETY = 4, 2, 1.5
+# Safety of advice.
+SAFETY = 1.5
 
 
 class Errors(NamedTuple):
@@ -47,7 +43,7 @@ class Errors(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Halving:
+class StepHalvingError:
     """A scenario's change by halving: errors of quantities, flights that ended otherwise."""
 
     errors: Errors
@@ -55,18 +51,22 @@ class Halving:
 
 
 def plant_step_of(study: TuningStudy, gains: Array | None = None) -> PlantStep:
-    """Return how a study integrates the plant, with the error of the margins of gains rows (n, g) alone."""
+    """Return the plant step of a study: with the error of the margins of gains rows (n, g) alone."""
     timing = study.system.timing
     margin = None if gains is None else flown_margin_error(study, gains)
     integration = PlantStep(
-        step=timing.plant_step, steps=timing.steps, fixed=study.fixes_plant_step, flights=0,
-        margin_error=None if margin is None else margin[0], margin=None if margin is None else margin[1],
-    )  # fmt: skip
-    return integration.model_copy(update={"advised": _advised(study, integration)})
+        step=timing.plant_step,
+        steps=timing.steps,
+        fixed=study.fixes_plant_step,
+        flights=0,
+        margin_error=None if margin is None else margin[0],
+        margin=None if margin is None else margin[1],
+    )
+    return integration.model_copy(update={"advised": _advised(study.system, integration)})
 
 
 def estimated_plant_step(problem: Problem, study: TuningStudy, gains: Array) -> PlantStep:
-    """Return how a study integrates the plant, and the largest errors over gains rows (n, g), quantities and scenarios."""
+    """Return the plant step of a study: with the largest errors over gains rows (n, g), quantities and scenarios."""
     halvings = [halving(problem, study, entry.spec, gains, entry.held_out) for entry in study.scenarios]
     names = [str(quantity.metric) for quantity in problem.quantities]
     error, metric = _largest([entry.errors.standard for entry in halvings], names)
@@ -81,7 +81,7 @@ def estimated_plant_step(problem: Problem, study: TuningStudy, gains: Array) -> 
             "ended_otherwise": sum(entry.ended_otherwise for entry in halvings),
         }
     )
-    return integration.model_copy(update={"advised": _advised(study, integration)})
+    return integration.model_copy(update={"advised": _advised(study.system, integration)})
 
 
 def _largest(errors: list[Array], names: list[str]) -> tuple[float | None, str | None]:
@@ -93,9 +93,9 @@ def _largest(errors: list[Array], names: list[str]) -> tuple[float | None, str |
     return float(np.nanmax(table)), names[int(worst)]
 
 
-def halving(problem: Problem, study: TuningStudy, spec: Any, gains: Array, held_out: int) -> Halving:
+def halving(problem: Problem, study: SearchedStudy, spec: Any, gains: Array, held_out: int) -> StepHalvingError:
     """Fly gains rows (n, g) through a scenario with the plant step and with half of it; held_out: flights of its mean."""
-    system = study.system
+    system = problem.system
     inputs = system.sample(spec, study.seed, STREAM, range(FLIGHTS))
     flown = [
         flyer.fly(gains, system.nominal, inputs) for flyer in (problem.flyer, problem.flyer.at(system.timing.halved))
@@ -108,7 +108,7 @@ def halving(problem: Problem, study: TuningStudy, spec: Any, gains: Array, held_
     times = np.array([quantity.metric.metric.censored is not None for quantity in problem.quantities])
     unseen = np.where(times, system.timing.control_period, 0.0)
     errors = mean_errors(coarse, fine, ~(lost | still_lost), held_out, floor, unseen)
-    return Halving(errors, int(np.sum(lost != still_lost)))
+    return StepHalvingError(errors, int(np.sum(lost != still_lost)))
 
 
 def mean_errors(coarse: Array, fine: Array, counted: Array, held_out: int, floor: Array, unseen: Array) -> Errors:
@@ -138,24 +138,15 @@ def mean_errors(coarse: Array, fine: Array, counted: Array, held_out: int, floor
     return Errors(*[np.fmax.reduce(errors, axis=0) for errors in (standard, relative)])
 
 
-@singledispatch
-def flown_margin_error(study: TuningStudy, gains: Array) -> tuple[float, str] | None:  # noqa: ARG001
+def flown_margin_error(study: SearchedStudy, gains: Array) -> tuple[float, str] | None:
     """Return the largest error of a margin of the loop that flies, as a share, over gains rows (n, g), and the margin's name.
 
     None where margins are not known apart from the steps that fly.
     """
-    return None
-
-
-@flown_margin_error.register
-def _(study: PlantStudy, gains: Array) -> tuple[float, str] | None:
-    if not isinstance(study.system.plant, PlantModel):
+    margins = study.flown_margins(gains)
+    if margins is None:
         return None
-    try:
-        model = plant_margins(study.system, study.space)
-        exact, flown = model.evaluate(gains), model.as_flown().evaluate(gains)
-    except InputError:
-        return None
+    exact, flown = margins
     if np.any(exact.stable != flown.stable):
         return 1.0, "stability"
     shares = {
@@ -175,20 +166,14 @@ def _share(exact: Array, flown: Array) -> float:
     return float(np.max(np.abs(flown[both] - exact[both]) / exact[both], initial=0.0))
 
 
-def _advised(study: TuningStudy, integration: PlantStep) -> float | None:
+def _advised(system: FlownSystem, integration: PlantStep) -> float | None:
     """Return a plant step [s] that is short enough; None where nothing is warned of."""
     worst = max((share for share, _ in _excesses(integration)), default=0.0)
     if worst <= 1.0 and not integration.ended_otherwise:
         return None
-    system, order = study.system, ORDER
     fewest = 2 * integration.steps if integration.ended_otherwise else integration.steps
-    if isinstance(study, PlantStudy):
-        if isinstance(system.plant, PlantModel):
-            poles = poles_at_rest(system.plant, system.parameters, system.plan.actuators)
-            fewest = max(fewest, accurate_steps(system.timing.control_period * poles))
-        else:
-            order = ORDER_OF_MEANS
-    return system.timing.control_period / max(fewest, ceil(integration.steps * (SAFETY * worst) ** (1.0 / order)))
+    steps = ceil(integration.steps * (SAFETY * worst) ** (1.0 / system.order))
+    return system.timing.control_period / max(fewest, system.min_steps, steps)
 
 
 def _excesses(integration: PlantStep) -> list[tuple[float, str]]:
@@ -210,7 +195,7 @@ def _excesses(integration: PlantStep) -> list[tuple[float, str]]:
     return excesses
 
 
-def plant_step_warnings(integration: PlantStep, key: str = Study.plant_step_key) -> list[str]:
+def plant_step_warnings(integration: PlantStep, key: str = TuningStudy.plant_step_key) -> list[str]:
     """Warn of a plant step that decides more than it may; key: of a study, that changes it."""
     advised = 0.5 * integration.step if integration.advised is None else integration.advised
     remedy = f"write {key} = {advised:.12g}"

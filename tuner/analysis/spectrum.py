@@ -4,15 +4,13 @@ Power densities by Welch's method (P. D. Welch, IEEE Trans. Audio Electroacoust.
 then over bands of equal width on a logarithmic axis.
 """
 
-from functools import singledispatch
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.plant_system import PlantSystem
-from objectives.system import System
-from plant.backends.flyer import FlightInputs, Flyer
+from objectives.flown_system import FlightBackend, FlownSystem
+from plant.backends.flyer import FlightInputs
 from plant.records import rows
 
 Array = NDArray[np.float64]
@@ -30,33 +28,16 @@ class Spectrum(NamedTuple):
     density: Array
 
 
-def command_spectrum(system: Any, flyer: Flyer, gains: Array, inputs: FlightInputs) -> Spectrum | None:
-    """Fly one candidate, gains (n,), through the scenarios and return the spectrum of its commands, as `spectrum` does."""
-    return spectrum(commands_of(system, flyer, gains, inputs), system.timing.control_period)
+def command_spectrum(system: FlownSystem, flyer: FlightBackend, gains: Array, inputs: FlightInputs) -> Spectrum | None:
+    """Fly one candidate, gains (n,), through the scenarios and return the `spectrum` of its commands.
 
-
-@singledispatch
-def commands_of(system: Any, flyer: Flyer, gains: Array, inputs: FlightInputs) -> Array:
-    """Return the commands (flights, instants, inputs) of the flights that are completed, as the metric `noise` counts them."""
-    raise TypeError(f"nothing records the commands of {type(system).__name__}")
-
-
-@commands_of.register
-def _(system: System, flyer: Flyer, gains: Array, inputs: FlightInputs) -> Array:
-    return _recorded(flyer, gains, system.nominal, inputs, "pending") / system.nominal.hover
-
-
-@commands_of.register
-def _(system: PlantSystem, flyer: Flyer, gains: Array, inputs: FlightInputs) -> Array:
-    scales = np.array(list(system.plan.scales.values()))
-    return _recorded(flyer, gains, system.nominal, inputs, "control.command") / scales
-
-
-def _recorded(flyer: Flyer, gains: Array, nominal: Any, inputs: FlightInputs, path: str) -> Array:
-    """Return a part of the flight at every instant (flights, instants, rows), of the flights that are completed."""
-    flight = flyer.loop.Flight
-    trace = flyer.trace(gains, nominal, inputs, 1, np.r_[rows(flight, path), rows(flight, "status")])
-    return trace[np.all(trace[..., -1] == 0.0, axis=1), :, :-1]
+    Of flights that are completed, counted as the metric `noise` counts them.
+    """
+    flight = system.loop.Flight
+    traced = np.r_[rows(flight, system.command), rows(flight, "status")]
+    trace = flyer.trace(gains, system.nominal, inputs, 1, traced)
+    is_complete = np.all(trace[..., -1] == 0.0, axis=1)
+    return spectrum(trace[is_complete, :, :-1] / system.command_scales, system.timing.control_period)
 
 
 def spectrum(commands: Array, h: float) -> Spectrum | None:

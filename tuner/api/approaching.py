@@ -16,17 +16,17 @@ from objectives.metrics import parse
 from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk
 from plant.errors import InputError
-from plant.gains import gain_addresses
 from plant.output_files import make_folders
-from plant.scenarios import HELD_OUT
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.scenarios import HELD_OUT
 from plant.vectors import Vec3
 from tuner.analysis.approach import factors_between, falls_short, rows_between, steps_between, steps_of_size
 from tuner.analysis.margins.document import margins_document
 from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.api.exporting import Options, export
-from tuner.api.flying import Sortie, prepare
+from tuner.api.flight_setup import FlightSetup
 from tuner.api.frames import Documented, frame, shown
-from tuner.api.gains import Gains, GainsLike, as_gains, gains_of
+from tuner.api.gains import Gains, GainsLike, QuadrotorGains, gains_of, quadrotor_gains
 from tuner.api.studies import StudyLike
 from tuner.documents.approach import APPROACH_FORMAT, APPROACH_VERSION, ApproachDocument, Expected, StepOfApproach
 from tuner.documents.parts import LawNames
@@ -71,10 +71,10 @@ class Approach(Documented):
         return frame([{"share": step.share, **step.gains} for step in self.document.steps], "share")
 
     def _repr_html_(self) -> str:
-        kept = (
+        verdict = (
             "Every step keeps its margins." if self.passed else "A margin falls short, or flights are lost, on the way."
         )
-        return shown(f"{len(self.gains) - 1} steps to the tuned gains", [kept], self.table)
+        return shown(f"{len(self.gains) - 1} steps to the tuned gains", [verdict], self.table)
 
 
 def approach(
@@ -121,7 +121,7 @@ def approach(
     """
     if to is not None and out is None:
         raise InputError("give a folder for the exports too", key="--out")
-    before, after = as_gains(present), as_gains(tuned)
+    before, after = (quadrotor_gains(each) for each in (present, tuned))
     _check_alike(before.controller, after.controller)
     first, last = (np.array(each.controller.gains) for each in (before, after))
     if steps is not None and step is not None:
@@ -129,10 +129,10 @@ def approach(
     usual = steps_between(first, last) if step is None else steps_of_size(first, last, step)
     rows = rows_between(first, last, usual if steps is None else steps)
     between = [gains_of(replace(after.controller, gains=tuple(row.tolist())), {}) for row in rows[1:-1]]
-    sortie = prepare(after.controller, study, 0, SEED)
+    flight_setup = after.flight_setup(study, 0, SEED)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
-        document = _document(before, after, sortie, rows, flights, watcher or Watcher())
+        document = _document(before, after, flight_setup, rows, flights, watcher or Watcher())
         made = Approach(document, (before, *between, after), None if folder is None else folder.path)
         if folder is not None:
             _write(folder, made, to, options, previous)
@@ -140,17 +140,27 @@ def approach(
 
 
 def _document(
-    before: Gains, after: Gains, sortie: Sortie, rows: np.ndarray, flights: int, watcher: Watcher
+    before: QuadrotorGains,
+    after: QuadrotorGains,
+    flight_setup: FlightSetup,
+    rows: np.ndarray,
+    flights: int,
+    watcher: Watcher,
 ) -> ApproachDocument:
-    flown = _flown(sortie, rows, flights, watcher)
+    flown = _flown(flight_setup, rows, flights, watcher)
     subjects = _subjects(after.controller, rows)
-    found = [_step(rows, k, subjects, flown[k]) for k in range(len(rows))]
+    steps_made = [_step(rows, k, subjects, flown[k]) for k in range(len(rows))]
     return ApproachDocument(
-        format=APPROACH_FORMAT, version=APPROACH_VERSION, airframe=after.airframe,
+        format=APPROACH_FORMAT,
+        version=APPROACH_VERSION,
+        airframe=after.airframe,
         laws=LawNames(position=after.laws["position"], attitude=after.laws["attitude"]),
-        scenario=sortie.spec.name, flights=flights, steps=found, notes=_differing(before.controller, after.controller),
-        passed=all(step.stable and not step.short and not step.lost for step in found),
-    )  # fmt: skip
+        scenario=flight_setup.spec.name,
+        flights=flights,
+        steps=steps_made,
+        notes=_differing(before.controller, after.controller),
+        passed=all(step.stable and not step.short and not step.lost for step in steps_made),
+    )
 
 
 def _check_alike(before: Controller, after: Controller) -> None:
@@ -170,7 +180,7 @@ def _check_alike(before: Controller, after: Controller) -> None:
 
 
 def _differing(before: Controller, after: Controller) -> list[str]:
-    """Return what differs besides gains, a sentence each."""
+    """Return a sentence for each difference besides gains."""
     pairs = [
         (name, getattr(before.options, name), getattr(after.options, name))
         for name in before.options.__dataclass_fields__
@@ -203,14 +213,16 @@ class StepFlights:
     lost: int
 
 
-def _flown(sortie: Sortie, rows: np.ndarray, flights: int, watcher: Watcher) -> list[StepFlights]:
-    """Return what every gains row measures in flights through the same air."""
+def _flown(flight_setup: FlightSetup, rows: np.ndarray, flights: int, watcher: Watcher) -> list[StepFlights]:
+    """Return the metrics of every gains row in flights through the same air."""
     objectives = tuple(Objective(parse(name), Risk("mean")) for name in (*METRICS, FAILURE))
-    problem = Problem(sortie.system, DecisionSpace((), (), tuple(rows[0].tolist())), objectives, (), sortie.root)
+    problem = Problem(
+        flight_setup.system, DecisionSpace((), (), tuple(rows[0].tolist())), objectives, (), flight_setup.root
+    )
     if not problem.flyer.cached:
         with compilation(watcher):
-            problem.warm_up(rows[0], sortie.spec)
-    scores = problem.evaluate_gains(rows, (FlightBatch(sortie.spec, HELD_OUT, flights),)).scores
+            problem.warm_up(rows[0], flight_setup.spec)
+    scores = problem.evaluate_gains(rows, (FlightBatch(flight_setup.spec, HELD_OUT, flights),)).scores
     lost = scores[:, -1] > 0.0
     return [
         StepFlights(
@@ -234,11 +246,16 @@ def _step(rows: np.ndarray, k: int, subjects: list[Subject], flown: StepFlights)
     most = int(np.argmax(factors, axis=0))
     channels = margins_document(subject, []).channels
     return StepOfApproach(
-        share=k / (len(rows) - 1), gains=dict(zip(addresses, rows[k].tolist(), strict=True)),
-        gain=addresses[most] if factors[most] > 1.0 else None, factor=float(factors[most]),
-        stable=all(channel.stable for channel in channels), channels=channels,
-        short=falls_short(subject, subjects[0], subjects[-1]), expected=flown.expected, lost=flown.lost,
-    )  # fmt: skip
+        share=k / (len(rows) - 1),
+        gains=dict(zip(addresses, rows[k].tolist(), strict=True)),
+        gain=addresses[most] if factors[most] > 1.0 else None,
+        factor=float(factors[most]),
+        stable=all(channel.stable for channel in channels),
+        channels=channels,
+        short=falls_short(subject, subjects[0], subjects[-1]),
+        expected=flown.expected,
+        lost=flown.lost,
+    )
 
 
 def _write(folder: Folder, made: Approach, to: str | None, options: Options, previous: str | Path | None) -> None:

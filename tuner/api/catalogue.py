@@ -6,15 +6,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from objectives.margins.quantities import LIMITABLE
-from objectives.metrics import AXES, METRICS
+from objectives.metrics import METRICS
 from objectives.risk import RISKS
 from objectives.theory import THEOREMS
-from plant import airframes as bundled
-from plant.airframes.derived import quantities
 from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.model.signals import SIGNALS
+from plant.quadrotor import airframes as bundled
+from plant.quadrotor.airframes.derived import quantities
+from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES, parameters
 from plant.texts import toml_table
 from tuner.api.frames import frame
@@ -31,12 +32,23 @@ def laws() -> Rows:
     LAWS.ask_packages()
     return [
         {
-            "law": law.name, "title": law.title, "gain": gain.name.rstrip("_"), "symbol": gain.symbol, "loop": loop,
-            "unit": gain.unit_in(loop), "default": gain.span(loop).default, "low": gain.span(loop).low,
-            "high": gain.span(loop).high, "scale": gain.scale, "meaning": gain.meaning, "source": gain.source,
+            "law": law.name,
+            "title": law.title,
+            "gain": gain.name.rstrip("_"),
+            "symbol": gain.symbol,
+            "loop": loop,
+            "unit": gain.unit_in(loop),
+            "default": gain.span(loop).default,
+            "low": gain.span(loop).low,
+            "high": gain.span(loop).high,
+            "scale": gain.scale,
+            "meaning": gain.meaning,
+            "source": gain.source,
         }
-        for law in LAWS.values() for loop in ("attitude", "position") for gain in law.gains
-    ]  # fmt: skip
+        for law in LAWS.values()
+        for loop in ("attitude", "position")
+        for gain in law.gains
+    ]
 
 
 def airframes() -> Rows:
@@ -47,11 +59,15 @@ def airframes() -> Rows:
         derived = quantities(airframe.vehicle)
         rows.append(
             {
-                "airframe": name, "title": airframe.title, "frame": airframe.frame, "mass [kg]": airframe.vehicle.mass,
-                "hover [rad/s]": derived["hover_speed"].value, "thrust:weight": derived["thrust_to_weight"].value,
+                "airframe": name,
+                "title": airframe.title,
+                "frame": airframe.frame,
+                "mass [kg]": airframe.vehicle.mass,
+                "hover [rad/s]": derived["hover_speed"].value,
+                "thrust:weight": derived["thrust_to_weight"].value,
                 "lag [s]": airframe.vehicle.lag_up,
             }
-        )  # fmt: skip
+        )
     return rows
 
 
@@ -60,11 +76,13 @@ def metrics() -> Rows:
     METRICS.ask_packages()
     return [
         {
-            "metric": metric.name, "unit": metric.unit.format("m|rad"), "definition": metric.definition,
-            "address": f"{metric.name}.AXIS, AXIS: {', '.join(AXES)}" if metric.scope == "axis" else metric.name,
+            "metric": metric.name,
+            "unit": metric.unit.format("m|rad"),
+            "definition": metric.definition,
+            "address": f"{metric.name}.AXIS, AXIS: {', '.join(GROUPS)}" if metric.scope == "axis" else metric.name,
         }
         for metric in METRICS.values()
-    ]  # fmt: skip
+    ]
 
 
 def risks() -> Rows:
@@ -77,45 +95,57 @@ def references() -> Rows:
     REFERENCES.ask_packages()
     return [
         {
-            "reference": name, "about": (kind.__doc__ or "").strip().splitlines()[0],
+            "reference": name,
+            "about": (kind.__doc__ or "").strip().splitlines()[0],
             "parameters": ", ".join(f"{p.name} [{p.unit}]" for p in parameters(kind)) or "none",
         }
         for name, kind in REFERENCES.items()
-    ]  # fmt: skip
+    ]
 
 
 def signals() -> Rows:
     """Signals that channels of a plant of one's own follow, and that disturb it."""
     return [
         {
-            "signal": name, "about": entry.meaning, "follows": "no, it is random" if entry.random else "yes",
+            "signal": name,
+            "about": entry.meaning,
+            "follows": "no, it is random" if entry.random else "yes",
             "parameters": ", ".join(f"{field.name} = {field.default:g}" for field in fields(entry)),
         }
         for name, entry in SIGNALS.items()
-    ]  # fmt: skip
+    ]
 
 
 def theorems() -> Rows:
     """Results of theory that a [[guarantee]] may ask for."""
     return [
         {
-            "theorem": name, "title": theorem.title, "unit": theorem.unit.format(y="rad|m"),
-            "limit": theorem.sense, "quantity": theorem.quantity, "laws": ", ".join(theorem.laws),
-            "rates": "measured" if theorem.measured_rate else "any", "assumes": theorem.assumes, "source": theorem.source,
+            "theorem": name,
+            "title": theorem.title,
+            "unit": theorem.unit.format(y="rad|m"),
+            "limit": theorem.sense,
+            "quantity": theorem.quantity,
+            "laws": ", ".join(theorem.laws),
+            "rates": "measured" if theorem.measured_rate else "any",
+            "assumes": theorem.assumes,
+            "source": theorem.source,
         }
         for name, theorem in THEOREMS.items()
-    ]  # fmt: skip
+    ]
 
 
 def margins() -> Rows:
     """Stability margins that a [[margin]] may ask for."""
     return [
         {
-            "quantity": name, "unit": entry.limit_unit, "limit": entry.sense,
-            "axis": "none" if entry.whole else "axis or group", "meaning": entry.meaning,
+            "quantity": name,
+            "unit": entry.limit_unit,
+            "limit": entry.sense,
+            "axis": "none" if entry.is_multiloop else "axis or group",
+            "meaning": entry.meaning,
         }
         for name, entry in LIMITABLE.items()
-    ]  # fmt: skip
+    ]
 
 
 def searches() -> Rows:
@@ -132,8 +162,8 @@ def studies() -> Rows:
     from tuner.study.files import shipped_studies
 
     shipped = shipped_studies()
-    own = [path for path in sorted([*Path("studies").glob("*.toml"), *Path().glob("*.toml")]) if path.is_file()]
-    files = {**shipped, **{str(path): path for path in own if path.resolve() not in shipped.values()}}
+    local = [path for path in sorted([*Path("studies").glob("*.toml"), *Path().glob("*.toml")]) if path.is_file()]
+    files = {**shipped, **{str(path): path for path in local if path.resolve() not in shipped.values()}}
     rows = []
     for name, path in files.items():
         try:
@@ -153,12 +183,15 @@ def targets() -> Rows:
 
     return [
         {
-            "target": entry.name, "title": entry.title,
-            "attitude": ", ".join(entry.attitude_laws) or "every law", "position": ", ".join(entry.position_laws) or "every law",
-            "options": _options(entry.options), "experimental": entry.experimental or "",
+            "target": entry.name,
+            "title": entry.title,
+            "attitude": ", ".join(entry.attitude_laws) or "every law",
+            "position": ", ".join(entry.position_laws) or "every law",
+            "options": _options(entry.options),
+            "experimental": entry.experimental or "",
         }
         for entry in EXPORTERS.values()
-    ]  # fmt: skip
+    ]
 
 
 def _options(options: Iterable[Any]) -> str:
@@ -186,7 +219,7 @@ LISTINGS: dict[str, Callable[[], Rows]] = {
 
 
 def catalogue(kind: str) -> "pd.DataFrame":
-    """Return what the tool knows of a kind.
+    """Return the entries of a kind.
 
     Args:
         kind: "airframes", "laws", "margins", "metrics", "references", "risks", "searches", "signals", "sources", "studies",
@@ -212,7 +245,7 @@ def names_of(kind: str) -> list[str]:
 
 
 def rows_of(kind: str, containing: str = "") -> Rows:
-    """Return what the tool knows of a kind, as far as it holds a text, in any case."""
+    """Return the entries of a kind that hold a text, in any case."""
     if kind not in LISTINGS:
         raise UnknownNameError("listing", kind, LISTINGS)
     wanted = containing.casefold()

@@ -1,37 +1,38 @@
 """Check a file before anything flies, or judge gains by the limits of a study."""
 
-from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from plant.airframes import load as load_airframe
-from plant.airframes.derived import quantities
 from plant.errors import InputError
 from plant.fmu.description import INPUT, OUTPUT, PARAMETER
 from plant.fmu.fmu_model import looked_at
+from plant.quadrotor.airframes import load as load_airframe
+from plant.quadrotor.airframes.derived import quantities
 from tuner.analysis.judging.judge import check_batches, judge_gains, judgement_document, row_to_judge
 from tuner.api.frames import Documented, frame, shown
-from tuner.api.gains import Gains
+from tuner.api.gains import Gains, GainsLike, as_gains, gains_file
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.judgement import JudgementDocument
 from tuner.experiments.planning.preview import Preview, preview
-from tuner.experiments.planning.study_preview import StudyPreview, is_hopeless
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.gains.examining import Examined, examine
+from tuner.gains.parsing import parsed
+from tuner.gains.plant_document import format_of
+from tuner.gains.sections import PLANT_FORMAT, Row
 from tuner.search.watcher import Watcher
 from tuner.study import Study
 from tuner.study.files import study_file
 from tuner.study.kinds import kind_of_layers, load_any
 from tuner.study.layers import read_layers
 from tuner.study.own_code import examine_own
+from tuner.study.tuned_loops import tuned_loops_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Row = dict[str, Any]
 
 AIRFRAME_KEYS = {"frame", "spin", "mass", "inertia"}
 """Keys that every airframe has at its top and no study."""
@@ -70,11 +71,11 @@ class Checked(Documented):
         return shown(f"Checked: {self.kind}", lines)
 
 
-def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
+def check(file: GainsLike, *, watcher: Watcher | None = None) -> Checked:
     """Check a file of any kind without flying.
 
     Args:
-        file: A study, contest, inference or airframe (TOML), a gains.json, a law, metric, reference or plant of your own
+        file: A study, contest, inference or airframe (TOML), gains or a gains.json, a law, metric, reference or plant of your own
             (Python, which is run), an FMU (which is not), or the name of a shipped study.
         watcher: Callbacks that hear of compilation.
 
@@ -89,6 +90,8 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
         'hummingbird'
 
     """
+    if isinstance(file, Gains):
+        return validate(file)
     path = study_file(Path(file))
     if path.is_dir():
         raise InputError(
@@ -104,18 +107,18 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
     keys = set(layers[0].table)
     if kind_of_layers(layers).table is None and AIRFRAME_KEYS & keys and not {"scenario", "objective"} & keys:
         return Checked("airframe", airframe_figures(path))
-    asked = load_any(path)
-    if isinstance(asked, Study) and asked.table.margin:
+    subject = load_any(path)
+    if subject.kind == Study.kind and any("margin" in layer.table for layer in layers):
         announce_compilation(watcher or Watcher())
-    found = preview(asked)
-    return Checked(found.kind, found, isinstance(found, StudyPreview) and is_hopeless(found))
+    result = preview(subject)
+    return Checked(result.kind, result, result.is_hopeless)
 
 
-def validate(file: str | Path) -> Checked:
-    """Check schema, units, ranges and hash of a gains.json.
+def validate(gains: GainsLike) -> Checked:
+    """Check schema, units, ranges and hash of a gains.json, of a plant the form of its loops and gains.
 
     Args:
-        file: The file.
+        gains: The file, the results folder that it lies in, or gains.
 
     Returns:
         The verdict; `hopeless` where it is not valid, with everything wrong in `problems`.
@@ -127,7 +130,11 @@ def validate(file: str | Path) -> Checked:
         >>> tuner.validate("mine.json").document["hash"]
         'ok'
     """
-    examined = examine(Path(file))
+    if isinstance(gains, Gains):
+        with gains.file() as file:
+            return validate(file)
+    path = gains_file(Path(gains))
+    examined = examine_loops(path) if format_of(path) == PLANT_FORMAT else examine(path)
     state = "missing" if "sha256" not in examined.given else "ok"
     if any(problem.key == "sha256" for problem in examined.problems):
         state = "wrong" if state == "ok" else state
@@ -140,6 +147,16 @@ def validate(file: str | Path) -> Checked:
         "problems": [{"key": problem.key, "message": problem.message} for problem in examined.problems],
     }
     return Checked("gains", verdict, bool(examined.problems), examined)
+
+
+def examine_loops(path: Path) -> Examined:
+    """Return a plant's gains.json as read, with the first thing that is wrong with it."""
+    document, problems = parsed(path), list[InputError]()
+    try:
+        tuned_loops_of(document, path)
+    except InputError as problem:
+        problems.append(problem)
+    return Examined(path, {"version": None, **document}, document, problems)
 
 
 def check_own(file: Path) -> Checked:
@@ -156,7 +173,7 @@ def check_own(file: Path) -> Checked:
 
 
 def check_fmu(file: Path) -> Checked:
-    """Return what a study may name of an FMU, of which nothing runs; InputError where it cannot be used on this machine."""
+    """Return the names in an FMU, of which nothing runs; InputError where it cannot be used on this machine."""
     archive, description = looked_at(file)
     by_reference = {each.reference: each for each in reversed(description.variables)}
     groups = {
@@ -164,22 +181,31 @@ def check_fmu(file: Path) -> Checked:
         for role in (INPUT, OUTPUT, PARAMETER)
     }
     states = [by_reference[reference].name for reference in description.states if reference in by_reference]
-    found = {
-        "kind": "fmu", "file": str(file), "title": description.title or description.model, "fmi": description.version,
-        **groups, "states": states, "directional_derivatives": "yes" if description.directional else "no",
+    result = {
+        "kind": "fmu",
+        "file": str(file),
+        "title": description.title or description.model,
+        "fmi": description.version,
+        **groups,
+        "states": states,
+        "directional_derivatives": "yes" if description.directional else "no",
         "digest": archive.digest,
-    }  # fmt: skip
-    return Checked("fmu", found)
+    }
+    return Checked("fmu", result)
 
 
 def airframe_figures(file: Path) -> Row:
-    """Return what a vehicle has to fly with; what is wrong with its file is an error that names the key."""
+    """Return figures of a vehicle; what is wrong with its file is an error that names the key."""
     airframe = load_airframe(file)
-    known = {name: {"value": entry.value, "unit": entry.unit} for name, entry in quantities(airframe.vehicle).items()}
+    numbers = {name: {"value": entry.value, "unit": entry.unit} for name, entry in quantities(airframe.vehicle).items()}
     return {
-        "kind": "airframe", "name": airframe.name, "title": airframe.title, "frame": airframe.frame,
-        "mass": {"value": airframe.vehicle.mass, "unit": "kg"}, **known,
-    }  # fmt: skip
+        "kind": "airframe",
+        "name": airframe.name,
+        "title": airframe.title,
+        "frame": airframe.frame,
+        "mass": {"value": airframe.vehicle.mass, "unit": "kg"},
+        **numbers,
+    }
 
 
 @dataclass(frozen=True)
@@ -203,7 +229,7 @@ class Judgement(Documented):
 
 
 def judge(
-    gains: Gains | str | Path,
+    gains: GainsLike,
     study: StudyLike,
     *,
     flights: int | None = None,
@@ -213,7 +239,7 @@ def judge(
     """Fly gains and judge them by the hard limits of a study, on scenarios that no search has seen.
 
     Args:
-        gains: Gains, or a gains.json.
+        gains: Gains, a gains.json or a results folder.
         study: A tuning study, of a plant of your own too, a file, or the name of a shipped study.
         flights: Flights of each scenario; by default the study's held_out.
         watcher: Callbacks that hear of progress.
@@ -231,11 +257,11 @@ def judge(
 
     """
     watcher = watcher or Watcher()
-    asked = gains_study(study, "tuner check --requirements")
-    with gains.file() if isinstance(gains, Gains) else nullcontext(Path(gains)) as file:
-        row = row_to_judge(file, asked)
-    problem, batches = problem_of(asked, threads, None), check_batches(asked, flights)
-    warm_up(problem, asked, watcher)
+    subject = gains_study(study, "tuner check --requirements")
+    with as_gains(gains).file() as file:
+        row = row_to_judge(file, subject)
+    problem, batches = problem_of(subject, threads, None), check_batches(subject, flights)
+    warm_up(problem, subject, watcher)
     watcher.on_stage("Judging", sum(batch.count for batch in batches))
-    rows = judge_gains(row, asked, problem, batches, watcher.on_flights_done)
-    return Judgement(judgement_document(file, asked, rows, batches))
+    rows = judge_gains(row, subject, problem, batches, watcher.on_flights_done)
+    return Judgement(judgement_document(file, subject, rows, batches))

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.api.gains import Gains
+from tuner.api.gains import Gains, refuse_codeless
 from tuner.api.results import ComparisonResults, Results
 from tuner.api.studies import StudyLike, gains_study
 from tuner.experiments.compare import run as comparing
@@ -46,11 +46,13 @@ def compare(
     given = None if study is None else gains_study(study, "tuner compare --study")
     folder = None if out is None else Path(out)
     paths = [path_of(entrant) for entrant in entrants]
+    for path in paths:
+        refuse_codeless(path)
     return ComparisonResults(folder, comparing.compare(paths, given, flights, folder, watcher, threads))
 
 
 def path_of(entrant: str | Path | Results | Gains) -> Path:
-    """Return where an entrant stands; InputError where it stands nowhere."""
+    """Return the path of an entrant; InputError where it stands in no file."""
     if isinstance(entrant, str | Path):
         return Path(entrant)
     path = entrant.home if isinstance(entrant, Results) else entrant.path

@@ -5,15 +5,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from objectives.system import System
-from plant.airframes import load
 from plant.errors import InputError
+from plant.quadrotor.airframes import load
 from tuner.analysis.identification.document import log_row
 from tuner.analysis.identification.identify import airborne
 from tuner.analysis.identification.log_comparison import MEASURES, Spread, measured, ratio_of
 from tuner.api.flying import fly
 from tuner.api.frames import Documented, frame, shown
-from tuner.api.gains import GainsLike
+from tuner.api.gains import GainsLike, as_gains
 from tuner.api.identifying import LogLike, read_logs
 from tuner.api.studies import StudyLike
 from tuner.documents.log_comparison import ComparedMeasure, Estimated, LogComparisonDocument
@@ -40,20 +39,26 @@ class LogComparison(Documented):
     document: LogComparisonDocument
 
     @property
-    def kept(self) -> bool:
-        """Whether the second log did what was predicted, as far as anything was."""
-        return all(row.kept is not False for row in self.document.measures)
+    def is_as_predicted(self) -> bool:
+        """True where the second log did what was predicted, as far as anything was."""
+        return all(row.is_as_predicted is not False for row in self.document.measures)
 
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each measure: both values, their ratio with its 95 % interval, and what it tells."""
         rows = [
             {
-                "name": row.name, "unit": row.unit, "before": row.before.value, "after": row.after.value,
-                "ratio": row.ratio.value, "ratio low": row.ratio.low, "ratio high": row.ratio.high, "told": row.told,
+                "name": row.name,
+                "unit": row.unit,
+                "before": row.before.value,
+                "after": row.after.value,
+                "ratio": row.ratio.value,
+                "ratio low": row.ratio.low,
+                "ratio high": row.ratio.high,
+                "told": row.change,
             }
             for row in self.document.measures
-        ]  # fmt: skip
+        ]
         return frame(rows, "name")
 
     def _repr_html_(self) -> str:
@@ -103,20 +108,23 @@ def compare_logs(
     flights = FLIGHTS if predicted else 0
     return LogComparison(
         LogComparisonDocument(
-            airframe=prior.name, before=log_row(logs[0]), after=log_row(logs[1]), flights=flights, measures=rows,
+            airframe=prior.name,
+            before=log_row(logs[0]),
+            after=log_row(logs[1]),
+            flights=flights,
+            measures=rows,
             verdict=_verdict(rows),
         )
-    )  # fmt: skip
+    )
 
 
 def _predicted(gains: GainsLike, study: StudyLike | None, log: FlightLog, watcher: Watcher | None) -> dict[str, float]:
-    """Return what 95 % of flights stay below, by the names of measures that are metrics too."""
-    flown = fly(gains, study=study, flights=FLIGHTS, watcher=watcher)
-    if not isinstance(flown.sortie.system, System):
-        raise InputError(
-            "these are gains of a plant of one's own; a flight log is predicted by a quadrotor's", key="--gains"
-        )
-    period = flown.sortie.system.timing.control_period
+    """Return 95 % quantiles of flights, by the names of measures that are metrics too."""
+    given = as_gains(gains)
+    period = given.quadrotor(
+        "these are gains of a plant of one's own; a flight log is predicted by a quadrotor's"
+    ).control_period
+    flown = fly(given, study=study, flights=FLIGHTS, watcher=watcher)
     if log.period > 1.2 * period:
         raise InputError(
             f"has {log.rate:.0f} samples a second of {1.0 / period:.0f} commands that the predicted loop makes; log them all",
@@ -128,31 +136,34 @@ def _predicted(gains: GainsLike, study: StudyLike | None, log: FlightLog, watche
 def _row(name: str, before: Spread, after: Spread, predicted: float | None) -> ComparedMeasure:
     ratio, low, high = ratio_of(after, before)
     return ComparedMeasure(
-        name=name, meaning=MEASURES[name].meaning, unit=MEASURES[name].unit,
+        name=name,
+        meaning=MEASURES[name].meaning,
+        unit=MEASURES[name].unit,
         before=Estimated(value=before.value, low=before.low, high=before.high),
         after=Estimated(value=after.value, low=after.low, high=after.high),
         ratio=Estimated(value=ratio, low=low, high=high),
         told="less" if high < 1.0 else "more" if low > 1.0 else "not told apart",
-        predicted=predicted, kept=None if predicted is None else after.low <= predicted,
-    )  # fmt: skip
+        predicted=predicted,
+        kept=None if predicted is None else after.low <= predicted,
+    )
 
 
 def _verdict(rows: list[ComparedMeasure]) -> str:
     """Return in words what the second flight did less and more, and whether it was predicted."""
-    said = []
-    for told in ("less", "more"):
-        names = [row.name for row in rows if row.told == told]
+    sentences = []
+    for change in ("less", "more"):
+        names = [row.name for row in rows if row.change == change]
         if names:
-            said.append(f"The second flight has {told} {listing(names)}.")
-    if not said:
-        said = ["The two flights are not told apart."]
-    asked = [row for row in rows if row.kept is not None]
-    over = [row.name for row in asked if not row.kept]
+            sentences.append(f"The second flight has {change} {listing(names)}.")
+    if not sentences:
+        sentences = ["The two flights are not told apart."]
+    predicted = [row for row in rows if row.is_as_predicted is not None]
+    over = [row.name for row in predicted if not row.is_as_predicted]
     if over:
-        said.append(
+        sentences.append(
             f"Its {listing(over)} is above what 95 % of the predicted flights have: the vehicle or its air is not that of the "
             "study."
         )
-    elif asked:
-        said.append(f"Its {listing([row.name for row in asked])} is as predicted.")
-    return " ".join([*said, "It is the gains' doing only where both flew the same in the same air."])
+    elif predicted:
+        sentences.append(f"Its {listing([row.name for row in predicted])} is as predicted.")
+    return " ".join([*sentences, "It is the gains' doing only where both flew the same in the same air."])

@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from objectives.own_meters import metering
-from objectives.problem import FlightBatch, Objective, System, score_flights
-from plant.airframes.actuation import actuation
+from objectives.problem import FlightBatch, Objective, score_flights
+from objectives.system import System
 from plant.errors import InputError
 from plant.input_files import read_input
+from plant.quadrotor.airframes.actuation import actuation
 from tuner.analysis.confirmation import PairedFlights, confirmed_points, confirmed_quantities
 from tuner.api.frames import Documented, frame, shown
+from tuner.api.studies import of_class
 from tuner.documents.confirmation import CONFIRMATION_FORMAT, CONFIRMATION_VERSION, ConfirmationDocument
 from tuner.engines.firmware.firmware import Bench, Firmware
 from tuner.engines.firmware.flying import FirmwareFlights
@@ -68,12 +70,17 @@ class Confirmation(Documented):
         """A row for each finalist and metric: firmware, model, and their difference with its interval."""
         rows = [
             {
-                "finalist": point.point, "metric": quantity.label, "firmware": value.firmware, "model": value.model,
-                "gap": value.gap.value, "gap low": value.gap.low, "gap high": value.gap.high,
+                "finalist": point.point,
+                "metric": quantity.label,
+                "firmware": value.firmware,
+                "model": value.model,
+                "gap": value.gap.value,
+                "gap low": value.gap.low,
+                "gap high": value.gap.high,
             }
             for point in self.document.points
             for quantity, value in zip(self.document.quantities, point.values, strict=True)
-        ]  # fmt: skip
+        ]
         return frame(rows, ["finalist", "metric"])
 
     def _repr_html_(self) -> str:
@@ -121,7 +128,7 @@ def confirm(
         plant.errors.InputError: not_built: --binary: cannot be read: No such file or directory
 
     """
-    chosen, told = firmware_of(firmware), watcher or Watcher()
+    chosen, heard = firmware_of(firmware), watcher or Watcher()
     if flights < LEAST_FLIGHTS or finalists < 1:
         message = f"given {finalists} finalists and {flights} flights; allowed: at least 1 and {LEAST_FLIGHTS}"
         raise InputError(message, key="--flights")
@@ -133,13 +140,23 @@ def confirm(
         rows = _spread(entrant, finalists)
         bundles = [_bundle(study.controller(entrant.rows[row]), chosen) for row in rows]
         begin = perf_counter()
-        flown = _flown(study, chosen, program, [entrant.points[row] for row in rows], bundles, flights, threads, told)
+        flown = _flown(study, chosen, program, [entrant.points[row] for row in rows], bundles, flights, threads, heard)
         document = ConfirmationDocument(
-            format=CONFIRMATION_FORMAT, version=CONFIRMATION_VERSION, title=study.title, firmware=chosen.title,
-            target_version=bundles[0].target_version, program=digest, lockstep=chosen.lockstep, seed=study.seed, stream=STREAM,
-            flights=flights, quantities=confirmed_quantities(flown), points=confirmed_points(flown),
-            notes=[*chosen.loses, *bundles[0].differences], seconds=perf_counter() - begin,
-        )  # fmt: skip
+            format=CONFIRMATION_FORMAT,
+            version=CONFIRMATION_VERSION,
+            title=study.title,
+            firmware=chosen.title,
+            target_version=bundles[0].target_version,
+            program=digest,
+            lockstep=chosen.lockstep,
+            seed=study.seed,
+            stream=STREAM,
+            flights=flights,
+            quantities=confirmed_quantities(flown),
+            points=confirmed_points(flown),
+            notes=[*chosen.loses, *bundles[0].differences],
+            seconds=perf_counter() - begin,
+        )
         made = Confirmation(document, None if folder is None else folder.path)
         if folder is not None:
             folder.write_json("confirm.json", document)
@@ -156,11 +173,8 @@ def _digest(program: Path) -> str:
 
 def _entrant(results: Path, firmware: Firmware) -> tuple[Entrant, Study]:
     entrant = read_folder(results, results.name)
-    study = entrant.study
-    if study is None or not isinstance(study, Study):
-        raise InputError(
-            "this run flew no quadrotor; a firmware flies finalists of a quadrotor's tuning run", file=results
-        )
+    refusal = "this run flew no quadrotor; a firmware flies finalists of a quadrotor's tuning run"
+    study = of_class(entrant.study, Study, lambda: InputError(refusal, file=results))
     flown = study.system.cascade.attitude.name
     if flown != firmware.law:
         raise InputError(
@@ -186,7 +200,7 @@ def _spread(entrant: Entrant, count: int) -> list[int]:
 
 
 def _bundle(controller: Controller, firmware: Firmware) -> Bundle:
-    """Return what our exporter makes of a finalist."""
+    """Return the export of a finalist."""
     target = exporter(firmware.target)
     request = Request(controller, NO_DIGEST, settings_of(target, []), None)
     check_laws(target, request)
@@ -194,9 +208,15 @@ def _bundle(controller: Controller, firmware: Firmware) -> Bundle:
 
 
 def _flown(
-    study: Study, firmware: Firmware, program: Path, points: list[str], bundles: list[Bundle], flights: int, threads: int,
+    study: Study,
+    firmware: Firmware,
+    program: Path,
+    points: list[str],
+    bundles: list[Bundle],
+    flights: int,
+    threads: int,
     watcher: Watcher,
-) -> PairedFlights:  # fmt: skip
+) -> PairedFlights:
     quantities = (*study.objectives, *(constraint.objective for constraint in study.constraints))
     system = metering(study.system, [quantity.metric for quantity in quantities])
     batches = [FlightBatch(scenario.spec, STREAM, flights) for scenario in study.scenarios]
@@ -205,8 +225,8 @@ def _flown(
         flyer = system.flyer(threads)
     watcher.on_stage(STAGE, (len(bundles) + 1) * flights * len(batches))
     rows = np.array([bundle.held.gains for bundle in bundles])
-    known: list[np.ndarray] = []
-    again: list[np.ndarray] = []
+    first_flights: list[np.ndarray] = []
+    second: list[np.ndarray] = []
     with TemporaryDirectory(prefix="holdfast-") as place:
         for k, bundle in enumerate(bundles):
             bench = Bench(
@@ -216,18 +236,24 @@ def _flown(
                 system.timing.control_period,
             )
             power_up = firmware.install(bench, bundle.files[firmware.file])
-            for to in (known, again) if k == 0 else (known,):
+            for to in (first_flights, second) if k == 0 else (first_flights,):
                 parts = [in_firmware.fly(rows[k], power_up, batch, watcher.on_flights_done) for batch in batches]
                 to.append(np.array(parts))
     inputs = [system.sample(batch.spec, study.seed, STREAM, range(flights)) for batch in batches]
-    own = np.stack([flyer.fly(rows, system.nominal, each) for each in inputs], axis=1)
-    scores, lost = _scored(system, quantities, np.array(known), batches)
-    model, lost_model = _scored(system, quantities, own, batches)
+    simulated = np.stack([flyer.fly(rows, system.nominal, each) for each in inputs], axis=1)
+    scores, lost = _scored(system, quantities, np.array(first_flights), batches)
+    model, lost_model = _scored(system, quantities, simulated, batches)
     return PairedFlights(
-        tuple(points), quantities, scores, model, lost, lost_model,
-        np.repeat([batch.spec.name for batch in batches], flights), _scored(system, quantities, np.array(again), batches)[0][0],
+        tuple(points),
+        quantities,
+        scores,
+        model,
+        lost,
+        lost_model,
+        np.repeat([batch.spec.name for batch in batches], flights),
+        _scored(system, quantities, np.array(second), batches)[0][0],
         study.seed,
-    )  # fmt: skip
+    )
 
 
 def _scored(
@@ -235,9 +261,9 @@ def _scored(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return scores (n, quantities, flights) and failures (n, flights) of results (n, batches, flights, rows)."""
     metrics = [quantity.metric for quantity in quantities]
-    found = [
+    scored = [
         score_flights(system, metrics, results[:, i], batch.spec, system.targets(batch.spec))
         for i, batch in enumerate(batches)
     ]
-    scores, lost = zip(*found, strict=True)
+    scores, lost = zip(*scored, strict=True)
     return np.concatenate([np.moveaxis(part, 0, 1) for part in scores], axis=-1), np.concatenate(lost, axis=-1)

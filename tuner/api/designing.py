@@ -1,36 +1,40 @@
 """Design gains from requirements on the loops, before any search."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from objectives.margins.trim import Trim
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import gain_addresses
 from tuner.analysis.margins.document import default_requirements, margins_document
 from tuner.analysis.margins.readings import subject_of
 from tuner.api.frames import Documented, frame, shown
-from tuner.api.gains import Gains, gains_of, taken
+from tuner.api.gains import Gains, gains_of, gains_of_plant, taken
 from tuner.api.margins import announce_compilation
-from tuner.api.plant_designing import PlantDesign, design_plant
 from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.parts import NumberWithUnit
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
 from tuner.gains import Controller
 from tuner.gains.quantities import quantity
+from tuner.gains.sections import Row
 from tuner.search.watcher import Watcher
 from tuner.store.document import DocumentPart
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
 from tuner.study.trim import holds_place
+from tuner.text.toml_text import shown as toml
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Row = dict[str, Any]
+    from objectives.design.plant_design import ChannelTask
+    from objectives.design.requirements import DesignRequirements
 
 
 class DesignedAxis(DocumentPart):
@@ -42,6 +46,16 @@ class DesignedAxis(DocumentPart):
     load_rejection: NumberWithUnit | None
 
 
+class DesignedChannel(DocumentPart):
+    """Design of a plant's channel; why: not, where it is not; ms, mt: peaks of its loop, null where infinite."""
+
+    channel: str
+    designed: bool
+    why: str
+    ms: float | None
+    mt: float | None
+
+
 @dataclass(frozen=True)
 class Design(Documented):
     """Designed gains beside the default.
@@ -49,50 +63,54 @@ class Design(Documented):
     Attributes:
         gains: The designed gains.
         default: The default gains of the study.
-        axes: For each axis whether it was designed, why not, and how well it rejects load.
+        loops: For each axis or channel whether it was designed, why not, and figures of its loop.
         margins: The documents of the margins of "default" and "design".
         warnings: What a reader must know.
+        toml: The [gains] table of a study of a plant that starts from the design; empty for a quadrotor.
 
     """
 
     gains: Gains
     default: Gains
-    axes: list[DesignedAxis]
+    loops: Sequence[DesignedAxis | DesignedChannel]
     margins: dict[str, MarginsDocument]
     warnings: list[str]
+    toml: str = ""
 
     @property
     def document(self) -> Row:
         """Everything as data, as `tuner design --json` prints it."""
         return {
-            "gains": self.gains.document, "design": [axis.content() for axis in self.axes],
-            "margins": {name: found.content() for name, found in self.margins.items()}, "warnings": self.warnings,
-        }  # fmt: skip
+            "gains": self.gains.document,
+            "design": [loop.content() for loop in self.loops],
+            "margins": {name: margin.content() for name, margin in self.margins.items()},
+            "warnings": self.warnings,
+        }
 
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each gain: default, design, unit."""
-        default, design = self.default.controller, self.gains.controller
+        units = self.gains.units
         rows = [
-            {"gain": g.address, "default": default.gains[g.column], "design": design.gains[g.column], "unit": g.unit}
-            for g in gain_addresses(design.cascade)
-        ]  # fmt: skip
+            {"gain": address, "default": self.default[address], "design": value, "unit": units[address]}
+            for address, value in self.gains.items()
+        ]
         return frame(rows, "gain")
 
     def _repr_html_(self) -> str:
         return shown("Designed gains", self.warnings, self.table)
 
 
-def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher | None = None) -> Design | PlantDesign:
+def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher | None = None) -> Design:
     """Design gains for a study's laws, and compare their margins with the default's.
 
     Args:
-        study: A tuning study, a file, or the name of a shipped study.
+        study: A tuning study, of a plant of your own too, a file, or the name of a shipped study.
         out: A gains.json to write; it must not exist.
         watcher: Callbacks that hear of compilation.
 
     Returns:
-        The designed gains; axes whose law has no design keep their defaults. Of a plant of your own a `PlantDesign`.
+        The designed gains; axes and channels whose law has no design keep their defaults.
 
     Raises:
         InputError: The study is wrong, or of another kind.
@@ -106,32 +124,70 @@ def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher 
     """
     if out is not None and Path(out).exists():
         raise taken(Path(out))
-    asked = gains_study(study, "tuner design")
-    if isinstance(asked, PlantStudy):
-        announce_compilation(watcher or Watcher())
-        return design_plant(asked, None if out is None else Path(out))
-    assert isinstance(asked, Study)
-    designs = study_designs(asked)
-    row = design_row(asked, designs)
+    given = gains_study(study, "tuner design")
+    announce_compilation(watcher or Watcher())
+    made = DESIGNERS[given.kind](given)
+    return made if out is None else replace(made, gains=replace(made.gains, path=made.gains.write(out)))
+
+
+def design_quadrotor(study: Study) -> Design:
+    """Design the gains of a quadrotor's axes."""
+    designs = study_designs(study)
+    row = design_row(study, designs)
     axes = [
         DesignedAxis(
-            axis=axis, designed=found.designed, why=found.why,
-            load_rejection=NumberWithUnit(value=found.load_rejection, unit="s^-3") if found.designed else None,
+            axis=axis,
+            designed=design.designed,
+            why=design.why,
+            load_rejection=NumberWithUnit(value=design.load_rejection, unit="s^-3") if design.designed else None,
         )
-        for axis, found in designs.items()
-    ]  # fmt: skip
-    announce_compilation(watcher or Watcher())
-    controllers = {"default": asked.controller(asked.default_row), "design": asked.controller(row)}
-    margins = {name: margins_in(asked, controller) for name, controller in controllers.items()}
-    gains = gains_of(controllers["design"], provenance_of(asked, axes))
-    if out is not None:
-        gains = replace(gains, path=gains.write(out))
-    default, warnings = gains_of(controllers["default"], {}), [*without_design(designs), *differing(asked, row)]
+        for axis, design in designs.items()
+    ]
+    controllers = {"default": study.controller(study.default_row), "design": study.controller(row)}
+    margins = {name: margins_in(study, controller) for name, controller in controllers.items()}
+    gains = gains_of(controllers["design"], provenance_of(study, axes))
+    default, warnings = gains_of(controllers["default"], {}), [*without_design(designs), *differing(study, row)]
     return Design(gains, default, axes, margins, warnings)
 
 
+def design_plant(study: PlantStudy) -> Design:
+    """Design the gains of a plant's channels for the limits of its study."""
+    # What designs takes two seconds to import.
+    from objectives.design.plant_design import design_channels
+
+    default = np.array(study.default_row, dtype=float)
+    tasks = {name: task_of(study, name) for name in study.system.plan.names}
+    row, channels = design_channels(study.system, default, tasks, requirements_of(study))
+    loops = [
+        DesignedChannel(channel=name, designed=each.designed, why=each.why, ms=finite(each.ms), mt=finite(each.mt))
+        for name, each in channels.items()
+    ]
+    warnings = [
+        f"No design for {each.channel}: {each.why}; the default gains stand in." for each in loops if not each.designed
+    ]
+    gains = {"default": gains_of_plant(study, default), "design": gains_of_plant(study, row)}
+    margins = {name: each.judge_margins(Trim(), None, False)[1] for name, each in gains.items()}
+    return Design(gains["design"], gains["default"], loops, margins, warnings, gains_table(study, row))
+
+
+DESIGNERS: dict[str, Callable[[Any], Design]] = {Study.kind: design_quadrotor, PlantStudy.kind: design_plant}
+"""Kind of study -> what designs its gains."""
+
+
+def gains_table(study: PlantStudy, row: np.ndarray) -> str:
+    """Return the [gains] table of a study that starts from a design: ranges as they are, with other defaults."""
+    searched = {variable.name: variable for variable in study.space.variables}
+    lines = ["[gains]"]
+    for gain in study.system.gains:
+        value, variable = float(f"{row[gain.column]:.6g}"), searched.get(gain.address)
+        ends = None if variable is None else (min(variable.low, value), max(variable.high, value))
+        text = toml(value) if ends is None else f"{{ low = {ends[0]!r}, high = {ends[1]!r}, default = {value!r} }}"
+        lines.append(f'"{gain.address}" = {text}')
+    return "\n".join(lines)
+
+
 def provenance_of(study: Study, axes: list[DesignedAxis]) -> Row:
-    """Return what gains.json says of the origin of a design."""
+    """Return the origin of a design for gains.json."""
     coded = [
         {**row.content(), "load_rejection": row.load_rejection and quantity(**row.load_rejection.content())}
         for row in axes
@@ -143,9 +199,10 @@ def differing(study: Study, row: np.ndarray) -> list[str]:
     """Return a sentence on what the nearest point of the study's space cannot take from a design."""
     nearest = study.space.gains(study.space.point(row)[None])[0]
     off = [
-        gain.address for gain in gain_addresses(study.system.cascade)
+        gain.address
+        for gain in gain_addresses(study.system.cascade)
         if abs(nearest[gain.column] - row[gain.column]) > 1e-6 * abs(row[gain.column])
-    ]  # fmt: skip
+    ]
     if not off:
         return []
     return [
@@ -158,3 +215,45 @@ def margins_in(study: Study, controller: Controller) -> MarginsDocument:
     specs = tuple(entry.spec for entry in study.scenarios)
     subject = subject_of(controller, Trim(hold=holds_place(specs, study.system.timing)))
     return margins_document(subject, default_requirements(subject))
+
+
+def requirements_of(study: PlantStudy) -> "DesignRequirements":
+    """Return the peaks that every loop keeps: the study's limits on ms and mt, else the usual ones."""
+    from objectives.design.requirements import DesignRequirements
+
+    usual = DesignRequirements()
+    limits = {
+        name: min((table.max for table in study.table.margin if table.quantity == name and table.max), default=inf)
+        for name in ("ms", "mt")
+    }
+    ms, mt = (limit if isfinite(limit) else getattr(usual, name) for name, limit in limits.items())
+    return DesignRequirements(ms=ms, mt=mt)
+
+
+def task_of(study: PlantStudy, name: str) -> "ChannelTask":
+    """Return the task of a channel's design: ranges, loudest sensors, largest step, authority."""
+    from objectives.design.plant_design import ChannelTask
+
+    channel = study.system.plan.channel(name)
+    low, high = (study.space.gains(np.full((1, len(study.space.variables)), end))[0] for end in (0.0, 1.0))
+    specs = [entry.spec for entry in study.scenarios]
+    noise = tuple(
+        max((spec.sensors[output].rms for spec in specs if output in spec.sensors), default=0.0)
+        for output in (channel.output, channel.rate_output)
+    )
+    steps = [spec.references[name].step for spec in specs if name in spec.references]
+    step = max((abs(after - before) for before, after, _ in steps), default=0.0)
+    return ChannelTask(channel, low, high, (noise[0], noise[1]), step, authority(study, name))
+
+
+def authority(study: PlantStudy, name: str) -> float:
+    """Return the largest command that a channel may ask for either way from rest [its unit], infinite for no limit."""
+    plan = study.system.plan
+    channel = plan.channel(name)
+    ends = [(channel.low, channel.high), *[(each.low, each.high) for each in plan.actuators if each.name == channel.to]]
+    return min(0.5 * (high - low) for low, high in ends)
+
+
+def finite(value: float) -> float | None:
+    """Return a number, None where it is infinite."""
+    return value if isfinite(value) else None

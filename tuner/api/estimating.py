@@ -81,8 +81,8 @@ def estimate_airframe(
         StoreError: The file cannot be written.
 
     Examples:
-        >>> found = tuner.estimate_airframe("quad.toml", mass=1.4, wheelbase=0.45, propeller="10x4.5", kv=920, cells=3)
-        >>> found.table.loc["lag_up", ["low", "high"]].round(3).tolist()
+        >>> estimate = tuner.estimate_airframe("quad.toml", mass=1.4, wheelbase=0.45, propeller="10x4.5", kv=920, cells=3)
+        >>> estimate.table.loc["lag_up", ["low", "high"]].round(3).tolist()
         [0.014, 0.112]
 
     """
@@ -90,12 +90,12 @@ def estimate_airframe(
     for key, value in (given if hover is None else given | {"hover": hover}).items():
         _check(key, value)
     target = new_airframe_file(Path(out))
-    found = estimated(PartsList(mass, wheelbase, propeller_of(propeller), kv, cells, hover))
+    estimate = estimated(PartsList(mass, wheelbase, propeller_of(propeller), kv, cells, hover))
     title = f"{target.stem}, estimated from a parts list"
     source = "estimated from a parts list: propeller data, momentum theory, published airframes"
-    text = airframe_text(title, "x", "+--+", found.values, found.uncertainty, source)
+    text = airframe_text(title, "x", "+--+", estimate.values, estimate.uncertainty, source)
     put(target.parent, target.name, text.encode())
-    return EstimatedAirframe(_document(found, target), found)
+    return EstimatedAirframe(_document(estimate, target), estimate)
 
 
 def propeller_of(text: str) -> Propeller:
@@ -123,12 +123,12 @@ def _check(key: str, value: float) -> None:
         raise InputError(f"given {value:g} {unit}; allowed: {low:g} to {high:g}", key=key)
 
 
-def _document(found: Estimate, file: Path) -> EstimateDocument:
+def _document(estimate: Estimate, file: Path) -> EstimateDocument:
     rows = []
-    for name in found.uncertainty.names:
-        low, high = found.interval(name)
-        value, unit, source = found.values[name]
+    for name in estimate.uncertainty.names:
+        low, high = estimate.interval(name)
+        value, unit, source = estimate.values[name]
         rows.append(EstimatedNumber(name=name, unit=unit, value=value, low=low, high=high, source=source))
     return EstimateDocument(
-        file=str(file), thrust_to_weight=found.thrust_to_weight, numbers=rows, verdict=VERDICT.format(file=file)
+        file=str(file), thrust_to_weight=estimate.thrust_to_weight, numbers=rows, verdict=VERDICT.format(file=file)
     )

@@ -1,24 +1,24 @@
 """Gains to a target and from a vehicle."""
 
 from collections.abc import Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
-from plant.airframes import load
+from pydantic import JsonValue
+
+from plant.quadrotor.airframes import load
 from tuner.api.frames import Documented, frame, json_text, shown
-from tuner.api.gains import Gains, GainsLike, gains_of, taken, write_new
-from tuner.api.plants import export_run
+from tuner.api.gains import GainsLike, QuadrotorGains, as_gains, gains_of, taken, write_new
+from tuner.api.studies import StudyLike
 from tuner.documents.export import ExportDocument
 from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.registry import importer as find_importer
 from tuner.exchange.registry import settings_of
 from tuner.exchange.run import Export, export_gains
 from tuner.exchange.verification import FLIGHTS
-from tuner.gains.plant_document import is_plant_gains
 from tuner.search.watcher import Watcher
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ class Exported(Documented):
     @property
     def passed(self) -> bool:
         """Whether rounding breaks no limit that the gains keep, and no flight is lost."""
-        return self.made.verification.passed
+        return self.document.verification.passed
 
     @cached_property
     def table(self) -> "pd.DataFrame":
@@ -70,24 +70,26 @@ def export(
     *,
     options: Options = MappingProxyType({}),
     previous: str | Path | None = None,
+    study: StudyLike | None = None,
     flights: int = FLIGHTS,
     force: bool = False,
     watcher: Watcher | None = None,
-) -> Any:
+) -> Exported:
     """Write gains for a target, work out again what rounding does to them, and keep what to go back to.
 
     Args:
-        gains: Gains, or a gains.json.
-        target: Name of a target; see `catalogue("targets")`.
+        gains: Gains, a gains.json or a results folder; of a plant, name its code with `use` or give the study.
+        target: Name of a target; see `catalogue("targets")`. A plant goes to c99 alone.
         out: New folder; by default export/TARGET beside the gains.
         options: Options of the target, such as `{"firmware": "1.15"}`.
-        previous: Parameter file of what the vehicle flies at present, for the rollback.
+        previous: Parameter file of what the vehicle flies at present, or a gains.json, for the rollback.
+        study: Study that closes the loops around a plant; by default that of its results folder.
         flights: Flights before and after rounding.
         force: Whether to write gains of a run that found nothing feasible all the same.
         watcher: Callbacks that hear of progress.
 
     Returns:
-        What was written and lost; of a plant of your own, which goes to c99 alone, what was written.
+        Files, and findings of the verification.
 
     Raises:
         InputError: The target cannot hold the gains, or does not carry their laws.
@@ -99,15 +101,13 @@ def export(
         (True, True)
 
     """
-    if not isinstance(gains, Gains) and is_plant_gains(Path(gains)):
-        given = dict(text.split("=", 1) for text in texts(options) if "=" in text)
-        return export_run(Path(gains), target, None if out is None else Path(out), given, force)
-    exporter = find_exporter(target)
-    own = gains.path if isinstance(gains, Gains) else Path(gains)
-    folder = Path(out) if out is not None else (own or Path("gains.json")).resolve().parent / "export" / exporter.name
+    exporter, given = find_exporter(target), as_gains(gains)
+    home = (given.path or Path("gains.json")).resolve().parent
+    folder = home / "export" / exporter.name if out is None else Path(out)
     before = None if previous is None else Path(previous)
-    with gains.file() if isinstance(gains, Gains) else nullcontext(Path(gains)) as file:
-        made = export_gains(file, exporter, texts(options), before, folder, flights, watcher or Watcher(), force)
+    made = export_gains(
+        given.to_export(study), exporter, texts(options), before, folder, flights, watcher or Watcher(), force
+    )
     return Exported(made)
 
 
@@ -122,19 +122,19 @@ class Imported(Documented):
 
     """
 
-    gains: Gains
+    gains: QuadrotorGains
     notes: tuple[str, ...]
     untouched: tuple[str, ...]
     source: str
     parameters: Path
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> dict[str, JsonValue]:
         """Everything as data, as `tuner import --json` prints it."""
         content = self.gains.document
-        known = {key: content[key] for key in ("gains", "vehicle") if key in content}
+        stated = {key: content[key] for key in ("gains", "vehicle") if key in content}
         rest = {"untouched": list(self.untouched), "notes": list(self.notes), "file": str(self.gains.path)}
-        return {**known, **rest}
+        return {**stated, **rest}
 
     def _repr_html_(self) -> str:
         return shown("Imported gains", self.notes, self.gains.table)
@@ -173,11 +173,11 @@ def import_gains(
     if out is not None and Path(out).exists():
         raise taken(Path(out))
     importer = find_importer(source)
-    found = importer.read(Path(parameters), load(airframe), settings_of(importer, texts(options)))
-    gains = gains_of(found.controller, {})
+    imported = importer.read(Path(parameters), load(airframe), settings_of(importer, texts(options)))
+    gains = gains_of(imported.controller, {})
     if out is not None:
         gains = replace(gains, path=write_new(Path(out), gains.document, parents=True))
-    return Imported(gains, found.notes, found.untouched, source, Path(parameters))
+    return Imported(gains, imported.notes, imported.untouched, source, Path(parameters))
 
 
 def texts(options: Options) -> list[str]:

@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 from plant.errors import InputError, UnknownNameError
 from tuner.analysis.margins.readings import Loops
 from tuner.documents.contest import ComparedFolder
-from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.paper import Figure, style
 from tuner.report.contest.figures import FIGURES, values_figure
@@ -17,13 +16,6 @@ from tuner.report.identification_charts import prediction_figure
 from tuner.report.inference_figure import inference_figure
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sensitivity_figure import sensitivity_figure
-
-if TYPE_CHECKING:
-    from tuner.analysis.flight_plan.planning import Experiment
-    from tuner.analysis.identification.identify import Identified
-    from tuner.analysis.responses import Responses
-    from tuner.analysis.sensitivity.analysis import Analysis
-    from tuner.study.study import Study
 
 Drawers = Mapping[str, Callable[[], Figure | None]]
 """Figures by name, each drawn when it is called; None where there is no data for it."""
@@ -59,19 +51,9 @@ def of_tuning(results: TuningFolder) -> Drawers:
     return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **over_flights}
 
 
-def of_contest(contest: ComparedFolder) -> Drawers:
-    """Return the figures of a contest."""
+def of_contest(contest: ComparedFolder[Any]) -> Drawers:
+    """Return the figures of a contest or comparison."""
     return {name: lambda draw=draw: draw(contest) for name, draw in FIGURES.items()}
-
-
-def of_comparison(contest: ComparedFolder) -> Drawers:
-    """Return the figures of a comparison."""
-    return {**of_contest(contest), "values": lambda: values_figure(contest)}
-
-
-def of_inference(document: InferenceDocument) -> Drawers:
-    """Return the figure of an inference."""
-    return {"inference": lambda: inference_figure(document)}
 
 
 def of_margins(subject: Loops) -> Drawers:
@@ -80,28 +62,15 @@ def of_margins(subject: Loops) -> Drawers:
     return {name: lambda draw=draw: draw(subject, loops) for name, draw in LOOPS.items()}
 
 
-def of_flights(responses: "Responses", scenario: str) -> Drawers:
-    """Return the figure of flights of one controller."""
-    return {"responses": lambda: flown_figure(responses, scenario)}
-
-
-def of_sensitivity(study: "Study", analysis: "Analysis") -> Drawers:
-    """Return the figure of a sensitivity analysis."""
-    return {"sensitivity": lambda: sensitivity_figure(study, analysis)}
-
-
-def of_identification(found: "Identified") -> Drawers:
-    """Return the figure of an identification."""
-    return {"prediction": lambda: prediction_figure(found)}
-
-
-def of_flight_plan(made: "Experiment") -> Drawers:
-    """Return the figures of an experiment to fly."""
-    return {"excitations": lambda: excitation_figure(made)}
-
-
 DRAWN: dict[str, Callable[..., Drawers]] = {
-    "tuning": of_tuning, "contest": of_contest, "comparison": of_comparison, "inference": of_inference, "margins": of_margins,
-    "flights": of_flights, "sensitivity": of_sensitivity, "identification": of_identification, "flight plan": of_flight_plan,
-}  # fmt: skip
+    "tuning": of_tuning,
+    "contest": of_contest,
+    "comparison": lambda results: {**of_contest(results), "values": lambda: values_figure(results)},
+    "inference": lambda results: {"inference": lambda: inference_figure(results.document)},
+    "margins": of_margins,
+    "flights": lambda responses, scenario: {"responses": lambda: flown_figure(responses, scenario)},
+    "sensitivity": lambda study, analysis: {"sensitivity": lambda: sensitivity_figure(study, analysis)},
+    "identification": lambda identified: {"prediction": lambda: prediction_figure(identified)},
+    "flight plan": lambda experiment: {"excitations": lambda: excitation_figure(experiment)},
+}
 """Kind of results -> their figures."""

@@ -6,20 +6,20 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import radians
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from plant.air.spec import AirSpec
-from plant.airframes import Airframe, load
 from plant.errors import InputError
-from plant.scenarios import ScenarioSpec
+from plant.quadrotor.airframes import Airframe, load
+from plant.quadrotor.scenarios import ScenarioSpec
 from tuner.analysis.flight_plan.document import flight_plan_document
-from tuner.analysis.flight_plan.flying import Craft
-from tuner.analysis.flight_plan.planning import Experiment, Question, check_names, plan_experiment
+from tuner.analysis.flight_plan.flying import SimulatedVehicle
+from tuner.analysis.flight_plan.planning import Experiment, ExperimentSpec, check_names, plan_experiment
 from tuner.analysis.identification.parameters import ARM, MASS, space_of
 from tuner.analysis.responses import system_of
-from tuner.api.flying import prepare
+from tuner.api.flight_setup import quadrotor_setup
 from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import GainsLike, as_gains, default_gains
 from tuner.api.identifying import check_deviation, new_page
@@ -138,15 +138,15 @@ def plan_flight(
     target, page = exciter(to), None if report is None else new_page(Path(report))
     heard, prior = watcher or Watcher(), load(airframe)
     check_names(numbers, space_of(prior.vehicle, []))
-    question = Question(tuple(numbers), within, radians(tilt_deg), radians(rate_deg), mass, arm)
+    request = ExperimentSpec(tuple(numbers), within, radians(tilt_deg), radians(rate_deg), mass, arm)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
-        craft = craft_of(prior, airframe, gains, study)
-        if not craft.flyer.cached:
+        simulated = craft_of(prior, airframe, gains, study)
+        if not simulated.flyer.cached:
             with compilation(heard):
-                craft.flown([], "warm-up", 1)
-        made = plan_experiment(craft, prior, question, target.ability, heard.on_message)
-        files = target.files(made.excitations, craft)
+                simulated.flown([], "warm-up", 1)
+        made = plan_experiment(simulated, prior, request, target.capabilities, heard.on_message)
+        files = target.files(made.excitations, simulated)
         document = flight_plan_document(made, target.name, target.notes, [] if folder is None else sorted(files))
         if folder is not None:
             folder.write_together(files)
@@ -160,17 +160,18 @@ def plan_flight(
     return FlightPlan(document, made, None if folder is None else folder.path)
 
 
-def craft_of(prior: Airframe, airframe: str | Path, gains: GainsLike | None, study: StudyLike | None) -> Craft:
-    """Return what flies: the airframe with these gains, in the air of the study's first scenario."""
+def craft_of(
+    prior: Airframe, airframe: str | Path, gains: GainsLike | None, study: StudyLike | None
+) -> SimulatedVehicle:
+    """Return the airframe with these gains, in the air of the study's first scenario."""
     given = default_gains(LAW, airframe=str(airframe)) if gains is None else as_gains(gains)
-    controller = replace(given.controller, airframe=prior)
+    refusal = "holds gains of a plant of one's own; a flight is planned for a quadrotor"
+    controller = replace(given.quadrotor(refusal), airframe=prior)
     if study is None:
         spec, seed = LIGHT_WIND, SEED
     else:
-        sortie = prepare(controller, study, 0, SEED)
-        spec, seed = (
-            replace(LIGHT_WIND, name=sortie.spec.name, air=sortie.spec.air, sensors=sortie.spec.sensors),
-            sortie.root,
-        )
+        setup = quadrotor_setup(controller, study, 0, SEED)
+        flown, seed = cast(ScenarioSpec, setup.spec), setup.root
+        spec = replace(LIGHT_WIND, name=flown.name, air=flown.air, sensors=flown.sensors)
     spec = replace(spec, uncertainty=prior.uncertainty)
-    return Craft(system_of(controller), np.array(controller.gains), spec, seed)
+    return SimulatedVehicle(system_of(controller), np.array(controller.gains), spec, seed)

@@ -1,62 +1,36 @@
 """Fly given gains through turbulence."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property, singledispatch
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objectives.decisions import DecisionSpace
-from objectives.metrics import METRICS, MetricAddress, check, parse
-from objectives.own_meters import metering
-from objectives.plant_system import PlantSystem
-from objectives.problem import FlightBatch, Objective, Problem, System
+from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk, binary_interval
 from plant.errors import InputError
-from plant.model.scenario import PlantScenario
-from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH, ScenarioSpec
+from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tuner.analysis.judging.judge import CHECK
 from tuner.analysis.lost_flights import lost_among
-from tuner.analysis.responses import LIMITS, Responses, fan_table, responses_of, system_of, usual_scenario
+from tuner.analysis.responses import Responses, fan_table, responses_of
+from tuner.api.flight_setup import FlightSetup
 from tuner.api.frames import Documented, figures, frame, shown
-from tuner.api.gains import Gains, GainsLike, as_gains
-from tuner.api.plant_margins import plant_study
-from tuner.api.plants import study_of
-from tuner.api.studies import StudyLike, tuning_study
+from tuner.api.gains import GainsLike, as_gains
+from tuner.api.studies import StudyLike
 from tuner.documents.parts import LostFlight, ShareCount
-from tuner.gains import Controller
-from tuner.gains.plant_document import is_plant_gains
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.document import DocumentPart
-from tuner.study.plant_study import check_bounds
 from tuner.study.size import MOST_FLIGHTS
-from tuner.study.study import TuningStudy
-from tuner.study.tuned_loops import read_plant_row
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from tuner.report.charts.paper import Figure
 
-SHOWN_GROUPS = ("position", "attitude")
 FAN_FLIGHTS = 64
 STREAMS = (HELD_OUT, CONFIRMATION, SEARCH, CHECK)
-
-
-@dataclass(frozen=True)
-class Sortie:
-    """A system, its gains row, a scenario, the root seed of the draws, and the laws in words.
-
-    draws: stream and numbers of the flights.
-    """
-
-    system: Any
-    gains: np.ndarray
-    spec: Any
-    root: int
-    laws: str
-    draws: tuple[str, range] = (HELD_OUT, range(0))
 
 
 class MetricRow(DocumentPart):
@@ -91,12 +65,12 @@ class Flights(Documented):
 
     Attributes:
         document: Scenario, number of flights, and statistics of each metric in SI units.
-        sortie: The system, gains, scenario and seed that were flown.
+        flight_setup: The system, gains, scenario and seed that were flown.
 
     """
 
     document: FlightsDocument
-    sortie: Sortie
+    flight_setup: FlightSetup
     problem: Problem
 
     @property
@@ -117,7 +91,7 @@ class Flights(Documented):
     @cached_property
     def recorded(self) -> Responses:
         """The same flights with a recorder on, 64 of them at most."""
-        return recorded_flights(self.problem, self.sortie)
+        return recorded_flights(self.problem, self.flight_setup)
 
     @cached_property
     def responses(self) -> "pd.DataFrame":
@@ -175,7 +149,7 @@ def fly(
     """Fly gains through turbulence, or those of a plant of your own through a scenario of its study.
 
     Args:
-        gains: Gains, or a gains.json; of a plant of your own where its code has been named with `use`, or with its study.
+        gains: Gains, a gains.json or a results folder; of a plant, name its code with `use` or give the study.
         study: Study whose scenario, limits and seed are flown; by default one metre steps in a fresh breeze, or the study of the
             results folder where a plant's gains lie in one.
         scenario: Which scenario of the study, from 0.
@@ -197,115 +171,48 @@ def fly(
         0.0
 
     """
-    if not isinstance(gains, Gains) and is_plant_gains(Path(gains)):
-        sortie = plant_sortie(Path(gains), study, scenario)
-    else:
-        sortie = prepare(as_gains(gains).controller, study, scenario, seed)
-    sortie = replace(sortie, draws=(HELD_OUT, range(flights)) if flight is None else named_draw(flight))
-    problem = problem_of(sortie, threads)
+    flight_setup = as_gains(gains).flight_setup(study, scenario, seed)
+    flight_setup = replace(flight_setup, draws=(HELD_OUT, range(flights)) if flight is None else named_draw(flight))
+    problem = problem_of(flight_setup, threads)
     if not problem.flyer.cached:
         with compilation(watcher or Watcher()):
-            problem.warm_up(sortie.gains, sortie.spec)
-    scores, lost = flown_scores(problem, sortie)
+            problem.warm_up(flight_setup.gains, flight_setup.spec)
+    scores, lost = flown_scores(problem, flight_setup)
     metrics, count = statistics(problem.objectives, scores), scores.shape[-1]
-    document = FlightsDocument(scenario=sortie.spec.name, flights=count, metrics=metrics, lost=lost)
-    return Flights(document, sortie, problem)
+    document = FlightsDocument(scenario=flight_setup.spec.name, flights=count, metrics=metrics, lost=lost)
+    return Flights(document, flight_setup, problem)
 
 
 def named_draw(name: str) -> tuple[str, range]:
     """Return stream and number of a flight by its name; InputError where it is none."""
     stream, _, index = name.rpartition("-")
     if stream not in STREAMS or not (index.isascii() and index.isdigit()) or int(index) >= MOST_FLIGHTS:
-        allowed = " or ".join(f"{known}-INDEX" for known in STREAMS)
+        allowed = " or ".join(f"{name_of_stream}-INDEX" for name_of_stream in STREAMS)
         raise InputError(f"given '{name}'; write {allowed}, for instance {HELD_OUT}-12", key="--flight")
     return stream, range(int(index), int(index) + 1)
 
 
-def flown_scores(problem: Problem, sortie: Sortie) -> tuple[np.ndarray, list[LostFlight]]:
-    """Return the scores (metrics, flights) of a sortie and its lost flights."""
-    (stream, indices), scores, lost = sortie.draws, [], list[LostFlight]()
-    batch = FlightBatch(sortie.spec, stream, indices.stop, indices.start)
+def flown_scores(problem: Problem, flight_setup: FlightSetup) -> tuple[np.ndarray, list[LostFlight]]:
+    """Return the scores (metrics, flights) of a flight setup and its lost flights."""
+    (stream, indices), scores, lost = flight_setup.draws, [], list[LostFlight]()
+    batch = FlightBatch(flight_setup.spec, stream, indices.stop, indices.start)
     for first, last in problem.chunks(batch):
-        results = problem.results(sortie.gains[None], batch, first, last)
-        scores.append(problem.score(results, sortie.spec)[0][0])
-        lost += lost_among(results[0], sortie.system, sortie.spec, stream, range(first, last))
+        results = problem.results(flight_setup.gains[None], batch, first, last)
+        scores.append(problem.score(results, flight_setup.spec)[0][0])
+        lost += lost_among(results[0], flight_setup.system, flight_setup.spec, stream, range(first, last))
     return np.concatenate(scores, axis=-1), lost
 
 
-def prepare(controller: Controller, study: StudyLike | None, scenario: int, seed: int) -> Sortie:
-    """Return what to fly: the study's scenario and limits where a study is given, the usual ones else."""
-    row = np.array(controller.gains)
-    laws = f"{controller.cascade.position.name} / {controller.cascade.attitude.name}"
-    if study is None:
-        system = system_of(controller, LIMITS)
-        return Sortie(system, row, usual_scenario(system), seed, laws)
-    asked = tuning_study(study, "tuner fly --study")
-    return Sortie(system_of(controller, asked.system.limits), row, spec_of(asked, scenario), asked.seed, laws)
-
-
-def plant_sortie(gains: Path, study: StudyLike | None, scenario: int) -> Sortie:
-    """Return what a plant's gains.json is to fly: a scenario of the study given, or of that of its results folder."""
-    asked = study_of(gains) if study is None else plant_study(study, "tuner fly --study")
-    row, laws = read_plant_row(gains, asked.system), dict(asked.about)["laws"]
-    return Sortie(asked.system, row, spec_of(asked, scenario), asked.seed, laws)
-
-
-def spec_of(study: TuningStudy, scenario: int) -> Any:
-    """Return a scenario of a study by its number from 0; InputError where there is none."""
-    if scenario >= len(study.scenarios):
-        raise InputError(
-            f"given scenario {scenario}; allowed: 0 to {len(study.scenarios) - 1}", file=study.path, key="--scenario"
-        )
-    return study.scenarios[scenario].spec
-
-
-def problem_of(sortie: Sortie, threads: int | None) -> Problem:
-    """Return the problem that has every metric of a sortie as an objective."""
+def problem_of(flight_setup: FlightSetup, threads: int | None) -> Problem:
+    """Return the problem that has every metric of a flight setup as an objective."""
     return Problem(
-        sortie.system, DecisionSpace((), (), tuple(sortie.gains.tolist())),
-        tuple(Objective(metric, Risk("mean")) for metric in shown_metrics(sortie.system, sortie.spec)), (), sortie.root, threads,
-    )  # fmt: skip
-
-
-@singledispatch
-def shown_metrics(system: Any, spec: Any) -> list[MetricAddress]:
-    """Return the metrics that flights of a system through a scenario can be judged by."""
-    raise TypeError(f"nothing judges {type(system).__name__} in {spec.name}")
-
-
-@shown_metrics.register
-def _(system: System, spec: ScenarioSpec) -> list[MetricAddress]:
-    track = spec.track(system.timing)
-    steps = track.start != track.final
-    stepping = {"position": steps[:3].any(), "attitude": steps[3:].any()}
-    addresses = []
-    for metric in METRICS.values():
-        if metric.scope == "flight":
-            addresses.append(metric.name)
-        else:
-            addresses += [f"{metric.name}.{g}" for g in SHOWN_GROUPS if stepping[g] or not metric.needs_step]
-    return [parse(address) for address in addresses]
-
-
-@shown_metrics.register
-def _(system: PlantSystem, spec: PlantScenario) -> list[MetricAddress]:
-    names = [
-        [metric.name] if metric.scope == "flight" else [f"{metric.name}.{name}" for name in system.plan.names]
-        for metric in METRICS.values()
-    ]
-    found = [parse(address, system.axes) for group in names for address in group]
-    return [metric for metric in found if _is_judged(system, metric, spec)]
-
-
-def _is_judged(system: PlantSystem, metric: MetricAddress, spec: PlantScenario) -> bool:
-    """Return whether a metric means something on flights of a plant: it has the steps, windows, limits and rate that it needs."""
-    try:
-        check(metric, system.targets(spec), spec.duration)
-        check_bounds(system, [metric])
-        metering(system, [metric])
-    except InputError:
-        return False
-    return True
+        flight_setup.system,
+        DecisionSpace((), (), tuple(flight_setup.gains.tolist())),
+        tuple(Objective(metric, Risk("mean")) for metric in flight_setup.metrics),
+        (),
+        flight_setup.root,
+        threads,
+    )
 
 
 def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[MetricRow]:
@@ -319,18 +226,22 @@ def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[Me
         else:
             half = 1.96 * float(values.std(ddof=1)) / n**0.5 if n > 1 else 0.0
             low, high = max(mean - half, 0.0), mean + half
-        row = (
-            MetricRow(
-                metric=objective.metric.text, unit=objective.metric.unit, mean=mean, low=low, high=high,
-                median=float(np.median(values)), q95=float(np.quantile(values, 0.95)), worst=float(values.max()),
-            )
-        )  # fmt: skip
+        row = MetricRow(
+            metric=objective.metric.text,
+            unit=objective.metric.unit,
+            mean=mean,
+            low=low,
+            high=high,
+            median=float(np.median(values)),
+            q95=float(np.quantile(values, 0.95)),
+            worst=float(values.max()),
+        )
         rows.append(row.model_copy(update={"count": ShareCount.of(values)}) if objective.is_binary else row)
     return rows
 
 
-def recorded_flights(problem: Problem, sortie: Sortie) -> Responses:
+def recorded_flights(problem: Problem, flight_setup: FlightSetup) -> Responses:
     """Fly the first `FAN_FLIGHTS` again with a recorder on."""
-    stream, indices = sortie.draws
-    inputs = sortie.system.sample(sortie.spec, sortie.root, stream, indices[:FAN_FLIGHTS])
-    return responses_of(sortie.system, problem.flyer, sortie.gains, inputs)
+    stream, indices = flight_setup.draws
+    inputs = flight_setup.system.sample(flight_setup.spec, flight_setup.root, stream, indices[:FAN_FLIGHTS])
+    return responses_of(flight_setup.system, problem.flyer, flight_setup.gains, inputs)

@@ -44,12 +44,12 @@ def frame(
     """Return rows as a table; units: of its columns, kept in `attrs["units"]`."""
     import pandas as pd
 
-    found = pd.DataFrame([row.content() if isinstance(row, DocumentPart) else row for row in rows])
-    if index is not None and len(found):
-        found = found.set_index([index] if isinstance(index, str) else list(index))
-        found.index.name = index if isinstance(index, str) else None
-    found.attrs["units"] = dict(units or {})
-    return found
+    table = pd.DataFrame([row.content() if isinstance(row, DocumentPart) else row for row in rows])
+    if index is not None and len(table):
+        table = table.set_index([index] if isinstance(index, str) else list(index))
+        table.index.name = index if isinstance(index, str) else None
+    table.attrs["units"] = dict(units or {})
+    return table
 
 
 def figures(kind: str, *data: Any) -> "Figures":
@@ -59,23 +59,23 @@ def figures(kind: str, *data: Any) -> "Figures":
     return Figures(DRAWN[kind](*data))
 
 
-def estimates(entry: "Estimate | EstimateRow", name: str) -> dict[str, Any]:
+def estimates(entry: "Estimate | EstimateRow", name: str) -> dict[str, float | None]:
     """Return a number with its 95 % interval as three columns: NAME, NAME low, NAME high."""
     return {name: entry.value, f"{name} low": entry.low, f"{name} high": entry.high}
 
 
-def shown(title: str, lines: Iterable[str] = (), found: "pd.DataFrame | None" = None) -> str:
+def shown(title: str, lines: Iterable[str] = (), table: "pd.DataFrame | None" = None) -> str:
     """Return HTML for a notebook: title, lines and a table; all of it is text that may be a stranger's."""
     parts = [element("strong", title), *[element("div", line) for line in lines]]
-    if found is not None and len(found):
-        parts.append(html_table(found))
+    if table is not None and len(table):
+        parts.append(html_table(table))
     return str(element("div", join(parts)))
 
 
-def html_table(found: "pd.DataFrame") -> Markup:
+def html_table(frame: "pd.DataFrame") -> Markup:
     """Return the first rows of a table as HTML, four significant digits each; units stand at the head."""
-    units = found.attrs.get("units", {})
-    flat = found.reset_index() if found.index.name else found
+    units = frame.attrs.get("units", {})
+    flat = frame.reset_index() if frame.index.name else frame
     head = [f"{name} [{units[name]}]" if units.get(name, "1") != "1" else str(name) for name in flat.columns]
     rows = [[cell(value) for value in row] for row in flat.head(MOST_ROWS).itertuples(index=False)]
     left = len(flat) - len(rows)

@@ -1,61 +1,149 @@
-"""Gains: read from a file, a law's defaults, designed, or those of a run's point; with units, airframe and origin."""
+"""Gains of every kind: from a file, a results folder, a law's defaults or a design; with units, origin, and what they fly."""
 
+import hashlib
 import json
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
-from plant.airframes import load as load_airframe
-from plant.cascade import close_cascade
-from plant.errors import StoreError
-from plant.gains import default_row, gain_addresses
-from plant.input_files import read_input_text
-from plant.laws import law as find_law
-from plant.nominal import ControlOptions
+import numpy as np
+
+from objectives.margins.trim import Trim
+from plant.errors import InputError, StoreError
+from plant.input_files import read_input, read_input_text
+from plant.law_registry import law as find_law
 from plant.output_files import make_folders, write_new_file
+from plant.quadrotor.airframes import load as load_airframe
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions
+from tuner.analysis.margins.document import (
+    certificate_rows,
+    default_requirements,
+    margins_document,
+    plant_margins_document,
+    plant_requirements,
+    requirements_in,
+    study_requirements,
+)
+from tuner.analysis.margins.readings import Loops, plant_subject, subject_of
 from tuner.api import AIRFRAME, POSITION_LAW
+from tuner.api.flight_setup import FlightSetup, plant_setup, quadrotor_setup
 from tuner.api.frames import frame, shown
+from tuner.api.studies import StudyLike, plant_study, tuning_study
+from tuner.documents.margins import MarginsDocument
+from tuner.documents.opening import kind_in
+from tuner.documents.tuning import TuningFolder
 from tuner.gains import Controller, to_document
 from tuner.gains import read_gains as read_controller
+from tuner.gains.parsing import parsed
+from tuner.gains.plant_document import format_of, plant_gains_document
+from tuner.gains.sections import PLANT_FORMAT, Row
+from tuner.store.advice import RECORD, is_codeless
 from tuner.store.document import json_text
+from tuner.store.inputs import read_record
+from tuner.study.kinds import AnyStudy, load_any
+from tuner.study.plant_controller import PlantController
+from tuner.study.plant_study import PlantStudy
+from tuner.study.tuned_loops import TunedLoops, loops_of, row_in, tuned_loops_of
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Document = dict[str, Any]
+    from tuner.exchange.run import ExportSubject
+
 
 CONTROL_PERIOD, PLANT_STEP = 0.004, 0.001
+VARIABLES_FORMAT = "holdfast-variables"
+MADE_ELSEWHERE = "these are values of variables of another program"
 
 
-@dataclass(frozen=True)
-class Gains:
-    """Gains of a controller with the airframe that they are for.
+class Refusals:
+    """Steps of calls that gains of some kind do not take: each refuses with a sentence, unless the kind has its own."""
+
+    path: Path | None
+
+    def with_study(self, study: AnyStudy | None) -> Self:
+        """Return the gains with the study, in memory, that holds the code of their plant."""
+        return self
+
+    def quadrotor(self, otherwise: str) -> Controller:
+        """Return the controller of a quadrotor; InputError, with a sentence, for other gains."""
+        raise InputError(otherwise, file=self.path)
+
+    def flight_setup(self, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
+        """Return the flights of a scenario of a study, of the usual one where none is given.
+
+        Args:
+            study: Gives scenarios, limits and seed.
+            scenario: Number of the scenario, from 0.
+            seed: Root seed where no study is given.
+
+        """
+        raise InputError(f"{MADE_ELSEWHERE}, and it alone can fly them", file=self.path)
+
+    def judge_margins(
+        self, trim: Trim, study: StudyLike | None, certified: bool
+    ) -> tuple[Loops, MarginsDocument, bool]:
+        """Return the loops in a steady flight, the document of their margins, and whether its limits are those of the study."""
+        raise InputError(f"{MADE_ELSEWHERE}, so no loops are there to have margins", file=self.path)
+
+    def to_export(self, study: StudyLike | None = None) -> "ExportSubject[Any]":
+        """Return the gains on their way to a target; study: of the plant, where they do not lie in its results folder."""
+        raise InputError(f"{MADE_ELSEWHERE}; take them over from the file, which has their units", file=self.path)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Gains(Refusals, Mapping[str, float]):
+    """Gains of a controller, by address: `gains["roll.kp"]`.
 
     Attributes:
-        controller: Laws, options, periods [s], airframe, and the gains as a row.
-        document: What gains.json holds: every gain with its unit, and where the gains come from.
+        document: Content of gains.json: every gain with its unit, and where the gains come from.
         path: The file they were read from, None for gains that stand in no file.
 
     """
 
-    controller: Controller
-    document: Document
+    document: Row
     path: Path | None = None
 
     @property
-    def airframe(self) -> str:
-        """Name of the airframe."""
-        return self.controller.airframe.name
+    @abstractmethod
+    def flown(self) -> str:
+        """Name of the airframe, of the plant, or of the study of another program."""
 
     @property
+    def airframe(self) -> str:
+        """Name of the airframe; InputError where no quadrotor is flown."""
+        return self.quadrotor("these gains are not a quadrotor's, so they have no airframe").airframe.name
+
+    @property
+    @abstractmethod
     def laws(self) -> dict[str, str]:
-        """Names of the position and the attitude law."""
-        cascade = self.controller.cascade
-        return {"position": cascade.position.name, "attitude": cascade.attitude.name}
+        """Name of the law of each loop."""
+
+    @cached_property
+    def values_by_address(self) -> dict[str, float]:
+        """The gains."""
+        return {address: entry["value"] for address, entry in self.document["gains"].items()}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each gain."""
+        return {address: entry["unit"] for address, entry in self.document["gains"].items()}
+
+    def __getitem__(self, address: str) -> float:
+        return self.values_by_address[address]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.values_by_address)
+
+    def __len__(self) -> int:
+        return len(self.values_by_address)
 
     @cached_property
     def table(self) -> "pd.DataFrame":
@@ -63,11 +151,14 @@ class Gains:
         given = self.document["gains"]
         rows = [
             {
-                "gain": gain.address, "value": self.controller.gains[gain.column], "unit": gain.unit,
-                "low": given[gain.address].get("low"), "high": given[gain.address].get("high"),
+                "gain": address,
+                "value": value,
+                "unit": self.units[address],
+                "low": given[address].get("low"),
+                "high": given[address].get("high"),
             }
-            for gain in gain_addresses(self.controller.cascade)
-        ]  # fmt: skip
+            for address, value in self.items()
+        ]
         return frame(rows, "gain")
 
     def write(self, path: str | Path) -> Path:
@@ -106,7 +197,172 @@ class Gains:
 
     @property
     def _title(self) -> str:
-        return f"{self.laws['position']} / {self.laws['attitude']} for {self.airframe}"
+        return f"{' / '.join(self.laws.values())} for {self.flown}"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class QuadrotorGains(Gains):
+    """Gains of a quadrotor. controller: laws, options, periods [s], airframe, and the gains as a row."""
+
+    controller: Controller = field(kw_only=True)
+
+    @property
+    def flown(self) -> str:
+        """Name of the airframe."""
+        return self.controller.airframe.name
+
+    @property
+    def laws(self) -> dict[str, str]:
+        """Names of the position and the attitude law."""
+        cascade = self.controller.cascade
+        return {"position": cascade.position.name, "attitude": cascade.attitude.name}
+
+    @cached_property
+    def values_by_address(self) -> dict[str, float]:
+        """The gains, in the order of their columns."""
+        return {gain.address: self.controller.gains[gain.column] for gain in gain_addresses(self.controller.cascade)}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each gain."""
+        return {gain.address: gain.unit for gain in gain_addresses(self.controller.cascade)}
+
+    def quadrotor(self, otherwise: str) -> Controller:
+        """Return the controller."""
+        return self.controller
+
+    def flight_setup(self, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
+        """Return the flight of a scenario and the limits of a study, or the usual ones."""
+        return quadrotor_setup(self.controller, study, scenario, seed)
+
+    def judge_margins(
+        self, trim: Trim, study: StudyLike | None, certified: bool
+    ) -> tuple[Loops, MarginsDocument, bool]:
+        """Return the margins in a trim, or without one in every steady state of the study."""
+        subject, limits = subject_of(self.controller, trim), None
+        if study is not None:
+            given = None if trim == Trim() else trim
+            limits = study_requirements(tuning_study(study, "tuner margins --study"), self.controller, given)
+        document = margins_document(subject, requirements_in(self.controller, trim) if limits is None else limits)
+        if certified:
+            document = document.model_copy(update={"certificates": certificate_rows(self.controller)})
+        return subject, document, limits is not None
+
+    def to_export(self, study: StudyLike | None = None) -> "ExportSubject[Controller]":
+        """Return the controller with its document and its content hash."""
+        # What verifies an export is imported with it, which a run that ends here does not wait for.
+        from tuner.exchange.run import quadrotor_subject
+
+        return quadrotor_subject(self.controller, self.document)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PlantGains(Gains):
+    """Gains of a plant of the user's own.
+
+    Attributes:
+        loops: Its loops with their gains.
+        study: In memory: closes the loops around the plant, such as one of a notebook.
+        folder: Results folder that keeps the study, whose code or FMU is named with `use`.
+
+    """
+
+    loops: TunedLoops = field(kw_only=True)
+    study: PlantStudy | None = field(default=None, kw_only=True)
+    folder: Path | None = field(default=None, kw_only=True)
+
+    @property
+    def flown(self) -> str:
+        """Name of the plant."""
+        return str(self.document["plant"]["name"])
+
+    @property
+    def digest(self) -> str:
+        """Digest of the code or the FMU that the gains belong to."""
+        return str(self.document["plant"]["digest"])
+
+    @property
+    def laws(self) -> dict[str, str]:
+        """Name of the law of each channel."""
+        return {channel.name: channel.law.name for channel in self.loops.channels}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each gain."""
+        if self.study is not None:
+            return {gain.address: gain.unit for gain in self.study.system.gains}
+        return {address: unit.strip("{}") for address, unit in super().units.items()}
+
+    def with_study(self, study: AnyStudy | None) -> Self:
+        """Return the gains with the study of their plant."""
+        return self if study is None else replace(self, study=plant_study(study, "gains of a plant"))
+
+    def closed(self, study: StudyLike | None, command: str) -> PlantController:
+        """Return the controller with the study that closes its loops around the plant.
+
+        Args:
+            study: That study; by default the one in memory, or that of the results folder.
+            command: Who needs it, for errors.
+
+        Raises:
+            InputError: Its loops are others, no study is there, or its code has not been named.
+
+        """
+        if study is not None:
+            closing = plant_study(study, command)
+        elif self.study is not None:
+            closing = self.study
+        else:
+            closing = study_in(self.folder, self.path)
+        return PlantController(closing, tuple(row_in(self.loops, closing.system, self.path).tolist()))
+
+    def flight_setup(self, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
+        """Return the flight of a scenario of the study."""
+        return plant_setup(self.closed(study, "tuner fly --study"), scenario)
+
+    def judge_margins(
+        self, trim: Trim, study: StudyLike | None, certified: bool
+    ) -> tuple[Loops, MarginsDocument, bool]:
+        """Return the margins at rest."""
+        if trim != Trim():
+            raise InputError(
+                "yaw, speed, wind and attitude mode are those of quadrotors; leave them out: a plant is linearised where it rests"
+            )
+        controller = self.closed(study, "tuner margins --study")
+        subject = plant_subject(controller.study.system, np.array(controller.gains))
+        limits = None if study is None else plant_requirements(controller.study, subject.row)
+        document = plant_margins_document(subject, default_requirements(subject) if limits is None else limits)
+        if certified:
+            # What proves them takes a second to import.
+            from tuner.analysis.margins.plant_certificates import plant_certificate_rows
+
+            document = document.model_copy(update={"certificates": plant_certificate_rows(subject)})
+        return subject, document, limits is not None
+
+    def to_export(self, study: StudyLike | None = None) -> "ExportSubject[PlantController]":
+        """Return the controller with its document, and the digest of the bytes of its file."""
+        from tuner.exchange.run import plant_subject
+
+        content = json_text(self.document).encode() if self.path is None else read_input(self.path)
+        return plant_subject(self.closed(study, "tuner export"), self.document, hashlib.sha256(content).hexdigest())
+
+
+class VariableValues(Gains):
+    """Values of the variables of a study whose trials another program makes."""
+
+    @property
+    def flown(self) -> str:
+        """Title of the study."""
+        return str(self.document["title"])
+
+    @property
+    def laws(self) -> dict[str, str]:
+        """No laws: another program has them."""
+        return {}
+
+    @property
+    def _title(self) -> str:
+        return self.flown
 
 
 GainsLike: TypeAlias = Gains | str | Path
@@ -116,7 +372,7 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
     """Read a gains.json.
 
     Args:
-        path: The file.
+        path: The file, of a quadrotor or of a plant, or the results folder that it lies in.
         airframe: Bundled name or TOML file of an airframe that flies instead of the file's own.
 
     Returns:
@@ -130,12 +386,73 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
         {'position': 'ladrc', 'attitude': 'hybrid'}
 
     """
-    path = Path(path)
-    controller = read_controller(path, airframe)
-    return Gains(controller, json.loads(read_input_text(path)), path)
+    path = gains_file(Path(path))
+    kind = format_of(path)
+    if kind not in (PLANT_FORMAT, VARIABLES_FORMAT):
+        controller = read_controller(path, airframe)
+        return QuadrotorGains(json.loads(read_input_text(path)), path, controller=controller)
+    if airframe is not None:
+        raise InputError("flies no quadrotor, so no other airframe can fly instead; leave it out", file=path)
+    return gains_in(parsed(path), path, path.resolve().parent)
 
 
-def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = AIRFRAME) -> Gains:
+def gains_in(document: Row, path: Path | None, folder: Path) -> Gains:
+    """Return gains of a plant, or of another program's variables, from the content of their file.
+
+    Args:
+        document: The content.
+        path: The file, None where none holds it.
+        folder: Where it lies; a results folder keeps its study.
+
+    """
+    if document["format"] == VARIABLES_FORMAT:
+        return VariableValues(document, path)
+    home = folder if (folder / RECORD).exists() else None
+    return PlantGains(document, path, loops=tuned_loops_of(document, path), folder=home)
+
+
+def document_at(document: Row, point: str, values: Mapping[str, float]) -> Row:
+    """Return the content of gains.json for another point of its run, without what was measured of its own."""
+    gains = {address: {**entry, "value": values[address]} for address, entry in document["gains"].items()}
+    left = {key: part for key, part in document.items() if key not in ("objectives", "margins", "exports")}
+    named = {"point": point} if "point" in left else {"study": {**left.get("study", {}), "point": point}}
+    return {**left, "gains": gains, **named}
+
+
+def gains_file(path: Path) -> Path:
+    """Return the gains.json of a tuning run's folder, and a file as it is."""
+    if not path.is_dir():
+        return path
+    if kind_in(path) is not TuningFolder:
+        raise InputError(
+            "is a folder, but that of no finished tuning run; give one of these, or a gains.json", file=path
+        )
+    return path / TuningFolder(path).document.gains_file
+
+
+def study_in(folder: Path | None, gains: Path | None) -> PlantStudy:
+    """Return the study that a results folder keeps.
+
+    Raises InputError where there is no folder, or where the code of the plant, which the folder may not run, has not been named.
+    """
+    if folder is None:
+        raise InputError(
+            f"lies in no results folder, whose {RECORD} names the study; give that of a results folder, or the study too",
+            file=gains,
+        )
+    refuse_codeless(folder)
+    return plant_study(load_any(folder / read_record(folder).study), "gains of a plant of one's own")
+
+
+def refuse_codeless(folder: Path) -> None:
+    """Raise StoreError for the folder of a plant whose code stands in no file."""
+    if is_codeless(folder):
+        raise StoreError(
+            f"no file holds the plant that was run into {folder}, as in a notebook; give its gains with the study that you made"
+        )
+
+
+def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = AIRFRAME) -> QuadrotorGains:
     """Return the default gains of two laws.
 
     Args:
@@ -161,17 +478,32 @@ def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = A
     return gains_of(Controller(vehicle, cascade, ControlOptions(), CONTROL_PERIOD, PLANT_STEP, row), {})
 
 
-def gains_of(controller: Controller, provenance: Mapping[str, Any]) -> Gains:
-    """Return the gains of a controller; provenance: what gains.json says of their origin."""
-    return Gains(controller, to_document(controller, dict(provenance)))
+def gains_of(controller: Controller, provenance: Mapping[str, Any]) -> QuadrotorGains:
+    """Return the gains of a controller; provenance: sections of gains.json on their origin."""
+    return QuadrotorGains(to_document(controller, dict(provenance)), controller=controller)
 
 
-def as_gains(gains: GainsLike, airframe: str | None = None) -> Gains:
-    """Return gains as they are, or those of a file."""
-    return gains if isinstance(gains, Gains) else read_gains(gains, airframe)
+def gains_of_plant(study: PlantStudy, row: np.ndarray) -> PlantGains:
+    """Return a gains row (g,) of a plant."""
+    document = plant_gains_document(study.system, row, study.code_digest)
+    return PlantGains(document, loops=loops_of(study.system, row), study=study)
 
 
-def write_new(path: Path, document: Document, parents: bool = False) -> Path:
+def as_gains(gains: GainsLike) -> Gains:
+    """Return gains as they are, or those of a file or a results folder."""
+    return gains if isinstance(gains, Gains) else read_gains(gains)
+
+
+def quadrotor_gains(gains: GainsLike) -> QuadrotorGains:
+    """Return gains of a quadrotor; InputError where they are others."""
+    given = as_gains(gains)
+    controller = given.quadrotor(
+        "holds gains of a plant of one's own; this is for quadrotors, whose first flights go in steps"
+    )
+    return QuadrotorGains(given.document, given.path, controller=controller)
+
+
+def write_new(path: Path, document: Row, parents: bool = False) -> Path:
     """Write a JSON file that must not exist yet, with the folders above it if asked to; StoreError where that cannot be."""
     try:
         if parents:

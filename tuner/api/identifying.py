@@ -8,15 +8,15 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plant.airframes import Airframe, load
-from plant.airframes.uncertainty import Uncertainty
 from plant.errors import InputError, StoreError
+from plant.quadrotor.airframes import Airframe, load
+from plant.quadrotor.airframes.uncertainty import Uncertainty
 from tuner.analysis.airframe_text import new_airframe_file
-from tuner.analysis.identification.checks import Finding, check_flight
-from tuner.analysis.identification.document import identification_document, known_from, log_row, warnings_of
+from tuner.analysis.identification.checks import LogIssue, check_flight
+from tuner.analysis.identification.document import earlier_posterior, identification_document, log_row, warnings_of
 from tuner.analysis.identification.identify import Identified, airborne, identify_vehicle
 from tuner.analysis.identification.onward import identified_text, uncertainty_of
-from tuner.analysis.identification.parameters import ARM, MASS, Known
+from tuner.analysis.identification.parameters import ARM, MASS, EarlierPosterior
 from tuner.api.frames import Documented, figures, frame, shown
 from tuner.documents.identification import IdentificationDocument, LogCheckDocument, LogFinding, LogRow
 from tuner.logs.flight_log import FlightLog
@@ -58,17 +58,17 @@ class Identification(Documented):
 
     Attributes:
         document: What `tuner identify --json` prints.
-        found: The fit behind it.
+        fit: The fit behind it.
 
     """
 
     document: IdentificationDocument
-    found: Identified
+    fit: Identified
 
     @property
     def uncertainty(self) -> Uncertainty:
         """Deviations and correlation of the airframe's numbers."""
-        return uncertainty_of(self.found)
+        return uncertainty_of(self.fit)
 
     @cached_property
     def table(self) -> "pd.DataFrame":
@@ -82,7 +82,7 @@ class Identification(Documented):
             The figure, made without pyplot.
 
         """
-        return figures("identification", self.found).draw("prediction")
+        return figures("identification", self.fit).draw("prediction")
 
     def _repr_html_(self) -> str:
         return shown(f"Identified from {len(self.document.logs)} logs", [self.document.verdict], self.table)
@@ -122,8 +122,8 @@ def identify(
         InputError: A log cannot be read, holds no flight, or is useless; or the file to write is there already.
 
     Examples:
-        >>> found = tuner.identify("log15@55:90", airframe="crazyflie-pybullet", out="mine.toml")  # doctest: +SKIP
-        >>> found.table  # doctest: +SKIP
+        >>> fit = tuner.identify("log15@55:90", airframe="crazyflie-pybullet", out="mine.toml")  # doctest: +SKIP
+        >>> fit.table  # doctest: +SKIP
 
     """
     check_deviation(mass, "mass")
@@ -134,25 +134,25 @@ def identify(
     page = None if report is None else new_page(Path(report))
     prior, heard = load(airframe), watcher or Watcher()
     read = read_logs(logs, mapping)
-    known, before = _earlier(update, prior, read)
+    posterior, before = _earlier(update, prior, read)
     problems = _problems(read, prior)
     useless = [(log, finding) for log, finding in problems if finding.fatal]
     if useless and not force:
         log, finding = useless[0]
         raise InputError(f"{finding.text} (or use it all the same: --force)", file=log.name)
     steps = _Steps(heard)
-    found = identify_vehicle(read, prior, mass=mass, arm=arm, known=known, told=steps)
-    document = identification_document(found, warnings_of(problems), None if target is None else str(target), before)
+    fit = identify_vehicle(read, prior, mass=mass, arm=arm, earlier=posterior, on_progress=steps)
+    document = identification_document(fit, warnings_of(problems), None if target is None else str(target), before)
     if target is not None:
         title = f"{prior.title}, identified from flight logs"
-        put(target.parent, target.name, identified_text(found, title, before).encode())
+        put(target.parent, target.name, identified_text(fit, title, before).encode())
     if page is not None:
         # The library that draws its charts takes a second to import.
         from tuner.report.identification_page import identification_page
         from tuner.report.page import put_page
 
-        put_page(page.parent, identification_page(found, document), page.name)
-    return Identification(document, found)
+        put_page(page.parent, identification_page(fit, document), page.name)
+    return Identification(document, fit)
 
 
 def check_logs(
@@ -191,8 +191,8 @@ def check_logs(
 
 def _earlier(
     update: str | Path | None, airframe: Airframe, logs: Sequence[FlightLog]
-) -> tuple[Known | None, list[LogRow]]:
-    """Return what an earlier identification tells, and its logs; InputError where one of these logs is among them."""
+) -> tuple[EarlierPosterior | None, list[LogRow]]:
+    """Return an earlier identification and its logs; InputError where one of these logs is among them."""
     if update is None:
         return None, []
     file = Path(update)
@@ -206,7 +206,7 @@ def _earlier(
     for log in logs:
         if any(log.digest == row.sha256 and _overlaps(log, row.begin, row.end) for row in before):
             raise InputError(f"is in {file.name} already, and would count twice; give the logs after it", file=log.name)
-    return known_from(document, airframe, file), before
+    return earlier_posterior(document, airframe, file), before
 
 
 def check_deviation(value: float, key: str) -> None:
@@ -229,12 +229,12 @@ class _Steps:
 
     def __init__(self, watcher: Watcher) -> None:
         self._watcher = watcher
-        self._said = False
+        self._is_announced = False
 
     def __call__(self, step: int, steps: int) -> None:
-        if not self._said:
+        if not self._is_announced:
             self._watcher.on_message("Identifying; a minute of flight takes some 20 s.")
-            self._said = True
+            self._is_announced = True
 
 
 def read_logs(logs: LogLike | Sequence[LogLike], mapping: str | Path | None) -> list[FlightLog]:
@@ -242,14 +242,14 @@ def read_logs(logs: LogLike | Sequence[LogLike], mapping: str | Path | None) -> 
     given = [logs] if isinstance(logs, str | Path) else list(logs)
     if not given:
         raise InputError("no log given; give at least one")
-    found = [_log(str(entry), None if mapping is None else Path(mapping)) for entry in given]
-    for first, second in combinations(found, 2):
+    flight_logs = [_log(str(entry), None if mapping is None else Path(mapping)) for entry in given]
+    for first, second in combinations(flight_logs, 2):
         if first.digest == second.digest and _overlaps(first, float(second.time[0]), float(second.time[-1])):
             raise InputError(
                 "is given twice, in parts that overlap, which would make its intervals too narrow; leave one out",
                 file=second.name,
             )
-    return found
+    return flight_logs
 
 
 def _overlaps(log: FlightLog, begin: float, end: float) -> bool:
@@ -263,5 +263,5 @@ def _log(given: str, mapping: Path | None) -> FlightLog:
     return read_log(Path(span["file"]), mapping).between(float(span["begin"]), float(span["end"]))
 
 
-def _problems(logs: Sequence[FlightLog], airframe: Airframe) -> list[tuple[FlightLog, Finding]]:
+def _problems(logs: Sequence[FlightLog], airframe: Airframe) -> list[tuple[FlightLog, LogIssue]]:
     return [(log, finding) for log in logs for finding in check_flight(airborne(log, airframe), airframe)]

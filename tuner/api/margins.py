@@ -15,30 +15,21 @@ from objectives.margins.trim import Trim
 from objectives.theory import THEOREMS, Setting, Theorem
 from objectives.theory.disturbance_rate import worst_rates
 from objectives.theory.guarantee import Guarantee, law_of, loop_of
-from plant.cascade import AXES
-from plant.errors import InputError
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
-from plant.nominal import nominal
+from plant.quadrotor.cascade import AXES
+from plant.quadrotor.nominal import nominal
 from plant.vectors import Vec3
-from tuner.analysis.margins.document import (
-    certificate_rows,
-    margins_document,
-    requirements_in,
-    study_requirements,
-)
-from tuner.analysis.margins.readings import Loops, PlantSubject, Subject, subject_of
+from tuner.analysis.margins.readings import Loops, Subject
+from tuner.analysis.responses import LIMITS, system_of, usual_scenario
 from tuner.api import POSITION_LAW
-from tuner.api.flying import prepare
 from tuner.api.frames import Documented, figures, frame, shown
-from tuner.api.gains import Gains, GainsLike, as_gains, default_gains
-from tuner.api.plant_margins import check_at_rest, plant_margins_of
+from tuner.api.gains import GainsLike, as_gains, default_gains
 from tuner.api.studies import StudyLike, tuning_study
-from tuner.documents.margins import CertificateRow, MarginsDocument
+from tuner.documents.margins import MarginsDocument
 from tuner.documents.parts import NumberWithUnit
 from tuner.exchange.processor_cost.measure import measure_cost
 from tuner.gains import Controller
-from tuner.gains.plant_document import is_plant_gains
 from tuner.search.watcher import Watcher
 from tuner.store.document import DocumentPart
 from tuner.store.folder import Folder
@@ -107,8 +98,8 @@ class Margins(Documented):
         return figures("margins", self.subject).draw(name)
 
     def _repr_html_(self) -> str:
-        kept = "All limits are kept." if self.passed else "A limit is broken."
-        return shown("Stability margins", [kept], self.table)
+        verdict = "All limits are kept." if self.passed else "A limit is broken."
+        return shown("Stability margins", [verdict], self.table)
 
 
 def margins(
@@ -126,7 +117,7 @@ def margins(
     """Work out the stability margins of gains, loop by loop, in the worst amplitude.
 
     Args:
-        gains: Gains, or a gains.json; of a plant of your own where its code has been named with `use`, or with its study.
+        gains: Gains, a gains.json or a results folder; of a plant, name its code with `use` or give the study.
         study: Study whose [[margin]] tables are the limits, at hover and in the trims of its scenarios unless a steady flight is
             given; by default usual limits.
         yaw: Yaw in steady flight [rad].
@@ -150,35 +141,19 @@ def margins(
         ['x', 'y', 'z', 'roll', 'pitch', 'yaw']
 
     """
-    of_plant = not isinstance(gains, Gains) and is_plant_gains(Path(gains))
-    if of_plant:
-        check_at_rest(yaw, speed, wind, not hold_position)
-    controller = None if of_plant else as_gains(gains).controller
+    given, trim = as_gains(gains), trim_of(yaw, speed, wind, hold_position)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
         announce_compilation(watcher or Watcher())
-        if controller is None:
-            found = plant_margins_of(Path(str(gains)), study)
-        else:
-            trim = Trim(yaw, Vec3(speed * cos(yaw), speed * sin(yaw), 0.0), Vec3(wind, 0.0, 0.0), hold_position)
-            found = margins_of(controller, trim, study)
-        subject, document, from_study = found
-        if certificates:
-            document = document.model_copy(update={"certificates": certified(subject)})
+        subject, document, from_study = given.judge_margins(trim, study, certificates)
         if folder is not None:
             document = write(document, subject, folder)
     return Margins(document, subject, from_study, None if folder is None else folder.path)
 
 
-def margins_of(controller: Controller, trim: Trim, study: StudyLike | None) -> tuple[Subject, MarginsDocument, bool]:
-    """Return the loops of a quadrotor's controller, their document, and whether its limits are those of a study."""
-    subject = subject_of(controller, trim)
-    limits = None
-    if study is not None:
-        given = None if trim == Trim() else trim
-        limits = study_requirements(tuning_study(study, "tuner margins --study"), controller, given)
-    document = margins_document(subject, requirements_in(controller, trim) if limits is None else limits)
-    return subject, document, limits is not None
+def trim_of(yaw: float, speed: float, wind: float, hold_position: bool) -> Trim:
+    """Return a steady flight: yaw [rad], ground speed along the heading and wind towards east [m/s]."""
+    return Trim(yaw, Vec3(speed * cos(yaw), speed * sin(yaw), 0.0), Vec3(wind, 0.0, 0.0), hold_position)
 
 
 def announce_compilation(watcher: Watcher) -> None:
@@ -200,17 +175,6 @@ def write(document: MarginsDocument, subject: Loops, folder: Folder) -> MarginsD
     folder.written("*.png", "*.pdf")
     folder.seal()
     return document
-
-
-def certified(subject: Loops) -> list[CertificateRow]:
-    """Return what can be proved of the loops."""
-    if isinstance(subject, PlantSubject):
-        # What proves them takes a second to import.
-        from tuner.analysis.margins.plant_certificates import plant_certificate_rows
-
-        return plant_certificate_rows(subject)
-    assert isinstance(subject, Subject)
-    return certificate_rows(subject.controller)
 
 
 class TheoremRow(DocumentPart):
@@ -274,19 +238,15 @@ def theory(gains: GainsLike, *, study: StudyLike | None = None, level: float = 0
         0.99
 
     """
-    if not isinstance(gains, Gains) and is_plant_gains(Path(gains)):
-        raise InputError(
-            "holds gains of a plant of one's own, and theorems speak of a quadrotor's axes; `tuner margins` with --certificates "
-            "tells what is proved of a plant",
-            file=gains,
-        )
-    controller = as_gains(gains).controller
+    controller = as_gains(gains).quadrotor(
+        "holds gains of a plant of one's own, and theorems speak of a quadrotor's axes; `tuner margins` with --certificates "
+        "tells what is proved of a plant"
+    )
     if study is None:
-        sortie = prepare(controller, None, 0, SEED)
-        specs, seed = (sortie.spec,), sortie.root
+        specs, seed = (usual_scenario(system_of(controller, LIMITS)),), SEED
     else:
-        asked = tuning_study(study, "tuner theory --study")
-        specs, seed = tuple(entry.spec for entry in asked.scenarios), asked.seed
+        judging = tuning_study(study, "tuner theory --study")
+        specs, seed = tuple(entry.spec for entry in judging.scenarios), judging.seed
     timing = Timing(controller.control_period, controller.plant_step)
     rates = worst_rates(specs, controller.airframe.vehicle, timing, seed, level)
     names = [spec.name for spec in specs]
@@ -308,7 +268,7 @@ def theory_rows(controller: Controller, rates: Mapping[str, float]) -> list[Theo
 
 
 def theory_row(theorem: Theorem, controller: Controller, axis: str, rate: float) -> TheoremRow:
-    """Return what one theorem says of one axis."""
+    """Return the row of one theorem on one axis."""
     guarantee = Guarantee(theorem, controller.cascade, {axis: Setting(controller.control_period, rate)})
     value = float(guarantee.values(np.array([controller.gains]))[0, 0])
     loop = loop_of(axis)
@@ -321,7 +281,7 @@ def theory_row(theorem: Theorem, controller: Controller, axis: str, rate: float)
         unit=theorem.unit_in(loop),
         disturbance_rate=rate,
         rate_unit="m/s^3" if loop == "position" else "rad/s^3",
-        holds=value >= rate if theorem.sense == "least" else None,
+        holds=value >= rate if theorem.sense == "min" else None,
         assumes=theorem.assumes,
         source=theorem.source,
     )
@@ -390,22 +350,27 @@ def cost(gains: GainsLike | None = None, *, position: str = POSITION_LAW, measur
 
     """
     if gains is None:
-        found = [default_gains(law, position).controller for law in LAWS]
+        controllers = [default_gains(law, position).controller for law in LAWS]
     else:
-        found = [as_gains(gains).controller]
-    return Cost(CostDocument(meaning=MEANING, costs=[cost_row(controller, measure) for controller in found]))
+        controllers = [
+            as_gains(gains).quadrotor(
+                "holds gains of a plant of one's own, and steps are counted of a quadrotor's laws; export it to c99, whose "
+                "Makefile builds the code for a Cortex-M4F (`make arm`)"
+            )
+        ]
+    return Cost(CostDocument(meaning=MEANING, costs=[cost_row(controller, measure) for controller in controllers]))
 
 
 def cost_row(controller: Controller, measure: bool) -> CostRow:
     """Return the cost of a controller with its laws and its period; measured where asked for, or where the table has none."""
     position, attitude = controller.cascade.position.name, controller.cascade.attitude.name
-    known = None if measure else tabled(position, attitude)
-    cost = measure_cost(controller) if known is None else known
+    packaged = None if measure else tabled(position, attitude)
+    cost = measure_cost(controller) if packaged is None else packaged
     return CostRow(
         position=position,
         attitude=attitude,
         control_period=NumberWithUnit(value=controller.control_period, unit="s"),
         instructions_per_second=cost.per_second(controller.control_period),
-        measured=known is None,
+        measured=packaged is None,
         **vars(cost),
     )

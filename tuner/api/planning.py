@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.document import index_table, variance_table
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
     from tuner.report.charts.paper import Figure
 
-Row = dict[str, Any]
-
 
 @dataclass(frozen=True)
 class Plan(Documented):
@@ -35,7 +33,7 @@ class Plan(Documented):
     @property
     def notes(self) -> list[str]:
         """Sentences on limits that a study does not write."""
-        return automatic_limit_texts(self.study.automatic_limits) if isinstance(self.study, TuningStudy) else []
+        return automatic_limit_texts(getattr(self.study, "automatic_limits", ()))
 
     @cached_property
     def table(self) -> "pd.DataFrame":
@@ -43,12 +41,16 @@ class Plan(Documented):
         runs = self.document.runs if isinstance(self.document, ContestPlanDocument) else {"": self.document}
         rows = [
             {
-                "run": name, "objective": row.label, "unit": row.unit, "default": row.default,
+                "run": name,
+                "objective": row.label,
+                "unit": row.unit,
+                "default": row.default,
                 **{f"{stream} width": width for stream, width in row.width.content().items()},
                 "scenarios_needed": row.scenarios_needed,
             }
-            for name, run in runs.items() for row in run.objectives
-        ]  # fmt: skip
+            for name, run in runs.items()
+            for row in run.objectives
+        ]
         return frame(rows)
 
     def _repr_html_(self) -> str:
@@ -78,8 +80,8 @@ def plan(
         96
 
     """
-    asked = loaded(study)
-    return Plan(planning.plan(asked, 0.01 * difference, watcher, threads), asked)
+    given = loaded(study)
+    return Plan(planning.plan(given, 0.01 * difference, watcher, threads), given)
 
 
 @dataclass(frozen=True)
@@ -159,6 +161,6 @@ def sensitivity(
         288
 
     """
-    asked, folder = gains_study(study, "tuner sensitivity"), None if out is None else Path(out)
-    found = analyse_sensitivity(asked, samples, folder, watcher, threads)
-    return Sensitivity(found.document, asked, found.analysis, folder)
+    given, folder = gains_study(study, "tuner sensitivity"), None if out is None else Path(out)
+    result = analyse_sensitivity(given, samples, folder, watcher, threads)
+    return Sensitivity(result.document, given, result.analysis, folder)

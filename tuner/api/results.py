@@ -2,20 +2,25 @@
 
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast, overload
 
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.api.frames import estimates, figures, frame, json_text, shown
-from tuner.api.gains import gains_of, read_gains
+from tuner.api.gains import Gains, document_at, gains_in, gains_of, read_gains
 from tuner.documents import opening
-from tuner.documents.contest import ComparedFolder
+from tuner.documents.contest import C, ComparedFolder, ComparisonFolder, ContestFolder
+from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.finalists import FINALIST_COLUMNS
-from tuner.documents.opening import kind_in
+from tuner.documents.folder import D, OpenedFolder
+from tuner.documents.inference_document import InferenceDocument
+from tuner.documents.opening import InferenceFolder
+from tuner.documents.summary import Summary
 from tuner.documents.tables import read_frame
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments import registry
 from tuner.store.document import read_text
+from tuner.study.kinds import AnyStudy
 from tuner.study.study import Study
 
 if TYPE_CHECKING:
@@ -23,35 +28,31 @@ if TYPE_CHECKING:
 
     from tuner.api.figures import Figures
     from tuner.report.charts.paper import Figure
+    from tuner.study.study import Study
 
-Document = Any
 CURVES = ("frequency", "real", "imag")
 """Columns of margins.parquet that hold a curve each."""
 MARGIN_UNITS = {name: QUANTITIES[name].unit for name in RECORDED}
 
 
-class Results:
-    """Results of a run.
+class Results(OpenedFolder[D]):
+    """Results of a run: the documents and tables of its folder.
 
     Attributes:
         folder: The results folder, None for a comparison that wrote none.
         document: The main document of the folder, such as summary.json, typed, in SI units and radians.
         flights_made: Flights made just now by `run` or `resume`, None where nobody counted.
+        study: The study that `run` was given, which may be a notebook's; None for an opened folder.
 
     """
 
-    kind: ClassVar[str]
-    main: ClassVar[str]
-
-    def __init__(self, folder: Path | None, document: Document) -> None:
-        self.folder = folder
-        self.document = document
-        self.flights_made: int | None = None
+    flights_made: int | None = None
+    study: AnyStudy | None = None
 
     @property
     def title(self) -> str:
         """Title of the study."""
-        return str(self.document.title)
+        return str(getattr(self.document, "title", ""))
 
     @property
     def feasible(self) -> bool:
@@ -72,13 +73,6 @@ class Results:
     def json(self) -> str:
         """The main document as it stands in the folder, or as it would."""
         return json_text(self.document, ascii_only=False) if self.folder is None else read_text(self.folder / self.main)
-
-    @property
-    def home(self) -> Path:
-        """The results folder; StoreError where there is none."""
-        if self.folder is None:
-            raise StoreError("these results were not written to a folder; give one with out")
-        return self.folder
 
     @property
     def summary(self) -> "pd.DataFrame":
@@ -127,14 +121,9 @@ class Results:
         """
         return registry.draw(self.home)
 
-    @cached_property
-    def documents(self) -> Any:
-        """Everything that the figures show."""
-        return self.document
-
     @property
     def _figures(self) -> "Figures":
-        return figures(self.kind, self.documents)
+        return figures(self.kind, self)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.title!r}, {str(self.folder)!r})"
@@ -143,33 +132,25 @@ class Results:
         return shown(self.title, [*self.words, *self.warnings], self.summary)
 
 
-class TuningResults(Results):
+class TuningResults(TuningFolder, Results[Summary]):
     """Results of the tuning of one controller."""
-
-    kind = "tuning"
-    main = "summary.json"
-
-    @cached_property
-    def documents(self) -> TuningFolder:
-        """Every document of the folder."""
-        return TuningFolder(self.home)
-
-    @property
-    def feasible(self) -> bool:
-        """Whether some candidate keeps every limit, so that gains are recommended."""
-        return self.document.recommends
 
     @cached_property
     def summary(self) -> "pd.DataFrame":
         """Default against tuned: a row for each objective and limit, with 95 % intervals and a verdict."""
         rows = [
             {
-                "quantity": row.label, "unit": row.unit, "kind": row.kind, "limit": row.limit,
-                **estimates(row.default, "default"), **estimates(row.tuned, "tuned"),
-                **estimates(row.difference, "difference"), "verdict": row.verdict,
+                "quantity": row.label,
+                "unit": row.unit,
+                "kind": row.kind,
+                "limit": row.limit,
+                **estimates(row.default, "default"),
+                **estimates(row.tuned, "tuned"),
+                **estimates(row.difference, "difference"),
+                "verdict": row.verdict,
             }
             for row in self.document.table
-        ]  # fmt: skip
+        ]
         return frame(rows, "quantity")
 
     @cached_property
@@ -177,26 +158,26 @@ class TuningResults(Results):
         """Every point that was flown on held-out scenarios, the default first; columns as in front.csv, then what is limited."""
         import pandas as pd
 
-        found = self.documents.front
-        columns: dict[str, Any] = {"role": found.roles, "feasible": found.feasible, "on_front": found.non_dominated}
-        told = [entry for entry in FINALIST_COLUMNS if entry.form != "flag" and entry.name in found.columns]
-        columns |= {entry.name: found.columns[entry.name] for entry in told}
+        front = self.held_out_front
+        columns: dict[str, Any] = {"role": front.roles, "feasible": front.feasible, "on_front": front.non_dominated}
+        numeric = [entry for entry in FINALIST_COLUMNS if entry.form != "flag" and entry.name in front.columns]
+        columns |= {entry.name: front.columns[entry.name] for entry in numeric}
         units = {}
-        for i, entry in enumerate(self.documents.objectives):
+        for i, entry in enumerate(self.objectives):
             for name, part in (("", "held_out"), (" low", "low"), (" high", "high")):
-                columns[entry.label + name] = found.stored[part][:, i]
+                columns[entry.label + name] = front.stored[part][:, i]
                 units[entry.label + name] = self._unit(entry.label)
-        for entry in self.documents.constraints:
-            held = [self.documents.limited.get((point, entry.label)) for point in found.points]
+        for entry in self.constraints:
+            held = [self.limited.get((point, entry.label)) for point in front.points]
             for i, name in enumerate(("", " low", " high")):
                 # A quantity may be an objective too, which stands there already.
                 columns.setdefault(entry.label + name, [float("nan") if each is None else each[i] for each in held])
                 units[entry.label + name] = self._unit(entry.label)
-        for i, entry in enumerate(self.documents.requirements):
-            columns[entry.label], units[entry.label] = found.requirements[:, i], self._unit(entry.label)
-        for i, variable in enumerate(self.documents.variables):
-            columns[variable.name], units[variable.name] = found.gains[:, i], variable.unit
-        table = pd.DataFrame(columns, index=pd.Index(found.points, name="point"))
+        for i, entry in enumerate(self.requirements):
+            columns[entry.label], units[entry.label] = front.requirements[:, i], self._unit(entry.label)
+        for i, variable in enumerate(self.variables):
+            columns[variable.name], units[variable.name] = front.gains[:, i], variable.unit
+        table = pd.DataFrame(columns, index=pd.Index(front.points, name="point"))
         table.attrs["units"] = units
         return table
 
@@ -229,9 +210,9 @@ class TuningResults(Results):
         file = self.home / "margins.parquet"
         if not file.exists():
             raise InputError("no steady flight was found, so there are no margins", file=file)
-        found = read_frame(file).drop(columns=list(CURVES)).set_index(["point", "channel"])
-        found.attrs["units"] = MARGIN_UNITS
-        return found
+        table = read_frame(file).drop(columns=list(CURVES)).set_index(["point", "channel"])
+        table.attrs["units"] = MARGIN_UNITS
+        return table
 
     @cached_property
     def responses(self) -> "pd.DataFrame":
@@ -239,26 +220,21 @@ class TuningResults(Results):
         return read_frame(self.home / "responses.parquet")
 
     @property
-    def recommended(self) -> Any:
-        """The recommended `Gains`; None where no candidate keeps every limit.
-
-        Where no quadrotor was flown, here and below: values by the address of the gain, or by the name of the variable.
-        """
+    def recommended(self) -> Gains | None:
+        """The recommended gains, a mapping by address; None where no candidate keeps every limit."""
         return self.nearest if self.feasible else None
 
     @property
-    def nearest(self) -> Any:
+    def nearest(self) -> Gains:
         """The recommended gains, or those of the point that breaks least where nothing is feasible."""
-        if self.documents.has_rotors:
-            return read_gains(self.home / self.document.gains_file)
-        return {name: entry.value for name, entry in self.documents.gains.gains.items()}
+        return read_gains(self.home / self.document.gains_file).with_study(self.study)
 
     @property
-    def default(self) -> Any:
+    def default(self) -> Gains:
         """The default gains of the study."""
         return self.gains("default")
 
-    def gains(self, point: str | None = None) -> Any:
+    def gains(self, point: str | None = None) -> Gains:
         """Return the gains of a point.
 
         Args:
@@ -277,18 +253,19 @@ class TuningResults(Results):
         """
         if point is None:
             return self.nearest
-        front = self.documents.front
+        front = self.held_out_front
         if point not in front.points:
             raise UnknownNameError("point", point, front.points)
         searched = front.gains[front.points.index(point)]
-        if not self.documents.has_rotors:
+        if not self.has_rotors:
             names = [row.name for row in self.document.variables]
-            return {**self.documents.resolved.gains, **dict(zip(names, searched.tolist(), strict=True))}
+            values = {**self.resolved.gains, **dict(zip(names, searched.tolist(), strict=True))}
+            return gains_in(document_at(self.nearest.document, point, values), None, self.home).with_study(self.study)
         # All that a comparison takes is imported with it, 0.1 s that a run which only ends here does not wait for.
         from tuner.experiments.compare.entrants import rows_of, study_of
 
-        study = study_of(self.home)
-        assert isinstance(study, Study), "a plant of one's own has no rotors"
+        # What has rotors is a study of a quadrotor.
+        study = cast("Study", study_of(self.home))
         (row,) = rows_of(study, searched[None])
         return gains_of(study.controller(row), {"study": study.origin(point)})
 
@@ -301,16 +278,8 @@ class TuningResults(Results):
         return shown(self.title, [*ending, *picked, *self.warnings], self.summary)
 
 
-class ContestResults(Results):
-    """Results of a contest: several controllers, each tuned, on the same flights."""
-
-    kind = "contest"
-    main = "contest.json"
-
-    @cached_property
-    def documents(self) -> ComparedFolder:
-        """Every document of the folder."""
-        return opening.open_results(self.home)
+class ComparedResults(ComparedFolder[C], Results[C]):
+    """Results of several controllers on the same flights."""
 
     @cached_property
     def summary(self) -> "pd.DataFrame":
@@ -329,18 +298,16 @@ class ContestResults(Results):
         return frame(self.document.differences, ("first", "second", "quantity"))
 
 
-class ComparisonResults(ContestResults):
+class ContestResults(ComparedResults[ContestDocument], ContestFolder):
+    """Results of a contest: several controllers, each tuned, on the same flights."""
+
+
+class ComparisonResults(ComparedResults[ComparisonDocument], ComparisonFolder):
     """Results of a comparison: given controllers on the same flights, each against the first."""
 
-    kind = "comparison"
-    main = "comparison.json"
 
-
-class InferenceResults(Results):
+class InferenceResults(InferenceFolder, Results[InferenceDocument]):
     """Results of an inference: settings at which published numbers come out."""
-
-    kind = "inference"
-    main = "inference.json"
 
     @cached_property
     def summary(self) -> "pd.DataFrame":
@@ -361,7 +328,7 @@ class InferenceResults(Results):
                 **{key: getattr(row.ours, key) for key in ("median", "low95", "high95", "inside")},
             }
             for row in self.document.cells
-        ]  # fmt: skip
+        ]
         return frame(rows)
 
     def figure(self, name: str = "inference") -> "Figure":
@@ -369,21 +336,28 @@ class InferenceResults(Results):
         return super().figure(name)
 
 
-KINDS: tuple[type[Results], ...] = (ContestResults, InferenceResults, ComparisonResults, TuningResults)
+R = TypeVar("R")
+AnyResults: TypeAlias = TuningResults | ContestResults | InferenceResults | ComparisonResults
+KINDS: tuple[type[AnyResults], ...] = (ContestResults, InferenceResults, ComparisonResults, TuningResults)
 """Kinds of results, each told by its main document; a contest's folder may hold an inference."""
 
 
-def open_results(folder: str | Path) -> Any:
+@overload
+def open_results(folder: str | Path) -> AnyResults: ...
+@overload
+def open_results(folder: str | Path, *, kind: type[R]) -> R: ...
+def open_results(folder: str | Path, *, kind: type[R] | None = None) -> AnyResults | R:
     """Open a finished results folder.
 
     Args:
         folder: A folder that `run` or `compare` wrote.
+        kind: Class that the results must have, such as `TuningResults`, so that type checkers know it; by default any.
 
     Returns:
         `TuningResults`, `ContestResults`, `InferenceResults` or `ComparisonResults`.
 
     Raises:
-        StoreError: The folder is missing, not finished, or damaged.
+        StoreError: The folder is missing, not finished, damaged, or of another kind.
 
     Examples:
         >>> results = tuner.open_results("results/first")
@@ -393,9 +367,9 @@ def open_results(folder: str | Path) -> Any:
         ['pitch', 'roll', 'x', 'y', 'yaw', 'z']
 
     """
-    folder = Path(folder)
-    found = kind_in(folder)
-    kind = next((entry for entry in KINDS if found is not None and entry.kind == found.kind), None)
-    if found is not None and kind is not None:
-        return kind(folder, found(folder).document)
-    raise StoreError(f"{folder} is no finished results folder: it holds no {TuningResults.main}")
+    results = opening.open_results(Path(folder), KINDS)
+    if kind is None or isinstance(results, kind):
+        return results
+    raise StoreError(
+        f"{folder}: holds {type(results).__name__}, and kind = {kind.__name__}; leave kind out, or give that class"
+    )

@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, Unpack, overload
 
-from tuner.api.results import TuningResults, open_results
+from tuner.api.results import AnyResults, TuningResults, open_results
 from tuner.api.studies import StudyLike, loaded
+from tuner.documents.tuning import TuningFolder
 from tuner.experiments import registry
 from tuner.experiments.again import rejudge as judging
 from tuner.experiments.again import resume as resuming
@@ -13,10 +14,24 @@ from tuner.experiments.again import verify as verification
 from tuner.experiments.options import ResumeOptions, RunOptions, with_options
 from tuner.search.watcher import Watcher
 from tuner.study.files import study_file
+from tuner.study.plant_study import PlantStudy
+from tuner.study.study import Study
+from tuner.study.trials import TrialStudy
 
 PathLike = str | Path
 
 
+TunedStudy = Study | PlantStudy | TrialStudy
+
+
+@overload
+def run(
+    study: TunedStudy, out: PathLike | None = None, *, watcher: Watcher | None = None, **options: Unpack[RunOptions]
+) -> TuningResults: ...
+@overload
+def run(
+    study: StudyLike, out: PathLike | None = None, *, watcher: Watcher | None = None, **options: Unpack[RunOptions]
+) -> AnyResults: ...
 @with_options(RunOptions, lambda _, hint, option: hint)
 def run(
     study: StudyLike,
@@ -24,7 +39,7 @@ def run(
     *,
     watcher: Watcher | None = None,
     **options: Unpack[RunOptions],
-) -> Any:
+) -> AnyResults:
     """Run a study of any kind and write its results folder.
 
     Args:
@@ -46,11 +61,14 @@ def run(
         (True, 3)
 
     """
-    return found(registry.run(loaded(study), None if out is None else Path(out), watcher, **options))
+    given = loaded(study)
+    results = open_run(registry.run(given, None if out is None else Path(out), watcher, **options))
+    results.study = given
+    return results
 
 
 @with_options(ResumeOptions, lambda _, hint, option: hint)
-def resume(results: PathLike, *, watcher: Watcher | None = None, **options: Unpack[ResumeOptions]) -> Any:
+def resume(results: PathLike, *, watcher: Watcher | None = None, **options: Unpack[ResumeOptions]) -> AnyResults:
     """Go on with a run that was stopped; it ends with the bits that it would have ended with.
 
     Args:
@@ -70,7 +88,7 @@ def resume(results: PathLike, *, watcher: Watcher | None = None, **options: Unpa
         3
 
     """
-    return found(resuming.resume(Path(results), watcher, **options))
+    return open_run(resuming.resume(Path(results), watcher, **options))
 
 
 def rejudge(
@@ -106,7 +124,8 @@ def rejudge(
 
     """
     by = None if study is None else study_file(Path(study))
-    return found(judging.rejudge(Path(results), Path(out), by, changes, watcher, threads=threads))
+    judging.rejudge(Path(results), Path(out), by, changes, watcher, threads=threads)
+    return TuningResults(Path(out), TuningFolder(Path(out)).document)
 
 
 def verify(
@@ -138,8 +157,8 @@ def verify(
     return verification.verify(Path(results), sample, threads, watcher or Watcher())
 
 
-def found(done: registry.CompletedRun) -> Any:
+def open_run(done: registry.CompletedRun) -> AnyResults:
     """Return the results of a run that has just ended."""
     results = open_results(done.path)
-    results.flights_made = getattr(done.found, "flights_made", None)
+    results.flights_made = getattr(done.outcome, "flights_made", None)
     return results

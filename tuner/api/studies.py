@@ -1,11 +1,12 @@
 """Studies from a file, from a name, or put together in Python."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar, overload
 
 from plant.errors import InputError
+from plant.model.linear import numbers_of
 from plant.model.plant_model import plant_from
 from tuner.study import Study
 from tuner.study.build import study_from_table
@@ -16,20 +17,30 @@ from tuner.study.study import TuningStudy
 from tuner.text.toml_text import toml_text
 
 StudyLike: TypeAlias = AnyStudy | str | Path
+S = TypeVar("S")
+A = TypeVar("A", bound=AnyStudy)
 
 
-def load_study(study: str | Path, changes: Mapping[str, Any] | None = None) -> Any:
+@overload
+def load_study(study: str | Path, changes: Mapping[str, Any] | None = None) -> AnyStudy: ...
+@overload
+def load_study(study: str | Path, changes: Mapping[str, Any] | None = None, *, kind: type[S]) -> S: ...
+def load_study(
+    study: str | Path, changes: Mapping[str, Any] | None = None, *, kind: type[S] | None = None
+) -> AnyStudy | S:
     """Read and check a study.
 
     Args:
         study: A TOML file, or the name of a shipped study; see `catalogue("studies")`.
         changes: Values that replace those of the file, by dotted key.
+        kind: Class that the study must have, such as `tuner.Study`, so that type checkers know it; by default any.
 
     Returns:
-        A `Study`; where the file has contenders a contest, and where it has unknowns an inference. `run` takes all three.
+        A `Study`, or a `PlantStudy` where the file has a plant; where it has contenders a contest, and where it has unknowns an
+        inference. `run` takes them all.
 
     Raises:
-        InputError: The study is missing or wrong; the message names file, key and what is allowed.
+        InputError: The study is missing, wrong or of another kind; the message names file, key and what is allowed.
 
     Examples:
         >>> study = tuner.load_study("quickstart", {"search.generations": 20})
@@ -37,15 +48,34 @@ def load_study(study: str | Path, changes: Mapping[str, Any] | None = None) -> A
         ['cvar80(itae.position)', 'mean(travel)']
 
     """
-    return load_any(study_file(Path(study)), changes)
+    return of_kind(load_any(study_file(Path(study)), changes), kind)
 
 
+@overload
+def make_study(
+    tables: Mapping[str, Any], name: str = "study", folder: str | Path = ".", plant: None = None
+) -> Study | PlantStudy: ...
+@overload
+def make_study(
+    tables: Mapping[str, Any], name: str = "study", folder: str | Path = ".", *, plant: Mapping[str, Any] | object
+) -> PlantStudy: ...
+@overload
 def make_study(
     tables: Mapping[str, Any],
     name: str = "study",
     folder: str | Path = ".",
-    plant: Mapping[str, Any] | None = None,
-) -> Any:
+    plant: Mapping[str, Any] | object | None = None,
+    *,
+    kind: type[S],
+) -> S: ...
+def make_study(
+    tables: Mapping[str, Any],
+    name: str = "study",
+    folder: str | Path = ".",
+    plant: Mapping[str, Any] | object | None = None,
+    *,
+    kind: type[S] | None = None,
+) -> Study | PlantStudy | S:
     """Check a study that is put together in Python.
 
     Args:
@@ -53,7 +83,9 @@ def make_study(
         name: Name of the study, which is that of its results folder unless another is given.
         folder: Folder that paths in the tables are relative to.
         plant: Names that describe a plant of your own, such as `globals()` of a notebook, where the tables have a `[plant]`
-            without a file; see `docs/own_plant.md`. A run of it cannot be resumed, for no file holds its code.
+            without a file; see `docs/own_plant.md`. A run of it cannot be resumed, for no file holds its code. Or a linear
+            system in continuous time of python-control or scipy.signal, whose numbers go into the tables.
+        kind: Class that the study must have, as of `load_study`.
 
     Returns:
         The study, ready to run.
@@ -81,13 +113,23 @@ def make_study(
 
     """
     path = Path(folder) / f"{name}.toml"
-    kind = next(kind for kind in STUDY_KINDS if kind.table is None or kind.table in tables)
-    if kind.name == PlantStudy.kind:
+    form = next(form for form in STUDY_KINDS if form.table is None or form.table in tables)
+    if form.name == PlantStudy.kind:
+        if plant is not None and not isinstance(plant, Mapping):
+            tables, plant = {**tables, "plant": {**tables["plant"], **numbers_of(plant)}}, None
         model = None if plant is None else plant_from(plant, name)
-        return replace(plant_study_from_table(path, tables, model), given=toml_text(tables))
-    if kind.table is not None:
-        raise InputError(f"this is {kind.noun}; write it to a file and load it", file=path, key=kind.table)
-    return replace(study_from_table(path, tables), given=toml_text(tables))
+        return of_kind(replace(plant_study_from_table(path, tables, model), given=toml_text(tables)), kind)
+    if form.table is not None:
+        raise InputError(f"this is {form.noun}; write it to a file and load it", file=path, key=form.table)
+    return of_kind(replace(study_from_table(path, tables), given=toml_text(tables)), kind)
+
+
+def of_kind(study: A, kind: type[S] | None) -> A | S:
+    """Return a study as it is; InputError where it is not of the class that was wanted."""
+    if kind is None:
+        return study
+    refusal = f"its class is {type(study).__name__}, and kind = {kind.__name__}; leave kind out, or give that class"
+    return of_class(study, kind, lambda: InputError(refusal, file=study.path, key="kind"))
 
 
 def loaded(study: StudyLike) -> AnyStudy:
@@ -97,17 +139,25 @@ def loaded(study: StudyLike) -> AnyStudy:
 
 def gains_study(study: StudyLike, asking: str) -> TuningStudy:
     """Return a study that searches gains, of a quadrotor or of a plant of one's own; InputError where it is of another kind."""
-    if isinstance(study, str | Path):
-        return load_gains_study(study_file(Path(study)), asking)
-    if isinstance(study, TuningStudy):
-        return study
-    raise of_another_kind(study.kind, study.path, asking)
+    given = load_gains_study(study_file(Path(study)), asking) if isinstance(study, str | Path) else study
+    return of_class(given, TuningStudy, lambda: of_another_kind(given.kind, given.path, asking))
+
+
+def plant_study(study: StudyLike, asking: str) -> PlantStudy:
+    """Return a study of a plant; InputError where it is of another kind. asking: who takes no other."""
+    given = gains_study(study, asking)
+    refusal = "this is a study of a quadrotor, and the gains are those of a plant; give the study of the plant"
+    return of_class(given, PlantStudy, lambda: InputError(refusal, file=given.path, key="plant"))
 
 
 def tuning_study(study: StudyLike, asking: str) -> Study:
     """Return a study that tunes one controller; InputError where it is of another kind. asking: who takes no other."""
-    if isinstance(study, str | Path):
-        return load_tuning(study_file(Path(study)), asking)
-    if isinstance(study, Study):
+    given = load_tuning(study_file(Path(study)), asking) if isinstance(study, str | Path) else study
+    return of_class(given, Study, lambda: of_another_kind(given.kind, given.path, asking))
+
+
+def of_class(study: object, kind: type[S], refusal: Callable[[], InputError]) -> S:
+    """Return a study of the class that a command takes; raises the refusal for another."""
+    if isinstance(study, kind):
         return study
-    raise of_another_kind(study.kind, study.path, asking)
+    raise refusal()

@@ -9,11 +9,11 @@ from typing import Any
 
 from plant.errors import InputError
 from plant.input_files import read_input
-from tuner.api.studies import StudyLike, loaded
+from tuner.api.studies import StudyLike, loaded, of_class
 from tuner.experiments.trials import asking
-from tuner.experiments.trials.answers import Answers
-from tuner.experiments.trials.asking import Asked, Told
-from tuner.experiments.trials.program import Program
+from tuner.experiments.trials.answers import ResultParser
+from tuner.experiments.trials.asking import PendingTrials, SubmissionResult
+from tuner.experiments.trials.program import TrialProcess
 from tuner.search.watcher import Watcher
 from tuner.store.trials import Trial
 from tuner.study.trials import TrialStudy
@@ -30,7 +30,7 @@ def ask(
     command: str | None = None,
     timeout: float | None = None,
     watcher: Watcher | None = None,
-) -> Asked:
+) -> PendingTrials:
     """Return the trials that a study lacks, or have them made until it is concluded.
 
     Args:
@@ -49,21 +49,21 @@ def ask(
         StoreError: The folder is that of another study, or cannot be written.
 
     Examples:
-        >>> asked = tuner.ask("bench.toml", "results/bench")
-        >>> asked.trials[0].id, asked.trials[0].variables
+        >>> pending = tuner.ask("bench.toml", "results/bench")
+        >>> pending.trials[0].id, pending.trials[0].variables
         ('p0000-search-000', {'x': 1.5})
 
     """
-    asked, folder = trial_study(study), None if out is None else Path(out)
+    trials_study, folder = trial_study(study), None if out is None else Path(out)
     if make is not None and command is not None:
         raise InputError("given a function and a command; give one of the two", key="command")
     if command is None:
-        return asking.ask(asked, folder, watcher, None if make is None else _made_by(make))
-    with Program(command, timeout) as program:
-        return asking.ask(asked, folder, watcher, program.make)
+        return asking.ask(trials_study, folder, watcher, None if make is None else _made_by(make))
+    with TrialProcess(command, timeout) as program:
+        return asking.ask(trials_study, folder, watcher, program.run)
 
 
-def tell(results: str | Path, lines: str | Path | Iterable[Mapping[str, Any] | str | bytes]) -> Told:
+def tell(results: str | Path, lines: str | Path | Iterable[Mapping[str, Any] | str | bytes]) -> SubmissionResult:
     """Tell a results folder what trials gave.
 
     Args:
@@ -79,9 +79,9 @@ def tell(results: str | Path, lines: str | Path | Iterable[Mapping[str, Any] | s
         InputError: The file cannot be read.
 
     Examples:
-        >>> asked = tuner.ask("bench.toml", "results/told")
-        >>> told = tuner.tell("results/told", [{"id": asked.trials[0].id, "metrics": {"cost": 2.25}}])
-        >>> told.taken, told.refused, told.lacking == len(asked.trials) - 1
+        >>> pending = tuner.ask("bench.toml", "results/told")
+        >>> submission = tuner.tell("results/told", [{"id": pending.trials[0].id, "metrics": {"cost": 2.25}}])
+        >>> submission.n_accepted, submission.rejected, submission.n_pending == len(pending.trials) - 1
         (1, [], True)
 
     """
@@ -104,18 +104,16 @@ def _written(line: Mapping[str, Any] | str | bytes) -> str | bytes:
 
 def trial_study(study: StudyLike) -> TrialStudy:
     """Return a study whose trials another program makes; InputError where it is of another kind."""
-    found = loaded(study)
-    if not isinstance(found, TrialStudy):
-        raise InputError(
-            "this study flies by itself: `tuner run`; `tuner ask` takes one with [trials], [[variable]] and [[metric]]",
-            file=found.path,
-        )
-    return found
+    given = loaded(study)
+    refusal = (
+        "this study flies by itself: `tuner run`; `tuner ask` takes one with [trials], [[variable]] and [[metric]]"
+    )
+    return of_class(given, TrialStudy, lambda: InputError(refusal, file=given.path))
 
 
-def _made_by(make: Make) -> asking.Make:
-    def made(trial: Trial, answers: Answers) -> None:
+def _made_by(make: Make) -> asking.TrialRunner:
+    def made(trial: Trial, answers: ResultParser) -> None:
         metrics = dict(make(trial.content()))
-        answers.take(json.dumps({"id": trial.id, "metrics": metrics}), "what the function returned")
+        answers.add(json.dumps({"id": trial.id, "metrics": metrics}), "what the function returned")
 
     return made

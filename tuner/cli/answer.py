@@ -20,7 +20,6 @@ PRINTERS = {
     "Design": "margins:print_design",
     "EstimatedAirframe": "identification:print_estimate",
     "Exported": "export:print_export",
-    "ExportedPlant": "export:print_export_of_plant",
     "FlightPlan": "flight_plan:print_flight_plan",
     "Flights": "gains:print_flights",
     "Identification": "identification:print_identification",
@@ -30,10 +29,9 @@ PRINTERS = {
     "LogComparison": "identification:print_log_comparison",
     "LogCheck": "identification:print_log_check",
     "Margins": "margins:print_margins",
-    "PlantDesign": "margins:print_plant_design",
     "Plan": "planning:print_plan",
+    "RunReport": "run_report:print_run_report",
     "Sensitivity": "planning:print_sensitivity",
-    "Story": "story:print_story",
     "Theory": "gains:print_theory",
     "TuningResults": "tuning:print_tuning",
     "Verdict": "tuning:print_verdict",
@@ -61,14 +59,14 @@ def progress(as_json: bool, quiet: bool = False) -> Iterator[Watcher]:
         yield watcher
 
 
-def answer(found: Any, as_json: bool, code: int = 0) -> None:
+def answer(result: Any, as_json: bool, code: int = 0) -> None:
     """Print what was found and end; code: the exit code."""
     if as_json:
-        print(found.json)
+        print(result.json)
     else:
         from tuner.cli.terminal import Console
 
-        module, name = PRINTERS[type(found).__name__].split(":")
-        getattr(import_module(f"tuner.cli.printers.{module}"), name)(found, Console())
+        module, name = PRINTERS[type(result).__name__].split(":")
+        getattr(import_module(f"tuner.cli.printers.{module}"), name)(result, Console())
     if code:
         raise typer.Exit(code)

@@ -40,9 +40,9 @@ class GroupedCommands(TyperGroup):
                 formatter.write_dl(list(zip([name.ljust(longest) for name in names], sentences, strict=True)))
 
 
-def print_version(asked: bool) -> None:
+def print_version(is_given: bool) -> None:
     """Print the version and end, where it is asked for."""
-    if asked:
+    if is_given:
         typer.echo(package.__version__)
         raise typer.Exit
 
@@ -114,7 +114,7 @@ def found_study(given: Path | None) -> Path | None:
     return None if given is None else study_file(given)
 
 
-def known(kind: str) -> list[str]:
+def completions(kind: str) -> list[str]:
     """Return the names of a kind that `tuner list` lists, or those kinds."""
     from tuner.api.catalogue import LISTINGS, names_of
 
@@ -124,7 +124,7 @@ def known(kind: str) -> list[str]:
 # Completions of what an argument or an option takes.
 STUDY = beginning(studies)
 LAW, AIRFRAME, TARGET, SOURCE, LISTING = (
-    beginning(partial(known, kind)) for kind in ("laws", "airframes", "targets", "sources", "")
+    beginning(partial(completions, kind)) for kind in ("laws", "airframes", "targets", "sources", "")
 )
 
 
@@ -163,7 +163,7 @@ Seeds = Annotated[int | None, typer.Option(help="Flights of each scenario; by de
 
 
 def target_options(change: list[str] | None, firmware: str | None) -> list[str]:
-    """Return what --set and --firmware give as NAME=VALUE texts."""
+    """Return --set and --firmware as NAME=VALUE texts."""
     return [*(change or []), *([] if firmware is None else [f"firmware={firmware}"])]
 
 

@@ -145,14 +145,14 @@ def check(
         return
     if seeds is not None:
         raise InputError("nothing is flown without --requirements; leave it out, or add --requirements", key="--seeds")
-    found = tuner.check(file, watcher=Messages())
-    if found.kind == "gains":
-        answer_validity(found, as_json)
+    result = tuner.check(file, watcher=Messages())
+    if result.kind == "gains":
+        answer_validity(result, as_json)
         if not as_json:
             print(f"Judge it by the limits of a study: tuner check {file} --requirements STUDY")
         return
-    wrong = USER_ERROR if "breaches" in found.content else BROKEN
-    answer(found, as_json, wrong if found.hopeless else 0)
+    wrong = USER_ERROR if "breaches" in result.content else BROKEN
+    answer(result, as_json, wrong if result.hopeless else 0)
 
 
 @app.command()
@@ -169,8 +169,8 @@ def plan(
     Example: tuner plan quickstart --difference 2
     """
     with progress(as_json) as watcher:
-        found = tuner.plan(study, difference=difference, watcher=watcher, threads=threads)
-    answer(found, as_json)
+        result = tuner.plan(study, difference=difference, watcher=watcher, threads=threads)
+    answer(result, as_json)
 
 
 @app.command()

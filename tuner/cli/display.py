@@ -73,9 +73,15 @@ class TerminalWatcher(Watcher):
         self._console = console = console or Console()
         self._live = console.is_terminal
         self._progress = Progress(
-            SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), PaceColumn(),
-            TextColumn("{task.fields[note]}"), console=console, transient=True, disable=not self._live,
-        )  # fmt: skip
+            SpinnerColumn(),
+            TextColumn("{task.description}"),
+            BarColumn(),
+            PaceColumn(),
+            TextColumn("{task.fields[note]}"),
+            console=console,
+            transient=True,
+            disable=not self._live,
+        )
         self._task: Any = None
         self._new = self._before = 0
         self._pace = Pace()

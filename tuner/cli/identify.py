@@ -93,7 +93,7 @@ def identify(
         answer(checked, as_json, 0 if checked.usable else BROKEN)
         return
     with progress(as_json) as watcher:
-        found = tuner.identify(
+        result = tuner.identify(
             logs,
             airframe=airframe,
             out=out,
@@ -105,7 +105,7 @@ def identify(
             update=update,
             watcher=watcher,
         )
-    answer(found, as_json)
+    answer(result, as_json)
 
 
 def names_of(given: str | None) -> list[str]:
@@ -143,7 +143,7 @@ def compare_logs(
     Example: tuner compare-logs before.bin after.bin --airframe mine.toml --gains gains.json --study mine_study.toml
     """
     with progress(as_json) as watcher:
-        found = tuner.compare_logs(
+        result = tuner.compare_logs(
             before, after, airframe=airframe, gains=gains, study=study, mapping=mapping, watcher=watcher
         )
-    answer(found, as_json, 0 if found.kept else BROKEN)
+    answer(result, as_json, 0 if result.is_as_predicted else BROKEN)

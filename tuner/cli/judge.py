@@ -43,12 +43,18 @@ def fly(
 
     Example: tuner fly results/quickstart/gains.json --study quickstart --flight held-out-4679 --plot lost.png
     """
-    given = gains_file_or_law(gains, law, position_law, airframe, "tuner fly --law hybrid")
+    given = gains_or_law(gains, law, position_law, airframe, "tuner fly --law hybrid")
     with progress(as_json) as watcher:
         flown = tuner.fly(
-            given, study=study, scenario=scenario, flights=seeds, seed=seed, flight=flight, watcher=watcher,
+            given,
+            study=study,
+            scenario=scenario,
+            flights=seeds,
+            seed=seed,
+            flight=flight,
+            watcher=watcher,
             threads=threads,
-        )  # fmt: skip
+        )
     answer(flown, as_json)
     if plot is not None:
         flown.write_figure(plot)
@@ -91,12 +97,19 @@ def margins(
 
     Example: tuner margins results/motor/gains.json --code motor.py
     """
-    given = gains_file_or_law(gains, law, position_law, airframe, "tuner margins --law hybrid")
-    found = tuner.margins(
-        given, study=study, yaw=radians(yaw), speed=speed, wind=wind, hold_position=not attitude_only,
-        certificates=certificates, out=out, watcher=Messages(),
-    )  # fmt: skip
-    answer(found, as_json, 0 if found.passed else BROKEN)
+    given = gains_or_law(gains, law, position_law, airframe, "tuner margins --law hybrid")
+    result = tuner.margins(
+        given,
+        study=study,
+        yaw=radians(yaw),
+        speed=speed,
+        wind=wind,
+        hold_position=not attitude_only,
+        certificates=certificates,
+        out=out,
+        watcher=Messages(),
+    )
+    answer(result, as_json, 0 if result.passed else BROKEN)
 
 
 @app.command()
@@ -130,24 +143,15 @@ def validate(file: GainsFile, as_json: AsJson = False) -> None:
     answer_validity(tuner.validate(file), as_json)
 
 
-def answer_validity(found: "Checked", as_json: bool) -> None:
+def answer_validity(result: "Checked", as_json: bool) -> None:
     """Print whether a gains file is valid: problems on standard error, a line each."""
-    if as_json or not found.hopeless:
-        answer(found, as_json)
+    if as_json or not result.hopeless:
+        answer(result, as_json)
     else:
-        for problem in found.problems:
+        for problem in result.problems:
             print(f"Error: {problem}", file=sys.stderr)
-    if found.hopeless:
+    if result.hopeless:
         raise typer.Exit(USER_ERROR)
-
-
-def gains_file_or_law(
-    gains: Path | None, law: str | None, position_law: str, airframe: str | None, example: str
-) -> "Path | tuner.Gains":
-    """Return a file as it is where nothing else is given, for the code of a plant is named with it; else as `gains_or_law`."""
-    if gains is not None and law is None and airframe is None:
-        return gains
-    return gains_or_law(gains, law, position_law, airframe, example)
 
 
 def gains_or_law(

@@ -34,8 +34,8 @@ def sensitivity(
     Example: tuner sensitivity quickstart --samples 256 --out results/sensitivity
     """
     with progress(as_json, quiet=True) as watcher:
-        found = tuner.sensitivity(study, samples=samples, out=out, watcher=watcher, threads=threads)
-    answer(found, as_json)
+        result = tuner.sensitivity(study, samples=samples, out=out, watcher=watcher, threads=threads)
+    answer(result, as_json)
 
 
 @app.command()
@@ -56,8 +56,8 @@ def compare(
     Example: tuner compare results/quickstart gains.json --seeds 256 --out comparison
     """
     with progress(as_json) as watcher:
-        found = tuner.compare(what, out, study=study, flights=seeds, watcher=watcher, threads=threads)
-    answer(found, as_json)
+        result = tuner.compare(what, out, study=study, flights=seeds, watcher=watcher, threads=threads)
+    answer(result, as_json)
 
 
 @app.command()
@@ -69,6 +69,6 @@ def show(
 
     Example: tuner show results/quickstart
     """
-    from tuner.api.story import story
+    from tuner.api.run_report import report_run
 
-    answer(story(results), as_json)
+    answer(report_run(results), as_json)

@@ -13,6 +13,7 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from tuner.cli.terminal import Console
+from tuner.text.tables import Table
 
 # A pipe has no width, and 80 columns would fold meanings into ribbons.
 PIPE_WIDTH = 160
@@ -22,8 +23,8 @@ GAP = 2
 
 def wide_console() -> Console:
     """Return a console as wide as COLUMNS says, else as the terminal, else as `PIPE_WIDTH` in a pipe."""
-    known = sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdigit()
-    return Console(width=None if known else PIPE_WIDTH)
+    has_width = sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdigit()
+    return Console(width=None if has_width else PIPE_WIDTH)
 
 
 def say_files(console: Console, **files: Path) -> None:
@@ -51,13 +52,21 @@ class TerminalTable(RichTable):
             self.add_column(name, justify="left" if name in left else "right", no_wrap=name not in wrap)
         return self
 
+    @classmethod
+    def of(cls, view: Table) -> "TerminalTable":
+        """Draw a table of texts."""
+        table = cls(view.title, keys=1).columns_of(*view.head, left=view.words)
+        for i, row in enumerate(view.rows):
+            table.add_row(*row, style="yellow" if i in view.marked else None)
+        return table
+
     def __rich_console__(self, console: Console, options: rich_console.ConsoleOptions) -> rich_console.RenderResult:
         """Yield the title, then the table in the form that the width allows."""
         if self.title:
             yield console.render_str(str(self.title), style="table.title")
         spans = [_span(console, options, column) for column in self.columns]
         parts = self._parts([span.minimum for span in spans], options.max_width)
-        if any(_whole([spans[i].minimum for i in part]) > options.max_width for part in parts):
+        if any(_table_width([spans[i].minimum for i in part]) > options.max_width for part in parts):
             yield from self._blocks(console)
         else:
             for part in parts:
@@ -74,7 +83,7 @@ class TerminalTable(RichTable):
             return [list(range(len(least)))]
         parts = [keys]
         for i in range(len(keys), len(least)):
-            if len(parts[-1]) > len(keys) and _whole([least[j] for j in [*parts[-1], i]]) > width:
+            if len(parts[-1]) > len(keys) and _table_width([least[j] for j in [*parts[-1], i]]) > width:
                 parts.append(keys)
             parts[-1] = [*parts[-1], i]
         return parts
@@ -85,9 +94,12 @@ class TerminalTable(RichTable):
         """Yield a table of some columns."""
         # A box puts a column of its own between two columns.
         table = RichTable(
-            box=self.box, show_header=self.show_header, show_edge=False, pad_edge=False,
+            box=self.box,
+            show_header=self.show_header,
+            show_edge=False,
+            pad_edge=False,
             padding=(0, GAP - (self.box is not None), 0, 0),
-        )  # fmt: skip
+        )
         for i, width in zip(part, widths, strict=True):
             column = self.columns[i]
             table.add_column(column.header, justify=column.justify, style=column.style, width=width)
@@ -119,8 +131,8 @@ def _span(console: Console, options: rich_console.ConsoleOptions, column: Column
     return Measurement(most if column.no_wrap else max(span.minimum for span in spans), most)
 
 
-def _whole(widths: Sequence[int]) -> int:
-    """Return how wide a table is whose columns are so wide."""
+def _table_width(widths: Sequence[int]) -> int:
+    """Return the width of a table with columns of these widths."""
     return sum(widths) + GAP * (len(widths) - 1)
 
 
@@ -130,7 +142,7 @@ def _widths(spans: Sequence[Measurement], room: int) -> list[int]:
     def at(level: int) -> list[int]:
         return [min(max(level, span.minimum), span.maximum) for span in spans]
 
-    return at(max((level for level in range(room + 1) if _whole(at(level)) <= room), default=0))
+    return at(max((level for level in range(room + 1) if _table_width(at(level)) <= room), default=0))
 
 
 def _flat(console: Console, cell: rich_console.RenderableType) -> Text:

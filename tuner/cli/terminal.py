@@ -11,7 +11,7 @@ from rich.segment import Segment
 from rich.text import Text
 
 from plant.texts import inert
-from tuner.text import numbers
+from tuner.text import numbers, sentences
 
 if TYPE_CHECKING:
     from tuner.documents.contest_document import EstimateRow
@@ -58,24 +58,19 @@ def unit_text(unit: str, form: str = "{}") -> str:
 
 
 def bound_text(row: Any) -> str:
-    """Return the sense and the limit of a row as a sign and a number."""
-    return f"{'>=' if row.sense == 'least' else '<='} {row.limit:g}"
-
-
-def limit_text(row: Any) -> str:
-    """Return the limit of a row in words; one without a sense is an upper one."""
-    return f"at {getattr(row, 'sense', 'most')} {row.limit:g}"
+    """Return the limit of a row, "min 35"; one without a sense is an upper one, and no limit is ""."""
+    return "" if row.limit is None else sentences.bound_text(row.limit, getattr(row, "sense", "max")).translate(PLAIN)
 
 
 def width(entry: Any) -> float:
     """Return the width of the interval of a number, and where it has none the number itself."""
-    apart = 0.0 if entry.low is None or entry.high is None else entry.high - entry.low
-    return apart or entry.value or 0.0
+    spread = 0.0 if entry.low is None or entry.high is None else entry.high - entry.low
+    return spread or entry.value or 0.0
 
 
 def digits(value: float | None, width: float) -> str:
     """Return a number with as many digits as the width of its interval, or a companion of that size, gives sense to."""
-    return numbers.beside(value, width).translate(PLAIN)
+    return numbers.rounded_to(value, width).translate(PLAIN)
 
 
 def estimate(entry: "Estimate | EstimateRow", signed: bool = False) -> str:

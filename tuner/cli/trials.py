@@ -31,12 +31,12 @@ def ask(
 
     Example: tuner ask my_bench.toml --run "python my_sim.py" --timeout 60
     """
-    asked = tuner.ask(study, out, command=command, timeout=timeout)
-    for line in asked.lines[:count]:
+    lacking = tuner.ask(study, out, command=command, timeout=timeout)
+    for line in lacking.lines[:count]:
         print(line)
     sys.stdout.flush()
-    print(asked.words, file=sys.stderr)
-    if asked.concluded and not tuner.open_results(asked.path).feasible:
+    print(lacking.words, file=sys.stderr)
+    if lacking.is_concluded and not tuner.open_results(lacking.path).feasible:
         raise typer.Exit(NOTHING_FEASIBLE)
 
 
@@ -51,9 +51,9 @@ def tell(
 
     Example: tuner tell results/bench answers.jsonl
     """
-    told = tuner.tell(results, file)
-    for error in told.refused:
+    taken = tuner.tell(results, file)
+    for error in taken.rejected:
         print(f"Refused: {error}", file=sys.stderr)
-    print(told.words, file=sys.stderr)
-    if told.refused:
+    print(taken.words, file=sys.stderr)
+    if taken.rejected:
         raise typer.Exit(USER_ERROR)

@@ -34,10 +34,10 @@ def run(
     Example: tuner run quickstart --out results/first --set search.generations=20
     """
     with printer.early():
-        asked = tuner.load_study(study, changes(change))
+        loaded = tuner.load_study(study, changes(change))
         with progress(as_json) as watcher:
-            found = tuner.run(asked, out, watcher=watcher, threads=threads, **options)
-    answer(found, as_json, 0 if found.feasible else NOTHING_FEASIBLE)
+            result = tuner.run(loaded, out, watcher=watcher, threads=threads, **options)
+    answer(result, as_json, 0 if result.feasible else NOTHING_FEASIBLE)
 
 
 @app.command()
@@ -48,8 +48,8 @@ def resume(results: Folder, as_json: AsJson = False, **options: Any) -> None:
     Example: tuner resume results/quickstart --budget 30
     """
     with printer.early(), progress(as_json) as watcher:
-        found = tuner.resume(results, watcher=watcher, **options)
-    answer(found, as_json, 0 if found.feasible else NOTHING_FEASIBLE)
+        result = tuner.resume(results, watcher=watcher, **options)
+    answer(result, as_json, 0 if result.feasible else NOTHING_FEASIBLE)
 
 
 @app.command()
@@ -66,8 +66,8 @@ def verify(
     Example: tuner verify results/quickstart --sample 20
     """
     with progress(as_json) as watcher:
-        found = tuner.verify(results, sample=sample, watcher=watcher, threads=threads)
-    answer(found, as_json, 0 if found.same else BROKEN)
+        result = tuner.verify(results, sample=sample, watcher=watcher, threads=threads)
+    answer(result, as_json, 0 if result.same else BROKEN)
 
 
 @app.command()
@@ -86,8 +86,8 @@ def rejudge(
     Example: tuner rejudge results/quickstart --set objective.0.level=0.9 --out results/cvar90
     """
     with progress(as_json) as watcher:
-        found = tuner.rejudge(results, out, study=study, changes=changes(change), watcher=watcher, threads=threads)
-    answer(found, as_json, 0 if found.feasible else NOTHING_FEASIBLE)
+        result = tuner.rejudge(results, out, study=study, changes=changes(change), watcher=watcher, threads=threads)
+    answer(result, as_json, 0 if result.feasible else NOTHING_FEASIBLE)
 
 
 def changes(given: list[str] | None) -> dict[str, Any]:

@@ -39,9 +39,15 @@ def export(
     """
     with progress(as_json) as watcher:
         made = tuner.export(
-            gains, to, out, options=target_options(change, firmware), previous=previous, flights=flights, force=force,
+            gains,
+            to,
+            out,
+            options=target_options(change, firmware),
+            previous=previous,
+            flights=flights,
+            force=force,
             watcher=watcher,
-        )  # fmt: skip
+        )
     answer(made, as_json, 0 if made.passed else BROKEN)
 
 
@@ -104,9 +110,18 @@ def approach(
     """
     with progress(as_json) as watcher:
         made = tuner.approach(
-            present, tuned, steps=steps, step=step, study=study, flights=flights, to=to, options=target_options(change, firmware),
-            previous=previous, out=out, watcher=watcher,
-        )  # fmt: skip
+            present,
+            tuned,
+            steps=steps,
+            step=step,
+            study=study,
+            flights=flights,
+            to=to,
+            options=target_options(change, firmware),
+            previous=previous,
+            out=out,
+            watcher=watcher,
+        )
     answer(made, as_json, 0 if made.passed else BROKEN)
 
 

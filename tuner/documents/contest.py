@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -75,9 +75,10 @@ class Air(NamedTuple):
 
 
 Compared = ContestDocument | ComparisonDocument
+C = TypeVar("C", bound=Compared)
 
 
-class ComparedFolder(OpenedFolder[Compared]):
+class ComparedFolder(OpenedFolder[C]):
     """Contenders flown through the same flights; whatever is damaged becomes a StoreError naming it when it is asked for.
 
     Tables may be missing; what they would hold is left out.
@@ -124,10 +125,10 @@ class ComparedFolder(OpenedFolder[Compared]):
 
     def best(self, label: str) -> set[str]:
         """Return the contenders with the smallest value of a quantity, none where all have the same."""
-        found = [(name, self.estimates.get((name, label))) for name in self.index]
-        known = {name: entry.value for name, entry in found if entry is not None and entry.value is not None}
-        least = {name for name, value in known.items() if value == min(known.values())}
-        return least if len(least) < len(known) or len(known) == 1 else set()
+        estimates = [(name, self.estimates.get((name, label))) for name in self.index]
+        values = {name: entry.value for name, entry in estimates if entry is not None and entry.value is not None}
+        least = {name for name, value in values.items() if value == min(values.values())}
+        return least if len(least) < len(values) or len(values) == 1 else set()
 
     def close_to_best(self, label: str) -> set[str]:
         """Return the contenders that a paired difference does not tell apart from a best one."""
@@ -138,52 +139,52 @@ class ComparedFolder(OpenedFolder[Compared]):
     @cached_property
     def fronts(self) -> FrontsPart | None:
         """The common box of the fronts and their shares of it; None where nothing was tuned, or their points are not there."""
-        return self.shown.fronts if (self.folder / "fronts.csv").exists() else None
+        return self.shown.fronts if (self.home / "fronts.csv").exists() else None
 
     @cached_property
     def front_points(self) -> list[ContenderFront]:
         """The points of every front; none where `fronts` is None."""
         if self.fronts is None:
             return []
-        table, objectives = Columns.read(self.folder / "fronts.csv"), self.fronts.objectives
-        known = factors(self.document)
-        scale = np.array([known.get(label, 1.0) for label in objectives])
+        table, objectives = Columns.read(self.home / "fronts.csv"), self.fronts.objectives
+        by_label = factors(self.document)
+        scale = np.array([by_label.get(label, 1.0) for label in objectives])
         return [_front(table, name, objectives, scale) for name in dict.fromkeys(table.text("contender"))]
 
     @cached_property
     def scores(self) -> list[ContenderScores]:
         """Values of every contender in every quantity, over all scenarios that count for it."""
-        file, found, known = self.folder / "scores.parquet", [], factors(self.document)
+        file, out, by_label = self.home / "scores.parquet", [], factors(self.document)
         for (contender, label), values in groups(file, ("contender", "quantity"), ("value",)):
             if not np.isfinite(values).all():
                 raise refuse(file, "the column 'value' holds something that is no finite number")
-            found.append(ContenderScores(contender, label, np.sort(values[:, 0]) * known.get(label, 1.0)))
-        return found
+            out.append(ContenderScores(contender, label, np.sort(values[:, 0]) * by_label.get(label, 1.0)))
+        return out
 
     @cached_property
     def fans(self) -> list[Fan]:
         """Fans of every contender, scenario and signal."""
-        return read_fans(self.folder / "responses.parquet")
+        return read_fans(self.home / "responses.parquet")
 
     @cached_property
     def traces(self) -> list[Trace]:
         """Every signal of the single flights."""
-        found, names, columns = [], ("contender", "scenario", "signal", "unit"), ("time", "value", "reference")
-        for (contender, scenario, signal, unit), values in groups(self.folder / "traces.parquet", names, columns):
+        out, names, columns = [], ("contender", "scenario", "signal", "unit"), ("time", "value", "reference")
+        for (contender, scenario, signal, unit), values in groups(self.home / "traces.parquet", names, columns):
             shown, factor = in_degrees(unit)
             time, value, reference = values.T
-            found.append(Trace(contender, scenario, signal, shown, time, value * factor, reference * factor))
-        return found
+            out.append(Trace(contender, scenario, signal, shown, time, value * factor, reference * factor))
+        return out
 
     @cached_property
     def air(self) -> list[Air]:
         """Components of the air of the single flights."""
-        found, names = [], ("scenario", "signal", "unit")
-        for (scenario, signal, unit), values in groups(self.folder / "wind.parquet", names, ("time", "value")):
+        out, names = [], ("scenario", "signal", "unit")
+        for (scenario, signal, unit), values in groups(self.home / "wind.parquet", names, ("time", "value")):
             shown, factor = in_degrees(unit)
             time, value = values.T
-            found.append(Air(scenario, signal, shown, time, value * factor))
-        return found
+            out.append(Air(scenario, signal, shown, time, value * factor))
+        return out
 
     @cached_property
     def scenarios(self) -> list[str]:
@@ -193,23 +194,23 @@ class ComparedFolder(OpenedFolder[Compared]):
     @cached_property
     def inference(self) -> InferenceDocument | None:
         """An inference that lies in the folder, in degrees."""
-        file = self.folder / "inference.json"
+        file = self.home / "inference.json"
         return InferenceDocument.read(file).in_degrees() if file.exists() else None
 
 
-class ContestFolder(ComparedFolder):
+class ContestFolder(ComparedFolder[ContestDocument]):
     """Results of a contest."""
 
     kind, noun, main, model = "contest", "a contest", "contest.json", ContestDocument
 
 
-class ComparisonFolder(ComparedFolder):
+class ComparisonFolder(ComparedFolder[ComparisonDocument]):
     """Results of a comparison."""
 
     kind, noun, main, model = "comparison", "a comparison", "comparison.json", ComparisonDocument
 
 
-def open_compared(folder: Path) -> ComparedFolder:
+def open_compared(folder: Path) -> ContestFolder | ComparisonFolder:
     """Open the folder of a contest or a comparison; StoreError where its document is missing or damaged."""
     return ComparisonFolder(folder) if (folder / ComparisonFolder.main).exists() else ContestFolder(folder)
 
@@ -220,28 +221,30 @@ def factors(document: Compared) -> dict[str, float]:
 
 
 def document_in_degrees(document: Compared) -> Compared:
-    """Return what a contest found with all angles in degrees, and no unit as ""."""
-    known = factors(document)
+    """Return a document with all angles in degrees, and no unit as ""."""
+    by_label = factors(document)
 
     def by_quantity(rows: list[Row], *names: str) -> list[Row]:
-        return [scaled(row, known.get(getattr(row, "quantity", ""), 1.0), *names) for row in rows]
+        return [scaled(row, by_label.get(getattr(row, "quantity", ""), 1.0), *names) for row in rows]
 
     def best(entry: BestUnder) -> BestUnder:
-        rows = [scaled(row, known.get(entry.objective, 1.0), *ENDS) for row in entry.rows]
-        return scaled(entry, known.get(entry.subject_to, 1.0), "limit").model_copy(update={"rows": rows})
+        rows = [scaled(row, by_label.get(entry.objective, 1.0), *ENDS) for row in entry.rows]
+        return scaled(entry, by_label.get(entry.subject_to, 1.0), "limit").model_copy(update={"rows": rows})
 
     box = document.fronts
-    reference = box and {label: value * known.get(label, 1.0) for label, value in box.reference.items()}
+    reference = box and {label: value * by_label.get(label, 1.0) for label, value in box.reference.items()}
     claims = [row.model_copy(update={"rows": by_quantity(row.rows, *DIFFERENCE)}) for row in document.claims]
-    return document.model_copy(update={
-        "quantities": [row_in_degrees(row, "limit") for row in document.quantities],
-        "estimates": by_quantity(document.estimates, *ENDS),
-        "differences": by_quantity(document.differences, *DIFFERENCE),
-        "claims": claims,
-        "fronts": box and box.model_copy(update={"reference": reference}),
-        "best_under": [best(entry) for entry in document.best_under],
-        "published": [row_in_degrees(row, *PUBLISHED) for row in document.published],
-    })  # fmt: skip
+    return document.model_copy(
+        update={
+            "quantities": [row_in_degrees(row, "limit") for row in document.quantities],
+            "estimates": by_quantity(document.estimates, *ENDS),
+            "differences": by_quantity(document.differences, *DIFFERENCE),
+            "claims": claims,
+            "fronts": box and box.model_copy(update={"reference": reference}),
+            "best_under": [best(entry) for entry in document.best_under],
+            "published": [row_in_degrees(row, *PUBLISHED) for row in document.published],
+        }
+    )
 
 
 def _front(table: Columns, name: str, objectives: list[str], factors: np.ndarray) -> ContenderFront:
@@ -249,8 +252,8 @@ def _front(table: Columns, name: str, objectives: list[str], factors: np.ndarray
     values, low, high = (table.block([f"{kind}:{label}" for label in objectives])[rows] * factors for kind in ENDS)
     gains = {key.removeprefix("gain:"): table.numbers(key)[rows] for key in table.columns if key.startswith("gain:")}
     # The laws of other contenders have other gains: their columns are empty here.
-    own = {address: column for address, column in gains.items() if np.isfinite(column).all()}
-    points = [{address: float(column[i]) for address, column in own.items()} for i in range(len(rows))]
+    flown = {address: column for address, column in gains.items() if np.isfinite(column).all()}
+    points = [{address: float(column[i]) for address, column in flown.items()} for i in range(len(rows))]
     names = [table.text("point")[i] for i in rows]
     lost = table.numbers("lost")[rows].astype(int)
     return ContenderFront(name, names, table.flags("recommended")[rows], values, low, high, points, lost)

@@ -307,7 +307,7 @@ class _Ending(DocumentPart):
     ending: list[str] = []
 
 
-class _Found(DocumentPart):
+class _Outcome(DocumentPart):
     title: str
     description: str = ""
     study: str
@@ -335,7 +335,7 @@ class _Compared(DocumentPart):
     front_points_at_most: int
 
 
-class ContestDocument(_Found, _Ending, Document):
+class ContestDocument(_Outcome, _Ending, Document):
     """Content of contest.json.
 
     feasible: whether every contender's run recommends its point; ending: if not, what to tell first. stream: of the scenarios
@@ -343,5 +343,5 @@ class ContestDocument(_Found, _Ending, Document):
     """
 
 
-class ComparisonDocument(_Found, _Compared, _Ending, Document):
+class ComparisonDocument(_Outcome, _Compared, _Ending, Document):
     """Content of comparison.json: that of a contest, with what the others are compared to and where scenarios came from."""

@@ -2,6 +2,8 @@
 
 from typing import Literal
 
+from pydantic import Field
+
 from tuner.documents.parts import LawNames
 from tuner.store.document import Document, DocumentPart, Sense
 
@@ -17,13 +19,13 @@ class ExportedParameter(DocumentPart):
 
     name: str
     unit: str
-    asked: float
+    unrounded: float = Field(alias="asked")
     held: float
     low: float | None
     high: float | None
     usual: float | None
     before: float | None
-    kept: bool
+    is_unmanaged: bool = Field(alias="kept")
     change: float | None
 
 
@@ -32,7 +34,7 @@ class RoundedGain(DocumentPart):
 
     gain: str
     unit: str
-    asked: float
+    unrounded: float = Field(alias="asked")
     held: float
     relative: float
 
@@ -49,7 +51,7 @@ class RoundedMargin(DocumentPart):
     shown_unit: str | None = None
     limit: float
     sense: Sense
-    asked: float | None
+    unrounded: float | None = Field(alias="asked")
     held: float | None
     kept_asked: bool
     kept_held: bool
@@ -64,7 +66,7 @@ class RoundedMetric(DocumentPart):
 
     metric: str
     unit: str
-    asked: float | None
+    unrounded: float | None = Field(alias="asked")
     held: float | None
     difference: float | None
     low: float | None
@@ -89,7 +91,7 @@ class GyroFilterPart(DocumentPart):
 
     name: str
     cutoff: float
-    known: bool
+    is_from_vehicle_file: bool = Field(alias="known")
     rows: list[FilteredLoop]
 
 
@@ -117,7 +119,8 @@ class ExportDocument(Document):
     """Content of export.json.
 
     files: SHA-256 by name; rollback: files to go back to; settings: options of the target; before: where it is known from what is
-    on the vehicle, null where nobody said; lossy: what the target adds or lacks.
+    on the vehicle, null where nobody said; lossy: what the target adds or lacks. Of a quadrotor there are airframe and laws, of a
+    plant plant and channel_laws.
     """
 
     format: Literal["holdfast-export"]
@@ -127,8 +130,10 @@ class ExportDocument(Document):
     target_version: str
     title: str
     experimental: str | None
-    airframe: str
-    laws: LawNames
+    airframe: str | None = None
+    laws: LawNames | None = None
+    plant: str | None = None
+    channel_laws: dict[str, str] | None = None
     gains_sha256: str
     files: dict[str, str]
     rollback: list[str]

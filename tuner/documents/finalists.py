@@ -43,14 +43,18 @@ class FinalistColumn(NamedTuple):
 FINALIST_COLUMNS = (
     FinalistColumn("non_dominated", "flag"),
     FinalistColumn(
-        "probability", "share", "Non-dominated",
+        "probability",
+        "share",
+        "Non-dominated",
         "share of the resamples of the held-out scenarios on which the point is non-dominated among all finalists",
     ),
     FinalistColumn("feasible", "flag"),
     FinalistColumn("lost", "count", missing=0),
     FinalistColumn(
-        "flights", "count", "Flights",
+        "flights",
+        "count",
+        "Flights",
         "held-out flights made: fewer where the first of them settled the point's place, so its intervals are wider",
     ),
-)  # fmt: skip
+)
 """Attributes of `Finalists`, which holds the values; a number more is a row more."""

@@ -2,6 +2,8 @@
 
 from typing import Annotated
 
+from pydantic import Field
+
 from tuner.documents.parts import LawNames
 from tuner.store.document import Document, DocumentPart, OneOf
 
@@ -32,7 +34,7 @@ class PlannedNumber(DocumentPart):
     unit: str
     value: float
     relative: bool
-    asked: float | None
+    target: float | None = Field(alias="asked")
     before: float
     foreseen: float
     obtained: float

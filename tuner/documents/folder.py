@@ -2,7 +2,7 @@
 
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, ClassVar, Generic, TypeVar, cast
 
 from plant.errors import StoreError
 from tuner.documents.tables import read_frame
@@ -22,8 +22,8 @@ class OpenedFolder(Generic[D]):
         kind: Name of the kind of results.
         noun: The kind in a sentence, with its article.
         main: Name of the file with the main document.
-        folder: Where it is.
-        document: Content of the main document.
+        folder: Where it is; None where its document is all there is.
+        document: Content of the main document, in SI units and radians.
 
     """
 
@@ -32,27 +32,40 @@ class OpenedFolder(Generic[D]):
     main: ClassVar[str]
     model: ClassVar[type[Document]]
 
-    def __init__(self, folder: Path) -> None:
-        if not folder.is_dir():
-            raise StoreError(f"{folder}: there is no such results folder; give a folder that `tuner run` wrote")
+    def __init__(self, folder: Path | None, document: D | None = None) -> None:
         self.folder = folder
-        self.document: D = self.model.read(folder / self.main)  # pyright: ignore[reportAttributeAccessIssue]
+        # Every kind names the model of its own document.
+        self.document = cast("D", self.model.read(existing(self.home) / self.main)) if document is None else document
+
+    @property
+    def home(self) -> Path:
+        """The results folder; StoreError where there is none."""
+        if self.folder is None:
+            raise StoreError("these results were not written to a folder; give one with out")
+        return self.folder
 
     @cached_property
     def environment(self) -> Environment:
         """Versions, machine and command; StoreError where the folder does not tell them."""
-        return Environment.read(self.folder / "environment.json")
+        return Environment.read(self.home / "environment.json")
 
     @cached_property
     def study(self) -> str:
         """The study as it was given; StoreError where the folder does not hold it."""
-        return read_text(self.folder / "study.toml")
+        return read_text(self.home / "study.toml")
 
     @property
     def tables(self) -> list[str]:
         """Names of the tables of the folder, for `table`."""
-        return sorted(file.name for pattern in ("*.csv", "*.parquet") for file in self.folder.glob(pattern))
+        return sorted(file.name for pattern in ("*.csv", "*.parquet") for file in self.home.glob(pattern))
 
     def table(self, name: str) -> "pd.DataFrame":
         """Return a table of the folder as it stands, by the name of its file; StoreError where it is missing or damaged."""
-        return read_frame(self.folder / name)
+        return read_frame(self.home / name)
+
+
+def existing(folder: Path) -> Path:
+    """Return a results folder; StoreError where there is none."""
+    if not folder.is_dir():
+        raise StoreError(f"{folder}: there is no such results folder; give a folder that `tuner run` wrote")
+    return folder

@@ -2,6 +2,8 @@
 
 from typing import Annotated
 
+from pydantic import Field
+
 from tuner.store.document import Document, DocumentPart, OneOf
 
 
@@ -15,7 +17,7 @@ class LogRow(DocumentPart):
     end: float
     rate: float
     lost: int
-    said: list[str]
+    notes: list[str] = Field(alias="said")
 
 
 class IdentifiedNumber(DocumentPart):

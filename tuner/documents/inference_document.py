@@ -51,7 +51,7 @@ class UnknownRow(DocumentPart):
         return self.near_low, self.near_high
 
     @property
-    def again(self) -> tuple[float, float]:
+    def resampled(self) -> tuple[float, float]:
         """Ends of 68 % of what other draws of the flights would give."""
         return self.low68, self.high68
 
@@ -167,7 +167,7 @@ class MissedCell(DocumentPart):
     scenario: str
 
 
-class Together(DocumentPart):
+class BestJointSetting(DocumentPart):
     """The setting under which the most cells lie inside at once in the search, and what it misses held out; of: all cells.
 
     most: number of cells inside, in place of search and held_out in folders of earlier versions.
@@ -215,7 +215,7 @@ class InferenceDocument(Document):
     cells: list[CellRow]
     ratios: list[RatioRow]
     misfit: DefaultAndInferred
-    together: Together
+    together: BestJointSetting
     front: list[FrontSetting]
     failures: list[LostFlights]
     flights: int
@@ -235,6 +235,7 @@ class InferenceDocument(Document):
     def misfits(self) -> list[tuple[str, MisfitPart | FrontSetting]]:
         """Misfits by the name of the setting: the default, the inferred one and the front."""
         named: list[tuple[str, MisfitPart | FrontSetting]] = [
-            ("default", self.misfit.default), (f"inferred, {self.inferred}", self.misfit.inferred),
-        ]  # fmt: skip
+            ("default", self.misfit.default),
+            (f"inferred, {self.inferred}", self.misfit.inferred),
+        ]
         return named + [(row.candidate, row) for row in self.front]

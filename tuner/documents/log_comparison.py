@@ -2,6 +2,8 @@
 
 from typing import Annotated
 
+from pydantic import Field
+
 from tuner.documents.identification import LogRow
 from tuner.store.document import Document, DocumentPart, OneOf
 
@@ -27,9 +29,9 @@ class ComparedMeasure(DocumentPart):
     before: Estimated
     after: Estimated
     ratio: Estimated
-    told: Annotated[str, OneOf(("less", "more", "not told apart"))]
+    change: Annotated[str, OneOf(("less", "more", "not told apart"))] = Field(alias="told")
     predicted: float | None
-    kept: bool | None
+    is_as_predicted: bool | None = Field(alias="kept")
 
 
 class LogComparisonDocument(Document):

@@ -6,6 +6,8 @@ pitch, yaw, or those of a plant of the user's own.
 
 from typing import Literal
 
+from pydantic import Field
+
 from tuner.documents.parts import LawNames
 from tuner.store.document import Document, DocumentPart, Sense
 
@@ -101,10 +103,15 @@ class LimitRow(DocumentPart):
     limit: float
     sense: Sense
     hard: bool
-    kept: bool
+    is_satisfied: bool = Field(alias="kept")
     note: str | None
     state: str | None = None
     states: list[StateValue] = []
+
+    @property
+    def worst_state(self) -> str | None:
+        """The steady state in which the value is worst."""
+        return self.state
 
 
 class CertificateRow(DocumentPart):
@@ -151,8 +158,7 @@ class LimitCycleRow(DocumentPart):
 class MarginsDocument(Document):
     """Content of margins.json; passed: every hard requirement is kept; certificates, mismatch: where they were asked for.
 
-    Of a quadrotor there are airframe, laws and trim, of a plant of the user's own plant, channel_laws and limit_cycles, which are
-    null where channels step at several rates.
+    Of a quadrotor there are airframe, laws and trim, of a plant of the user's own plant, channel_laws and limit_cycles.
     """
 
     format: Literal["holdfast-margins"]

@@ -1,12 +1,13 @@
 """Open a results folder of any kind: the one door to what a run leaves."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from plant.errors import StoreError
 from tuner.documents.contest import ComparisonFolder, ContestFolder
 from tuner.documents.export import ExportDocument
-from tuner.documents.folder import OpenedFolder
+from tuner.documents.folder import OpenedFolder, existing
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.sensitivity import SensitivityDocument
@@ -39,22 +40,26 @@ class ExportFolder(OpenedFolder[ExportDocument]):
 
 # A folder is of the first kind whose document it holds: a contest may hold its inference, a run its sensitivity.
 KINDS: tuple[type[OpenedFolder[Any]], ...] = (
-    ComparisonFolder, ContestFolder, InferenceFolder, TuningFolder, SensitivityFolder, MarginsFolder, ExportFolder,
-)  # fmt: skip
+    ComparisonFolder,
+    ContestFolder,
+    InferenceFolder,
+    TuningFolder,
+    SensitivityFolder,
+    MarginsFolder,
+    ExportFolder,
+)
 """Every kind of results folder."""
 
 
-def kind_in(folder: Path) -> type[OpenedFolder[Any]] | None:
+def kind_in(folder: Path, kinds: Sequence[type[OpenedFolder[Any]]] = KINDS) -> type[OpenedFolder[Any]] | None:
     """Return the kind of a results folder; None where it holds the document of none, such as that of a run in progress."""
-    return next((kind for kind in KINDS if (folder / kind.main).exists()), None)
+    return next((kind for kind in kinds if (folder / kind.main).exists()), None)
 
 
-def open_results(folder: Path) -> Any:
-    """Open a results folder of any kind; StoreError where it is none, or its document is damaged."""
-    if not folder.is_dir():
-        raise StoreError(f"{folder}: there is no such results folder; give a folder that `tuner run` wrote")
-    kind = kind_in(folder)
+def open_results(folder: Path, kinds: Sequence[type[OpenedFolder[Any]]] = KINDS) -> Any:
+    """Open a results folder of one of some kinds; StoreError where it is none, or its document is damaged."""
+    kind = kind_in(existing(folder), kinds)
     if kind is None:
-        names = ", ".join(entry.main for entry in KINDS)
+        names = ", ".join(entry.main for entry in kinds)
         raise StoreError(f"{folder} is no finished results folder: it holds none of {names}")
     return kind(folder)

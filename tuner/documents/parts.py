@@ -7,13 +7,14 @@ import numpy as np
 from pydantic import ConfigDict
 
 from objectives.risk import upper_bound
-from objectives.scales import DECIBEL
+from objectives.scales import DECIBEL, SCALES
 from tuner.store.document import Document, DocumentPart
 from tuner.text.numbers import significant
 from tuner.text.units import in_degrees
-from tuner.text.units import in_shown_units as shown_content
 
 ENDS = ("value", "low", "high")
+# Fields of a row whose numbers have the row's unit.
+NUMBERS = ("limit", "relaxed", "value", "default", "tuned", "unrounded", "held")
 
 
 class SampledValue(DocumentPart):
@@ -164,14 +165,42 @@ Row = TypeVar("Row", bound=DocumentPart)
 
 
 def in_shown_units(row: Row) -> Row:
-    """Return a row with its numbers in its shown_unit, as `unit`; a row without one as it is."""
-    content = row.content()
-    return type(row).model_validate(shown_content(content)) if content.get("shown_unit") else row
+    """Return a row with its numbers in its shown_unit, as `unit`; a row without one as it is.
+
+    A difference is that of shown numbers.
+    """
+    name = getattr(row, "shown_unit", None)
+    if name is None:
+        return row
+    scale = SCALES[name]
+
+    def shown(entry: Any) -> Any:
+        if isinstance(entry, Estimate):
+            return Estimate(*map(shown, entry))
+        return None if entry is None else float(scale.shown(entry))
+
+    def converted(part: Row) -> Row:
+        names = set(NUMBERS) & set(type(part).model_fields)
+        return part.model_copy(update={name: shown(getattr(part, name)) for name in names})
+
+    new = converted(row).model_copy(update={"unit": scale.unit})
+    if states := getattr(row, "states", None):
+        new = new.model_copy(update={"states": [converted(state) for state in states]})
+    difference = getattr(row, "difference", None)
+    if isinstance(difference, Estimate) and difference.value is not None:
+        gap = new.tuned.value - new.default.value  # pyright: ignore[reportAttributeAccessIssue]
+        new = new.model_copy(update={"difference": Estimate(gap, difference.low, difference.high)})
+    return new
 
 
 def is_level(row: DocumentPart) -> bool:
-    """Return whether a row about a factor is shown as one about its level in dB."""
+    """Return True for a factor that is shown as its level in dB."""
     return getattr(row, "shown_unit", None) == DECIBEL.unit
+
+
+def on_page(row: Row, *names: str) -> Row:
+    """Return a row in the units of the page: levels in dB, and these numbers in degrees if they are angles."""
+    return in_shown_units(row) if is_level(row) else row_in_degrees(row, *names)
 
 
 def scaled(row: Row, factor: float, *names: str) -> Row:

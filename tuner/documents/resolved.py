@@ -50,7 +50,8 @@ class ResolvedController(DocumentPart):
 class ResolvedPlant(DocumentPart):
     """A plant of the user's own: its file or FMU and the digest, periods [s], and parameters in the units of the file.
 
-    disturbances, states: names of variables of an FMU; units: of those for which it names none; patience [s].
+    disturbances, states: names of variables of an FMU; units: of those for which it names none; patience [s]. A linear plant
+    has its numbers as in the study, its dead time [s] and the names of its signals.
     """
 
     name: str
@@ -64,6 +65,11 @@ class ResolvedPlant(DocumentPart):
     states: list[str] = []
     units: dict[str, str] = {}
     patience: float | None = None
+    transfer_function: dict[str, list[float]] | None = None
+    state_space: dict[str, list[list[float]]] | None = None
+    dead_time: float = 0.0
+    inputs: list[str] = []
+    outputs: list[str] = []
     parameters: dict[str, float] = {}
 
 

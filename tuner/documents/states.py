@@ -41,7 +41,7 @@ def state_table(rows: Sequence[RequiredRow | LimitRow]) -> StateTable | None:
         return None
     states = [entry.state for entry in columns[0].states]
     by_limit = [[_text(entry) for entry in row.states] for row in columns]
-    worst = [str(row.tuned_state if isinstance(row, RequiredRow) else row.state) for row in columns]
+    worst = [str(row.worst_state) for row in columns]
     values = [list(texts) for texts in zip(*by_limit, strict=True)]
     return StateTable([row.label for row in columns], [row.unit for row in columns], states, values, worst)
 
@@ -57,7 +57,7 @@ def by_quantity(rows: Sequence[LimitRow]) -> list[LimitRow]:
 
 def _worst_loop(rows: Sequence[LimitRow]) -> LimitRow:
     """Return the row of a quantity with its value in each state, and in the worst state, those of the worst loop."""
-    worst = min if rows[0].sense == "least" else max
+    worst = min if rows[0].sense == "min" else max
     by_state = [
         worst(entries, key=lambda entry: inf if entry.value is None else entry.value)
         for entries in zip(*[row.states for row in rows], strict=True)
@@ -67,5 +67,4 @@ def _worst_loop(rows: Sequence[LimitRow]) -> LimitRow:
 
 
 def _text(entry: ComparedState | StateValue) -> str:
-    value = entry.tuned if isinstance(entry, ComparedState) else entry.value
-    return "inf" if value is None else significant(value)
+    return "inf" if entry.value is None else significant(entry.value)

@@ -1,10 +1,11 @@
 """summary.json: what a tuning run found."""
 
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from objectives.decisions import Variable
 from plant.input_files import parse_json, read_input_text
 from tuner.documents.parts import Estimate, LostFlight, PlantStep, ShareCount
 from tuner.store.document import Document, DocumentPart, Scale, Sense
@@ -24,7 +25,7 @@ class Pick(DocumentPart):
     why: str
 
 
-class Spared(DocumentPart):
+class SkippedFlights(DocumentPart):
     """Candidates that were not flown, or not to the end, and the flights that this saved."""
 
     candidates: int
@@ -48,7 +49,7 @@ class PickedObjective(DocumentPart):
     gap: Estimate
 
 
-class PickedOn(DocumentPart):
+class SelectionValues(DocumentPart):
     """Values that the recommended point was picked by.
 
     probability: share of the resamples on which it is non-dominated; lost_in_search: share of its flights in the search that it
@@ -100,11 +101,11 @@ class DesignReach(DocumentPart):
     """What a design reaches: the value (null: no bound), whether it keeps the limit, and the gains of the loop."""
 
     value: float | None
-    kept: bool
+    is_satisfied: bool = Field(alias="kept")
     gains: list[GainAt]
 
 
-class ObstacleRow(DocumentPart):
+class UnmetConstraint(DocumentPart):
     """What stands behind a limit that no candidate keeps.
 
     loop: axis that breaks it, null where it is no margin of one loop; reached: best value (null: infinite), by point; tried:
@@ -127,13 +128,13 @@ class ObstacleRow(DocumentPart):
     automatic: str = ""
 
 
-class LimitCost(DocumentPart):
+class ConstraintPrice(DocumentPart):
     """The best value of an objective over the feasible candidates, with a limit and without it."""
 
     limit: str
     objective: str
     unit: str
-    kept: float = Field(alias="with")
+    with_limit: float = Field(alias="with")
     without: float
 
 
@@ -150,6 +151,10 @@ class VariableRow(DocumentPart):
     natural_ends: list[Literal["low", "high"]] = []
     default: float
     tuned: float
+
+    def place(self, value: float) -> float:
+        """Return the place of a value in the range, 0 to 1 on the range's scale."""
+        return Variable(self.name, (), self.low, self.high, self.scale).unit(value)
 
 
 class ComparedRow(DocumentPart):
@@ -175,6 +180,12 @@ class ComparedRow(DocumentPart):
     automatic: str = ""
     default_count: ShareCount | None = None
     tuned_count: ShareCount | None = None
+    sense: ClassVar[str] = "max"
+
+    @property
+    def counts(self) -> tuple[ShareCount | None, ShareCount | None]:
+        """Counts behind default and tuned value."""
+        return self.default_count, self.tuned_count
 
 
 class ComparedState(DocumentPart):
@@ -183,6 +194,11 @@ class ComparedState(DocumentPart):
     state: str
     default: float | None
     tuned: float | None
+
+    @property
+    def value(self) -> float | None:
+        """The tuned value."""
+        return self.tuned
 
 
 class RequiredRow(DocumentPart):
@@ -206,6 +222,13 @@ class RequiredRow(DocumentPart):
     default_state: str | None = None
     tuned_state: str | None = None
     states: list[ComparedState] = []
+    automatic: ClassVar[str] = ""
+    counts: ClassVar[tuple[None, None]] = (None, None)
+
+    @property
+    def worst_state(self) -> str | None:
+        """The steady state in which the tuned value is worst."""
+        return self.tuned_state
 
 
 class AirRow(DocumentPart):
@@ -277,7 +300,7 @@ class NumberWorth(DocumentPart):
 
     name: str
     value: float
-    told: bool
+    is_significant: bool = Field(alias="told")
     share: float
     shows: bool
 
@@ -294,8 +317,8 @@ class UncertaintyCost(DocumentPart):
     finalists: int
     flights: int
     mean: float
-    known: float
-    told: bool
+    mean_if_known: float = Field(alias="known")
+    is_significant: bool = Field(alias="told")
     share: float
     numbers: list[NumberWorth]
 
@@ -324,18 +347,18 @@ class Summary(Document):
     pick: Pick
     search: str = ""
     flights: int
-    screened: Spared | None = None
-    raced: Spared | None = None
-    settled: Spared | None = None
+    screened: SkippedFlights | None = None
+    raced: SkippedFlights | None = None
+    settled: SkippedFlights | None = None
     wall_seconds: float | None = None
     search_seconds: SearchSeconds | None = None
     held_out: int
     front_size: int
     hypervolume: float
-    picked_on: PickedOn | None = None
+    picked_on: SelectionValues | None = None
     conflict: ConflictPart | None = None
-    obstacles: list[ObstacleRow] = []
-    costs: list[LimitCost] = []
+    obstacles: list[UnmetConstraint] = []
+    costs: list[ConstraintPrice] = []
     remarks: list[str] = []
     warnings: list[str]
     variables: list[VariableRow]
@@ -377,12 +400,12 @@ class Summary(Document):
     @property
     def compared(self) -> list[ComparedRow]:
         """The objectives and constraints of the table."""
-        return [row for row in self.table if isinstance(row, ComparedRow)]
+        return [row for row in self.table if row.kind != "requirement"]
 
     @property
     def required(self) -> list[RequiredRow]:
         """The requirements of the table."""
-        return [row for row in self.table if isinstance(row, RequiredRow)]
+        return [row for row in self.table if row.kind == "requirement"]
 
 
 def gains_name(feasible: bool) -> str:
@@ -391,5 +414,5 @@ def gains_name(feasible: bool) -> str:
 
 
 def is_recommended(file: Path) -> bool:
-    """Return whether a gains file that can be read says nothing against being flown."""
+    """Return False for a gains file that says that it is not feasible."""
     return bool(parse_json(read_input_text(file)).get("study", {}).get("feasible", True))

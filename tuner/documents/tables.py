@@ -131,12 +131,12 @@ def read_table(file: Path, columns: Sequence[str], optional: Sequence[str] = ())
     import pyarrow.parquet as pq
 
     try:
-        found = pq.ParquetFile(BytesIO(read_input(file, MOST_TABLE)))
-        missing = [name for name in columns if name not in found.schema_arrow.names]
+        source = pq.ParquetFile(BytesIO(read_input(file, MOST_TABLE)))
+        missing = [name for name in columns if name not in source.schema_arrow.names]
         if missing:
             raise refuse(file, f"the column '{missing[0]}' is missing")
-        more = optional if set(optional) <= set(found.schema_arrow.names) else ()
-        return found.read([*columns, *more])
+        more = optional if set(optional) <= set(source.schema_arrow.names) else ()
+        return source.read([*columns, *more])
     except FileNotFoundError:
         raise refuse(file, "there is no such file") from None
     except (OSError, pa.ArrowException) as error:
@@ -159,13 +159,13 @@ def floats_of(column: Any) -> np.ndarray:
     pyarrow that take 0.03 s.
     """
     kind = str(column.type)
-    whole = (column if kind in PLAIN or kind == "bool" else column.cast("float64")).combine_chunks()
-    part, (known, data) = slice(whole.offset, whole.offset + len(whole)), whole.buffers()
-    if not len(whole):
+    array = (column if kind in PLAIN or kind == "bool" else column.cast("float64")).combine_chunks()
+    part, (validity, data) = slice(array.offset, array.offset + len(array)), array.buffers()
+    if not len(array):
         return np.empty(0)
     stored = bits_of(data) if kind == "bool" else np.frombuffer(data, PLAIN.get(kind, np.float64))
     values = stored[part].astype(np.float64, copy=False)
-    return np.where(bits_of(known)[part], values, np.nan) if whole.null_count else values
+    return np.where(bits_of(validity)[part], values, np.nan) if array.null_count else values
 
 
 def bits_of(buffer: Any) -> np.ndarray:
@@ -187,13 +187,13 @@ def groups(
     if table.num_rows == 0:
         return
     codes = [codes_of(table.column(name), file) for name in names]
-    group = np.ravel_multi_index([code for code, _ in codes], [len(known) for _, known in codes])
+    group = np.ravel_multi_index([code for code, _ in codes], [len(categories) for _, categories in codes])
     order = np.argsort(group, kind="stable")
     starts = np.flatnonzero(np.diff(group[order], prepend=-1))
     values = numbers(table, [name for name in table.column_names if name not in names], file)
     rows = np.split(order, starts[1:])
     for part in rows if by_name else sorted(rows, key=lambda part: part[0]):
-        yield [known[int(code[part[0]])] for code, known in codes], values[part]
+        yield [categories[int(code[part[0]])] for code, categories in codes], values[part]
 
 
 def values_of(column: Any, kind: str) -> list[Any]:
@@ -204,9 +204,9 @@ def values_of(column: Any, kind: str) -> list[Any]:
 def codes_of(column: Any, file: Path) -> tuple[np.ndarray, list[str]]:
     """Return a text column as codes (rows,) into a list of names, which are in order of appearance."""
     try:
-        whole = column.combine_chunks()
+        array = column.combine_chunks()
         # Those of runs are coded already; Arrow's own functions, which code others, take 0.03 s to import.
-        encoded = whole if str(whole.type) in CODED else whole.cast("string").dictionary_encode()
+        encoded = array if str(array.type) in CODED else array.cast("string").dictionary_encode()
     except OTHER_TYPE as error:
         raise refuse(file, f"a column holds no text ({error})") from None
     if encoded.null_count:
@@ -214,11 +214,11 @@ def codes_of(column: Any, file: Path) -> tuple[np.ndarray, list[str]]:
     return in_order(np.from_dlpack(encoded.indices), encoded.dictionary.to_pylist())
 
 
-def in_order(codes: np.ndarray, known: list[str]) -> tuple[np.ndarray, list[str]]:
+def in_order(codes: np.ndarray, names: list[str]) -> tuple[np.ndarray, list[str]]:
     """Return codes (rows,) into known names as codes into those that appear, in order of appearance."""
-    found, first, place = np.unique(codes, return_index=True, return_inverse=True)
+    used, first, place = np.unique(codes, return_index=True, return_inverse=True)
     order = np.argsort(first)
-    return np.argsort(order)[place], [known[code] for code in found[order]]
+    return np.argsort(order)[place], [names[code] for code in used[order]]
 
 
 def read_fans(file: Path, worst: Sequence[str] = (), by_name: bool = False) -> list[Fan]:
@@ -234,5 +234,5 @@ def read_fans(file: Path, worst: Sequence[str] = (), by_name: bool = False) -> l
 
 def read_spectra(file: Path) -> list[PointSpectrum]:
     """Return the spectra of points, none where there is no file."""
-    found = groups(file, ("point", "scenario"), ("frequency", "density"))
-    return [PointSpectrum(point, scenario, *values.T) for (point, scenario), values in found]
+    rows = groups(file, ("point", "scenario"), ("frequency", "density"))
+    return [PointSpectrum(point, scenario, *values.T) for (point, scenario), values in rows]

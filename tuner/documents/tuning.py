@@ -1,5 +1,6 @@
 """A tuning run's folder, opened. Objectives, limits and responses are in shown units, angles in degrees; documents are in SI."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -7,13 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from objectives.margins.quantities import RECORDED, REPORTED
-from plant.gains import GROUPS
+from plant.quadrotor.gains import GROUPS
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.documents.folder import OpenedFolder
-from tuner.documents.parts import RecommendedGains, in_shown_units, is_level, row_in_degrees
+from tuner.documents.parts import Estimate, RecommendedGains, on_page, row_in_degrees
 from tuner.documents.resolved import Resolved
 from tuner.documents.sensitivity import SensitivityDocument
-from tuner.documents.summary import ComparedRow, RequiredRow, Summary, VariableRow
+from tuner.documents.summary import ComparedRow, RequiredRow, Summary, TableRow, VariableRow
 from tuner.documents.tables import (
     OTHER_TYPE,
     Columns,
@@ -25,6 +26,7 @@ from tuner.documents.tables import (
     read_table,
     values_of,
 )
+from tuner.documents.verdicts import UNKNOWN, verdict_on_difference, verdict_on_limit
 from tuner.store.document import read_text, refuse
 from tuner.store.start import Start
 from tuner.text.units import in_degrees
@@ -34,12 +36,16 @@ SHOWN = ("limit", "default", "tuned", "difference")
 # Columns of fans, of the history and of the front that folders of earlier versions lack.
 WORST = ("worst", "worst_flight")
 SAVED = ("flights_saved", "flights_raced")
-JUDGED = ("search", "held_out", "low", "high")
+INTERVAL = ("held_out", "low", "high")
+JUDGED = ("search", *INTERVAL)
 COMPARED = ("gap", "gap_low", "gap_high", "difference", "difference_low", "difference_high")
 LIMITED = ("value", "low", "high", "difference", "difference_low", "difference_high")
 LOOP_TEXTS, LOOP_LISTS = ("point", "channel", "case"), ("frequency", "real", "imag")
 # Margin quantities of each loop that a reader of a report is shown.
 LOOP_MARGINS = [name for name in REPORTED if name in RECORDED]
+
+
+NOTHING = Estimate(None, None, None)
 
 
 @dataclass(frozen=True)
@@ -79,6 +85,12 @@ class HeldOutFront:
         """Held-out flights of each point that did not reach their end; 0 where the folder does not tell."""
         return self.columns["lost"]
 
+    @property
+    def shown_rows(self) -> list[int]:
+        """Rows of the default, of the point beside it and of the front, by the first objective."""
+        shown = np.array([bool(role) for role in self.roles]) | (self.non_dominated & self.feasible)
+        return [int(i) for i in np.argsort(self.held_out[:, 0], kind="stable") if shown[i]]
+
     def of(self, role: str) -> list[int]:
         """Return the rows with a role, one or none."""
         return [i for i, entry in enumerate(self.roles) if entry == role]
@@ -114,7 +126,7 @@ class History:
     flights_raced: np.ndarray | None = None
 
     def series(self) -> dict[str, np.ndarray]:
-        """Return what is known, by name."""
+        """Return the series that the folder holds, by name."""
         return {name: values for name, values in vars(self).items() if values is not None}
 
 
@@ -136,40 +148,35 @@ class TuningFolder(OpenedFolder[Summary]):
 
     kind, noun, main, model = "tuning", "a tuning run", "summary.json", Summary
 
-    @property
-    def summary(self) -> Summary:
-        """The findings of the run, in SI units."""
-        return self.document
-
     @cached_property
     def resolved(self) -> Resolved:
         """Every value of the study."""
-        return Resolved.read(self.folder / "resolved.json")
+        return Resolved.read(self.home / "resolved.json")
 
     @property
     def has_rotors(self) -> bool:
         """Whether a quadrotor was flown, and neither a plant of the user's own nor by another program."""
-        return self.resolved.plant is None and not self.told
+        return self.resolved.plant is None and not self.is_external
 
     @property
-    def told(self) -> bool:
+    def is_external(self) -> bool:
         """Whether another program made the trials, so that nothing is known of a vehicle, its loops and its responses."""
         return self.resolved.trials is not None
 
     @cached_property
-    def gains(self) -> RecommendedGains:
+    def gains_document(self) -> RecommendedGains:
         """The gains of the point that stands beside the default."""
-        return RecommendedGains.read(self.folder / self.summary.gains_file)
+        return RecommendedGains.read(self.home / self.document.gains_file)
 
     @cached_property
     def gains_text(self) -> str:
         """gains.json as it stands, or infeasible.json."""
-        return read_text(self.folder / self.summary.gains_file)
+        return read_text(self.home / self.document.gains_file)
 
     @cached_property
     def quantities(self) -> list[ComparedRow]:
         """Objectives and constraints, as shown."""
-        return [row_in_degrees(row, *SHOWN) for row in self.summary.compared]
+        return [row_in_degrees(row, *SHOWN) for row in self.document.compared]
 
     @property
     def objectives(self) -> list[ComparedRow]:
@@ -184,28 +191,27 @@ class TuningFolder(OpenedFolder[Summary]):
     @cached_property
     def requirements(self) -> list[RequiredRow]:
         """Requirements that are known without flying, as shown: angles in degrees, levels in dB."""
-        rows = self.summary.required
-        return [in_shown_units(row) if is_level(row) else row_in_degrees(row, *SHOWN) for row in rows]
+        return [on_page(row, *SHOWN) for row in self.document.required]
 
     @property
     def variables(self) -> list[VariableRow]:
         """The searched gains."""
-        return self.summary.variables
+        return self.document.variables
 
     @property
     def tuned(self) -> str:
         """Name of the point beside the default: the recommended one, or the nearest where nothing is feasible."""
-        return self.summary.shown
+        return self.document.shown
 
     @property
     def feasible(self) -> bool:
         """Whether anything is recommended."""
-        return self.summary.recommends
+        return self.document.recommends
 
     @property
     def shown_as(self) -> str:
         """Heading of the column of that point: "tuned" or "nearest"."""
-        return self.summary.shown_as
+        return self.document.shown_as
 
     @property
     def called(self) -> str:
@@ -215,24 +221,24 @@ class TuningFolder(OpenedFolder[Summary]):
     @cached_property
     def factors(self) -> np.ndarray:
         """Factors (objectives,) from numbers of files to shown ones."""
-        rows = [row for row in self.summary.compared if row.kind == "objective"]
+        rows = [row for row in self.document.compared if row.kind == "objective"]
         return np.array([in_degrees(row.unit).factor for row in rows])
 
     @cached_property
     def addresses(self) -> dict[str, list[str]]:
         """Gains that each variable stands for, as resolved.json says, or as the names of groups do."""
-        told = {entry.name: entry.addresses for entry in self.resolved.variables}
-        found = {}
+        resolved = {entry.name: entry.addresses for entry in self.resolved.variables}
+        out = {}
         for name in [variable.name for variable in self.variables]:
             group, _, gain = name.partition(".")
-            named = told.get(name) or [f"{axis}.{gain}" for axis in GROUPS.get(group, (group,))]
-            found[name] = [address for address in named if address in self.gains.gains]
-        return found
+            named = resolved.get(name) or [f"{axis}.{gain}" for axis in GROUPS.get(group, (group,))]
+            out[name] = [address for address in named if address in self.gains_document.gains]
+        return out
 
     @cached_property
-    def front(self) -> HeldOutFront:
+    def held_out_front(self) -> HeldOutFront:
         """The points flown on held-out scenarios."""
-        table, labels = Columns.read(self.folder / "front.csv"), [entry.label for entry in self.objectives]
+        table, labels = Columns.read(self.home / "front.csv"), [entry.label for entry in self.objectives]
         stored = {
             prefix: table.block([f"{prefix}:{label}" for label in labels])
             for prefix in (*JUDGED, *COMPARED)
@@ -240,7 +246,7 @@ class TuningFolder(OpenedFolder[Summary]):
         }
         search, held_out, low, high = (stored[prefix] * self.factors for prefix in JUDGED)
         required = [f"requirement:{entry.label}" for entry in self.requirements]
-        found = {entry.name: entry.read(table) for entry in FINALIST_COLUMNS}
+        by_name = {entry.name: entry.read(table) for entry in FINALIST_COLUMNS}
         return HeldOutFront(
             points=table.text("point"),
             roles=[TUNED if role == "nearest" else role for role in table.text("role")],
@@ -252,13 +258,53 @@ class TuningFolder(OpenedFolder[Summary]):
             high=high,
             stored=stored,
             requirements=table.block(required, optional=True),
-            columns={name: values for name, values in found.items() if values is not None},
+            columns={name: values for name, values in by_name.items() if values is not None},
         )
 
+    def rows_of(self, point: int) -> list[TableRow]:
+        """Return the table with held-out values of a finalist for the tuned ones, in SI units; point: its row of the front."""
+        return [self._row_of(row, point) for row in self.document.table]
+
+    def _row_of(self, row: TableRow, point: int) -> TableRow:
+        first = self.held_out_front.of(DEFAULT)
+        tuned = self._value_of(row, point)
+        default = self._value_of(row, first[0]) if first else NOTHING
+        difference = self._difference_of(row, point)
+        if row.kind == "requirement":
+            verdict = verdict_on_limit(tuned.value, row.limit, row.sense)
+            if default.value is not None and tuned.value is not None:
+                difference = Estimate(tuned.value - default.value, None, None)
+        elif row.limit is None:
+            verdict = verdict_on_difference(default.value or 0.0, difference)
+        else:
+            verdict = UNKNOWN if tuned.value is None else verdict_on_limit(tuned.value, row.limit)
+        return row.model_copy(update={"default": default, "tuned": tuned, "difference": difference, "verdict": verdict})
+
+    def _value_of(self, row: TableRow, point: int) -> Estimate:
+        front = self.held_out_front
+        if row.kind == "requirement":
+            value = front.requirements[point, [entry.label for entry in self.document.required].index(row.label)]
+            return Estimate(finite_or_none(value), None, None)
+        if row.kind == "constraint":
+            numbers = self.limited.get((front.points[point], row.label))
+            return NOTHING if numbers is None else Estimate(*map(finite_or_none, numbers[:3]))
+        return self._stored(row, point, INTERVAL)
+
+    def _difference_of(self, row: TableRow, point: int) -> Estimate:
+        if row.kind == "objective":
+            return self._stored(row, point, COMPARED[3:])
+        numbers = self.limited.get((self.held_out_front.points[point], row.label))
+        return NOTHING if numbers is None else Estimate(*map(finite_or_none, numbers[3:]))
+
+    def _stored(self, row: TableRow, point: int, columns: Sequence[str]) -> Estimate:
+        stored = self.held_out_front.stored
+        i = [entry.label for entry in self.objectives].index(row.label)
+        return Estimate(*[finite_or_none(stored[name][point, i]) if name in stored else None for name in columns])
+
     @cached_property
-    def candidates(self) -> Candidates:
+    def evaluated(self) -> Candidates:
         """Everything that the search tried."""
-        folder = self.folder / "generations"
+        folder = self.home / "generations"
         gains = [f"gain:{variable.name}" for variable in self.variables]
         columns = ["candidate", "feasible", *gains, *[f"objective:{entry.label}" for entry in self.objectives]]
         files = sorted(folder.glob("*.parquet"))
@@ -269,9 +315,9 @@ class TuningFolder(OpenedFolder[Summary]):
         return Candidates(rows[:, 0].astype(int), rows[:, 2:split], rows[:, split:] * self.factors, rows[:, 1] > 0.5)
 
     @cached_property
-    def history(self) -> History:
+    def progress(self) -> History:
         """Progress of the search."""
-        table = Columns.read(self.folder / "history.csv")
+        table = Columns.read(self.home / "history.csv")
         names = ("generation", "flights", "seconds", "feasible_share", "hypervolume")
         saved = {name: table.numbers(name) for name in SAVED if name in table.columns}
         return History(*[table.numbers(name) for name in names], **saved)
@@ -279,12 +325,12 @@ class TuningFolder(OpenedFolder[Summary]):
     @cached_property
     def fans(self) -> list[Fan]:
         """Responses of points over flights, none where the folder holds none."""
-        return read_fans(self.folder / "responses.parquet", WORST, by_name=True)
+        return read_fans(self.home / "responses.parquet", WORST, by_name=True)
 
     @cached_property
     def spectra(self) -> list[PointSpectrum]:
         """Spectra of the commands of default and tuned gains, none where the study does not judge by noise."""
-        return read_spectra(self.folder / "spectra.parquet")
+        return read_spectra(self.home / "spectra.parquet")
 
     @cached_property
     def scenarios(self) -> list[str]:
@@ -295,12 +341,12 @@ class TuningFolder(OpenedFolder[Summary]):
     def flown_points(self) -> list[str]:
         """Points with responses: default first, then tuned, then the others as they come."""
         names = dict.fromkeys(fan.point for fan in self.fans)
-        return sorted(names, key=lambda name: (DEFAULT, TUNED, "").index(self.front.role(name)))
+        return sorted(names, key=lambda name: (DEFAULT, TUNED, "").index(self.held_out_front.role(name)))
 
     @cached_property
     def limited(self) -> dict[tuple[str, str], np.ndarray]:
         """Numbers of `LIMITED` by point and constraint, held out and as stored; nothing where the folder holds no such table."""
-        file = self.folder / "constraints.csv"
+        file = self.home / "constraints.csv"
         if not file.exists() or len(read_text(file).splitlines()) < 2:
             return {}
         table = Columns.read(file)
@@ -309,13 +355,13 @@ class TuningFolder(OpenedFolder[Summary]):
     @cached_property
     def loops(self) -> list[Loop]:
         """Margins and curves of every point and channel; none where there are none in the folder."""
-        file = self.folder / "margins.parquet"
+        file = self.home / "margins.parquet"
         return read_loops(file) if file.exists() else []
 
     @cached_property
     def start(self) -> int | None:
         """The candidate that the search started from as designed: the second of the first generation, behind the default."""
-        file = self.folder / "start.json"
+        file = self.home / "start.json"
         if "design" not in (self.resolved.search.initial or []) or not file.exists():
             return None
         return None if any('"design"' in warning for warning in Start.read(file).warnings) else 1
@@ -323,8 +369,13 @@ class TuningFolder(OpenedFolder[Summary]):
     @cached_property
     def sensitivity(self) -> SensitivityDocument | None:
         """A sensitivity analysis that lies in the folder."""
-        file = self.folder / "sensitivity.json"
+        file = self.home / "sensitivity.json"
         return SensitivityDocument.read(file) if file.exists() else None
+
+
+def finite_or_none(value: float) -> float | None:
+    """Return a number, None where it is infinite or not known."""
+    return float(value) if np.isfinite(value) else None
 
 
 def read_loops(file: Path) -> list[Loop]:
@@ -341,8 +392,13 @@ def read_loops(file: Path) -> list[Loop]:
     stable = table.column("stable").to_pylist()
     return [
         Loop(
-            point[k], channel[k], bool(stable[k]), {name: column[k] for name, column in zip(LOOP_MARGINS, values, strict=True)},
-            case[k] or "", frequency[k], real[k] + 1j * imag[k],
+            point[k],
+            channel[k],
+            bool(stable[k]),
+            {name: column[k] for name, column in zip(LOOP_MARGINS, values, strict=True)},
+            case[k] or "",
+            frequency[k],
+            real[k] + 1j * imag[k],
         )
         for k in range(table.num_rows)
-    ]  # fmt: skip
+    ]

@@ -4,7 +4,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from objectives.engine import Engine
-from objectives.system import System
+from objectives.flown_system import FlownSystem
 from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.store.inputs import read_record
 
@@ -14,7 +14,7 @@ PRECISIONS = {"cuda": "float64", "cuda-float32": "float32"}
 BACKENDS = (LANES, *PRECISIONS)
 
 
-def engine_named(backend: str, system: System, root: int) -> Engine | None:
+def engine_named(backend: str, system: FlownSystem, root: int) -> Engine | None:
     """Return the engine of a backend, None for the processor; InputError where this machine has no card for it."""
     check(backend)
     if backend == LANES:
@@ -29,10 +29,10 @@ def engine_named(backend: str, system: System, root: int) -> Engine | None:
     return CudaEngine(system, root, PRECISIONS[backend])
 
 
-def engine_again(results: Path, system: System, root: int, cluster: Engine | None = None) -> Engine | None:
-    """Return the engine whose bits a results folder holds, None for what this machine does itself; cluster: one for lanes.
+def recorded_engine(results: Path, system: FlownSystem, root: int, cluster: Engine | None = None) -> Engine | None:
+    """Return the engine of a results folder: None for this machine's own; cluster: one for lanes.
 
-    Raises StoreError where they cannot be had here: no other arithmetic stands in, for it would mix bits.
+    Raises StoreError where this machine lacks it: another arithmetic would mix bits.
     """
     recorded = read_record(results).arithmetic
     if recorded == LANES:
@@ -46,9 +46,9 @@ def engine_again(results: Path, system: System, root: int, cluster: Engine | Non
     with suppress(InputError):
         engine = None if backend is None else engine_named(backend, system, root)
     if engine is None or engine.arithmetic != recorded:
-        here = "there is none here" if engine is None else f"here it is {engine.arithmetic}"
+        available = "there is none here" if engine is None else f"here it is {engine.arithmetic}"
         raise StoreError(
-            f"{results} was flown by {recorded}, and {here}; go on where it was flown, or run its study again"
+            f"{results} was flown by {recorded}, and {available}; go on where it was flown, or run its study again"
         )
     return engine
 

@@ -1,12 +1,9 @@
 """`tuner bench`: closed-loop plant steps per second of the backends, measured side by side in one run, flights, time of margins.
 
-The full hybrid cascade with motor lag, noise, metrics, RK4 at 1 kHz and control at 250 Hz, flights of 10 s. Backends are
-measured in turn, several rounds, and the median is reported, because machines are shared and noisy: compare ratios. Flights per
-second are those of the lanes with the plant step that a study has unless it fixes one, here one in a control period.
-
-Margins are those that the quickstart limits, of its cascade in all six channels, over every amplitude of the sliding term, for
-gains drawn from their search ranges; by processor time on one thread, for two threads that share a core each count time in which
-the other one works. A candidate of the quickstart costs one evaluation of margins and 8 flights of 8 s.
+The full hybrid cascade with motor lag, noise, metrics, RK4 at 1 kHz and control at 250 Hz, flights of 10 s. Backends are measured
+in turn, and the median of several rounds is reported: compare ratios. Flights per second are those of the lanes with a study's
+default plant step. Margins are the quickstart's limits in all six channels for gains from their search ranges, by processor time
+on one thread. A candidate of the quickstart costs one evaluation of margins and 8 flights of 8 s.
 """
 
 from collections.abc import Callable
@@ -25,20 +22,20 @@ from objectives.margins.requirement import MarginRequirement
 from objectives.margins.trim import Trim
 from objectives.requirements import Screen, known_values, worst_value
 from plant.air.air import AirSpec
-from plant.airframes import load
 from plant.backends.array import rebinder as numpy_rebinder
 from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps
-from plant.cascade import AXES, close_cascade
-from plant.closed_loop import CascadeLoop, Limits, close_loop
-from plant.gains import default_row, gain_addresses
-from plant.laws import law
+from plant.law_registry import law
 from plant.loop import MeterModel, Timing
-from plant.nominal import ControlOptions, Nominal, nominal
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import AXES, close_cascade
+from plant.quadrotor.closed_loop import CascadeLoop, Limits, close_loop
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
+from plant.quadrotor.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 from plant.records import flatten, pack
 from plant.references.steps import Steps
-from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 from plant.seeds import generator
 from plant.threads import available_threads, threads_used, use_threads
 from plant.vectors import Vec3
@@ -131,10 +128,10 @@ class MarginBench:
         spans = [gain.span for gain in addresses]
         low, high = (np.array([getattr(span, end) for span in spans]) for end in ("low", "high"))
         draws = generator(1, "bench/margins", 0).uniform(size=(MARGIN_BATCH, len(spans)))
-        self._own = low + draws * (high - low)
+        self._gains = low + draws * (high - low)
         # One value for all axes of a loop, as in the quickstart: then y is x and pitch is roll, turned.
         first = {(gain.loop, gain.info.name): gain.column for gain in reversed(addresses)}
-        self._shared = self._own[:, [first[gain.loop, gain.info.name] for gain in addresses]]
+        self._shared = self._gains[:, [first[gain.loop, gain.info.name] for gain in addresses]]
         self._limits = [MarginRequirement(LIMITABLE[name], name, AXES, at) for name, at in QUICKSTART_LIMITS.items()]
         stable = self._model.evaluate(self._shared).stable.all(axis=1)
         self._stable = np.resize(self._shared[stable], self._shared.shape)
@@ -168,7 +165,7 @@ class MarginBench:
             "margins_ms_per_candidate_with_trims": _busy(
                 lambda gains: known_values(screens, gains), self._shared, MARGIN_BATCH
             ),
-            "margins_ms_per_candidate_own_gains": _busy(limited, self._own, MARGIN_BATCH),
+            "margins_ms_per_candidate_own_gains": _busy(limited, self._gains, MARGIN_BATCH),
             "margins_ms_per_candidate_stable": _busy(limited, self._stable, MARGIN_BATCH),
             f"margins_ms_per_candidate_by_{SMALL_BATCH}": _busy(limited, few, SMALL_BATCH),
             "margins_ms_per_candidate_one_by_one": _busy(limited, few, 1),
@@ -181,7 +178,7 @@ class MarginBench:
 
 
 def _busy(work: Callable[[np.ndarray], Any], gains: np.ndarray, batch: int) -> float:
-    """Return processor milliseconds a candidate of work on gains rows (n, g), so many at a time, on one thread."""
+    """Return processor milliseconds per candidate of work on gains (n, g): in batches, on one thread."""
 
     def once() -> float:
         begin = process_time()
@@ -215,7 +212,7 @@ def _head(inputs: FlightInputs, steps: int) -> FlightInputs:
 def _numpy_rate(
     loop: CascadeLoop, gains: np.ndarray, knowledge: Nominal, spec: ScenarioSpec, limits: Limits, timing: Timing
 ) -> float:
-    """Return plant steps per second of the numpy backend over many flights at once, on one thread."""
+    """Return plant steps per second of the numpy backend: over many flights at once, on one thread."""
     vehicle = knowledge.vehicle
     short = ScenarioSpec("bench", NUMPY_DURATION, spec.reference.__class__(x=1.0, time=0.1), spec.air)  # pyright: ignore[reportCallIssue]
     blocks = sample_scenarios(short, vehicle, timing, 1, SEARCH, range(NUMPY_FLIGHTS))

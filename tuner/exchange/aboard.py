@@ -7,11 +7,14 @@ writes what our loops carry, leaves everything else as the vehicle has it, and c
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from pathlib import Path
 
-from plant.gains import default_row
-from tuner.exchange.target import ExportTarget, Option, Request
+from plant.input_files import read_input
+from plant.quadrotor.gains import default_row
+from tuner.exchange.target import C, ExportRequest, ExportTarget, Option, PlantRequest, Request
 from tuner.gains import Controller, content_hash, content_sha256, read_gains, to_document
+from tuner.study.tuned_loops import read_plant_row
 
 KEEP = "keep"
 MOST_NAME = 128
@@ -30,25 +33,27 @@ DERIVATIVE = Option(
 
 
 @dataclass(frozen=True)
-class Aboard:
+class VehicleParameters:
     """Parameters on the vehicle: name -> value in the target's unit; origin: the file they are known from, for a sentence."""
 
     values: Mapping[str, float]
     origin: str
 
 
-def aboard(request: Request, target: str, read: Callable[[Path], Mapping[str, float]]) -> Aboard | None:
+def vehicle_parameters(
+    request: Request, target: str, read: Callable[[Path], Mapping[str, float]]
+) -> VehicleParameters | None:
     """Return the parameters on the vehicle, None if unknown; read: a file of the target, InputError where it is none."""
     known_from = origin(request, target)
     if known_from is None:
         return None
     if request.previous is not None:
-        return Aboard(read(request.previous), known_from)
+        return VehicleParameters(read(request.previous), known_from)
     assert request.controller.vehicle is not None
-    return Aboard(request.controller.vehicle.parameters, known_from)
+    return VehicleParameters(request.controller.vehicle.parameters, known_from)
 
 
-def origin(request: Request, target: str) -> str | None:
+def origin(request: ExportRequest[C], target: str) -> str | None:
     """Return the source of the parameters on the vehicle, None where they are not known."""
     if request.previous is not None:
         return f"the previous file {plain_name(request.previous)}"
@@ -63,25 +68,32 @@ def plain_name(file: Path) -> str:
     return re.sub(r"[^A-Za-z0-9 ._-]", "_", file.name)[-MOST_NAME:]
 
 
-def remembered(controller: Controller, target: ExportTarget, given: list[str]) -> list[str]:
+def remembered(controller: C, target: ExportTarget, given: list[str]) -> list[str]:
     """Return the options with those of the import that the person did not give anew."""
     record = controller.vehicle
     if record is None or record.target != target.name:
         return given
     named = {entry.partition("=")[0] for entry in given}
-    known = {option.name for option in target.options} - named
-    return [*given, *(f"{name}={value}" for name, value in record.settings.items() if name in known)]
+    left_open = {option.name for option in target.options} - named
+    return [*given, *(f"{name}={value}" for name, value in record.settings.items() if name in left_open)]
 
 
-def said_of_others(present: Aboard | None, kept: Mapping[str, float], assumed: Mapping[str, float]) -> tuple[str, ...]:
-    """Return sentences on what stays on the vehicle; kept: parameters as the vehicle has them, assumed: those that its file
-    does not tell and that scale the gains.
+def describe_unmanaged(
+    present: VehicleParameters | None, unmanaged: Mapping[str, float], assumed: Mapping[str, float]
+) -> tuple[str, ...]:
+    """Return sentences on the parameters that stay on the vehicle.
+
+    Args:
+        present: the parameters on the vehicle, None if unknown.
+        unmanaged: those of them that our loops have no counterpart of.
+        assumed: those that its file does not hold and that scale the gains.
+
     """
-    if present is None or not kept:
+    if present is None or not unmanaged:
         return ()
-    there = ", ".join(f"{name} = {value:g}" for name, value in kept.items())
+    listed = ", ".join(f"{name} = {value:g}" for name, value in unmanaged.items())
     sentences = [
-        f"Our loops have no counterpart of these parameters, which stay as the vehicle has them ({present.origin}): {there}."
+        f"Our loops have no counterpart of these parameters, which stay as the vehicle has them ({present.origin}): {listed}."
     ]
     if assumed:
         taken = ", ".join(f"{name} = {value:g}" for name, value in assumed.items())
@@ -100,6 +112,22 @@ def previous_controller(request: Request) -> tuple[Controller, str, str]:
     defaults = replace(controller, gains=tuple(default_row(controller.cascade, controller.airframe.vehicle)))
     sentence = "The default gains of these laws: no gains.json with the previous ones was given."
     return defaults, content_hash(to_document(defaults, {})), sentence
+
+
+def plant_rollback(request: PlantRequest) -> tuple[PlantRequest, str]:
+    """Return the request that would have exported the plant's gains to go back to, and a sentence about them.
+
+    Raises InputError where the previous file is no gains.json of these loops.
+    """
+    study, previous = request.controller.study, request.previous
+    if previous is not None:
+        row, digest = read_plant_row(previous, study.system), sha256(read_input(previous)).hexdigest()
+        sentence = "The gains flown before this export."
+    else:
+        row, digest = study.default_row, ""
+        sentence = "The default gains of the study: no gains.json with the previous ones was given."
+    former = replace(request.controller, gains=tuple(row.tolist()))
+    return replace(request, controller=former, digest=digest, previous=None), sentence
 
 
 def rollback_request(request: Request) -> tuple[Request, str]:

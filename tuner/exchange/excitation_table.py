@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from plant.references.spec import PITCH, ROLL, YAW, YAW_RATE
-from tuner.analysis.flight_plan.choosing import Ability
+from tuner.analysis.flight_plan.choosing import TargetCapabilities
 from tuner.analysis.flight_plan.excitation import WAVES, Excitation, references
-from tuner.analysis.flight_plan.flying import Craft
+from tuner.analysis.flight_plan.flying import SimulatedVehicle
 from tuner.exchange.excitation_target import ExcitationTarget
 
 DEGREES = 180.0 / np.pi
@@ -23,9 +23,9 @@ COLUMNS = {
 """Column -> its place in a reference, and its unit over that of SI."""
 
 
-def files(excitations: Sequence[Excitation], craft: Craft) -> Mapping[str, bytes]:
+def files(excitations: Sequence[Excitation], simulated: SimulatedVehicle) -> Mapping[str, bytes]:
     """Return the table, a row for each control period."""
-    period = craft.system.timing.control_period
+    period = simulated.system.timing.control_period
     samples = references(excitations, period)
     table = np.column_stack(
         [period * np.arange(len(samples)), *[scale * samples[:, k] for k, scale in COLUMNS.values()]]
@@ -36,10 +36,7 @@ def files(excitations: Sequence[Excitation], craft: Craft) -> Mapping[str, bytes
 
 EXCITATIONS = ExcitationTarget(
     "csv",
-    Ability(
-        {"roll": "angle", "pitch": "angle", "yaw": "rate", "lift": "acceleration"},
-        waves=WAVES,
-    ),
+    TargetCapabilities({"roll": "angle", "pitch": "angle", "yaw": "rate", "lift": "acceleration"}, waves=WAVES),
     files,
     (
         "excitation.csv holds set points in FLU: roll right, pitch down and yaw left are positive; height counts from hover.",

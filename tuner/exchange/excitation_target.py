@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from tuner.analysis.flight_plan.choosing import Ability
+from tuner.analysis.flight_plan.choosing import TargetCapabilities
 from tuner.analysis.flight_plan.excitation import Excitation
-from tuner.analysis.flight_plan.flying import Craft
+from tuner.analysis.flight_plan.flying import SimulatedVehicle
 
 
 @dataclass(frozen=True)
@@ -17,6 +17,6 @@ class ExcitationTarget:
     """
 
     name: str
-    ability: Ability
-    files: Callable[[Sequence[Excitation], Craft], Mapping[str, bytes]]
+    capabilities: TargetCapabilities
+    files: Callable[[Sequence[Excitation], SimulatedVehicle], Mapping[str, bytes]]
     notes: tuple[str, ...]

@@ -70,5 +70,5 @@ def settings_of(target: ExportTarget | Importer, given: Sequence[str]) -> dict[s
 
 
 def _example(target: ExportTarget | Importer) -> str:
-    known = target.options[0] if target.options else None
-    return "NAME=VALUE" if known is None else f"{known.name}={known.default or (known.choices or ('1',))[0]}"
+    option = target.options[0] if target.options else None
+    return "NAME=VALUE" if option is None else f"{option.name}={option.default or (option.choices or ('1',))[0]}"

@@ -1,65 +1,140 @@
-"""One export from beginning to end: read the gains, carry them over, verify what the target holds, write the folder."""
+"""One export from beginning to end: carry gains over, verify what the target holds, write the folder."""
 
-import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Generic
 
 from plant.errors import InputError
-from plant.gains import gain_addresses
-from plant.input_files import read_input_text
-from plant.nominal import ControlOptions
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.nominal import ControlOptions
 from tuner.documents.export import ExportDocument
+from tuner.documents.parts import LawNames
 from tuner.exchange.aboard import remembered
 from tuner.exchange.autopilot.parameters import fits
 from tuner.exchange.registry import settings_of
-from tuner.exchange.target import Bundle, ExportTarget, Request
-from tuner.exchange.verification import FLIGHTS, Verification, verify_export
-from tuner.exchange.writing import check_free, export_document, export_records, write_export
-from tuner.gains import content_sha256, read_gains
+from tuner.exchange.target import (
+    Bundle,
+    C,
+    ExportBundle,
+    ExportRequest,
+    ExportTarget,
+    PlantBundle,
+    PlantRequest,
+    Request,
+)
+from tuner.exchange.verification import FLIGHTS, Loops, plant_loops, quadrotor_loops, verify_export
+from tuner.exchange.writing import LoopNames, check_free, export_document, export_records, write_export
+from tuner.gains import Controller, content_hash
+from tuner.gains.sections import Row
 from tuner.search.watcher import Watcher
+from tuner.study.plant_controller import PlantController
 from tuner.text.sentences import counted
 
 QUIET = Watcher()
 
 
 @dataclass(frozen=True)
+class ExportSubject(Generic[C]):
+    """Gains on their way to a target.
+
+    Attributes:
+        controller: The gains with what they fly.
+        content: Content of their gains.json; digest: of it (64 hex digits).
+        title: Of the airframe or the plant; names: of vehicle and laws.
+        loops: Return a controller to be verified.
+        check: Refuse a target that does not take such gains.
+        bundle: Return what a target makes of a request.
+
+    """
+
+    controller: C
+    content: Row
+    digest: str
+    title: str
+    names: LoopNames
+    loops: Callable[[C], Loops]
+    check: Callable[[ExportTarget, ExportRequest[C]], None]
+    bundle: Callable[[ExportTarget, ExportRequest[C]], ExportBundle[C]]
+
+
+def quadrotor_subject(controller: Controller, content: Row) -> ExportSubject[Controller]:
+    """Return the gains of a quadrotor with the content of their file."""
+    cascade, airframe = controller.cascade, controller.airframe
+    names: LoopNames = {
+        "airframe": airframe.name,
+        "laws": LawNames(position=cascade.position.name, attitude=cascade.attitude.name),
+    }
+    return ExportSubject(
+        controller, content, content_hash(content), airframe.title, names, quadrotor_loops, check_laws, bundle_of
+    )
+
+
+def plant_subject(controller: PlantController, content: Row, digest: str) -> ExportSubject[PlantController]:
+    """Return the gains of a plant with content and digest of their file."""
+    system = controller.study.system
+    names: LoopNames = {
+        "plant": system.plant.name,
+        "channel_laws": {each.name: each.law.name for each in system.plan.channels},
+    }
+    return ExportSubject(
+        controller, content, digest, system.plant.title, names, plant_loops, check_plants, bundle_of_plant
+    )
+
+
+@dataclass(frozen=True)
 class Export:
-    """Result of an export: content of export.json, its verification, the folder, and the title of the airframe."""
+    """Result of an export: content of export.json, the folder, and the title of the airframe or plant."""
 
     document: ExportDocument
-    verification: Verification
     folder: Path
     airframe: str
 
 
 def export_gains(
-    gains: Path, target: ExportTarget, given: Sequence[str], previous: Path | None, out: Path, flights: int = FLIGHTS,
-    watcher: Watcher = QUIET, force: bool = False,
-) -> Export:  # fmt: skip
-    """Export a gains.json; given: NAME=VALUE options; previous: see `Request`; watcher hears of compilation and flights; force:
-    export gains of a run that found nothing feasible, too.
+    gains: ExportSubject[C],
+    target: ExportTarget,
+    given: Sequence[str],
+    previous: Path | None,
+    out: Path,
+    flights: int = FLIGHTS,
+    watcher: Watcher = QUIET,
+    force: bool = False,
+) -> Export:
+    """Export gains into a new folder.
 
-    Raises InputError naming what the target cannot hold, StoreError where the folder cannot be written.
+    Args:
+        gains: What is exported.
+        target: Where to.
+        given: NAME=VALUE options.
+        previous: See `ExportRequest`.
+        out: The folder.
+        flights: Flights before and after rounding.
+        watcher: Hears of compilation and flights.
+        force: Whether gains of a run where nothing was feasible are exported, too.
+
+    Raises:
+        InputError: The target cannot hold something.
+        StoreError: The folder cannot be written.
+
     """
     check_free(out)
-    controller = read_gains(gains)
-    content = json.loads(read_input_text(gains))
-    check_feasible(content, force)
-    settings = settings_of(target, remembered(controller, target, list(given)))
-    request = Request(controller, content_sha256(gains), settings, previous)
-    check_laws(target, request)
-    bundle = bundle_of(target, request)
-    verification = verify_export(request, bundle, flights, watcher)
-    document = export_document(target, request, bundle, verification)
-    content |= {"exports": [*content.get("exports", []), *export_records(document)]}
+    check_feasible(gains.content, force)
+    request = ExportRequest(gains.controller, gains.digest, {}, previous)
+    gains.check(target, request)
+    settings = settings_of(target, remembered(gains.controller, target, list(given)))
+    request = replace(request, settings=settings)
+    bundle = gains.bundle(target, request)
+    loops = gains.loops(gains.controller), gains.loops(bundle.held)
+    verification = verify_export(*loops, flights, watcher, bundle.gyro)
+    document = export_document(target, request, bundle, verification, gains.names)
+    content = gains.content | {"exports": [*gains.content.get("exports", []), *export_records(document)]}
     write_export(out, bundle, document, content)
-    return Export(document, verification, out, request.controller.airframe.title)
+    return Export(document, out, gains.title)
 
 
-def check_feasible(content: dict[str, Any], force: bool) -> None:
+def check_feasible(content: Row, force: bool) -> None:
     """Refuse gains that say themselves that they break limits of their study, unless forced."""
     study = content.get("study", {})
     if study.get("feasible", True) or force:
@@ -86,8 +161,23 @@ def check_laws(target: ExportTarget, request: Request) -> None:
             )
 
 
+def check_plants(target: ExportTarget, _: PlantRequest) -> None:
+    """Refuse a target that takes quadrotors alone."""
+    if target.export_plant is None:
+        raise InputError(
+            f"given {target.name}, which takes the loops of a quadrotor; plants of one's own are written in c99: --to c99",
+            key="--to",
+        )
+
+
+def bundle_of_plant(target: ExportTarget, request: PlantRequest) -> PlantBundle:
+    """Return the bundle of a plant's controller."""
+    assert target.export_plant is not None, "see `check_plants`"
+    return target.export_plant(request)
+
+
 def bundle_of(target: ExportTarget, request: Request) -> Bundle:
-    """Return what a target makes of a controller; gains are finite before, numbers in the target's ranges after it."""
+    """Return the bundle of a controller; gains are finite before, numbers in the target's ranges after it."""
     controller = request.controller
     for gain in gain_addresses(controller.cascade):
         value = controller.gains[gain.column]
@@ -106,7 +196,7 @@ def bundle_of(target: ExportTarget, request: Request) -> Bundle:
 
 
 def notch_texts(options: ControlOptions) -> tuple[str, ...]:
-    """Return what is to be set by hand for notches that follow the rotors, nothing where there are none."""
+    """Return settings by hand for notches that follow the rotors, nothing where there are none."""
     if not options.rpm_notches:
         return ()
     harmonics, quality, least = options.rpm_notches, options.rpm_notch_q, options.rpm_notch_min
@@ -119,7 +209,7 @@ def notch_texts(options: ControlOptions) -> tuple[str, ...]:
 
 
 def battery_texts(options: ControlOptions) -> tuple[str, ...]:
-    """Return what is to be set by hand for the compensation of a battery's sag, nothing where there is none."""
+    """Return settings by hand for the compensation of a battery's sag, nothing where there is none."""
     if not options.battery_compensation:
         return ()
     return (

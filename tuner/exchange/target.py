@@ -1,5 +1,6 @@
 """Interface of a target: the request for an export, the result, and the options that both directions take.
 
+Requests and bundles are those of a quadrotor's controller (`Request`, `Bundle`) or of a plant's (`PlantRequest`, `PlantBundle`).
 A target either takes a controller as it is, to its own resolution, or refuses with an `InputError` that names what it cannot
 hold. What it adds or lacks beside the gains stands in `Bundle.differences`.
 """
@@ -7,14 +8,17 @@ hold. What it adds or lacks beside the gains stands in `Bundle.differences`.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, TypeAlias, TypeVar
 
-from plant.airframes import Airframe
 from plant.errors import InputError
+from plant.quadrotor.airframes import Airframe
 from tuner.gains import Controller
+from tuner.study.plant_controller import PlantController
 from tuner.text.units import after_number
 
 # The option that has a flag of its own.
 FIRMWARE = "firmware"
+C = TypeVar("C", Controller, PlantController)
 
 
 @dataclass(frozen=True)
@@ -32,15 +36,15 @@ class Option:
 
 
 @dataclass(frozen=True)
-class Request:
+class ExportRequest(Generic[C]):
     """A controller to be exported.
 
-    controller: the gains with their airframe and structure. digest: content hash of the gains.json they come from (64 hex
+    controller: the gains with what they fly and their structure. digest: content hash of the gains.json they come from (64 hex
     digits). settings: a value for each option of the exporter, checked. previous: file in the target's own format, or
     gains.json for targets that hold a whole controller, with what the vehicle flies at present; None if unknown.
     """
 
-    controller: Controller
+    controller: C
     digest: str
     settings: Mapping[str, str]
     previous: Path | None = None
@@ -50,36 +54,36 @@ class Request:
 class HeldParameter:
     """One number as the target holds it.
 
-    name, unit: the target's. asked: before rounding; held: after rounding to the target's resolution. low, high: the range
+    name, unit: the target's. unrounded: before rounding; held: after rounding to the target's resolution. low, high: the range
     that the target's documentation allows. usual: the target's default. before: what is on the vehicle, None if nobody said.
-    All in the target's unit. kept: our loops have no such thing, so the vehicle's own value stays.
+    All in the target's unit. is_unmanaged: our loops have no such thing, so the vehicle's value stays.
     """
 
     name: str
     unit: str
-    asked: float
+    unrounded: float
     held: float
     low: float
     high: float
     usual: float | None = None
     before: float | None = None
-    kept: bool = False
+    is_unmanaged: bool = False
 
 
 @dataclass(frozen=True)
 class GyroFilter:
     """Low-pass of a target between the gyro and its loops.
 
-    name: parameter of the target; cutoff [Hz], 0 for none; known: whether the vehicle's file told it, else the default.
+    name: parameter of the target; cutoff [Hz], 0 for none; is_from_vehicle: of the vehicle's file, else the default.
     """
 
     name: str
     cutoff: float
-    known: bool
+    is_from_vehicle: bool
 
 
 @dataclass(frozen=True)
-class Bundle:
+class ExportBundle(Generic[C]):
     """The result of an export.
 
     files, rollback: relative name -> content, to be written into the export's folder; the rollback restores the previous
@@ -91,12 +95,18 @@ class Bundle:
 
     files: Mapping[str, bytes]
     rollback: Mapping[str, bytes]
-    held: Controller
+    held: C
     differences: tuple[str, ...]
     target_version: str
     parameters: tuple[HeldParameter, ...] = ()
     gyro: GyroFilter | None = None
     notches: bool = False
+
+
+Request: TypeAlias = ExportRequest[Controller]
+Bundle: TypeAlias = ExportBundle[Controller]
+PlantRequest: TypeAlias = ExportRequest[PlantController]
+PlantBundle: TypeAlias = ExportBundle[PlantController]
 
 
 @dataclass(frozen=True)
@@ -128,7 +138,8 @@ class ExportTarget:
 
     export(request) -> Bundle raises InputError where the target cannot hold something; laws and options are checked before it
     is called. position_laws, attitude_laws: names of the laws it takes; empty for every law. experimental: what makes it so,
-    one sentence, or "". importer: the way back, None where there is none.
+    one sentence, or "". importer: the way back, None where there is none. export_plant: the same of the controller of a plant,
+    None where the target takes none.
     """
 
     name: str
@@ -139,6 +150,7 @@ class ExportTarget:
     options: tuple[Option, ...] = ()
     experimental: str = ""
     importer: Importer | None = None
+    export_plant: Callable[[PlantRequest], PlantBundle] | None = None
 
 
 def number(settings: Mapping[str, str], name: str, low: float, high: float, unit: str) -> float:
@@ -147,8 +159,8 @@ def number(settings: Mapping[str, str], name: str, low: float, high: float, unit
     try:
         value = float(text)
     except ValueError:
-        asked = f"a number{'' if unit == '1' else f' in {unit}'}"
-        raise InputError(f"given '{text}'; this must be {asked}", key=flag(name)) from None
+        expected = f"a number{'' if unit == '1' else f' in {unit}'}"
+        raise InputError(f"given '{text}'; this must be {expected}", key=flag(name)) from None
     if not low <= value <= high:
         raise InputError(f"given {text}{with_unit}; allowed: {low:g} to {high:g}{with_unit}", key=flag(name))
     return value

@@ -1,10 +1,12 @@
 """Verification of an export: gains, margins and flights of a controller before and after rounding to a target's resolution.
 
-Both fly the usual flight (`tuner.analysis.responses`) through the same turbulence, on a stream that no search
-and no check has seen.
+Quadrotors fly the usual flight (`tuner.analysis.responses`) through the same turbulence, plants the first scenario of their
+study, on a stream that no search and no check has seen.
 """
 
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,10 +16,10 @@ from objectives.metrics import parse
 from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk
 from plant.errors import InputError
-from plant.gains import gain_addresses
-from plant.scenarios import ScenarioSpec
 from plant.seeds import generator
-from tuner.analysis.margins.document import requirements_in
+from tuner.analysis.judged_metrics import is_judged
+from tuner.analysis.margins.document import default_requirements, requirements_in
+from tuner.analysis.margins.readings import plant_subject
 from tuner.analysis.responses import system_of, usual_scenario
 from tuner.documents.export import (
     FilteredLoop,
@@ -29,9 +31,10 @@ from tuner.documents.export import (
 )
 from tuner.documents.margins import LimitRow
 from tuner.exchange.autopilot.gyro_filter import filter_rows
-from tuner.exchange.target import Bundle, GyroFilter, Request
+from tuner.exchange.target import GyroFilter
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher, compilation
+from tuner.study.plant_controller import PlantController
 
 STREAM, SEED = "export", 1
 FAILURE = "failure"
@@ -41,81 +44,109 @@ REPLICATES = 400
 
 
 @dataclass(frozen=True)
-class Verification:
-    """Rows for gains, margins and flights; broken: labels of limits that hold before rounding and not after it; filter: of
-    `filter_rows`, which rounding does not hold; scenario: name of what was flown; lost: flights lost before and after rounding.
+class Loops:
+    """A controller under verification.
+
+    Attributes:
+        system: What flies it; row: its gains (g,).
+        spec: Scenario that it flies; metrics: addresses of what is compared, failure among them.
+        limits: Return how its loops stand to limits on their margins, none where nothing rests.
+        structure: What no target may change; content: with the gains, all that rounding may change.
+        filtered: Return the loops under a target's low-pass of the gyro.
+
     """
 
-    gains: list[RoundedGain]
-    margins: list[RoundedMargin]
-    metrics: list[RoundedMetric]
-    broken: list[str]
-    flights: int
-    scenario: str
-    lost: tuple[int, int]
-    gyro: GyroFilter | None = None
-    filter: tuple[FilteredLoop, ...] = ()
-
-    @property
-    def passed(self) -> bool:
-        """Whether the target keeps what the gains keep, and no flight is lost."""
-        return not self.broken and self.lost == (0, 0)
-
-    def document(self) -> VerificationPart:
-        """Return everything as a part of export.json."""
-        gyro = None if self.gyro is None else GyroFilterPart(**asdict(self.gyro), rows=list(self.filter))
-        return VerificationPart(
-            passed=self.passed, broken=self.broken, scenario=self.scenario, stream=STREAM, seed=SEED, flights=self.flights,
-            lost_asked=self.lost[0], lost_held=self.lost[1],
-            gains=self.gains, margins=self.margins, metrics=self.metrics, gyro_filter=gyro,
-        )  # fmt: skip
+    system: Any
+    row: tuple[float, ...]
+    spec: Any
+    metrics: tuple[str, ...]
+    limits: Callable[[], list[LimitRow]]
+    structure: tuple[str, ...]
+    content: object = None
+    filtered: Callable[[GyroFilter], list[FilteredLoop]] = lambda _: []
 
 
-def verify_export(request: Request, bundle: Bundle, flights: int, watcher: Watcher) -> Verification:
-    """Work out margins and flights of the controller as tuned and as the target holds it; the watcher hears of both."""
-    asked, held = request.controller, bundle.held
-    check_same_structure(asked, held)
-    same = asked.gains == held.gains and asked.airframe.vehicle == held.airframe.vehicle
-    margins = margin_rows(asked, asked if same else held)
-    flown = fly_both(asked, asked if same else held, flights, watcher)
-    broken = [row.label for row in margins if row.kept_asked and not row.kept_held]
-    broken += [FAILURE] if flown.lost[1] > flown.lost[0] else []
-    lag = () if bundle.gyro is None else tuple(filter_rows(held, bundle.gyro))
-    return Verification(
-        gain_rows(asked, held), margins, flown.rows, broken, flights, flown.scenario, flown.lost, bundle.gyro, lag
+def quadrotor_loops(controller: Controller) -> Loops:
+    """Return a quadrotor's controller in the usual flight, with the usual limits on its margins."""
+    system = system_of(controller)
+    return Loops(
+        system,
+        controller.gains,
+        usual_scenario(system),
+        METRICS,
+        lambda: requirements_in(controller, Trim()),
+        (controller.cascade.position.name, controller.cascade.attitude.name),
+        controller.airframe.vehicle,
+        lambda gyro: filter_rows(controller, gyro),
     )
 
 
-def check_same_structure(asked: Controller, held: Controller) -> None:
-    """An exporter gives back the laws that it was given."""
-    mine = (asked.cascade.position.name, asked.cascade.attitude.name)
-    its = (held.cascade.position.name, held.cascade.attitude.name)
-    assert mine == its, f"an exporter turned {mine} into {its}"
+def plant_loops(controller: PlantController) -> Loops:
+    """Return a plant's controller in the first scenario of its study, with its objectives and the usual limits."""
+    study = controller.study
+    spec = study.scenarios[0].spec
+    judged = [entry.metric for entry in (*study.objectives, *(entry.objective for entry in study.constraints))]
+    metrics = [metric.text for metric in judged if is_judged(study.system, metric, spec)]
+    return Loops(
+        study.system,
+        controller.gains,
+        spec,
+        tuple(dict.fromkeys((*metrics, FAILURE))),
+        lambda: default_requirements(plant_subject(study.system, np.array(controller.gains))),
+        study.system.plan.names,
+    )
 
 
-def gain_rows(asked: Controller, held: Controller) -> list[RoundedGain]:
+def verify_export(
+    tuned: Loops, held: Loops, flights: int, watcher: Watcher, gyro: GyroFilter | None = None
+) -> VerificationPart:
+    """Work out margins and flights of a controller as tuned and as the target holds it, which may have a low-pass of the gyro."""
+    assert tuned.structure == held.structure, f"an exporter turned {tuned.structure} into {held.structure}"
+    after = tuned if (tuned.row, tuned.content) == (held.row, held.content) else held
+    margins = margin_rows(tuned, after)
+    metrics, lost = fly_both(tuned, after, flights, watcher)
+    broken = [row.label for row in margins if row.kept_asked and not row.kept_held]
+    broken += [FAILURE] if lost[1] > lost[0] else []
+    lag = None
+    if gyro is not None:
+        lag = GyroFilterPart(name=gyro.name, cutoff=gyro.cutoff, known=gyro.is_from_vehicle, rows=held.filtered(gyro))
+    return VerificationPart(
+        passed=not broken and lost == (0, 0),
+        broken=broken,
+        scenario=tuned.spec.name,
+        stream=STREAM,
+        seed=SEED,
+        flights=flights,
+        lost_asked=lost[0],
+        lost_held=lost[1],
+        gains=gain_rows(tuned, held),
+        margins=margins,
+        metrics=metrics,
+        gyro_filter=lag,
+    )
+
+
+def gain_rows(tuned: Loops, held: Loops) -> list[RoundedGain]:
     """Return every gain before and after rounding."""
+    pairs = [(gain, tuned.row[gain.column], held.row[gain.column]) for gain in tuned.system.gains]
     return [
-        RoundedGain(
-            gain=gain.address, unit=gain.unit, asked=asked.gains[gain.column], held=held.gains[gain.column],
-            relative=_relative(asked.gains[gain.column], held.gains[gain.column]),
-        )
-        for gain in gain_addresses(asked.cascade)
-    ]  # fmt: skip
+        RoundedGain(gain=gain.address, unit=gain.unit, asked=before, held=after, relative=_relative(before, after))
+        for gain, before, after in pairs
+    ]
 
 
-def _relative(asked: float, held: float) -> float:
+def _relative(tuned: float, held: float) -> float:
     """Return the change relative to the tuned gain, or to 1 where that is 0."""
-    return (held - asked) / (abs(asked) or 1.0)
+    return (held - tuned) / (abs(tuned) or 1.0)
 
 
-def margin_rows(asked: Controller, held: Controller) -> list[RoundedMargin]:
+def margin_rows(tuned: Loops, held: Loops) -> list[RoundedMargin]:
     """Return the usual limits on every loop's margins before and after rounding; none where nothing can hover.
 
-    They are judged at hover and in the steady states that the gains are for.
+    They are judged at hover and in the steady states that the gains are for, those of a plant at rest.
     """
-    before = _requirements(asked)
-    after = before if held is asked else _requirements(held)
+    before = _requirements(tuned)
+    after = before if held is tuned else _requirements(held)
     return [_rounded(one, other) for one, other in zip(before, after, strict=True) if one.hard]
 
 
@@ -123,59 +154,58 @@ def _rounded(before: LimitRow, after: LimitRow) -> RoundedMargin:
     same = {"label", "quantity", "unit", "shown_unit", "limit", "sense"}
     row = RoundedMargin(
         **before.model_dump(include=same, exclude_unset=True),
-        asked=before.value, held=after.value, kept_asked=before.kept, kept_held=after.kept,
-    )  # fmt: skip
+        asked=before.value,
+        held=after.value,
+        kept_asked=before.is_satisfied,
+        kept_held=after.is_satisfied,
+    )
     return row if after.state is None else row.model_copy(update={"state": after.state})
 
 
-def _requirements(controller: Controller) -> list[LimitRow]:
+def _requirements(loops: Loops) -> list[LimitRow]:
     try:
-        return requirements_in(controller, Trim())
+        return loops.limits()
     except InputError:
         return []
 
 
-@dataclass(frozen=True)
-class FlownPair:
-    """Mean metrics of the same flights before and after rounding; scenario: its name; lost: flights lost before and after."""
+def fly_both(tuned: Loops, held: Loops, flights: int, watcher: Watcher) -> tuple[list[RoundedMetric], tuple[int, int]]:
+    """Return mean metrics of the same flights before and after rounding, and how many are lost before and after.
 
-    rows: list[RoundedMetric]
-    scenario: str
-    lost: tuple[int, int]
-
-
-def fly_both(asked: Controller, held: Controller, flights: int, watcher: Watcher) -> FlownPair:
-    """Fly both in the same air; metrics are means over the flights that neither loses, none where every flight is lost."""
-    first, second = _problem(asked), _problem(held)
-    spec = usual_scenario(first.system)
+    Means are over the flights that neither loses, none where every flight is lost.
+    """
+    first, second = _problem(tuned), _problem(held)
     if not first.flyer.cached:
         with compilation(watcher):
-            first.warm_up(np.array(asked.gains), spec)
-    watcher.on_stage("Flying before and after rounding", flights * (1 if held is asked else 2))
-    before = _fly(first, asked, spec, flights, watcher)
-    after = before if held is asked else _fly(second, held, spec, flights, watcher)
-    lost = [scores[METRICS.index(FAILURE)] > 0.0 for scores in (before, after)]
+            first.warm_up(np.array(tuned.row), tuned.spec)
+    watcher.on_stage("Flying before and after rounding", flights * (1 if held is tuned else 2))
+    before = _fly(first, tuned, flights, watcher)
+    after = before if held is tuned else _fly(second, held, flights, watcher)
+    lost = [scores[tuned.metrics.index(FAILURE)] > 0.0 for scores in (before, after)]
     completed = ~(lost[0] | lost[1])
     rows = []
-    for i, name in enumerate(METRICS):
-        among = np.ones(flights, dtype=bool) if name == FAILURE else completed
-        rows.append(_row(i, first.objectives[i], before[i, among], after[i, among], held is not asked))
-    return FlownPair(rows, spec.name, (int(lost[0].sum()), int(lost[1].sum())))
+    for i, metric in enumerate(first.objectives):
+        among = np.ones(flights, dtype=bool) if metric.metric.text == FAILURE else completed
+        rows.append(_row(i, metric, before[i, among], after[i, among], held is not tuned))
+    return rows, (int(lost[0].sum()), int(lost[1].sum()))
 
 
 def _row(i: int, metric: Objective, before: np.ndarray, after: np.ndarray, rounded: bool) -> RoundedMetric:
-    name = METRICS[i]
+    name, unit = metric.metric.text, metric.metric.unit
     if len(before) == 0:
-        return RoundedMetric(
-            metric=name, unit=parse(name).unit, asked=None, held=None, difference=None, low=None, high=None
-        )
+        return RoundedMetric(metric=name, unit=unit, asked=None, held=None, difference=None, low=None, high=None)
     low, high = 0.0, 0.0
     if rounded:
         low, high = _interval(metric, after, before, generator(SEED, "bootstrap/export", i))
     return RoundedMetric(
-        metric=name, unit=parse(name).unit, asked=float(before.mean(axis=0)), held=float(after.mean(axis=0)),
-        difference=float((after - before).mean(axis=0)), low=low, high=high,
-    )  # fmt: skip
+        metric=name,
+        unit=unit,
+        asked=float(before.mean(axis=0)),
+        held=float(after.mean(axis=0)),
+        difference=float((after - before).mean(axis=0)),
+        low=low,
+        high=high,
+    )
 
 
 def _interval(
@@ -186,13 +216,13 @@ def _interval(
     return float(low), float(high)
 
 
-def _problem(controller: Controller) -> Problem:
-    system = system_of(controller)
-    objectives = tuple(Objective(parse(name), Risk("mean")) for name in METRICS)
-    return Problem(system, DecisionSpace((), (), controller.gains), objectives, (), SEED, None)
+def _problem(loops: Loops) -> Problem:
+    metrics = [parse(name, loops.system.axes) for name in loops.metrics]
+    objectives = tuple(Objective(metric, Risk("mean")) for metric in metrics)
+    return Problem(loops.system, DecisionSpace((), (), loops.row), objectives, (), SEED, None)
 
 
-def _fly(problem: Problem, controller: Controller, spec: ScenarioSpec, flights: int, watcher: Watcher) -> np.ndarray:
+def _fly(problem: Problem, loops: Loops, flights: int, watcher: Watcher) -> np.ndarray:
     """Return the metrics (metrics, flights) of a controller on the export's flights."""
-    batches = (FlightBatch(spec, STREAM, flights),)
-    return problem.evaluate_gains(np.array([controller.gains]), batches, watcher.on_flights_done).scores[0]
+    batches = (FlightBatch(loops.spec, STREAM, flights),)
+    return problem.evaluate_gains(np.array([loops.row]), batches, watcher.on_flights_done).scores[0]

@@ -7,28 +7,38 @@ import shutil
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, TypedDict
 
 from plant.errors import StoreError
 from plant.output_files import make_folders, refuse_links_to, write_new_file
-from tuner.documents.export import EXPORT_FORMAT, EXPORT_VERSION, ExportDocument, ExportedParameter
+from tuner.documents.export import EXPORT_FORMAT, EXPORT_VERSION, ExportDocument, ExportedParameter, VerificationPart
 from tuner.documents.parts import LawNames
 from tuner.exchange.aboard import origin
-from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Request
+from tuner.exchange.target import C, ExportBundle, ExportRequest, ExportTarget, HeldParameter
 from tuner.exchange.texts import tool
-from tuner.exchange.verification import Verification
+from tuner.gains.sections import Row
 
 # Beyond it a bound is that of a number type, not of a parameter.
 LARGEST = 1e30
 
-Row = dict[str, Any]
+
+class LoopNames(TypedDict, total=False):
+    """Airframe and laws of a quadrotor, or a plant and the laws of its channels."""
+
+    airframe: str
+    laws: LawNames
+    plant: str
+    channel_laws: dict[str, str]
 
 
 def export_document(
-    target: ExportTarget, request: Request, bundle: Bundle, verification: Verification
-) -> ExportDocument:  # fmt: skip
+    target: ExportTarget,
+    request: ExportRequest[C],
+    bundle: ExportBundle[C],
+    verification: VerificationPart,
+    names: LoopNames,
+) -> ExportDocument:
     """Return the content of export.json."""
-    controller = request.controller
     return ExportDocument(
         format=EXPORT_FORMAT,
         version=EXPORT_VERSION,
@@ -37,8 +47,7 @@ def export_document(
         target_version=bundle.target_version,
         title=target.title,
         experimental=target.experimental or None,
-        airframe=controller.airframe.name,
-        laws=LawNames(position=controller.cascade.position.name, attitude=controller.cascade.attitude.name),
+        **names,
         gains_sha256=request.digest,
         files={name: sha256(content) for name, content in bundle.files.items()},
         rollback=sorted(bundle.rollback),
@@ -46,28 +55,32 @@ def export_document(
         before=origin(request, target.name),
         lossy=list(bundle.differences),
         parameters=[exported(parameter) for parameter in bundle.parameters],
-        verification=verification.document(),
+        verification=verification,
     )
 
 
 def exported(parameter: HeldParameter) -> ExportedParameter:
     """Return a parameter as a row of export.json."""
-    known = {**asdict(parameter), "change": _change(parameter)}
-    return ExportedParameter(**{key: _finite(value) for key, value in known.items()})
+    row = {**asdict(parameter), "change": _change(parameter)}
+    row |= {"asked": row.pop("unrounded"), "kept": row.pop("is_unmanaged")}
+    return ExportedParameter(**{key: _finite(value) for key, value in row.items()})
 
 
 def export_records(document: ExportDocument) -> list[Row]:
-    """Return what gains.json says of an export: one record for each file."""
+    """Return the records of an export in gains.json, one for each file."""
     return [
         {
-            "target": document.target, "target_version": document.target_version, "file": name, "sha256": digest,
+            "target": document.target,
+            "target_version": document.target_version,
+            "file": name,
+            "sha256": digest,
             "lossy": document.lossy,
         }
         for name, digest in document.files.items()
-    ]  # fmt: skip
+    ]
 
 
-def write_export(out: Path, bundle: Bundle, document: ExportDocument, gains: Row) -> None:
+def write_export(out: Path, bundle: ExportBundle[C], document: ExportDocument, gains: Row) -> None:
     """Write everything into a folder that must not hold anything yet; it appears whole or not at all.
 
     gains: content of gains.json. Raises StoreError where it cannot be written or something stands there.

@@ -21,20 +21,20 @@ from tuner.store.environment import environment, with_session
 from tuner.store.folder import Folder
 from tuner.store.inputs import freeze
 
-Asked = TypeVar("Asked")
-Found = TypeVar("Found")
+StudyT = TypeVar("StudyT")
+ResultT = TypeVar("ResultT")
 DRAWN = ("report.html", "figures/*")
 """Files of a results folder that are drawn from its documents."""
 
 
-class Experiment(ABC, Generic[Asked, Found]):
+class Experiment(ABC, Generic[StudyT, ResultT]):
     """An experiment on a study, in a results folder or, for kinds that allow it, in none.
 
     A subclass gives the stages of its kind. engine: what flies instead of this machine's cores, where the kind takes one.
     """
 
-    kind: ClassVar[str]
-    """Name of the kind, as in run.json."""
+    kind: ClassVar[str | None] = None
+    """Name of the kind, as in run.json, where it is not that of the study."""
     inside: ClassVar[str] = "generations"
     """Folder that is made in a new results folder."""
     resumable: ClassVar[bool] = True
@@ -48,7 +48,7 @@ class Experiment(ABC, Generic[Asked, Found]):
 
     def __init__(
         self,
-        study: Asked,
+        study: StudyT,
         folder: Folder | None,
         watcher: Watcher | None = None,
         engine: Engine | None = None,
@@ -73,7 +73,7 @@ class Experiment(ABC, Generic[Asked, Found]):
         """Seconds since the experiment began."""
         return perf_counter() - self.begin
 
-    def carry_out(self) -> Found:
+    def carry_out(self) -> ResultT:
         """Carry out the experiment from its inputs to the sealed folder and return what was found."""
         with self._folder or nullcontext():
             self.prepare()
@@ -82,25 +82,25 @@ class Experiment(ABC, Generic[Asked, Found]):
             for name in self.damaged:
                 self.watcher.on_warning(f"{name} is damaged; it is not used, and what it held is flown again.")
             self.warm_up()
-            found = self.fly()
+            result = self.fly()
             if self._folder is not None:
-                self.write(found)
+                self.write(result)
                 self._folder.seal()
-        return found
+        return result
 
     @classmethod
-    def check(cls, study: Asked) -> None:
+    def check(cls, study: StudyT) -> None:
         """Refuse a study that cannot be carried out, before a folder is made; InputError names the key."""
 
     @classmethod
-    def notes(cls, study: Asked) -> list[str]:
+    def notes(cls, study: StudyT) -> list[str]:
         """Return sentences that a person reads before the run."""
         return []
 
     @classmethod
     @contextmanager
     def engine_for(
-        cls, study: Asked, watcher: Watcher, recorded: Path | None, **options: Unpack[Options]
+        cls, study: StudyT, watcher: Watcher, recorded: Path | None, **options: Unpack[Options]
     ) -> Iterator[Engine | None]:
         """Yield what flies instead of this machine's cores; recorded: the results folder to go on with, if any."""
         yield None
@@ -122,11 +122,11 @@ class Experiment(ABC, Generic[Asked, Found]):
         """Have kernels compiled before anything is timed."""
 
     @abstractmethod
-    def fly(self) -> Found:
+    def fly(self) -> ResultT:
         """Carry out the stages of the kind: all that takes flights."""
 
     @abstractmethod
-    def write_documents(self, found: Found) -> None:
+    def write_documents(self, result: ResultT) -> None:
         """Write documents and tables."""
 
     @classmethod
@@ -137,14 +137,14 @@ class Experiment(ABC, Generic[Asked, Found]):
         watcher.on_writing("report")
         cls.draw_page(path)
 
-    def write(self, found: Found) -> None:
+    def write(self, result: ResultT) -> None:
         """Write documents and tables, then figures and report."""
-        self.write_documents(found)
+        self.write_documents(result)
         self.draw(self.folder.path, self.watcher)
         self.folder.written(*DRAWN)
 
     @staticmethod
-    def is_feasible(found: Found) -> bool:
+    def is_feasible(result: ResultT) -> bool:
         """Whether what was found may be recommended."""
         return True
 
@@ -164,8 +164,14 @@ class Experiment(ABC, Generic[Asked, Found]):
         if self.resumable:
             study = self.study
             freeze(
-                folder, self.kind, study.path, study.content, study.digest(), study.generations, self.arithmetic,
-            )  # fmt: skip
+                folder,
+                self.kind or study.kind,
+                study.path,
+                study.content,
+                study.digest(),
+                study.generations,
+                self.arithmetic,
+            )
 
 
 def default_folder(study: Any) -> Path:

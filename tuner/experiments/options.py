@@ -27,25 +27,33 @@ class RunOption(NamedTuple):
 
 THREADS = RunOption(int | None, "Threads; by default one for each core.", least=1)
 DASK = RunOption(
-    str | None, "Fly on a Dask cluster: local:N processes, or a scheduler such as tcp://host:8786.",
+    str | None,
+    "Fly on a Dask cluster: local:N processes, or a scheduler such as tcp://host:8786.",
     "only a tuning study flies on a cluster",
-)  # fmt: skip
+)
 REUSE = RunOption(
-    list[Path] | None, "Results folder whose flights are taken over where they are the same; may be repeated.",
+    list[Path] | None,
+    "Results folder whose flights are taken over where they are the same; may be repeated.",
     "only a tuning study takes flights over",
-)  # fmt: skip
+)
 BACKEND = RunOption(
-    str, "Who flies: lanes (the processor), cuda (a graphics card; so far checked in a simulator only) or cuda-float32.",
-    "only a tuning study flies on a graphics card", "lanes",
-)  # fmt: skip
+    str,
+    "Who flies: lanes (the processor), cuda (a graphics card; so far checked in a simulator only) or cuda-float32.",
+    "only a tuning study flies on a graphics card",
+    "lanes",
+)
 BUDGET = RunOption(
-    int | None, "Generations in all: more than before extends the search.",
-    "only a tuning study can be searched further; run this one with another search.generations", least=1,
-)  # fmt: skip
-HERE = RunOption(
-    bool, "Compute a run of another machine anew, in this machine's arithmetic.",
-    "only a tuning study is computed anew; run this one again", default=False,
-)  # fmt: skip
+    int | None,
+    "Generations in all: more than before extends the search.",
+    "only a tuning study can be searched further; run this one with another search.generations",
+    least=1,
+)
+RECOMPUTE = RunOption(
+    bool,
+    "Compute a run of another machine anew, in this machine's arithmetic.",
+    "only a tuning study is computed anew; run this one again",
+    default=False,
+)
 
 
 class RunOptions(TypedDict, total=False):
@@ -63,7 +71,7 @@ class ResumeOptions(TypedDict, total=False):
     budget: Annotated[int | None, BUDGET]
     threads: Annotated[int | None, THREADS]
     dask: Annotated[str | None, DASK]
-    here: Annotated[bool, HERE]
+    here: Annotated[bool, RECOMPUTE]
 
 
 class Options(RunOptions, ResumeOptions, total=False):

@@ -21,8 +21,13 @@ from tuner.study.kinds import AnyStudy
 class ExperimentKind:
     """A kind of experiment.
 
-    name: as in run.json. module, life: where its `run` is. document: the file of its folder that holds what was found. noun: with
-    its article.
+    Args:
+        name: As in run.json.
+        module: Where its `run` is.
+        life: Name of its class there.
+        document: The file of its folder that holds the findings.
+        noun: With its article.
+        lacks: Options that its class takes and it does not.
     """
 
     name: str
@@ -30,6 +35,7 @@ class ExperimentKind:
     life: str
     document: str
     noun: str
+    lacks: frozenset[str] = frozenset()
 
     @property
     def run(self) -> type[Experiment[Any, Any]]:
@@ -41,7 +47,9 @@ EXPERIMENTS = {
     kind.name: kind
     for kind in (
         ExperimentKind(TUNING, "tuning", "TuningRun", "summary.json", "a tuning run"),
-        ExperimentKind(PLANT, "tuning", "PlantRun", "summary.json", "a tuning run of a plant"),
+        ExperimentKind(
+            PLANT, "tuning", "TuningRun", "summary.json", "a tuning run of a plant", frozenset(("backend",))
+        ),
         ExperimentKind(JUDGEMENT, "tuning", "JudgementRun", "summary.json", "a judgement"),
         ExperimentKind(CONTEST, "contest", "ContestRun", "contest.json", "a contest"),
         ExperimentKind(INFERENCE, "inference", "InferenceRun", "inference.json", "an inference"),
@@ -54,13 +62,13 @@ EXPERIMENTS = {
 
 @dataclass(frozen=True)
 class CompletedRun:
-    """A run that came to its end. path: its folder. found: what it found, of a type that its kind has. feasible: whether that may
+    """A run that came to its end. path: its folder. outcome: its results, of a type that its kind has. feasible: whether that may
     be recommended.
     """
 
     path: Path
     kind: ExperimentKind
-    found: Any
+    outcome: Any
     feasible: bool
 
     @property
@@ -73,7 +81,7 @@ def refuse_options(kind: ExperimentKind, **given: object) -> None:
     """Refuse options that a kind does not take; InputError names the key."""
     for name, value in given.items():
         option = OPTIONS[name]
-        if value and value != option.default and option.why and name not in kind.run.takes:
+        if value and value != option.default and option.why and name not in kind.run.takes - kind.lacks:
             raise InputError(option.why, key=f"--{name}")
 
 
@@ -104,8 +112,8 @@ def run(
 
 def completed(experiment: Experiment[Any, Any], kind: ExperimentKind) -> CompletedRun:
     """Carry out an experiment and return it with its folder."""
-    found = experiment.carry_out()
-    return CompletedRun(experiment.folder.path, kind, found, experiment.is_feasible(found))
+    result = experiment.carry_out()
+    return CompletedRun(experiment.folder.path, kind, result, experiment.is_feasible(result))
 
 
 def check_backend(backend: str, dask: str | None) -> None:

@@ -1,4 +1,4 @@
-"""The sensitivity of a study: its own objectives, on its own search scenarios, the same ones for every sample."""
+"""Sensitivity analysis of a study: its objectives on its search scenarios, the same ones for every sample."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,8 +9,8 @@ import numpy as np
 
 from objectives.problem import Problem
 from objectives.requirements import worth_flying
-from plant.scenarios import SEARCH
-from tuner.analysis.sensitivity.analysis import Analysis, Sampled, analyse
+from plant.quadrotor.scenarios import SEARCH
+from tuner.analysis.sensitivity.analysis import Analysis, Sampled, analyze
 from tuner.analysis.sensitivity.design import checked_base
 from tuner.analysis.sensitivity.document import index_table, sample_table, sensitivity_document, variance_table
 from tuner.documents.sensitivity import SensitivityDocument
@@ -22,7 +22,7 @@ from tuner.study.study import TuningStudy
 
 
 @dataclass(frozen=True)
-class Budget:
+class AnalysisCost:
     """The cost of an analysis: candidates, flights and seconds, the last extrapolated from the flights of a few candidates."""
 
     candidates: int
@@ -39,7 +39,7 @@ class SensitivityOutcome:
 
 
 class SensitivityRun(Experiment[TuningStudy, SensitivityOutcome]):
-    """A sensitivity analysis with `base` samples, in a results folder or in none."""
+    """A sensitivity analysis with `base` samples, with or without a results folder."""
 
     kind = "sensitivity"
     inside = "figures"
@@ -58,31 +58,31 @@ class SensitivityRun(Experiment[TuningStudy, SensitivityOutcome]):
         self.problem = study_problem(study, threads)
 
     def warm_up(self) -> None:
-        """Have the kernel compiled."""
+        """Compile the kernel."""
         warm_up(self.problem, self.study, self.watcher)
 
     def fly(self) -> SensitivityOutcome:
         """Fly all samples and analyse what they give."""
         study, begin = self.study, perf_counter()
-        expected = budget(self.problem, study, self.base)
+        expected = analysis_cost(self.problem, study, self.base)
         self.watcher.on_message(announcement(study, expected, self.base, self.problem.flyer.threads))
         self.watcher.on_stage("Sampling", expected.flights)
         analysis = study_sensitivity(self.problem, study, self.base, self.watcher.on_flights_done)
         return SensitivityOutcome(analysis, sensitivity_document(study, analysis, perf_counter() - begin))
 
-    def write_documents(self, found: SensitivityOutcome) -> None:
+    def write_documents(self, outcome: SensitivityOutcome) -> None:
         """Write sensitivity.json and the tables of indices, variances and samples."""
-        self.folder.write_json("sensitivity.json", found.document)
-        self.folder.write_table("indices.csv", index_table(self.study, found.analysis))
-        self.folder.write_table("variance.csv", variance_table(self.study, found.analysis))
-        self.folder.write_table("samples.csv", sample_table(self.study, found.analysis))
+        self.folder.write_json("sensitivity.json", outcome.document)
+        self.folder.write_table("indices.csv", index_table(self.study, outcome.analysis))
+        self.folder.write_table("variance.csv", variance_table(self.study, outcome.analysis))
+        self.folder.write_table("samples.csv", sample_table(self.study, outcome.analysis))
 
-    def write(self, found: SensitivityOutcome) -> None:
+    def write(self, outcome: SensitivityOutcome) -> None:
         """Write documents, tables and the figure."""
         from tuner.report.sensitivity_figure import write_figure
 
-        self.write_documents(found)
-        write_figure(self.study, found.analysis, self.folder.path)
+        self.write_documents(outcome)
+        write_figure(self.study, outcome.analysis, self.folder.path)
         self.folder.written("figures/*")
 
 
@@ -103,7 +103,7 @@ def analyse_sensitivity(
     return SensitivityRun(study, base, folder, watcher, threads).carry_out()
 
 
-def announcement(study: TuningStudy, expected: Budget, base: int, threads: int) -> str:
+def announcement(study: TuningStudy, expected: AnalysisCost, base: int, threads: int) -> str:
     """Return the sentence on what is about to be flown."""
     flights = sum(entry.search for entry in study.scenarios)
     return (
@@ -119,8 +119,8 @@ def study_problem(study: TuningStudy, threads: int | None) -> Problem:
     return problem_of(study, threads, None)
 
 
-def budget(problem: Problem, study: TuningStudy, base: int) -> Budget:
-    """Fly a few candidates, one a thread, and say what `base` samples take."""
+def analysis_cost(problem: Problem, study: TuningStudy, base: int) -> AnalysisCost:
+    """Return the cost of `base` samples: from flights of one candidate per thread."""
     flown, threads = batches(study, SEARCH), problem.flyer.threads
     few = np.tile(study.default_row, (threads, 1))
     # Once for models and scenarios that are built when they are first needed.
@@ -129,7 +129,7 @@ def budget(problem: Problem, study: TuningStudy, base: int) -> Budget:
     problem.evaluate_gains(few, flown, fly_all=True)
     each = (perf_counter() - begin) / threads
     candidates = base * (len(study.space.variables) + 2)
-    return Budget(candidates, candidates * sum(batch.count for batch in flown), candidates * each)
+    return AnalysisCost(candidates, candidates * sum(batch.count for batch in flown), candidates * each)
 
 
 def study_sensitivity(
@@ -139,10 +139,10 @@ def study_sensitivity(
     flown = batches(study, SEARCH)
 
     def evaluate(points: np.ndarray) -> Sampled:
-        # All of the box is flown, also what a search would spare itself: the indices need independent inputs.
-        found = problem.evaluate(points, flown, on_flights_done, fly_all=True)
-        scores = tuple(found.samples(i, objective.scenario) for i, objective in enumerate(study.objectives))
-        kept = worth_flying(study.requirements, found.requirements)
-        return Sampled(found.values, found.failures, kept, scores)
+        # All of the box is flown, also points that fail pre-screening: the indices need independent inputs.
+        evaluation = problem.evaluate(points, flown, on_flights_done, fly_all=True)
+        scores = tuple(evaluation.samples(i, objective.scenario) for i, objective in enumerate(study.objectives))
+        passes_screening = worth_flying(study.requirements, evaluation.requirements)
+        return Sampled(evaluation.values, evaluation.failures, passes_screening, scores)
 
-    return analyse(base, len(study.space.variables), evaluate, study.seed)
+    return analyze(base, len(study.space.variables), evaluate, study.seed)

@@ -1,7 +1,7 @@
 """The airframe inside gains.json: every number of the vehicle, and what turns its torques into motor commands.
 
     numbers     mass, inertia {x, y, z}, ... as in the airframe's file, lengths apart
-    actuation   see `plant.airframes.actuation`; rotors: where they sit, which way they turn seen from above
+    actuation   see `plant.quadrotor.airframes.actuation`; rotors: where they sit, which way they turn seen from above
     sha256      over the canonical form of {"numbers", "rotors"}; allow_unphysical: true where `broken_rules` are broken
 
 What flies is `numbers` and the rotors; the rest of `actuation` follows from them.
@@ -14,19 +14,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant.airframes import Airframe
-from plant.airframes.actuation import Actuation, actuation
-from plant.airframes.geometry import FRAMES
-from plant.airframes.rules import broken_rules
-from plant.airframes.schema import GROUPS, OPTIONAL, SCALARS, Sourced
 from plant.errors import InputError
-from plant.nominal import mixer_matrix
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.airframes.actuation import Actuation, actuation
+from plant.quadrotor.airframes.geometry import FRAMES
+from plant.quadrotor.airframes.rules import broken_rules
+from plant.quadrotor.airframes.schema import GROUPS, OPTIONAL, SCALARS, NumberField, Sourced
+from plant.quadrotor.nominal import mixer_matrix
+from plant.quadrotor.vehicle import Vehicle
 from plant.texts import LONGEST_TITLE, NAME
 from plant.vectors import Rotors, Vec3
-from plant.vehicle import Vehicle
 from tuner.gains.hashing import canonical_hash
-from tuner.gains.quantities import plain, quantities, quantity, ucum
-from tuner.gains.sections import DIGEST, Row, closed, measured
+from tuner.gains.quantities import plain, quantities, ucum
+from tuner.gains.sections import DIGEST, Row, add_units, closed, listed, measured
 
 # A reaction torque about +z, up, is that of a propeller that turns clockwise seen from above.
 SPINS = {"clockwise": 1.0, "counterclockwise": -1.0}
@@ -37,6 +37,51 @@ AGREEMENT = 1e-9
 SMALLEST, LARGEST = 1e-15, 1e9
 # Of the mixer: 17 for an Iris, 168 for a Crazyflie.
 MOST_CONDITION = 1e12
+
+
+_BOUNDS: dict[str, dict[str, float]] = {"positive": {"exclusiveMinimum": 0}, "not negative": {"minimum": 0}, "any": {}}
+
+
+def _number(field: NumberField) -> Row:
+    return measured(ucum(field.unit), **_BOUNDS[field.sign])
+
+
+NUMBERS = closed(
+    {
+        **{key: _number(field) for key, field in (SCALARS | OPTIONAL).items()},
+        **{key: closed(dict.fromkeys("xyz", _number(field))) for key, field in GROUPS.items()},
+    },
+    optional=OPTIONAL,
+)
+ROTOR = closed(
+    {
+        "position": closed(dict.fromkeys("xy", measured("m"))),
+        "spin": {"enum": list(SPINS)},
+        "torque_ratio": measured("m", exclusiveMinimum=0),
+    }
+)
+ACTUATION = closed(
+    {
+        **dict.fromkeys(("thrust_max", "thrust_min", "hover_thrust"), measured("N", minimum=0)),
+        "hover_command": measured("1", minimum=0),
+        "thrust_curve": closed({"model": {"const": CURVE}, "factor": measured("1", minimum=0, maximum=1)}),
+        "lag": measured("s", exclusiveMinimum=0),
+        "rotors": {**listed(ROTOR), "minItems": 4, "maxItems": 4},
+    }
+)
+AIRFRAME = closed(
+    {
+        "name": {"type": "string", "pattern": f"^{NAME}(?!\n)$", "maxLength": 64},
+        "title": {"type": "string", "minLength": 1, "maxLength": LONGEST_TITLE},
+        "frame": {"enum": list(FRAMES)},
+        "allow_unphysical": {"type": "boolean"},
+        "sha256": DIGEST,
+        "numbers": NUMBERS,
+        "actuation": ACTUATION,
+    },
+    optional=("allow_unphysical", "sha256"),
+)
+"""The JSON Schema of the block."""
 
 
 def airframe_block(airframe: Airframe) -> Row:
@@ -57,36 +102,21 @@ def airframe_block(airframe: Airframe) -> Row:
 
 def numbers_block(vehicle: Vehicle) -> Row:
     """Return the numbers of a vehicle without its rotors, and of those that a file may leave out the ones that are not 0."""
-    scalars = {key: quantity(getattr(vehicle, key), field.unit) for key, field in SCALARS.items()}
-    given = {
-        key: quantity(getattr(vehicle, key), field.unit) for key, field in OPTIONAL.items() if getattr(vehicle, key)
-    }
-    vectors = {
-        key: {axis: quantity(value, field.unit) for axis, value in getattr(vehicle, key)._asdict().items()}
-        for key, field in GROUPS.items()
-    }
-    return {**scalars, **given, **vectors}
+    numbers: Row = {key: getattr(vehicle, key) for key in SCALARS}
+    numbers |= {key: getattr(vehicle, key) or None for key in OPTIONAL}
+    return add_units(NUMBERS, numbers | {key: getattr(vehicle, key)._asdict() for key in GROUPS})
 
 
 def actuation_block(actuators: Actuation) -> Row:
     """Return the actuation of a vehicle."""
     turns = {sign: name for name, sign in SPINS.items()}
-    return {
-        "thrust_max": quantity(actuators.thrust_max, "N"),
-        "thrust_min": quantity(actuators.thrust_min, "N"),
-        "hover_thrust": quantity(actuators.hover_thrust, "N"),
-        "hover_command": quantity(actuators.hover_command, "1"),
-        "thrust_curve": {"model": CURVE, "factor": quantity(actuators.curve, "1")},
-        "lag": quantity(actuators.lag, "s"),
-        "rotors": [
-            {
-                "position": {"x": quantity(mount.x, "m"), "y": quantity(mount.y, "m")},
-                "spin": turns[mount.spin],
-                "torque_ratio": quantity(mount.torque_ratio, "m"),
-            }
-            for mount in actuators.rotors
-        ],
-    }
+    rotors = [
+        {"position": {"x": mount.x, "y": mount.y}, "spin": turns[mount.spin], "torque_ratio": mount.torque_ratio}
+        for mount in actuators.rotors
+    ]
+    curve = {"model": CURVE, "factor": actuators.curve}
+    derived = {"hover_command": actuators.hover_command, "thrust_curve": curve, "rotors": rotors}
+    return add_units(ACTUATION, vars(actuators) | derived)
 
 
 class RotorPart(NamedTuple):
@@ -172,43 +202,7 @@ def _unphysical(part: AirframePart) -> Iterator[InputError]:
 
 def _derived_problems(part: AirframePart) -> Iterator[InputError]:
     given = dict(quantities(part.actuation))
-    for key, here in quantities(actuation_block(actuation(part.vehicle, given["thrust_curve.factor"]))):
-        if not isclose(here, given[key], rel_tol=AGREEMENT):
-            message = f"given {given[key]:g}; from the airframe's numbers follows {here:.12g}: correct either"
+    for key, derived in quantities(actuation_block(actuation(part.vehicle, given["thrust_curve.factor"]))):
+        if not isclose(derived, given[key], rel_tol=AGREEMENT):
+            message = f"given {given[key]:g}; from the airframe's numbers follows {derived:.12g}: correct either"
             yield InputError(message, key=f"actuation.{key}.value")
-
-
-def airframe_schema() -> Row:
-    """Return the JSON Schema of the block."""
-    bounds: dict[str, Row] = {"positive": {"exclusiveMinimum": 0}, "not negative": {"minimum": 0}, "any": {}}
-    scalars = {key: measured(ucum(field.unit), **bounds[field.sign]) for key, field in (SCALARS | OPTIONAL).items()}
-    vectors = {
-        key: closed({axis: measured(ucum(field.unit), **bounds[field.sign]) for axis in "xyz"})
-        for key, field in GROUPS.items()
-    }
-    rotor = closed(
-        {
-            "position": closed({axis: measured("m") for axis in "xy"}),
-            "spin": {"enum": list(SPINS)},
-            "torque_ratio": measured("m", exclusiveMinimum=0),
-        }
-    )
-    actuators = {
-        **{key: measured("N", minimum=0) for key in ("thrust_max", "thrust_min", "hover_thrust")},
-        "hover_command": measured("1", minimum=0),
-        "thrust_curve": closed({"model": {"const": CURVE}, "factor": measured("1", minimum=0, maximum=1)}),
-        "lag": measured("s", exclusiveMinimum=0),
-        "rotors": {"type": "array", "items": rotor, "minItems": 4, "maxItems": 4},
-    }
-    return closed(
-        {
-            "name": {"type": "string", "pattern": f"^{NAME}(?!\n)$", "maxLength": 64},
-            "title": {"type": "string", "minLength": 1, "maxLength": LONGEST_TITLE},
-            "frame": {"enum": list(FRAMES)},
-            "allow_unphysical": {"type": "boolean"},
-            "sha256": DIGEST,
-            "numbers": closed({**scalars, **vectors}, optional=tuple(OPTIONAL)),
-            "actuation": closed(actuators),
-        },
-        optional=("allow_unphysical", "sha256"),
-    )

@@ -2,14 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple, Self
 
 from objectives.margins.steady_state import SteadyState
-from plant.airframes import Airframe
-from plant.cascade import Cascade, close_cascade
-from plant.laws import law
-from plant.nominal import ControlOptions
+from plant.law_registry import law
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.cascade import Cascade, close_cascade
+from plant.quadrotor.nominal import ControlOptions
+from tuner.gains.quantities import plain
+from tuner.gains.sections import Row
 
 
 @dataclass(frozen=True)
@@ -47,27 +48,21 @@ class Controller:
 
 
 class ControllerPart(NamedTuple):
-    """The key "controller" of a file that the schema accepts, without units: periods [s], tilt limit [rad], cut-off [Hz]."""
+    """Laws and periods [s] of a file that the schema accepts; given: its options by name, in the units of `ControlOptions`."""
 
     position: str
     attitude: str
     control_period: float
     plant_step: float
-    tilt_limit: float
-    attitude_rate: Any
-    position_rate: Any
-    lag_aware: bool
-    delay: bool
-    structure: Mapping[str, str]
-    discretisation: Mapping[str, str]
-    yaw_torque_cutoff: float = 0.0
-    rpm_notches: int = 0
-    rpm_notch_q: float = ControlOptions.rpm_notch_q
-    rpm_notch_min: float = ControlOptions.rpm_notch_min
-    battery_compensation: float = 0.0
-    battery_cutoff: float = ControlOptions.battery_cutoff
-    position_every: int = 1
-    code: Mapping[str, Any] = MappingProxyType({})
+    position_every: int
+    given: Row
+
+    @classmethod
+    def of(cls, block: Row) -> Self:
+        """Return the part of a file at the key "controller"."""
+        content: Row = {"position_every": 1, **plain(block)}
+        given = {name: content[name] for name in ControlOptions.__dataclass_fields__ if name in content}
+        return cls(**{name: content[name] for name in cls._fields[:-1]}, given=given)
 
     @property
     def cascade(self) -> Cascade:
@@ -77,4 +72,4 @@ class ControllerPart(NamedTuple):
     @property
     def options(self) -> ControlOptions:
         """Options; raises InputError where one is out of range."""
-        return ControlOptions(**{name: getattr(self, name) for name in ControlOptions.__dataclass_fields__})
+        return ControlOptions(**self.given)

@@ -4,15 +4,14 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from math import nan
 
-from objectives.margins.steady_state import SteadyState
-from plant.gains import gain_addresses
-from plant.laws.law import Law
-from plant.nominal import BATTERY_RANGES, NOTCH_RANGES
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.nominal import BATTERY_RANGES, NOTCH_RANGES
 from tuner.gains.airframe_block import airframe_block
 from tuner.gains.controller import Controller, VehicleRecord
 from tuner.gains.hashing import content_hash
 from tuner.gains.quantities import quantity
-from tuner.gains.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION, Row
+from tuner.gains.schema import STATE, controller_schema
+from tuner.gains.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION, Row, add_units
 from tuner.text.version import version
 
 Ranges = Mapping[str, tuple[float, float]]
@@ -37,73 +36,42 @@ def to_document(controller: Controller, provenance: Row, ranges: Ranges = NO_RAN
         "controller": controller_block(controller),
         "gains": gains_block(controller, ranges),
         **({} if controller.vehicle is None else {"vehicle": vehicle_block(controller.vehicle)}),
-        **({"states": [state_block(state) for state in controller.states]} if controller.states else {}),
+        **({"states": [add_units(STATE, vars(state)) for state in controller.states]} if controller.states else {}),
         **provenance,
     }
     return {**document, "sha256": content_hash(document)}
 
 
 def controller_block(controller: Controller) -> Row:
-    """Return laws, periods, options, structure and how the laws are sampled."""
-    options = asdict(controller.options)
-    tilt, cutoff = options.pop("tilt_limit"), options.pop("yaw_torque_cutoff")
-    notches = notches_block(*[options.pop(name) for name in NOTCH_RANGES])
-    battery = battery_block(*[options.pop(name) for name in BATTERY_RANGES])
-    laws = {"position": controller.cascade.position, "attitude": controller.cascade.attitude}
-    return {
+    """Return laws, periods, options, structure and how the laws are sampled; options that are off are left out."""
+    options, cascade = asdict(controller.options), controller.cascade
+    for names in (("yaw_torque_cutoff",), tuple(NOTCH_RANGES), tuple(BATTERY_RANGES)):
+        if not options[names[0]]:
+            options |= dict.fromkeys(names)
+    laws = {"position": cascade.position, "attitude": cascade.attitude}
+    # Of laws that are not bundled.
+    code = {loop: {"file": law.origin.short, "digest": law.origin.digest} for loop, law in laws.items() if law.origin}
+    content = {
         **{loop: law.name for loop, law in laws.items()},
-        "control_period": quantity(controller.control_period, "s"),
-        "plant_step": quantity(controller.plant_step, "s"),
-        "tilt_limit": quantity(tilt, "rad"),
-        **({"yaw_torque_cutoff": quantity(cutoff, "Hz")} if cutoff else {}),
-        **notches,
-        **battery,
+        "control_period": controller.control_period,
+        "plant_step": controller.plant_step,
         **options,
-        **({} if controller.cascade.position_every == 1 else {"position_every": controller.cascade.position_every}),
+        "position_every": None if cascade.position_every == 1 else cascade.position_every,
         "structure": STRUCTURE,
         "discretisation": {loop: law.discretisation for loop, law in laws.items()},
-        **({"code": code} if (code := code_block(laws)) else {}),
+        "code": code or None,
     }
-
-
-def notches_block(harmonics: int, quality: float, least: float) -> Row:
-    """Return the notches that follow the rotors, nothing where there are none."""
-    if not harmonics:
-        return {}
-    numbers = (harmonics, quantity(quality, "1"), quantity(least, "Hz"))
-    return dict(zip(NOTCH_RANGES, numbers, strict=True))
-
-
-def battery_block(compensation: float, cutoff: float) -> Row:
-    """Return the compensation of a battery's sag, nothing where there is none."""
-    numbers = (quantity(compensation, "1"), quantity(cutoff, "Hz"))
-    return dict(zip(BATTERY_RANGES, numbers, strict=True)) if compensation else {}
-
-
-def code_block(laws: Mapping[str, Law]) -> Row:
-    """Return file and digest of the laws that are not bundled, by loop."""
-    return {
-        loop: {"file": law.origin.short, "digest": law.origin.digest}
-        for loop, law in laws.items()
-        if law.origin is not None
-    }
+    return add_units(controller_schema(), content)
 
 
 def vehicle_block(vehicle: VehicleRecord) -> Row:
-    """Return what is recorded of the vehicle that gains were imported from."""
+    """Return the record of the vehicle that gains were imported from."""
     return {
         **asdict(vehicle),
         "settings": [{"name": name, "value": value} for name, value in vehicle.settings.items()],
         "parameters": [{"name": name, "value": value} for name, value in vehicle.parameters.items()],
         "kept": list(vehicle.kept),
     }
-
-
-def state_block(state: SteadyState) -> Row:
-    """Return a steady state: heading, velocity over ground and wind."""
-    vectors = {"velocity": state.velocity, "wind": state.wind}
-    rows = {name: [quantity(part, "m/s") for part in vector] for name, vector in vectors.items()}
-    return {"name": state.name, "yaw": quantity(state.yaw, "rad"), **rows}
 
 
 def gains_block(controller: Controller, ranges: Ranges) -> Row:
@@ -118,7 +86,7 @@ def gains_block(controller: Controller, ranges: Ranges) -> Row:
 
 
 def within(value: float, low: float, high: float) -> bool:
-    """Return whether a gain lies in a range, to the rounding of a search that works in its logarithm."""
+    """Return True for a gain in a range: to the rounding of a search in its logarithm."""
     return low - ROUNDING * abs(low) <= value <= high + ROUNDING * abs(high)
 
 

@@ -7,17 +7,17 @@ from pathlib import Path
 from re import search
 from typing import Any
 
-from plant.airframes import Airframe
 from plant.errors import InputError, UnknownNameError
-from plant.gains import GainAddress, gain_addresses
-from plant.laws import LAWS
+from plant.law_registry import LAWS
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.gains import GainAddress, gain_addresses
 from plant.texts import check_name, check_texts
 from tuner.gains.airframe_block import airframe_of, airframe_problems
 from tuner.gains.controller import ControllerPart
 from tuner.gains.document import within
 from tuner.gains.hashing import content_hash
 from tuner.gains.parsing import check_identity, parsed
-from tuner.gains.quantities import GainEntry, plain
+from tuner.gains.quantities import GainEntry
 from tuner.gains.ranges import check_plant_step, check_value, timing_of
 from tuner.gains.schema import gains_schema, validator
 from tuner.gains.sections import DIGEST, VERSIONS, Row
@@ -26,12 +26,20 @@ from tuner.text.input_errors import check_magnitude, dotted, joined, moved, numb
 from tuner.text.toml_text import shown
 
 TYPES = {
-    "object": "an object", "array": "a list", "string": "a text", "number": "a finite number", "integer": "a whole number",
-    "boolean": "true or false", "null": "null",
-}  # fmt: skip
+    "object": "an object",
+    "array": "a list",
+    "string": "a text",
+    "number": "a finite number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+    "null": "null",
+}
 BOUNDS = {
-    "minimum": "at least", "exclusiveMinimum": "above", "maximum": "at most", "exclusiveMaximum": "below",
-}  # fmt: skip
+    "minimum": "at least",
+    "exclusiveMinimum": "above",
+    "maximum": "at most",
+    "exclusiveMaximum": "below",
+}
 # What a name stands for, by the key that it has, or in which it is one.
 KINDS = {"controller.position": "law", "controller.attitude": "law", "gains": "gain"}
 # A misspelt key leaves a missing one behind: tell of the misspelling first.
@@ -79,75 +87,75 @@ def _law_problem(name: str, file: str, digest: str, key: str) -> Iterator[InputE
         yield InputError(f"{what}; name the file with --code {file}", key=key)
         return
     if origin is None or origin.digest != digest:
-        here = "is bundled" if origin is None else f"has the digest {origin.digest}"
+        present = "is bundled" if origin is None else f"has the digest {origin.digest}"
         yield InputError(
-            f"the law '{name}' of {file} had the digest {digest} when these gains were written; the one here {here}: name the "
+            f"the law '{name}' of {file} had the digest {digest} when these gains were written; the one here {present}: name the "
             "file of then, or tune again",
             key=key,
         )
 
 
 def schema_problems(document: Row) -> list[InputError]:
-    """Return what the schema refuses, misspelt keys first, missing ones last."""
-    found = sorted(validator().iter_errors(document), key=lambda error: ORDER.get(error.validator, 2))
-    told: dict[tuple[str | None, str], InputError] = {}
-    for error in found:
-        for problem in _told(error):
+    """Return the refusals of the schema, misspelt keys first, missing ones last."""
+    errors = sorted(validator().iter_errors(document), key=lambda error: ORDER.get(error.validator, 2))
+    unique: dict[tuple[str | None, str], InputError] = {}
+    for error in errors:
+        for problem in _input_errors(error):
             # The gains of both loops may speak of the same key.
-            told.setdefault((problem.key, type(problem).__name__), problem)
-    return list(told.values())
+            unique.setdefault((problem.key, type(problem).__name__), problem)
+    return list(unique.values())
 
 
-def _told(error: Any) -> Iterator[InputError]:
-    kind, given, asked, key = error.validator, error.instance, error.validator_value, dotted(error.absolute_path)
+def _input_errors(error: Any) -> Iterator[InputError]:
+    kind, given, allowed, key = error.validator, error.instance, error.validator_value, dotted(error.absolute_path)
     if kind == "additionalProperties":
-        known = error.schema.get("properties", {})
+        properties = error.schema.get("properties", {})
         for name in _unknown(error):
-            yield UnknownNameError(KINDS.get(key, "key"), name, list(known), key=joined(key, name))
+            yield UnknownNameError(KINDS.get(key, "key"), name, list(properties), key=joined(key, name))
     elif kind == "required":
-        for name in asked:
+        for name in allowed:
             if name not in given:
                 remedy = _remedy(error.schema.get("properties", {}).get(name, {}))
                 yield InputError(f"this key is required and missing{remedy}", key=joined(key, name))
     elif kind == "enum" and isinstance(given, str):
-        yield UnknownNameError(KINDS.get(key, "choice"), given, asked, key=key)
+        yield UnknownNameError(KINDS.get(key, "choice"), given, allowed, key=key)
     elif kind == "const" and key.endswith(".unit"):
-        yield InputError(f"given unit {shown(given)}; this must be in {asked} (UCUM)", key=key)
+        yield InputError(f"given unit {shown(given)}; this must be in {allowed} (UCUM)", key=key)
     else:
-        yield InputError(f"given {shown(given)}; this must be {_expected(kind, asked)}", key=key)
+        yield InputError(f"given {shown(given)}; this must be {_expected(kind, allowed)}", key=key)
 
 
 def _unknown(error: Any) -> list[str]:
-    known, patterns = error.schema.get("properties", {}), error.schema.get("patternProperties", {})
-    return [name for name in error.instance if name not in known and not any(search(p, name) for p in patterns)]
+    properties, patterns = error.schema.get("properties", {}), error.schema.get("patternProperties", {})
+    return [name for name in error.instance if name not in properties and not any(search(p, name) for p in patterns)]
 
 
 def _remedy(schema: Row) -> str:
-    """Return what to write for a missing quantity."""
+    """Return the remedy for a missing quantity."""
     if "$ref" in schema:
         schema = gains_schema()["$defs"][schema["$ref"].removeprefix("#/$defs/")]
     unit = schema.get("properties", {}).get("unit", {}).get("const")
     return "" if unit is None else f'; write {{"value": ..., "unit": "{unit}"}}'
 
 
-def _expected(kind: str, asked: Any) -> str:
+def _expected(kind: str, allowed: Any) -> str:
     if kind == "type":
-        return " or ".join(TYPES[name] for name in ([asked] if isinstance(asked, str) else asked))
+        return " or ".join(TYPES[name] for name in ([allowed] if isinstance(allowed, str) else allowed))
     if kind in BOUNDS:
-        return f"{BOUNDS[kind]} {asked:g}"
+        return f"{BOUNDS[kind]} {allowed:g}"
     if kind in ("minItems", "maxItems"):
-        return f"a list of {asked}"
-    if asked in DIGEST.values():
+        return f"a list of {allowed}"
+    if allowed in DIGEST.values():
         return "64 hexadecimal digits"
     if kind == "maxLength":
-        return f"a text of at most {asked} letters"
+        return f"a text of at most {allowed} letters"
     if kind == "pattern":
         return "16 to 19 digits"
     if kind == "minLength":
         return "a text that is not empty"
     if kind == "enum":
-        return f"one of {', '.join(repr(name) for name in asked)}"
-    return shown(asked)
+        return f"one of {', '.join(repr(name) for name in allowed)}"
+    return shown(allowed)
 
 
 @dataclass(frozen=True)
@@ -190,7 +198,7 @@ def _brought_up(given: Row, path: Path, airframe: Airframe | None) -> Row:
 
 def _semantic_problems(document: Row, airframe: Airframe | None, path: Path) -> Iterator[InputError]:
     """Yield what no schema can tell: numbers that contradict each other, gains that the period does not allow."""
-    structure, block = ControllerPart(**plain(document["controller"])), document["airframe"]
+    structure, block = ControllerPart.of(document["controller"]), document["airframe"]
     yield from _located("airframe", airframe_problems(block))
     yield from _failed("controller", lambda: structure.options)
     yield from _failed("controller", lambda: _check_timing(structure, airframe or airframe_of(block, path)))
@@ -201,12 +209,12 @@ def _semantic_problems(document: Row, airframe: Airframe | None, path: Path) -> 
 
 def _hash_problems(document: Row) -> Iterator[InputError]:
     try:
-        found = content_hash(document)
+        digest = content_hash(document)
     except InputError as error:
         yield error
         return
-    if isinstance(document.get("sha256"), str) and document["sha256"] != found:
-        message = f"the content has another hash ({found}): edited by hand? To accept the edit, remove the key sha256"
+    if isinstance(document.get("sha256"), str) and document["sha256"] != digest:
+        message = f"the content has another hash ({digest}): edited by hand? To accept the edit, remove the key sha256"
         yield InputError(message, key="sha256")
 
 

@@ -8,15 +8,13 @@ import hashlib
 from typing import Any
 
 from plant.errors import InputError
-from tuner.gains.sections import VERSION, Row
+from tuner.gains.sections import MOST_EXACT, VERSION, Row
 
 # What may be added later without another controller coming of it.
 OUTSIDE = ("sha256", "exports", "cost")
-# Beyond it neighbouring whole numbers share a double.
-MOST_EXACT = 2**53 - 1
 
 
-def content_hash(document: dict[str, Any]) -> str:
+def content_hash(document: Row) -> str:
     """Return the hash (64 hex digits) of everything in a gains document but `OUTSIDE`."""
     return canonical_hash({key: value for key, value in document.items() if key not in OUTSIDE})
 
@@ -52,19 +50,19 @@ ASIDE = (*OUTSIDE, "generator", "margins")
 
 
 def same_result(recorded: Row, made: Row) -> bool:
-    """Return whether a recorded document, which may be of an older version or damaged, tells what `made` tells."""
+    """Return True where a recorded document, perhaps older or damaged, agrees with `made`."""
     try:
         if recorded["version"] != VERSION:
             return _values(recorded) == _values(made)
         digest = made["sha256"]
         if recorded.get("sha256", digest) not in (content_hash(recorded), digest):
             return False
-        return _told(recorded) == _told(made)
+        return _compared_content(recorded) == _compared_content(made)
     except (KeyError, TypeError, AttributeError, ValueError):
         return False
 
 
-def _told(document: Row) -> Row:
+def _compared_content(document: Row) -> Row:
     return {key: value for key, value in document.items() if key not in ASIDE}
 
 

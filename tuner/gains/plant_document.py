@@ -1,7 +1,6 @@
 """gains.json of a plant of the user's own: its loops as data, and their gains, each with its unit."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -9,12 +8,12 @@ from objectives.plant_system import PlantSystem
 from plant.input_files import parse_json, read_input_text
 from plant.records import flatten, paths
 from tuner.gains.quantities import code_or_note, quantity
-from tuner.gains.sections import PLANT_FORMAT
+from tuner.gains.sections import PLANT_FORMAT, Row
 
 VERSION = 1
 
 
-def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) -> dict[str, Any]:
+def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) -> Row:
     """Return the content of gains.json for a gains row (g,); digest: of the plant's file."""
     plant, plan, timing = system.plant, system.plan, system.timing
     parameters = zip(paths(plant.Parameters), flatten(system.parameters), strict=True)
@@ -36,20 +35,25 @@ def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) ->
 
 
 def is_plant_gains(file: Path) -> bool:
-    """Return whether a file holds gains of a plant of the user's own."""
+    """Return True for a file with gains of a plant of the user's own."""
+    return format_of(file) == PLANT_FORMAT
+
+
+def format_of(file: Path) -> str | None:
+    """Return the format that a JSON file names, None where it names none."""
     try:
-        return parse_json(read_input_text(file)).get("format") == PLANT_FORMAT
+        return parse_json(read_input_text(file)).get("format")
     except (OSError, ValueError, AttributeError):
-        return False
+        return None
 
 
-def stated(value: float, unit: str) -> dict[str, Any]:
+def stated(value: float, unit: str) -> Row:
     """Return a number with its unit, which may be any of the user's."""
     return {"value": value, "unit": code_or_note(unit)}
 
 
-def _finite(values: dict[str, Any]) -> dict[str, Any]:
-    """Return what is given; no limit is not written."""
+def _finite(values: Row) -> Row:
+    """Return the finite values; no limit is not written."""
     return {
         key: value for key, value in values.items() if value is not None and value not in (float("inf"), -float("inf"))
     }

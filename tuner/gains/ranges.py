@@ -2,11 +2,11 @@
 
 from math import ceil
 
-from plant.airframes import Airframe
 from plant.errors import InputError
-from plant.gains import MOST_OBSERVER, GainAddress
 from plant.laws.filters import HALF
 from plant.loop import Timing
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.gains import MOST_OBSERVER, GainAddress
 
 
 def check_value(key: str, gain: GainAddress, value: float, control_period: float, origin: str = "given") -> None:
@@ -85,11 +85,11 @@ def check_plant_step(timing: Timing, airframe: Airframe) -> None:
         )
 
 
-def check_multiple(whole: float, part: float, key: str, of: str) -> None:
+def check_multiple(period: float, part: float, key: str, of: str) -> None:
     """Refuse a time that is no multiple of another; key, of: their names."""
-    count = round(whole / part)
-    if count < 1 or abs(count * part - whole) > MULTIPLE * whole:
+    count = round(period / part)
+    if count < 1 or abs(count * part - period) > MULTIPLE * period:
         near = max(count, 1) * part
         raise InputError(
-            f"given {whole:g} s; this must be a multiple of {of} = {part:g} s, for instance {near:g} s", key=key
+            f"given {period:g} s; this must be a multiple of {of} = {part:g} s, for instance {near:g} s", key=key
         )

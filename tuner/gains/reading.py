@@ -2,11 +2,10 @@
 
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
 
 from objectives.margins.steady_state import SteadyState
-from plant.airframes import Airframe, load, names
-from plant.gains import gain_addresses
+from plant.quadrotor.airframes import Airframe, load, names
+from plant.quadrotor.gains import gain_addresses
 from tuner.gains.airframe_block import airframe_of, numbers_block
 from tuner.gains.controller import Controller, ControllerPart, VehicleRecord
 from tuner.gains.examining import Examined, examine
@@ -44,7 +43,7 @@ def content_sha256(path: Path) -> str:
 def controller_of(read: Examined, airframe: Airframe | None = None) -> Controller:
     """Return the controller of a file without problems."""
     document = read.document
-    structure, vehicle = ControllerPart(**plain(document["controller"])), document.get("vehicle")
+    structure, vehicle = ControllerPart.of(document["controller"]), document.get("vehicle")
     gains = plain(document["gains"])
     return Controller(
         airframe or _airframe(read),
@@ -54,26 +53,18 @@ def controller_of(read: Examined, airframe: Airframe | None = None) -> Controlle
         structure.plant_step,
         tuple(gains[gain.address] for gain in gain_addresses(structure.cascade)),
         None if vehicle is None else _record(vehicle),
-        tuple(_state(**row) for row in document.get("states", [])),
+        tuple(_state(plain(row)) for row in document.get("states", [])),
     )
 
 
-class NamedValue(NamedTuple):
-    """An entry of the settings or parameters of a vehicle."""
-
-    name: str
-    value: Any
-
-
-def _state(name: str, yaw: Row, velocity: list[Row], wind: list[Row]) -> SteadyState:
-    """Return a steady state that a file records."""
-    first, second = ([entry["value"] for entry in vector] for vector in (velocity, wind))
-    return SteadyState(name, yaw["value"], tuple(first), tuple(second))
+def _state(row: Row) -> SteadyState:
+    vectors: Row = {key: tuple(row[key]) for key in ("velocity", "wind")}
+    return SteadyState(**row | vectors)
 
 
 def _record(block: Row) -> VehicleRecord:
-    lists = {key: dict(NamedValue(**row) for row in block[key]) for key in ("settings", "parameters")}
-    return VehicleRecord(**{**block, **lists, "kept": tuple(block["kept"])})
+    pairs = {key: {row["name"]: row["value"] for row in block[key]} for key in ("settings", "parameters")}
+    return VehicleRecord(**{**block, **pairs, "kept": tuple(block["kept"])})
 
 
 def _airframe(read: Examined) -> Airframe:

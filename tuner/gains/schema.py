@@ -20,12 +20,12 @@ from functools import cache
 from typing import Any
 
 from objectives.margins.quantities import QUANTITIES, RECORDED
-from plant.cascade import ATTITUDE_AXES, AXES, POSITION_AXES
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.laws.law import GainInfo, Law
 from plant.laws.slower import MOST_PERIODS
-from plant.nominal import BATTERY_RANGES, LEAST_CUTOFF, MOST_CUTOFF, NOTCH_RANGES, ControlOptions
-from tuner.gains.airframe_block import airframe_schema
+from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, POSITION_AXES
+from plant.quadrotor.nominal import BATTERY_RANGES, LEAST_CUTOFF, MOST_CUTOFF, NOTCH_RANGES, ControlOptions
+from tuner.gains.airframe_block import AIRFRAME
 from tuner.gains.quantities import UCUM, ucum
 from tuner.gains.ranges import LONGEST, SHORTEST
 from tuner.gains.sections import (
@@ -48,10 +48,96 @@ from tuner.gains.sections import (
 
 ID = "urn:holdfast:gains:1.2"
 LOOPS = {"position": POSITION_AXES, "attitude": ATTITUDE_AXES}
+# Unit, least and most of options that are numbers.
+MEASURES = {
+    "tilt_limit": ("rad", 0.05, 1.05),
+    "yaw_torque_cutoff": ("Hz", LEAST_CUTOFF, MOST_CUTOFF),
+    "rpm_notch_q": ("1", *NOTCH_RANGES["rpm_notch_q"]),
+    "rpm_notch_min": ("Hz", *NOTCH_RANGES["rpm_notch_min"]),
+    "battery_compensation": ("1", *BATTERY_RANGES["battery_compensation"]),
+    "battery_cutoff": ("Hz", *BATTERY_RANGES["battery_cutoff"]),
+}
 # Steady states that loops are judged in; a study has a handful.
 MOST_STATES = 64
-# Keys that a document may lack.
-OPTIONAL = ("vehicle", "study", "states", "objectives", "design", "margins", "cost", "exports", "sha256")
+NUMBER_OR_NULL = {"type": ["number", "null"]}
+TARGET_TEXT = {"type": "string", "pattern": "^[A-Za-z0-9 ._-]{1,128}(?!\n)$"}
+PARAMETER_NAME = {"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_.]{0,31}(?!\n)$"}
+SEED = {"type": ["integer", "string"], "minimum": 0, "maximum": MOST_EXACT, "pattern": "^[0-9]{16,19}(?!\n)$"}
+# A metric of the user's own may have a unit that the table lacks; it is then an annotation.
+ANY_UNIT = {"anyOf": [{"enum": sorted(set(UCUM.values()))}, {"type": "string", "pattern": r"^\{[^{}]+\}$"}]}
+VELOCITY = {**listed(measured("m/s")), "minItems": 3, "maxItems": 3}
+MARGINS = {name: measured(ucum(QUANTITIES[name].unit), minimum=0) for name in RECORDED}
+
+VEHICLE = closed(
+    {
+        **dict.fromkeys(("target", "target_version", "file"), TARGET_TEXT),
+        "sha256": DIGEST,
+        "settings": listed(closed(texts("name", "value"))),
+        "parameters": listed(closed({"name": PARAMETER_NAME, "value": {"type": "number"}})),
+        "kept": listed(PARAMETER_NAME),
+    }
+)
+ORIGIN = {**texts("name", "title", "digest", "point"), "seed": SEED, "feasible": {"const": False}}
+STATE = closed({**texts("name"), "yaw": measured("rad"), "velocity": VELOCITY, "wind": VELOCITY})
+INTERVAL = closed(
+    {
+        "level": {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1},
+        # A bootstrap has at least two flights to draw from.
+        "n": {"type": "integer", "minimum": 2},
+        **texts("method"),
+    }
+)
+OBJECTIVE = closed(
+    {
+        **texts("label"),
+        "unit": ANY_UNIT,
+        "kind": {"enum": ["objective", "constraint", "requirement"]},
+        "limit": NUMBER_OR_NULL,
+        **dict.fromkeys(
+            ("default", "tuned", "difference"), closed(dict.fromkeys(("value", "low", "high"), NUMBER_OR_NULL))
+        ),
+        **texts("verdict"),
+        "interval": INTERVAL,
+        **texts("state"),
+    },
+    optional=("interval", "state"),
+)
+DESIGN = closed(
+    {
+        "axis": {"enum": list(AXES)},
+        "designed": {"type": "boolean"},
+        **texts("why"),
+        "load_rejection": {**measured("s-3"), "type": ["object", "null"]},
+    }
+)
+MARGIN = closed(
+    {
+        "loop": {"enum": list(AXES)},
+        "break_at": {"enum": [PLANT_INPUT, DEMAND]},
+        "method": {"enum": [LINEARISED, DESCRIBING]},
+        **texts("amplitude"),
+        "stable": {"type": "boolean"},
+        **MARGINS,
+    },
+    optional=("amplitude", *MARGINS),
+)
+COST = closed(
+    {**texts("target", "tool"), "instructions": measured("1", minimum=0), "bytes": measured("By", minimum=0)},
+    optional=("instructions", "bytes"),
+)
+EXPORT = closed({**texts("target", "target_version", "file"), "sha256": DIGEST, "lossy": listed({"type": "string"})})
+# Sections that a document may lack.
+SECTIONS: Row = {
+    "vehicle": VEHICLE,
+    "study": closed(ORIGIN, optional=ORIGIN),
+    "states": {**listed(STATE), "maxItems": MOST_STATES},
+    "objectives": listed(OBJECTIVE),
+    "design": listed(DESIGN),
+    "margins": listed(MARGIN),
+    "cost": listed(COST),
+    "exports": listed(EXPORT),
+    "sha256": DIGEST,
+}
 
 
 def gains_schema() -> Row:
@@ -67,20 +153,12 @@ def _schema_of(_: tuple[Law, ...]) -> Row:
             "version": {"enum": list(VERSIONS)},
             "generator": closed(texts("name", "version")),
             "conventions": closed({key: {"const": value} for key, value in CONVENTIONS.items()}),
-            "airframe": airframe_schema(),
-            "controller": controller_schema(list(LAWS)),
+            "airframe": AIRFRAME,
+            "controller": controller_schema(),
             "gains": {"type": "object"},
-            "vehicle": vehicle_schema(),
-            "study": study_schema(),
-            "states": {**listed(state_schema()), "maxItems": MOST_STATES},
-            "objectives": listed(objectives_schema()),
-            "design": listed(design_schema()),
-            "margins": listed(margins_schema()),
-            "cost": listed(cost_schema()),
-            "exports": listed(exports_schema()),
-            "sha256": DIGEST,
+            **SECTIONS,
         },
-        optional=OPTIONAL,
+        optional=SECTIONS,
     )
     choices, definitions = gains_by_law()
     return {
@@ -105,19 +183,12 @@ def gains_by_law() -> tuple[list[Row], Row]:
             sharing.setdefault(json.dumps(gains), []).append(law.name)
         for laws in sharing.values():
             name = f"{laws[0]}.{loop}"
-            choices.append(chosen(loop, laws, name))
+            controller = {"type": "object", "properties": {loop: {"enum": laws}}, "required": [loop]}
+            chosen = {"properties": {"controller": controller}, "required": ["controller"]}
+            choices.append({"if": chosen, "then": {"properties": {"gains": {"$ref": f"#/$defs/{name}"}}}})
             definitions[name] = gains_of(LAWS[laws[0]], loop)
             definitions |= {f"{name}.{_written(gain)}": gain_schema(gain, loop) for gain in LAWS[laws[0]].gains}
     return choices, definitions
-
-
-def chosen(loop: str, laws: list[str], name: str) -> Row:
-    """Return: where a loop has one of the laws, the gains are those of the definition of that name."""
-    controller = {"type": "object", "properties": {loop: {"enum": laws}}, "required": [loop]}
-    return {
-        "if": {"properties": {"controller": controller}, "required": ["controller"]},
-        "then": {"properties": {"gains": {"$ref": f"#/$defs/{name}"}}},
-    }
 
 
 def gains_of(law: Law, loop: str) -> Row:
@@ -138,13 +209,9 @@ def _written(gain: GainInfo) -> str:
 def gain_schema(gain: GainInfo, loop: str) -> Row:
     """Return the schema of one gain: value, unit and, where a search had one, its range."""
     bound = "exclusiveMinimum" if gain.exclusive else "minimum"
-    value = {"type": "number", bound: gain.least}
-    unit = {"const": ucum(gain.unit_in(loop))}
-    ends = {"type": "number"}
-    return {
-        "description": gain.meaning,
-        **closed({"value": value, "unit": unit, "low": ends, "high": ends}, optional=("low", "high")),
-    }
+    ends = dict.fromkeys(("low", "high"), {"type": "number"})
+    properties = {**measured(ucum(gain.unit_in(loop)), **{bound: gain.least})["properties"], **ends}
+    return {"description": gain.meaning, **closed(properties, optional=ends)}
 
 
 def schema_text() -> str:
@@ -164,130 +231,28 @@ def _validator_of(_: tuple[Law, ...]) -> Any:
     return Draft202012Validator(gains_schema())
 
 
-def controller_schema(laws: list[str]) -> Row:
+def controller_schema() -> Row:
     """Return the schema of "controller"."""
-    period = measured("s", minimum=SHORTEST, maximum=LONGEST)
+    laws, period = {"enum": list(LAWS)}, measured("s", minimum=SHORTEST, maximum=LONGEST)
+    measures = {name: measured(unit, minimum=low, maximum=high) for name, (unit, low, high) in MEASURES.items()}
     options = {
+        "tilt_limit": measures.pop("tilt_limit"),
+        "yaw_torque_cutoff": measures.pop("yaw_torque_cutoff"),
+        "rpm_notches": {"type": "integer", "minimum": 1, "maximum": NOTCH_RANGES["rpm_notches"][1]},
+        **measures,
         **dict.fromkeys(("attitude_rate", "position_rate"), {"enum": ["measured", "observer"]}),
-        "lag_aware": {"type": "boolean"},
-        "delay": {"type": "boolean"},
+        **dict.fromkeys(("lag_aware", "delay"), {"type": "boolean"}),
     }
-    measures = {
-        "tilt_limit": measured("rad", minimum=0.05, maximum=1.05),
-        "yaw_torque_cutoff": measured("Hz", minimum=LEAST_CUTOFF, maximum=MOST_CUTOFF),
-    }
-    harmonics, quality, least = NOTCH_RANGES.values()
-    share, cutoff = BATTERY_RANGES.values()
-    present = {
-        "rpm_notches": {"type": "integer", "minimum": 1, "maximum": harmonics[1]},
-        "rpm_notch_q": measured("1", minimum=quality[0], maximum=quality[1]),
-        "rpm_notch_min": measured("Hz", minimum=least[0], maximum=least[1]),
-        "battery_compensation": measured("1", minimum=share[0], maximum=share[1]),
-        "battery_cutoff": measured("Hz", minimum=cutoff[0], maximum=cutoff[1]),
-    }
-    assert {*options, *measures, *present} == set(ControlOptions.__dataclass_fields__), "every option is in the file"
+    assert set(options) == set(ControlOptions.__dataclass_fields__), "every option is in the file"
     return closed(
         {
-            "position": {"enum": laws},
-            "attitude": {"enum": laws},
-            "control_period": period,
-            "plant_step": period,
-            **measures,
-            **present,
+            **dict.fromkeys(LOOPS, laws),
+            **dict.fromkeys(("control_period", "plant_step"), period),
             **options,
             "position_every": {"type": "integer", "minimum": 2, "maximum": MOST_PERIODS},
             "structure": closed({key: {"const": text} for key, text in STRUCTURE.items()}),
-            "discretisation": closed(texts("position", "attitude")),
+            "discretisation": closed(texts(*LOOPS)),
             "code": closed(dict.fromkeys(LOOPS, closed(texts("file", "digest"))), optional=LOOPS),
         },
-        optional=["yaw_torque_cutoff", *present, "position_every", "code"],
+        optional=["yaw_torque_cutoff", *NOTCH_RANGES, *BATTERY_RANGES, "position_every", "code"],
     )
-
-
-def vehicle_schema() -> Row:
-    """Return the schema of "vehicle"."""
-    plain = {"type": "string", "pattern": "^[A-Za-z0-9 ._-]{1,128}(?!\n)$"}
-    name = {"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_.]{0,31}(?!\n)$"}
-    return closed(
-        {
-            **dict.fromkeys(("target", "target_version", "file"), plain),
-            "sha256": DIGEST,
-            "settings": listed(closed(texts("name", "value"))),
-            "parameters": listed(closed({"name": name, "value": {"type": "number"}})),
-            "kept": listed(name),
-        }
-    )
-
-
-def study_schema() -> Row:
-    """Return the schema of "study"."""
-    seed = {"type": ["integer", "string"], "minimum": 0, "maximum": MOST_EXACT, "pattern": "^[0-9]{16,19}(?!\n)$"}
-    properties = {**texts("name", "title", "digest", "point"), "seed": seed, "feasible": {"const": False}}
-    return closed(properties, optional=properties)
-
-
-def objectives_schema() -> Row:
-    """Return the schema of one row of "objectives"."""
-    number = {"type": ["number", "null"]}
-    estimate = closed({"value": number, "low": number, "high": number})
-    # A bootstrap has at least two flights to draw from.
-    interval = closed(
-        {
-            "level": {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1},
-            "n": {"type": "integer", "minimum": 2},
-            "method": {"type": "string"},
-        }
-    )
-    return closed(
-        {
-            "label": {"type": "string"},
-            # A metric of the user's own may have a unit that the table lacks; it is then an annotation.
-            "unit": {"anyOf": [{"enum": sorted(set(UCUM.values()))}, {"type": "string", "pattern": r"^\{[^{}]+\}$"}]},
-            "kind": {"enum": ["objective", "constraint", "requirement"]},
-            "limit": number,
-            **dict.fromkeys(("default", "tuned", "difference"), estimate),
-            "verdict": {"type": "string"},
-            "interval": interval,
-            "state": {"type": "string"},
-        },
-        optional=("interval", "state"),
-    )
-
-
-def state_schema() -> Row:
-    """Return the schema of one row of "states"."""
-    vector = {"type": "array", "items": measured("m/s"), "minItems": 3, "maxItems": 3}
-    return closed({**texts("name"), "yaw": measured("rad"), "velocity": vector, "wind": vector})
-
-
-def design_schema() -> Row:
-    """Return the schema of one row of "design"."""
-    rejection = {**measured("s-3"), "type": ["object", "null"]}
-    axis, designed = {"enum": list(AXES)}, {"type": "boolean"}
-    return closed({"axis": axis, "designed": designed, **texts("why"), "load_rejection": rejection})
-
-
-def margins_schema() -> Row:
-    """Return the schema of one row of "margins"."""
-    values = {name: measured(ucum(QUANTITIES[name].unit), minimum=0) for name in RECORDED}
-    about = {
-        "loop": {"enum": list(AXES)},
-        "break_at": {"enum": [PLANT_INPUT, DEMAND]},
-        "method": {"enum": [LINEARISED, DESCRIBING]},
-        "amplitude": {"type": "string"},
-        "stable": {"type": "boolean"},
-    }
-    return closed({**about, **values}, optional=("amplitude", *values))
-
-
-def cost_schema() -> Row:
-    """Return the schema of one row of "cost"."""
-    return closed(
-        {**texts("target", "tool"), "instructions": measured("1", minimum=0), "bytes": measured("By", minimum=0)},
-        optional=("instructions", "bytes"),
-    )
-
-
-def exports_schema() -> Row:
-    """Return the schema of one row of "exports"."""
-    return closed({**texts("target", "target_version", "file"), "sha256": DIGEST, "lossy": listed({"type": "string"})})

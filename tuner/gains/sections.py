@@ -35,6 +35,18 @@ def texts(*names: str) -> Row:
     return {name: {"type": "string"} for name in names}
 
 
+def add_units(schema: Row, content: Any) -> Any:
+    """Return plain content as a file of this schema has it: keys in its order, numbers with its units, no key of None."""
+    if "items" in schema:
+        return [add_units(schema["items"], part) for part in content]
+    keys = schema.get("properties", {})
+    if "unit" in keys:
+        return {"value": content, "unit": keys["unit"]["const"]}
+    return (
+        {key: add_units(keys[key], content[key]) for key in keys if content.get(key) is not None} if keys else content
+    )
+
+
 FORMAT, VERSION = "holdfast-gains", "1.2"
 PLANT_FORMAT = "holdfast-plant-gains"
 """Format of gains of a plant of the user's own, see `tuner.gains.plant_document`."""

@@ -8,10 +8,10 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from plant.airframes import Airframe, load, names
 from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
-from plant.laws import LAWS
+from plant.law_registry import LAWS
+from plant.quadrotor.airframes import Airframe, load, names
 from tuner.gains.airframe_block import airframe_block
 from tuner.gains.quantities import UCUM
 from tuner.gains.sections import CONVENTIONS, FORMAT, STRUCTURE, VERSION, Row
@@ -24,13 +24,13 @@ def brought_up(old: Row, path: Path, airframe: Airframe | None) -> Row:
 
     What is wrong in it stays wrong for the schema to tell. Raises InputError where the airframe is not known.
     """
-    own = airframe or _airframe(old.get("airframe"), path.parent)
+    flown = airframe or _airframe(old.get("airframe"), path.parent)
     document: Row = {
         "format": FORMAT,
         "version": VERSION,
         "generator": {"name": "holdfast", "version": "0.1"},
         "conventions": CONVENTIONS,
-        "airframe": airframe_block(own),
+        "airframe": airframe_block(flown),
     }
     if "controller" in old:
         document["controller"] = _controller(old["controller"])
@@ -62,9 +62,9 @@ def _airframe(table: Any, folder: Path) -> Airframe:
         message = "this must be a text" if given else "this key is required and missing"
         raise InputError(f"{message}; give the name of an airframe", key="airframe.name")
     name = table["name"]
-    kept = [file for file in (folder / "inputs").glob("*.toml") if file.stem == name and _holds_airframe(file)]
-    beside = [file for file in folder.glob("*.toml") if file.stem == name and name not in names()]
-    for file in [*kept, *beside]:
+    recorded = [file for file in (folder / "inputs").glob("*.toml") if file.stem == name and _holds_airframe(file)]
+    adjacent = [file for file in folder.glob("*.toml") if file.stem == name and name not in names()]
+    for file in [*recorded, *adjacent]:
         return load(file, allow_unphysical=True)
     if name in names():
         return load(name, allow_unphysical=True)
@@ -72,7 +72,7 @@ def _airframe(table: Any, folder: Path) -> Airframe:
 
 
 def _holds_airframe(file: Path) -> bool:
-    """Return whether a file in inputs/ is an airframe: a study may bear the same name."""
+    """Return True for an airframe in inputs/: a study may bear the same name."""
     try:
         return {"frame", "mass"} <= tomllib.loads(read_input_text(file, "utf-8-sig")).keys()
     except (OSError, ValueError, RecursionError):

@@ -12,8 +12,15 @@ SLOWEST_COMMANDS = 50.0
 
 
 def joined(
-    name: str, kind: str, digest: str, time: Array, gyro: Array, acceleration: Array, command_time: Array, command: Array,
-) -> FlightLog:  # fmt: skip
+    name: str,
+    kind: str,
+    digest: str,
+    time: Array,
+    gyro: Array,
+    acceleration: Array,
+    command_time: Array,
+    command: Array,
+) -> FlightLog:
     """Return a log on the gyro's times [s], commands held; gyro and acceleration (n, 3) are in FRD, command (m, 4) in our order.
 
     Raises InputError where either is missing.
@@ -22,7 +29,7 @@ def joined(
         if len(series) < 2:
             raise InputError(f"has {len(series)} {what}; log the inertial sensors and the motor outputs", file=name)
     rate = 1.0 / max(float(np.median(np.diff(command_time))), 1e-9)
-    said = (
+    notes = (
         (f"motor commands at {rate:.0f} Hz only; log them at {SLOWEST_COMMANDS:.0f} Hz or more",)
         if rate < SLOWEST_COMMANDS
         else ()
@@ -30,5 +37,12 @@ def joined(
     inside = (time >= command_time[0]) & (time <= command_time[-1])
     held = np.searchsorted(command_time, time[inside], side="right") - 1
     return FlightLog(
-        name, kind, digest, time[inside], gyro[inside] * FRD_TO_FLU, acceleration[inside] * FRD_TO_FLU, command[held], said,
-    )  # fmt: skip
+        name,
+        kind,
+        digest,
+        time[inside],
+        gyro[inside] * FRD_TO_FLU,
+        acceleration[inside] * FRD_TO_FLU,
+        command[held],
+        notes,
+    )

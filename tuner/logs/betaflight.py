@@ -24,7 +24,7 @@ DSHOT, PULSES = (48.0, 2047.0), (1000.0, 2000.0)
 
 
 def is_betaflight(content: bytes) -> bool:
-    """Return whether a file begins with the decoder's line of names."""
+    """Return true for a file with the decoder's line of names first."""
     return b"loopIteration" in content[:SEEN] and b"gyroADC[0]" in content[:SEEN]
 
 
@@ -42,10 +42,19 @@ def read_betaflight(content: bytes, name: str, digest: str) -> FlightLog:
     if missing:
         raise InputError(f"lacks the columns {', '.join(missing)}; log gyro, accelerometer and motors", file=name)
     table = read_columns(content, name, [names[entry] for entry in wanted])
-    lift, said = _acceleration(table[:, 4:7], units["accSmooth[0]"], name)
-    command, told = _command(table[:, 7:])
+    lift, accelerometer_note = _acceleration(table[:, 4:7], units["accSmooth[0]"], name)
+    command, motor_note = _command(table[:, 7:])
     gyro = table[:, 1:4] * GYRO.get(units["gyroADC[0]"], GYRO["deg/s"])
-    return FlightLog(name, "Betaflight blackbox as CSV", digest, table[:, 0] * 1e-6, gyro, lift, command, (said, told))
+    return FlightLog(
+        name,
+        "Betaflight blackbox as CSV",
+        digest,
+        table[:, 0] * 1e-6,
+        gyro,
+        lift,
+        command,
+        (accelerometer_note, motor_note),
+    )
 
 
 def _acceleration(counts: Array, unit: str, name: str) -> tuple[Array, str]:

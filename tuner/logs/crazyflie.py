@@ -42,22 +42,28 @@ class _Event(NamedTuple):
 
 
 def is_crazyflie(content: bytes) -> bool:
-    """Return whether a file begins as such a log does."""
+    """Return true for a file that begins as such a log."""
     return content[:1] == MAGIC and len(content) > 5 and int.from_bytes(content[1:3], "little") in STAMPS
 
 
 def read_crazyflie(content: bytes, name: str, digest: str) -> FlightLog:
     """Return the log; raises InputError where it is cut off, damaged or lacks a variable."""
     version = int.from_bytes(content[1:3], "little")
-    said = () if _sum_is_right(content) else ("its check sum is wrong: the end may be missing or damaged",)
+    notes = () if _sum_is_right(content) else ("its check sum is wrong: the end may be missing or damaged",)
     events, start = _head(content, name)
     stamp, unit = STAMPS[version]
     table = _table(content, start, events, stamp, name)
     acceleration, gyro = (_columns(table, [f"{kind}.{axis}" for axis in "xyz"], name) for kind in ("acc", "gyro"))
     return FlightLog(
-        name, "Crazyflie SD card", digest, table["time"].astype(float) * unit, np.radians(gyro), STANDARD_GRAVITY * acceleration,
-        _columns(table, MOTORS, name) / FULL, said,
-    )  # fmt: skip
+        name,
+        "Crazyflie SD card",
+        digest,
+        table["time"].astype(float) * unit,
+        np.radians(gyro),
+        STANDARD_GRAVITY * acceleration,
+        _columns(table, MOTORS, name) / FULL,
+        notes,
+    )
 
 
 def _sum_is_right(content: bytes) -> bool:
@@ -68,9 +74,9 @@ def _head(content: bytes, name: str) -> tuple[dict[int, _Event], int]:
     """Return the events by their number and where the records begin."""
     place, events = 5, {}
     for _ in range(_bounded(int.from_bytes(content[3:5], "little"), MOST_EVENTS, "event types", name)):
-        number, place = _whole(content, place, name)
+        number, place = _uint16(content, place, name)
         title, place = _word(content, place, name)
-        count, place = _whole(content, place, name)
+        count, place = _uint16(content, place, name)
         variables = []
         for _ in range(_bounded(count, MOST_VARIABLES, "variables", name)):
             text, place = _word(content, place, name)
@@ -85,7 +91,7 @@ def _bounded(count: int, most: int, what: str, name: str) -> int:
     return count
 
 
-def _whole(content: bytes, place: int, name: str) -> tuple[int, int]:
+def _uint16(content: bytes, place: int, name: str) -> tuple[int, int]:
     if place + 2 > len(content):
         raise InputError("ends within its head; copy it from the card again", file=name)
     return int.from_bytes(content[place : place + 2], "little"), place + 2
@@ -131,8 +137,7 @@ def _table(content: bytes, start: int, events: dict[int, _Event], stamp: str, na
 
 
 def _columns(table: np.ndarray, variables: list[str] | tuple[str, ...], name: str) -> Array:
-    known = table.dtype.names or ()
-    missing = [variable for variable in variables if variable not in known]
+    missing = [variable for variable in variables if variable not in (table.dtype.names or ())]
     if missing:
         raise InputError(f"lacks {', '.join(missing)}; log them too: acc, gyro and motor.m1 to m4", file=name)
     return np.column_stack([table[variable].astype(float) for variable in variables])

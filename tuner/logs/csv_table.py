@@ -20,7 +20,7 @@ def read_csv(content: bytes, name: str, digest: str, mapping: Mapping, kind: str
 
 
 def read_columns(content: bytes, name: str, columns: list[str], separator: str = ",") -> Array:
-    """Return named columns (n, columns) of a CSV text, NaN where a cell is no number."""
+    """Return named columns (n, columns) of a CSV text: NaN where a cell is no number."""
     import pandas as pd
 
     text = _text(content, name)
@@ -33,9 +33,18 @@ def read_columns(content: bytes, name: str, columns: list[str], separator: str =
     places = [head.index(column) for column in columns]
     try:
         frame = pd.read_csv(
-            StringIO(text), sep=separator, header=None, names=range(len(head)), index_col=False, skiprows=1,
-            usecols=sorted(set(places)), on_bad_lines="skip", dtype=str, engine="c", quoting=3,
-        )  # fmt: skip
+            StringIO(text),
+            sep=separator,
+            header=None,
+            names=range(len(head)),
+            index_col=False,
+            skiprows=1,
+            usecols=sorted(set(places)),
+            on_bad_lines="skip",
+            dtype=str,
+            engine="c",
+            quoting=3,
+        )
     except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
         raise InputError(f"is no table of numbers ({str(error).splitlines()[0]})", file=name) from None
     return np.column_stack([np.asarray(pd.to_numeric(frame[place], errors="coerce"), float) for place in places])

@@ -33,7 +33,7 @@ class _Described(NamedTuple):
 
 
 def is_dataflash(content: bytes) -> bool:
-    """Return whether a file begins with the format message that such a log begins with."""
+    """Return true for a file with such a log's format message first."""
     return content[:3] == MAGIC
 
 
@@ -45,13 +45,19 @@ def read_dataflash(content: bytes, name: str, digest: str) -> FlightLog:
         imu = imu[imu["I"] == 0]
     sensors, pulses = _columns(imu, SENSORS, name), _columns(outputs, OUTPUTS, name)
     return joined(
-        name, "ArduPilot DataFlash (.bin)", digest, sensors[:, 0] * 1e-6, sensors[:, 1:4], sensors[:, 4:], pulses[:, 0] * 1e-6,
+        name,
+        "ArduPilot DataFlash (.bin)",
+        digest,
+        sensors[:, 0] * 1e-6,
+        sensors[:, 1:4],
+        sensors[:, 4:],
+        pulses[:, 0] * 1e-6,
         (pulses[:, 1:] - IDLE) / (FULL - IDLE),
-    )  # fmt: skip
+    )
 
 
 def _messages(content: bytes, wanted: tuple[str, ...]) -> tuple[dict[int, _Described], dict[str, list[bytes]]]:
-    """Return the kinds of messages that are described, and the bytes of the wanted ones by name."""
+    """Return the described message kinds, and the bytes of the wanted ones."""
     kinds: dict[int, _Described] = {}
     parts: dict[str, list[bytes]] = {name: [] for name in wanted}
     place, end = 0, len(content)
@@ -70,7 +76,7 @@ def _messages(content: bytes, wanted: tuple[str, ...]) -> tuple[dict[int, _Descr
 
 
 def _described(body: bytes) -> dict[int, _Described]:
-    """Return the kind of message that a format message describes, by its type, or nothing where the two lengths disagree."""
+    """Return the kind described by a format message, by its type; nothing where the two lengths disagree."""
     number, length, name = body[0], body[1], _text(body[2:6])
     letters, fields = _text(body[6:22]), _text(body[22:]).split(",")
     fits = (

@@ -26,8 +26,8 @@ class FlightLog:
 
     name: file name. kind: of log, as `tuner.logs.reading.READERS` has it. digest: SHA-256 of the file. time (n,) [s], rising;
     gyro (n, 3) body rates [rad/s]; acceleration (n, 3) specific force [m/s2], +g along z at rest; command (n, 4): share of
-    full command, 0 to 1, rotors as in an airframe: front left, front right, rear left, rear right. Body axes FLU. said: what the
-    reader had to assume or leave out.
+    full command, 0 to 1, rotors as in an airframe: front left, front right, rear left, rear right. Body axes FLU. notes: the
+    reader's assumptions and omissions.
     """
 
     name: str
@@ -37,7 +37,7 @@ class FlightLog:
     gyro: Array
     acceleration: Array
     command: Array
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def period(self) -> float:
@@ -61,7 +61,7 @@ class FlightLog:
         return int(np.sum(np.round(gaps[gaps > LOST]) - 1.0))
 
     def between(self, begin: float, end: float) -> "FlightLog":
-        """Return the samples from a time to another [s], of the log's own clock; InputError where too few are left."""
+        """Return the samples between two times [s] of the log's clock; InputError where too few are left."""
         chosen = (self.time >= begin) & (self.time <= end)
         if np.count_nonzero(chosen) < LEAST_SAMPLES:
             raise InputError(
@@ -74,12 +74,15 @@ class FlightLog:
     def where(self, chosen: NDArray[np.bool_]) -> "FlightLog":
         """Return the samples that are chosen by a mask (n,)."""
         return replace(
-            self, time=self.time[chosen], gyro=self.gyro[chosen], acceleration=self.acceleration[chosen],
+            self,
+            time=self.time[chosen],
+            gyro=self.gyro[chosen],
+            acceleration=self.acceleration[chosen],
             command=self.command[chosen],
-        )  # fmt: skip
+        )
 
     def stretches(self) -> list["FlightLog"]:
-        """Return the parts between pauses of the time base, each of at least `LEAST_SAMPLES`."""
+        """Return the parts between pauses of the time base: each of at least `LEAST_SAMPLES`."""
         longest = max(PAUSE, PAUSE_PERIODS * self.period)
         ends = [0, *(np.flatnonzero(np.diff(self.time) > longest) + 1).tolist(), len(self.time)]
         index = np.arange(len(self.time))
@@ -94,14 +97,14 @@ def checked(log: FlightLog) -> FlightLog:
     log = (
         log
         if finite.all()
-        else replace(log.where(finite), said=(*log.said, f"{np.sum(~finite):,} samples are no numbers"))
+        else replace(log.where(finite), notes=(*log.notes, f"{np.sum(~finite):,} samples are no numbers"))
     )
     if len(log.time) < LEAST_SAMPLES:
         raise InputError(f"has {len(log.time)} usable samples; at least {LEAST_SAMPLES} are needed", file=log.name)
     forward = np.concatenate([[True], log.time[1:] > np.maximum.accumulate(log.time)[:-1]])
     if not forward.all():
         log = replace(
-            log.where(forward), said=(*log.said, f"{np.sum(~forward):,} samples stand before their predecessors")
+            log.where(forward), notes=(*log.notes, f"{np.sum(~forward):,} samples stand before their predecessors")
         )
     if len(log.time) < LEAST_SAMPLES or not 0.0 < log.duration <= LONGEST:
         raise InputError(

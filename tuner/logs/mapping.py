@@ -51,7 +51,7 @@ class Columns(_Strict):
 
 
 class Commands(_Strict):
-    """Four columns of motor commands, and the numbers that stand for no and for full command."""
+    """Columns of the four motor commands, and their values at no and full command."""
 
     columns: Four
     idle: float = 0.0
@@ -74,7 +74,7 @@ class Mapping(_Strict):
         return [self.time.column, *self.gyro.columns, *self.acceleration.columns, *self.command.columns]
 
     def parts(self, table: Array) -> tuple[Array, Array, Array, Array]:
-        """Return time, gyro, acceleration and command in SI units and FLU of a table (n, 11) with those columns."""
+        """Return time, gyro, acceleration and command in SI units and FLU: of a table (n, 11)."""
         flip, span = AXES[self.axes], self.command.full - self.command.idle
         return (
             table[:, 0] * TIME[self.time.unit],

@@ -21,7 +21,7 @@ class EndlessError(Exception):
 
 
 class ReadOnce(BytesIO):
-    """A file for pyulog 1.3, which may step back for ever in front of a damaged message at the end.
+    """File for pyulog 1.3 with a bounded number of reads: at a damaged last message it may step back for ever.
 
     A message of four bytes or more takes two reads, so no sound file asks for more reads than it has bytes.
     """
@@ -39,7 +39,7 @@ class ReadOnce(BytesIO):
 
 
 def is_ulog(content: bytes) -> bool:
-    """Return whether a file begins as a ULog."""
+    """Return true for a file that begins as a ULog."""
     return content[: len(MAGIC)] == MAGIC
 
 
@@ -51,8 +51,8 @@ def read_ulog(content: bytes, name: str, digest: str) -> FlightLog:
     try:
         # It prints what it finds damaged.
         with redirect_stdout(StringIO()):
-            found = ULog(ReadOnce(content), [SENSORS, *OUTPUTS])
-        topics = {entry.name: entry.data for entry in reversed(found.data_list) if entry.multi_id == 0}
+            log = ULog(ReadOnce(content), [SENSORS, *OUTPUTS])
+        topics = {topic.name: topic.data for topic in reversed(log.data_list) if topic.multi_id == 0}
     except EndlessError:
         raise InputError(
             "is damaged so that reading it does not end; copy it from the vehicle again", file=name
@@ -66,9 +66,15 @@ def read_ulog(content: bytes, name: str, digest: str) -> FlightLog:
     field, idle, full = OUTPUTS[chosen]
     command = (_fields(outputs, [f"{field}[{i}]" for i in MOTORS], name) - idle) / (full - idle)
     return joined(
-        name, "PX4 ULog", digest, _time(sensors, name), _fields(sensors, [f"gyro_rad[{i}]" for i in range(3)], name),
-        _fields(sensors, [f"accelerometer_m_s2[{i}]" for i in range(3)], name), _time(outputs, name), command,
-    )  # fmt: skip
+        name,
+        "PX4 ULog",
+        digest,
+        _time(sensors, name),
+        _fields(sensors, [f"gyro_rad[{i}]" for i in range(3)], name),
+        _fields(sensors, [f"accelerometer_m_s2[{i}]" for i in range(3)], name),
+        _time(outputs, name),
+        command,
+    )
 
 
 def _topic(topics: dict[str, Any], names: list[str], name: str) -> Any:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from tuner.documents.tuning import TuningFolder
-    from tuner.report.drawing import Drawing
+    from tuner.report.drawing import FigureProcess
 
 
 def prepare() -> None:
@@ -37,11 +37,11 @@ def write_report(folder: Path, results: "TuningFolder | None" = None) -> Path:
     return write_page(results or opened(folder))
 
 
-def start_figures(folder: Path) -> "Drawing":
+def start_figures(folder: Path) -> "FigureProcess":
     """Make ready to write figures/ like `write_figures` and return at once; tell it to `begin` and to `go_on`, then `wait`."""
-    from tuner.report.drawing import Drawing
+    from tuner.report.drawing import FigureProcess
 
-    return Drawing(folder)
+    return FigureProcess(folder)
 
 
 def write_figures(folder: Path) -> list[Path]:

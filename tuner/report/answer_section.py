@@ -12,7 +12,7 @@ from tuner.report.page import wide
 from tuner.report.words import law_title, laws_of, plain_margin, plain_metric, plain_risk
 from tuner.text.markup import Markup, cells, element, join, table
 from tuner.text.numbers import MISSING, count, duration, estimate, fixed, significant
-from tuner.text.sentences import limit_text, listing
+from tuner.text.sentences import bound_text, listing
 from tuner.text.units import marked_up, plain
 
 HEAD = ("Quantity", "Default", "Tuned", "Change", "Verdict")
@@ -47,7 +47,7 @@ def answer_table(results: TuningFolder) -> Markup:
 
 def states_table(results: TuningFolder) -> Markup:
     """Return limited margins of the tuned gains in each steady state; nothing where hover is the only one."""
-    view = state_table([in_shown_units(row) for row in results.summary.required])
+    view = state_table([in_shown_units(row) for row in results.document.required])
     if view is None:
         return Markup("")
     heads = [join((plain_margin(limit), _unit(unit))) for limit, unit in zip(view.limits, view.units, strict=True)]
@@ -73,11 +73,11 @@ def risk_words(label: str, risk: str) -> str:
     if level is None:
         return risk
     beyond = f"{significant(100.0 - float(level[1]))} %"
-    return _SHARE.sub(lambda found: beyond if found[1] else f"{level[1]} %", risk)
+    return _SHARE.sub(lambda match: beyond if match[1] else f"{level[1]} %", risk)
 
 
 def definition_text(quantity: ComparedRow) -> str:
-    """Return what a quantity measures, and over which flights."""
+    """Return the definition of a quantity, with its flights."""
     where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
     return f"{quantity.definition}; {risk_words(quantity.label, quantity.risk)}, {where}".replace("`", "")
 
@@ -109,7 +109,7 @@ def change_in_units(quantity: ComparedRow) -> tuple[str, str]:
 
 
 def _verdict_sentence(results: TuningFolder) -> Markup:
-    point, why = results.tuned, results.summary.pick.why.strip().rstrip(".")
+    point, why = results.tuned, results.document.pick.why.strip().rstrip(".")
     if not results.feasible:
         return join(
             (element("strong", "Nothing is recommended"), f"; {point} comes nearest and is shown. ", _limits(results))
@@ -117,17 +117,17 @@ def _verdict_sentence(results: TuningFolder) -> Markup:
     if point == DEFAULT:
         return join((element("strong", "The default gains"), f" remain the recommendation: {why}. ", _limits(results)))
     clear = [entry for entry in results.objectives if entry.verdict in ("better", "worse")]
-    told = [" ".join((plain_metric(entry.metric, results.has_rotors), *change_in_units(entry))) for entry in clear]
+    changes = [" ".join((plain_metric(entry.metric, results.has_rotors), *change_in_units(entry))) for entry in clear]
     even = [
         plain_metric(entry.metric, results.has_rotors)
         for entry in results.objectives
         if entry.verdict == "no clear difference"
     ]
-    parts = [element("strong", text) for text in told]
-    head = f"The tuned gains, point {point}, against the default: " if told else f"Point {point} is recommended. "
+    parts = [element("strong", text) for text in changes]
+    head = f"The tuned gains, point {point}, against the default: " if changes else f"Point {point} is recommended. "
     against = join((head, join(parts, ", ")))
-    unclear = f"{', ' if told else ''}no clear difference in {listing(even)}" if even else ""
-    return join((against, unclear, ". " if told or even else "", _limits(results)))
+    unclear = f"{', ' if changes else ''}no clear difference in {listing(even)}" if even else ""
+    return join((against, unclear, ". " if changes or even else "", _limits(results)))
 
 
 def _limits(results: TuningFolder) -> str:
@@ -142,21 +142,24 @@ def _limits(results: TuningFolder) -> str:
 
 
 def _margins_sentence(results: TuningFolder) -> Markup:
-    found = [(plain_margin(entry.label), entry.default.value, entry.tuned.value, _degrees(plain(entry.unit)))
-             for entry in results.requirements] or _worst_margins(results)  # fmt: skip
-    told = [f"{name} {significant(before, 3)} → {significant(after, 3)}{'' if unit == '°' else ' '}{unit}".rstrip()
-            for name, before, after, unit in found[:2] if before is not None and after is not None]  # fmt: skip
-    if not told:
+    margins = [
+        (plain_margin(entry.label), entry.default.value, entry.tuned.value, _degrees(plain(entry.unit)))
+        for entry in results.requirements
+    ] or _worst_margins(results)
+    changes = [
+        f"{name} {significant(before, 3)} → {significant(after, 3)}{'' if unit == '°' else ' '}{unit}".rstrip()
+        for name, before, after, unit in margins[:2]
+        if before is not None and after is not None
+    ]
+    if not changes:
         return Markup()
-    text = listing(told)
+    text = listing(changes)
     return element("strong", f"{text[:1].upper()}{text[1:]}.")
 
 
 def _evidence(results: TuningFolder) -> str:
-    summary = results.summary
-    fresh = (
-        f"Values are from {count(summary.held_out)} fresh scenarios with 95 % intervals, of {count(summary.flights)}"
-    )
+    summary = results.document
+    fresh = f"Values are from {count(summary.held_out)} confirmation scenarios with 95 % intervals, of {count(summary.flights)}"
     if summary.wall_seconds is None:
         return f"{fresh} trials that another program made."
     laws = listing([f"{law_title(law)} on {loop}" for law, loop in laws_of(results.resolved)])
@@ -189,7 +192,7 @@ def _about(quantity: ComparedRow) -> Markup:
     """Return risk, label and limit of a quantity in one short line."""
     parts = [plain_risk(quantity.label), element("code", quantity.label)]
     if quantity.limit is not None:
-        parts.append(limit_text(quantity.limit, ""))
+        parts.append(bound_text(quantity.limit))
     if quantity.automatic:
         parts.append(f"automatic limit, {quantity.automatic}")
     return join((part for part in parts if part), ", ")
@@ -201,7 +204,7 @@ def _change_cell(quantity: ComparedRow) -> Markup:
 
 
 def _known_row(required: RequiredRow) -> list[str]:
-    about = join((element("code", required.label), ", ", limit_text(required.limit, "", required.sense)))
+    about = join((element("code", required.label), ", ", bound_text(required.limit, required.sense)))
     name = element("span", plain_margin(required.label), class_="term", tabindex="0", data_tip=required.quantity)
     return [
         join((name, _unit(required.unit), element("small", about))),
@@ -225,24 +228,24 @@ def _margin_rows(results: TuningFolder) -> list[list[str]]:
 
 def _worst_margins(results: TuningFolder) -> list[tuple[str, float | None, float | None, str]]:
     """Return margins of the worst loop as shown: name, default's and tuned's, unit; nothing where the folder holds none."""
-    known = {
+    loops_by_role = {
         point: [loop.values for loop in results.loops if loop.point == point] for point in (DEFAULT, results.tuned)
     }
-    if not all(known.values()):
+    if not all(loops_by_role.values()):
         return []
-    found = []
+    rows = []
     for name, columns in WORST.items():
         quantity = QUANTITIES[name]
-        worst = max if quantity.sense == "most" else min
+        worst = max if quantity.sense == "max" else min
         numbers = [
             [value for loop in loops for key in columns if (value := loop.get(key)) is not None]
-            for loops in known.values()
+            for loops in loops_by_role.values()
         ]
         before, after = (float(quantity.shown(worst(values))) if values else None for values in numbers)
-        found.append(
+        rows.append(
             (quantity.label, before, after, {"1": "", "deg": "°"}.get(quantity.shown_unit, quantity.shown_unit))
         )
-    return found
+    return rows
 
 
 def _degrees(unit: str) -> str:

@@ -4,7 +4,7 @@ from tuner.documents.parts import row_in_degrees
 from tuner.documents.summary import PickedObjective
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import estimate_cell
-from tuner.report.page import aid, folded, wide
+from tuner.report.page import aid, collapsible, wide
 from tuner.report.words import gap_words
 from tuner.text.markup import Markup, element, table
 from tuner.text.numbers import significant
@@ -17,7 +17,7 @@ RULES = {"knee": "the bend of the front, where a little more of one objective be
 
 def choice_section(results: TuningFolder) -> Markup:
     """Return why the point was chosen, with the values it was chosen by where the folder holds them."""
-    pick, picked = results.summary.pick, results.summary.picked_on
+    pick, picked = results.document.pick, results.document.picked_on
     if not results.feasible:
         return Markup()
     why = f"Rule {pick.rule}: {RULES.get(pick.rule, '')}Of {results.tuned} it says: {pick.why.strip().rstrip('.')}."
@@ -29,7 +29,7 @@ def choice_section(results: TuningFolder) -> Markup:
         "better in everything."
     )
     rows = [[*_row(entry), gap_words(picked, entry.gap)] for entry in picked.objectives]
-    return folded("How it was chosen", aid(share), wide(table(HEAD, rows, class_="stacked")))
+    return collapsible("How it was chosen", aid(share), wide(table(HEAD, rows, class_="stacked")))
 
 
 def _row(stored: PickedObjective) -> list[Markup]:

@@ -22,12 +22,12 @@ def layer_switches(results: TuningFolder) -> Markup:
         _switch(kind, look, results.called if kind == "tuned" else label, sizes[kind])
         for kind, (label, look) in reversed(LAYERS.items())
         if sizes[kind]
-    ]  # fmt: skip
-    lost = results.front.lost
+    ]
+    lost = results.held_out_front.lost
     if lost.any():
         points, flights = int((lost > 0).sum()), int(lost.sum())
-        said = f" {LOST_WORDS} ({counted(points, 'point')}, {counted(flights, 'flight')})"
-        boxes.append(element("span", symbol(LOST), said, class_="switch", id="lost-legend"))
+        description = f" {LOST_WORDS} ({counted(points, 'point')}, {counted(flights, 'flight')})"
+        boxes.append(element("span", symbol(LOST), description, class_="switch", id="lost-legend"))
     beyond = Look("front", "triangle-up")
     boxes.append(element("span", symbol(beyond), f" {BEYOND}", class_="switch", id="beyond-legend", hidden=True))
     boxes.append(_switch("intervals", Look("muted", "cross-thin"), "95 % intervals"))
@@ -35,8 +35,8 @@ def layer_switches(results: TuningFolder) -> Markup:
 
 
 def layer_sizes(results: TuningFolder) -> dict[str, int]:
-    """Return how many points each layer has."""
-    front, tried = results.front, results.candidates
+    """Return the number of points of each layer."""
+    front, tried = results.held_out_front, results.evaluated
     flown = front.candidates[[role != DEFAULT for role in front.roles]]
     layers = [layer_of(front, row) for row in range(len(front.points))]
     return {

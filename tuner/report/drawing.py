@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from tuner.documents.tuning import TuningFolder
 
 
-class Drawing:
+class FigureProcess:
     """Figures of a results folder, drawn by a process that imports what it needs at once and draws when told to."""
 
     def __init__(self, folder: Path) -> None:
@@ -59,7 +59,7 @@ class Drawing:
         self._give({})
         out, errors = self._process.communicate()
         self.stop()
-        files, said = received(BytesIO(out)), errors.decode(errors="replace").strip()
+        files, stderr = received(BytesIO(out)), errors.decode(errors="replace").strip()
         if self._process.returncode or files is None:
-            raise StoreError(said.splitlines()[-1] if said else "no figures drawn")
+            raise StoreError(stderr.splitlines()[-1] if stderr else "no figures drawn")
         put_together(self._folder, files)

@@ -47,9 +47,15 @@ def explorer_section(results: TuningFolder) -> Markup:
 def view_box(name: str, title: str, text: str, keys: str, still: Markup = NOTHING) -> Markup:
     """Return the frame of a view that keys reach; keys: what they do; still: what is seen until the view is drawn."""
     drawn = element(
-        "div", still, id=name, class_=f"view {name}", tabindex="0", role="application", aria_roledescription="chart",
+        "div",
+        still,
+        id=name,
+        class_=f"view {name}",
+        tabindex="0",
+        role="application",
+        aria_roledescription="chart",
         aria_label=f"{title}. {text} {keys}",
-    )  # fmt: skip
+    )
     caption = element("figcaption", title, element("small", text, class_="reading"))
     return element("figure", caption, element("div", drawn, class_="scroller"), class_=f"{name}-figure")
 

@@ -28,7 +28,7 @@ def write_all(folder: Path) -> list[Path]:
 
 
 def scenario_figures(results: TuningFolder) -> dict[str, Callable[[], Figure]]:
-    """Return what draws the responses, and the spectra if there are any, in every scenario, by names of figures."""
+    """Return drawers of responses and spectra in every scenario, by names of figures."""
     return {name: lambda sheet=sheet: drawn(sheet()) for name, sheet in scenario_sheets(results).items()}
 
 

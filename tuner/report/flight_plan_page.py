@@ -9,13 +9,14 @@ from tuner.report.charts.chart import Array, Axis, Line, Panel
 from tuner.report.charts.look import Look, sample
 from tuner.report.charts.paper import Figure, figure_of
 from tuner.report.charts.web import Arrays, grid, to_web
-from tuner.report.flight_plan_words import EXCITATIONS, NUMBERS, PEAKS, excitation_rows, number_row, peak_rows
+from tuner.report.flight_plan_words import excitation_table, number_table, peak_table
 from tuner.report.page import Page, Section, aid, wide
 from tuner.text.markup import Markup, element, join, table
+from tuner.text.tables import Table
 from tuner.text.units import in_degrees
 
 HEIGHT = 3.0
-ASKED, FLOWN = Look("default"), Look("tuned")
+COMMANDED, FLOWN = Look("default"), Look("tuned")
 AXES = {"roll": 0, "pitch": 1, "yaw": 2}
 AIDS = {
     "excitations": "One after the other, with hover between them.",
@@ -29,8 +30,8 @@ AIDS = {
 def flight_plan_page(made: Experiment, document: FlightPlanDocument) -> Page:
     """Return the page."""
     arrays, panels = Arrays(), excitation_panels(made)
-    asked = [row for row in document.numbers if row.asked is not None]
-    others = [row for row in document.numbers if row.asked is None]
+    targets = [row for row in document.numbers if row.target is not None]
+    others = [row for row in document.numbers if row.target is None]
     legend = element(
         "p", join((join((sample(look, marked=False), f" {name} ")) for name, look in LEGEND)), class_="aid"
     )
@@ -40,17 +41,17 @@ def flight_plan_page(made: Experiment, document: FlightPlanDocument) -> Page:
         lead=element("p", document.verdict, class_="lead"),
         opening=join(element("p", note) for note in document.notes),
         sections=[
-            Section("excitations", "What is flown", _table("excitations", EXCITATIONS, excitation_rows(document))),
+            Section("excitations", "What is flown", _table("excitations", excitation_table(document))),
             Section("flown", "Asked and flown", join((aid(AIDS["flown"]), legend, grid(panels, "axis-grid")))),
-            Section("numbers", "What it is to tell", _table("numbers", NUMBERS, [number_row(row) for row in asked])),
-            Section("others", "The other numbers", wide(table(NUMBERS, [number_row(row) for row in others]))),
-            Section("peaks", "Limits", _table("peaks", PEAKS, peak_rows(document))),
+            Section("numbers", "What it is to tell", _table("numbers", number_table(targets))),
+            Section("others", "The other numbers", _table("others", number_table(others))),
+            Section("peaks", "Limits", _table("peaks", peak_table(document))),
         ],
         data={"charts": {panel.key: to_web(panel, arrays) for panel in panels}, "arrays": arrays.packed},
     )
 
 
-LEGEND = (("asked", ASKED), ("flown", FLOWN))
+LEGEND = (("asked", COMMANDED), ("flown", FLOWN))
 
 
 def excitation_figure(made: Experiment) -> Figure:
@@ -60,30 +61,31 @@ def excitation_figure(made: Experiment) -> Figure:
 
 def excitation_panels(made: Experiment) -> list[Panel]:
     """Return a panel for each excitation: what is asked for and what is flown."""
-    period = made.task.craft.system.timing.control_period
-    found = []
+    period = made.task.simulated.system.timing.control_period
+    panels = []
     for entry, begin in zip(made.excitations, begins(made.excitations), strict=True):
         first, last = round(begin / period), round((begin + entry.duration) / period)
         time = period * np.arange(float(first), float(last))
         unit, factor = in_degrees(UNITS[entry.quantity])
         lines = [
-            Line(name="asked", look=ASKED, x=time, y=factor * entry.values(time - begin)),
+            Line(name="asked", look=COMMANDED, x=time, y=factor * entry.values(time - begin)),
             Line(name="flown", look=FLOWN, x=time, y=factor * _flown(made, entry)[first:last]),
         ]
-        found.append(
+        panels.append(
             Panel(f"excitation-{entry.axis}", entry.axis, Axis("time [s]"), Axis(f"{entry.quantity} [{unit}]"), lines)
         )
-    return found
+    return panels
 
 
 def _flown(made: Experiment, entry: Excitation) -> Array:
-    """Return what is excited as the first flight has it (instants,), in SI units."""
+    """Return the excited quantity of the first flight (instants,), in SI units."""
     if entry.quantity == "acceleration":
-        return made.checked.lift(0) - made.task.craft.system.vehicle.gravity
+        return made.checked.lift(0) - made.task.simulated.system.vehicle.gravity
     if entry.quantity == "rate":
         return made.checked.rates[0, :, AXES[entry.axis]]
     return made.checked.angles(0)[AXES[entry.axis]]
 
 
-def _table(key: str, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Markup:
-    return join((aid(AIDS[key]), wide(table(head, rows))))
+def _table(key: str, view: Table) -> Markup:
+    about = aid(AIDS[key]) if key in AIDS else Markup()
+    return join((about, wide(table(view.head, view.rows))))

@@ -38,7 +38,6 @@ def study_lines(results: TuningFolder) -> str:
 
 def _row(variable: VariableRow) -> list[str]:
     ends = [significant(variable.low), variable.scale, significant(variable.high)]
-    shown = StripScale(variable.low, variable.high, variable.scale == "log", WIDTH)
     scale = element("span", *[element("span", text) for text in ends], class_="ends")
     return [
         join((element("code", variable.name), element("small", variable.meaning))),
@@ -48,16 +47,26 @@ def _row(variable: VariableRow) -> list[str]:
         element("strong", significant(variable.tuned), class_="number"),
         element(
             "span",
-            placed(shown, variable.default, variable.tuned),
+            placed(_scale(variable), variable.default, variable.tuned),
             scale,
-            element("small", _remark(variable, shown)),
+            element("small", place_remark(variable, variable.tuned)),
             class_="place",
         ),
     ]
 
 
-def _remark(variable: VariableRow, shown: StripScale) -> str:
-    place = shown.share(variable.tuned)
+def _scale(variable: VariableRow) -> StripScale:
+    return StripScale(variable.low, variable.high, variable.scale == "log", WIDTH)
+
+
+def place_of(variable: VariableRow, value: float) -> float:
+    """Return the place of a value in the range, 0 to 1."""
+    return _scale(variable).share(value)
+
+
+def place_remark(variable: VariableRow, value: float) -> str:
+    """Return a remark on a value at an end of its range, "" inside it."""
+    place = place_of(variable, value)
     if EDGE < place < 1.0 - EDGE:
         return ""
     end = "low" if place <= EDGE else "high"

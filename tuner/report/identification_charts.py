@@ -15,19 +15,21 @@ HEIGHT = 3.0
 MEASURED, MODELLED, BAND, STEM = Look("default"), Look("tuned"), Look("tuned", opacity=0.22), Look("tuned", width=4.0)
 
 
-def prediction_figure(found: Identified) -> Figure:
+def prediction_figure(fit: Identified) -> Figure:
     """Return the chart of the windows for paper, a panel for each output."""
-    return figure_of(prediction_panels(found), 2, HEIGHT, titled=True)
+    return figure_of(prediction_panels(fit), 2, HEIGHT, titled=True)
 
 
-def prediction_panels(found: Identified) -> list[Panel]:
+def prediction_panels(fit: Identified) -> list[Panel]:
     """Return a panel for each output with the 95 % band of the prediction and what was measured."""
-    judging, panels = found.judging, []
+    validation, panels = fit.validation, []
     for k, (name, unit) in enumerate(zip(OUTPUTS, UNITS, strict=True)):
-        measured, modelled = judging.windows.measured[..., k], judging.windows.modelled[..., k]
+        measured, modelled = validation.windows.measured[..., k], validation.windows.modelled[..., k]
         most = np.sort(np.argsort(-np.std(measured, axis=1))[:SHOWN])
-        measured, modelled, width = (series[most] for series in (measured, modelled, QUANTILE * judging.spread[..., k]))
-        period = float(np.median(np.diff(judging.windows.time, axis=1)))
+        measured, modelled, width = (
+            series[most] for series in (measured, modelled, QUANTILE * validation.spread[..., k])
+        )
+        period = float(np.median(np.diff(validation.windows.time, axis=1)))
         time = period * np.arange(measured.size).reshape(measured.shape)
         marks: list[Mark] = [
             Band(name="95 % band" if i == 0 else "", look=BAND, x=x, low=y - w, high=y + w)
@@ -42,9 +44,9 @@ def prediction_panels(found: Identified) -> list[Panel]:
     return panels
 
 
-def spectrum_panels(found: Identified) -> list[Panel]:
+def spectrum_panels(fit: Identified) -> list[Panel]:
     """Return a panel for each output: the spectrum of what was measured and of what the model leaves over."""
-    frequency, measured, left = found.judging.spectra
+    frequency, measured, left = fit.validation.spectra
     panels = []
     for k, (name, unit) in enumerate(zip(OUTPUTS, UNITS, strict=True)):
         marks = [
@@ -56,14 +58,14 @@ def spectrum_panels(found: Identified) -> list[Panel]:
     return panels
 
 
-def whiteness_panels(found: Identified) -> list[Panel]:
+def whiteness_panels(fit: Identified) -> list[Panel]:
     """Return a panel for each output: autocorrelations of what the noise model leaves over, with the bound of white noise."""
-    judging, panels = found.judging, []
-    lags = np.arange(1.0, 1.0 + len(judging.correlation))
+    validation, panels = fit.validation, []
+    lags = np.arange(1.0, 1.0 + len(validation.correlation))
     for k, name in enumerate(OUTPUTS):
         marks = [
-            Line(look=STEM, x=_broken(np.stack([lags, lags], axis=1)), y=_broken(_stems(judging.correlation[:, k]))),
-            *[Rule(look=BOUND, axis="y", value=sign * judging.bound) for sign in (-1.0, 1.0)],
+            Line(look=STEM, x=_broken(np.stack([lags, lags], axis=1)), y=_broken(_stems(validation.correlation[:, k]))),
+            *[Rule(look=BOUND, axis="y", value=sign * validation.bound) for sign in (-1.0, 1.0)],
         ]
         panels.append(
             Panel(

@@ -27,11 +27,11 @@ PREDICTED = (("measured", MEASURED), ("predicted, with its 95 % band", MODELLED)
 SPECTRA = (("measured", MEASURED), ("left over", MODELLED))
 
 
-def identification_page(found: Identified, document: IdentificationDocument) -> Page:
+def identification_page(fit: Identified, document: IdentificationDocument) -> Page:
     """Return the page."""
     arrays = Arrays()
-    parts = (prediction_panels(found), spectrum_panels(found), whiteness_panels(found))
-    shown = [[panel for panel, used in zip(part, found.problem.outputs, strict=True) if used] for part in parts]
+    parts = (prediction_panels(fit), spectrum_panels(fit), whiteness_panels(fit))
+    shown = [[panel for panel, used in zip(part, fit.problem.outputs, strict=True) if used] for part in parts]
     return Page(
         kind="identification",
         title=f"{document.airframe}, identified from flight logs",
@@ -48,8 +48,8 @@ def identification_page(found: Identified, document: IdentificationDocument) -> 
 
 def _sections(
     document: IdentificationDocument, predicted: Sequence[Panel], spectra: Sequence[Panel], whiteness: Sequence[Panel]
-) -> list[Section]:  # fmt: skip
-    told, left = ([row for row in document.numbers if row.identified is wanted] for wanted in (True, False))
+) -> list[Section]:
+    identified, left = ([row for row in document.numbers if row.identified is wanted] for wanted in (True, False))
     return [
         Section("prediction", "Predicted and measured", _charts("prediction", predicted, PREDICTED)),
         Section("spectra", "What the model leaves over", _charts("spectra", spectra, SPECTRA)),
@@ -57,18 +57,18 @@ def _sections(
         Section(
             "numbers",
             "What the flight tells",
-            _told("numbers", _numbers([*told, *document.curve])) if told else Markup(),
+            _with_aid("numbers", _numbers([*identified, *document.curve])) if identified else Markup(),
         ),
-        Section("untold", "What it does not tell", _told("untold", _untold(left)) if left else Markup()),
-        Section("regressions", "Regressions beside it", _told("regressions", _regressions(document))),
+        Section("untold", "What it does not tell", _with_aid("untold", _untold(left)) if left else Markup()),
+        Section("regressions", "Regressions beside it", _with_aid("regressions", _regressions(document))),
         Section("logs", "Logs", wide(_logs(document.logs))),
     ]
 
 
 def _key_figures(document: IdentificationDocument) -> list[tuple[str, str]]:
-    told = sum(row.identified for row in document.numbers)
+    n_identified = sum(row.identified for row in document.numbers)
     return [
-        ("Numbers identified", f"{told} of {len(document.numbers)}"),
+        ("Numbers identified", f"{n_identified} of {len(document.numbers)}"),
         *[(f"{row.output} explained", per_cent(max(row.explained, 0.0))) for row in document.prediction],
         ("In the 95 % band", " to ".join(dict.fromkeys(_ends([row.covered for row in document.prediction])))),
     ]
@@ -83,7 +83,7 @@ def _charts(key: str, panels: Sequence[Panel], names: Sequence[tuple[str, Look]]
     return join((aid(AIDS[key]), legend if names else "", grid(panels, "axis-grid"))) if panels else Markup()
 
 
-def _told(key: str, content: Markup) -> Markup:
+def _with_aid(key: str, content: Markup) -> Markup:
     return join((aid(AIDS[key]), wide(content)))
 
 

@@ -38,7 +38,7 @@ def inference_figure(document: InferenceDocument) -> Figure:
 def cells_panel(cells: Sequence[CellRow]) -> Panel:
     """Return median, central 68 % and 95 % of ours over published, default above inferred; a star: under no setting inside."""
     marks: list[Mark] = [Rule(look=EXACT, axis="x", value=1.0)]
-    known = []
+    all_ratios = []
     for look, name, offset in ((DEFAULT, "default", 0.2), (TUNED, "inferred", -0.2)):
         rows = [cell.ours if name == "inferred" else cell.default for cell in cells]
         numbers = np.array([[row.low95, row.low68, row.median, row.high68, row.high95] for row in rows])
@@ -48,9 +48,9 @@ def cells_panel(cells: Sequence[CellRow]) -> Panel:
         words = f"{name}: median, 68 and 95 % of flights"
         marks.append(segments(low68, high68, y, solid))
         marks.append(Points(name=words, look=look, x=median, y=y, x_ends=(low95, high95)))
-        known.append(ratios)
+        all_ratios.append(ratios)
     x = value_axis(
-        f"ours / published, from {LEAST_RATIO:g} on\n(*: under no setting inside)", "", span_of(known, LOG_FACTOR)
+        f"ours / published, from {LEAST_RATIO:g} on\n(*: under no setting inside)", "", span_of(all_ratios, LOG_FACTOR)
     )
     names = [f"{cell.contender}  {cell.metric}{'' if cell.reproducible else ' *'}" for cell in cells]
     return Panel("", "", x, row_axis(names), marks, rows=True)
@@ -78,5 +78,5 @@ def unknowns_panel(unknowns: Sequence[UnknownRow], near: float) -> Panel:
 
 
 def _unit(row: UnknownRow, value: float) -> float:
-    """Return where a value stands in the range of its unknown, 0 to 1 on its scale."""
+    """Return the place of a value in the range of its unknown, 0 to 1 on its scale."""
     return Variable(row.name, (), row.low, row.high, row.scale).unit(value)

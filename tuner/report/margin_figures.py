@@ -6,11 +6,18 @@ from pathlib import Path
 
 import numpy as np
 
-from plant.cascade import ATTITUDE_AXES
+from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.analysis.margins.curves import Curves, curves_of, groups
 from tuner.analysis.margins.limits import LIMITS
 from tuner.analysis.margins.linear import Linear
-from tuner.analysis.margins.mismatch import CRITERIA, REACH, Extent, Map, extents, mismatch_map
+from tuner.analysis.margins.mismatch import (
+    CRITERIA,
+    REACH,
+    RobustnessMap,
+    ToleranceRange,
+    mismatch_map,
+    tolerance_ranges,
+)
 from tuner.analysis.margins.readings import Loops as Readings
 from tuner.analysis.margins.readings import Subject
 from tuner.analysis.margins.time_response import LinearResponses, time_responses
@@ -53,22 +60,22 @@ ALIKE = 1e-9
 MAPS = (("mass", "inertia"), ("thrust", "lag"))
 TICKS = tuple((value, f"{value:g}") for value in (0.25, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0))
 TITLES = {"mass": "mass", "inertia": "inertia", "thrust": "rotor thrust", "lag": "rotor lag"}
-KEPT, BROKEN = Look("front", dash=(7, 3), opacity=0.4), Look("faint", width=0.0, opacity=0.17)
+SATISFIED, BROKEN = Look("front", dash=(7, 3), opacity=0.4), Look("faint", width=0.0, opacity=0.17)
 UNSTABLE, GROUNDED = Look("muted", "x", opacity=0.25), Look("faint", ".", width=0.0, opacity=0.0)
 NOMINAL = Look("ink", "cross", size=11)
 
 
-def write_margin_figures(subject: Subject, folder: Path) -> list[Extent]:
+def write_margin_figures(subject: Subject, folder: Path) -> list[ToleranceRange]:
     """Write bode, nyquist, nichols, responses and mismatch into an existing folder; return how far single factors may go."""
     loops = loops_of(subject)
-    found = time_responses(subject.controller, subject.trim, tuple(group[0] for group in loops))
+    responses = time_responses(subject.controller, subject.trim, tuple(group[0] for group in loops))
     linear = Linear(subject.controller, subject.trim)
-    ends = extents(linear)
+    ends = tolerance_ranges(linear)
     maps = [mismatch_map(linear, across, up, ends) for across, up in MAPS]
     labels = tuple(case.label for case in linear.cases)
     write_loop_figures(subject, folder)
     with style():
-        save(response_figure(dict(zip(loops, found, strict=True)), labels), folder, "responses")
+        save(response_figure(dict(zip(loops, responses, strict=True)), labels), folder, "responses")
         save(mismatch_figure(maps, ends), folder, "mismatch")
     return ends
 
@@ -97,8 +104,9 @@ def bode_figure(subject: Readings, loops: Loops) -> Figure:
         w, met = curves.frequency, _crossings(subject, group[0])
         gain, phase, _ = loop_panels(
             [*_range(w, curves.gain), *_cases(w, curves.gain, curves.labels), *met],
-            [*_range(w, curves.phase), *_cases(w, curves.phase, curves.labels), *met], [],
-        )  # fmt: skip
+            [*_range(w, curves.phase), *_cases(w, curves.phase, curves.labels), *met],
+            [],
+        )
         across = AxisRange(w[0], w[-1], True).axis(FREQUENCY)
         y = Axis("phase of L [deg]", *ends, step=90.0, bare=bool(over))
         gain_y = gain.y._replace(title="gain of L [dB]", bare=bool(over))
@@ -135,20 +143,22 @@ def nichols_figure(subject: Readings, loops: Loops) -> Figure:
 def response_figure(responses: Mapping[tuple[str, ...], LinearResponses], labels: Sequence[str]) -> Figure:
     """Return steps of the set point above steps of the load; labels: of the amplitudes, one for loops that depend on none."""
     over, under = [], []
-    for group, found in responses.items():
-        x = TIME._replace(low=0.0, high=float(found.time[-1]))
-        top = max(1.3, min(float(np.nanmax(np.append(found.step, 1.0))) + 0.1, 3.0))
+    for group, response in responses.items():
+        x = TIME._replace(low=0.0, high=float(response.time[-1]))
+        top = max(1.3, min(float(np.nanmax(np.append(response.step, 1.0))) + 0.1, 3.0))
         y = Axis("output after a\nunit step of the set point", -0.1, top, bare=bool(over))
         unit = "rad per rad/s²" if group[0] in ATTITUDE_AXES else "m per m/s²"
         load = Axis("" if over else "output after a\nunit step of the load")
-        marks = [[*_stable_cases(found.time, values, labels), Rule(look=RULE, axis="y", value=end)]
-                 for values, end in ((found.step, 1.0), (found.load, 0.0))]  # fmt: skip
+        marks = [
+            [*_stable_cases(response.time, values, labels), Rule(look=RULE, axis="y", value=end)]
+            for values, end in ((response.step, 1.0), (response.load, 0.0))
+        ]
         over.append(Panel("", " and ".join(group), x._replace(title=""), y, marks[0]))
         under.append(Panel("", unit, x, load, marks[1]))
     return figure_of([*over, *under], len(responses), 1.9, titled=True)
 
 
-def mismatch_figure(maps: Sequence[Map], ends: Sequence[Extent]) -> Figure:
+def mismatch_figure(maps: Sequence[RobustnessMap], ends: Sequence[ToleranceRange]) -> Figure:
     """Return maps of where the loop stays stable and keeps the limits; above each how far its factors may go by themselves."""
     return figure_of([_map_panel(entry, ends) for entry in maps], 2, 3.5, titled=True)
 
@@ -181,32 +191,36 @@ def _cases(x: Array, y: Array, labels: Sequence[str]) -> list[Mark]:
 
 def _stable_cases(time: Array, values: Array, labels: Sequence[str]) -> list[Mark]:
     """Return the cases that are stable, and words on those that are not."""
-    kept, count = np.isfinite(values).all(axis=1), len(values)
+    is_stable, count = np.isfinite(values).all(axis=1), len(values)
     marks: list[Mark] = []
-    if not kept.all():
-        words = f"stable at {kept.sum()} of\n{count} amplitudes" if kept.any() else "not stable"
+    if not is_stable.all():
+        words = f"stable at {is_stable.sum()} of\n{count} amplitudes" if is_stable.any() else "not stable"
         marks.append(Words(look=CRITICAL, x=0.97, y=0.6, text=words, place="inside"))
-    if not kept.any():
+    if not is_stable.any():
         return marks
-    if np.ptp(values[kept], axis=0).max(initial=0.0) < ALIKE:
-        return [*marks, *_cases(time, values[kept][:1], labels)]
-    return [*marks, *_range(time, values[kept]), *_cases(time, values, labels)]
+    if np.ptp(values[is_stable], axis=0).max(initial=0.0) < ALIKE:
+        return [*marks, *_cases(time, values[is_stable][:1], labels)]
+    return [*marks, *_range(time, values[is_stable]), *_cases(time, values, labels)]
 
 
 def _crossings(subject: Readings, channel: str) -> list[Mark]:
     """Return lines at the frequencies where the worst gain and phase margins are met."""
-    i, found = subject.place(channel), subject.margins
+    i, margins = subject.place(channel), subject.margins
     met = (
-        ("gain margins met here", found.gain_up, GAIN_MET), ("gain margins met here", found.gain_down, GAIN_MET),
-        ("phase margin met here", found.phase, PHASE_MET),
-    )  # fmt: skip
-    return [Rule(name=name, look=look, axis="x", value=float(worst.frequency[0, i]))
-            for name, worst, look in met if worst.frequency[0, i] > 0.0]  # fmt: skip
+        ("gain margins met here", margins.gain_up, GAIN_MET),
+        ("gain margins met here", margins.gain_down, GAIN_MET),
+        ("phase margin met here", margins.phase, PHASE_MET),
+    )
+    return [
+        Rule(name=name, look=look, axis="x", value=float(worst.frequency[0, i]))
+        for name, worst, look in met
+        if worst.frequency[0, i] > 0.0
+    ]
 
 
 def _free_disk(subject: Readings, channel: str) -> list[Mark]:
-    i, found = subject.place(channel), subject.margins.disk_range
-    low, high = float(found.low[0, i]), float(found.high[0, i])
+    i, disk = subject.place(channel), subject.margins.disk_range
+    low, high = float(disk.low[0, i]), float(disk.high[0, i])
     if not 0.0 < low < 1.0:
         return []
     centre, radius = disk_circle(low, high)
@@ -223,32 +237,36 @@ def _forbidden_gains() -> Band:
     return Band(name=f"Ms > {largest_peak():g}", look=FORBIDDEN, x=-180.0 + np.degrees(off), low=low, high=high)
 
 
-def _map_panel(entry: Map, ends: Sequence[Extent]) -> Panel:
+def _map_panel(entry: RobustnessMap, ends: Sequence[ToleranceRange]) -> Panel:
     everywhere = np.zeros_like(entry.stability)
     regions = (
         ("no steady flight", GROUNDED, everywhere, (-np.inf, np.inf)),
         ("stable, a limit broken", BROKEN, entry.stability, (-np.inf, np.inf)),
         ("not stable", UNSTABLE, entry.stability, (-np.inf, 0.0)),
-        ("limits kept", KEPT, entry.limits, (0.0, np.inf)),
+        ("limits kept", SATISFIED, entry.limits, (0.0, np.inf)),
     )
-    marks: list[Mark] = [Region(name=name, look=look, x=entry.x, y=entry.y, values=values, low=span[0], high=span[1])
-                         for name, look, values, span in regions]  # fmt: skip
+    marks: list[Mark] = [
+        Region(name=name, look=look, x=entry.x, y=entry.y, values=values, low=span[0], high=span[1])
+        for name, look, values, span in regions
+    ]
     marks.append(Points(look=NOMINAL, x=np.ones(1), y=np.ones(1)))
-    x, y = (Axis(f"{TITLES[name]}, actual over assumed", float(values[0]), float(values[-1]), True, TICKS)
-            for name, values in ((entry.across, entry.x), (entry.up, entry.y)))  # fmt: skip
+    x, y = (
+        Axis(f"{TITLES[name]}, actual over assumed", float(values[0]), float(values[-1]), True, TICKS)
+        for name, values in ((entry.across, entry.x), (entry.up, entry.y))
+    )
     title = "\n".join(line for factor in (entry.across, entry.up) for line in _extent_lines(factor, ends))
     return Panel("", title, x, y, marks)
 
 
-def _extent_lines(factor: str, ends: Sequence[Extent]) -> list[str]:
-    """Return how far a factor may go by itself, in words."""
+def _extent_lines(factor: str, ends: Sequence[ToleranceRange]) -> list[str]:
+    """Return the range of a factor by itself, in words."""
     stable, limits = (next(end for end in ends if (end.factor, end.criterion) == (factor, name)) for name in CRITERIA)
     broken = limits.low == limits.high == 1.0
-    kept = "limits broken from the start" if broken else f"limits kept from {_extent(limits)}"
-    return [f"{TITLES[factor]} alone: stable from {_extent(stable)}", kept]
+    limits_text = "limits broken from the start" if broken else f"limits kept from {_extent(limits)}"
+    return [f"{TITLES[factor]} alone: stable from {_extent(stable)}", limits_text]
 
 
-def _extent(extent: Extent) -> str:
+def _extent(extent: ToleranceRange) -> str:
     low = f"below {1.0 / REACH:g}" if extent.low is None else f"{extent.low:.2f}"
     high = f"above {REACH:g}" if extent.high is None else f"{extent.high:.2f}"
     return f"{low} to {high}"

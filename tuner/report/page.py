@@ -15,7 +15,7 @@ from zlib import ZLIB_RUNTIME_VERSION
 
 from plotly.offline import get_plotlyjs
 
-from tuner.report.kept import kept
+from tuner.report.byte_cache import cached
 from tuner.store.folder import put
 from tuner.text.markup import Markup, element, join, safe
 
@@ -50,10 +50,10 @@ class Page(NamedTuple):
         return Template(asset("page.html")).substitute(
             kind=safe(self.kind),
             title=safe(self.title),
-            ending=ending_aside(self.ending),
+            ending=ending_callout(self.ending),
             lead=self.lead,
             opening=self.opening,
-            warnings=warnings_aside(self.warnings),
+            warnings=warnings_callout(self.warnings),
             navigation=join(element("li", element("a", section.title, href=f"#{section.key}")) for section in shown),
             sections=join((self.bar, *[page_section(section) for section in shown])),
             data=in_script(self.data),
@@ -74,14 +74,14 @@ def library() -> str:
     script = get_plotlyjs().encode()
     digest = blake2b(script + f"{sys.version} {ZLIB_RUNTIME_VERSION}".encode(), digest_size=12).hexdigest()
     # Compressing takes 0.2 s of every run.
-    return b64encode(kept(f"script-{digest}.gz", lambda: compress(script, 9, mtime=0))).decode("ascii")
+    return b64encode(cached(f"script-{digest}.gz", lambda: compress(script, 9, mtime=0))).decode("ascii")
 
 
 @cache
 def scripts() -> str:
     """Return the scripts of the page one after the other, in the order of their names."""
-    found = files("tuner.report").joinpath("js").iterdir()
-    return "\n".join(entry.read_text(encoding="utf-8") for entry in sorted(found, key=lambda entry: entry.name))
+    paths = files("tuner.report").joinpath("js").iterdir()
+    return "\n".join(entry.read_text(encoding="utf-8") for entry in sorted(paths, key=lambda entry: entry.name))
 
 
 def asset(name: str) -> str:
@@ -101,18 +101,18 @@ def page_section(section: Section) -> Markup:
     return element("section", content, id=section.key, aria_labelledby=f"{section.key}-title")
 
 
-def warnings_aside(warnings: Sequence[str]) -> Markup:
-    """Return what a reader must mind before believing the numbers, nothing where there is nothing."""
+def warnings_callout(warnings: Sequence[str]) -> Markup:
+    """Return the warnings of the run as a box, nothing where there are none."""
     if not warnings:
         return Markup()
     listed = element("ul", *[element("li", warning) for warning in warnings])
     return element(
-        "aside", element("strong", "Mind this"), listed, class_="warnings", id="warnings", aria_label="Warnings"
+        "aside", element("strong", "Warnings"), listed, class_="warnings", id="warnings", aria_label="Warnings"
     )
 
 
-def ending_aside(ending: Sequence[str]) -> Markup:
-    """Return what a run that found nothing feasible says before all else, nothing for any other."""
+def ending_callout(ending: Sequence[str]) -> Markup:
+    """Return the ending of a run that found nothing feasible, nothing for any other."""
     if not ending:
         return Markup()
     head, *others = ending
@@ -130,11 +130,11 @@ def aid(text: str) -> Markup:
     return element("p", text, class_="aid")
 
 
-def folded(title: str, *content: str, **attributes: str | bool) -> Markup:
+def collapsible(title: str, *content: str, **attributes: str | bool) -> Markup:
     """Return content that is folded away under a title."""
     return element("details", element("summary", title), *content, **attributes)
 
 
-def folded_text(title: str, text: str) -> Markup:
+def collapsible_text(title: str, text: str) -> Markup:
     """Return a text as it stands in a file, folded away."""
-    return folded(title, element("pre", text, tabindex="0"))
+    return collapsible(title, element("pre", text, tabindex="0"))

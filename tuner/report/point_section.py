@@ -7,7 +7,7 @@ from tuner.report.charts.chart import Panel
 from tuner.report.charts.look import DEFAULT, REFERENCE, TUNED, WORST, sample
 from tuner.report.charts.web import grid
 from tuner.report.gains_section import gains_table, study_lines
-from tuner.report.page import aid, folded, wide
+from tuner.report.page import aid, collapsible, wide
 from tuner.text.markup import Markup, element, join
 
 GAINS_AID = (
@@ -27,27 +27,19 @@ VARIABLES_AID = (
     "units and origin."
 )
 RESPONSES_AID = (
-    "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for roll and pitch the mean of what the "
-    "position loop asks for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
-)
-PLANT_RESPONSES_AID = (
-    "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for an inner loop the mean of what the outer "
-    "one asks for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
-)
-PLANT_LOOPS_AID = (
-    "The loop as it is flown, where the plant rests, at the amplitude of its nonlinear terms at which the sensitivity peaks "
-    "highest; ∞: no crossing limits the margin. Margins of the table are the worst over all amplitudes."
+    "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for {inner} the mean of what the {outer} asks "
+    "for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
 )
 LOOPS_AID = (
-    "The loop as it is flown, at hover in still air, at the amplitude of its nonlinear terms at which the sensitivity peaks "
-    "highest; ∞: no crossing limits the margin. Margins of the table are the worst over all amplitudes."
+    "The loop as it is flown, {where}, at the amplitude of its nonlinear terms at which the sensitivity peaks highest; ∞: no "
+    "crossing limits the margin. Margins of the table are the worst over all amplitudes."
 )
 METRICS_AID = "On held-out flights, by which points are chosen; the table at the top rests on fresh ones."
 
 
 def point_section(results: TuningFolder, responses: Sequence[Panel], loops: Sequence[Panel]) -> Markup:
     """Return the section without its heading."""
-    metrics = folded(
+    metrics = collapsible(
         "Its numbers on held-out flights", aid(METRICS_AID), wide(Markup(), id="point-metrics"), id="point-numbers"
     )
     return join(
@@ -66,18 +58,21 @@ def point_section(results: TuningFolder, responses: Sequence[Panel], loops: Sequ
 def _gains_aid(results: TuningFolder) -> str:
     if not results.feasible:
         return NEAREST_AID
-    if results.told:
+    if results.is_external:
         return VARIABLES_AID
     return PLANT_GAINS_AID if results.resolved.plant else GAINS_AID
 
 
 def _plant(results: TuningFolder, responses: Sequence[Panel], loops: Sequence[Panel]) -> list[Markup]:
     """Return responses and loops; nothing where the plant is that of another program."""
-    if results.told:
+    if results.is_external:
         return []
     return [
-        element("h3", "Its responses"), *_responses(results, responses), element("h3", "Its loops"), *_loops(results, loops),
-    ]  # fmt: skip
+        element("h3", "Its responses"),
+        *_responses(results, responses),
+        element("h3", "Its loops"),
+        *_loops(results, loops),
+    ]
 
 
 def _choice() -> Markup:
@@ -95,10 +90,10 @@ def _choice() -> Markup:
 def _copies(results: TuningFolder) -> list[Markup]:
     texts = (
         (f"{results.tuned} for the study file", "copy-study", study_lines(results)),
-        (f"All gains of {results.tuned} ({results.summary.gains_file})", "copy-all", results.gains_text),
+        (f"All gains of {results.tuned} ({results.document.gains_file})", "copy-all", results.gains_text),
     )
     return [
-        folded(
+        collapsible(
             name, element("button", "Copy", type="button", data_copy=key), element("pre", text, id=key, tabindex="0")
         )
         for name, key, text in texts
@@ -107,7 +102,7 @@ def _copies(results: TuningFolder) -> list[Markup]:
 
 def _behind(results: TuningFolder) -> list[Markup]:
     """Return the switch for the default behind what is drawn, and the key of all lines, once for responses and loops."""
-    if not (results.fans or results.loops) or "default" not in results.front.roles:
+    if not (results.fans or results.loops) or "default" not in results.held_out_front.roles:
         return []
     keys = [(TUNED, "picked point"), (REFERENCE, "reference"), (WORST, "its worst flight")]
     shown = [element("span", sample(look, marked=False), f" {text}", class_="key") for look, text in keys]
@@ -122,12 +117,13 @@ def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
         return [element("p", text, class_="note")]
     scenarios = [element("option", name, value=name) for name in results.scenarios]
     choice = element("label", "Scenario ", element("select", *scenarios, id="choose-scenario"))
-    told = element("span", id="responses-of", role="status")
+    status = element("span", id="responses-of", role="status")
+    inner, outer = ("roll and pitch", "position loop") if results.has_rotors else ("an inner loop", "outer one")
     rotors = [panel for panel in panels if "rotor" in panel.form]
     spectra = [panel for panel in panels if panel.key == "spectrum"]
     return [
-        aid(RESPONSES_AID if results.has_rotors else PLANT_RESPONSES_AID),
-        element("div", *([choice] if len(scenarios) > 1 else []), told, class_="controls"),
+        aid(RESPONSES_AID.format(inner=inner, outer=outer)),
+        element("div", *([choice] if len(scenarios) > 1 else []), status, class_="controls"),
         grid([panel for panel in panels if panel not in (*rotors, *spectra)], "axis-grid"),
         grid(rotors, "rotor-grid"),
         *([grid(spectra, "axis-grid")] if spectra else []),
@@ -143,7 +139,7 @@ def _loops(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     options = [element("option", name, value=name) for name in dict.fromkeys(loop.channel for loop in results.loops)]
     choice = element("label", "Curves of loop ", element("select", *options, id="choose-channel"))
     return [
-        aid(LOOPS_AID if results.has_rotors else PLANT_LOOPS_AID),
+        aid(LOOPS_AID.format(where="at hover in still air" if results.has_rotors else "where the plant rests")),
         element("div", id="margins", class_="wide"),
         element("div", choice, class_="controls"),
         grid(panels, "axis-grid"),

@@ -10,17 +10,17 @@ from tuner.documents.resolved import Resolved, ResolvedSearch
 from tuner.documents.summary import ComparedRow
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import metric_anchor
-from tuner.report.page import folded, folded_text, wide
+from tuner.report.page import collapsible, collapsible_text, wide
 from tuner.report.words import law_title, laws_of
 from tuner.search.names import CONVERGED
 from tuner.store.environment import Environment
-from tuner.study.processor_cost.cost import told
+from tuner.study.processor_cost.cost import cost_text
 from tuner.text.markup import Markup, coded, described, element, join, table
 from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up
 
 # Keys of the environment that are told in words; the rest are versions of packages.
-TOLD = ("platform", "cpu", "simd", "threads", "started", "command", "commit", "resumed")
+LISTED = ("platform", "cpu", "simd", "threads", "started", "command", "commit", "resumed")
 AIR = (
     ("Specification", "spec", ""),
     ("Intensity", "intensity", ""),
@@ -64,10 +64,10 @@ def provenance_section(results: TuningFolder) -> Markup:
             run_facts(results),
             element(
                 "div",
-                *([folded("The air that was flown", wide(air_table(results)))] if results.summary.air else []),
-                folded("What the words mean", definitions(results)),
-                folded_text("Study file as given", results.study),
-                folded_text("Every value, defaults included", resolved_text(results)),
+                *([collapsible("The air that was flown", wide(air_table(results)))] if results.document.air else []),
+                collapsible("What the words mean", definitions(results)),
+                collapsible_text("Study file as given", results.study),
+                collapsible_text("Every value, defaults included", resolved_text(results)),
                 class_="foldings",
             ),
         )
@@ -76,7 +76,7 @@ def provenance_section(results: TuningFolder) -> Markup:
 
 def run_facts(results: TuningFolder) -> Markup:
     """Return study, seed, machine, command and versions."""
-    resolved, environment, summary = results.resolved, results.environment, results.summary
+    resolved, environment, summary = results.resolved, results.environment, results.document
     command, *about = environment_facts(environment)
     facts = [
         ("Study", join((summary.study, " (digest ", element("code", resolved.digest or MISSING), ")"))),
@@ -93,7 +93,7 @@ def run_facts(results: TuningFolder) -> Markup:
 
 
 def _flown(resolved: Resolved, step: PlantStep | None) -> list[tuple[str, str]]:
-    """Return what flew under which laws, and how it was stepped; nothing where another program made the trials."""
+    """Return vehicle or plant, laws and steps; nothing where another program made the trials."""
     airframe, controller, plant = resolved.airframe, resolved.controller, resolved.plant
     laws = "; ".join(f"{law_title(law)} ({loop})" for law, loop in laws_of(resolved))
     if airframe is None or controller is None:
@@ -106,12 +106,12 @@ def _flown(resolved: Resolved, step: PlantStep | None) -> list[tuple[str, str]]:
         ("Airframe", airframe.title or airframe.name),
         ("Laws", laws),
         ("Control period", _period(period, step)),
-        ("Control step", (told(controller.position, controller.attitude, period) if period else None) or MISSING),
+        ("Control step", (cost_text(controller.position, controller.attitude, period) if period else None) or MISSING),
     ]
 
 
 def _flights(results: TuningFolder) -> tuple[str, str]:
-    summary = results.summary
+    summary = results.document
     if summary.wall_seconds is None:
         return "Trials", f"{count(summary.flights)}, made by another program: asked.jsonl and told.jsonl"
     return "Flights", f"{count(summary.flights)} in {duration(summary.wall_seconds)}"
@@ -119,21 +119,21 @@ def _flights(results: TuningFolder) -> tuple[str, str]:
 
 def environment_facts(environment: Environment) -> list[tuple[str, str]]:
     """Return command, time, machine, versions and commit of a run, from environment.json."""
-    known = environment.content()
-    versions = ", ".join(f"{name} {value}" for name, value in known.items() if name not in TOLD and value)
-    told = [
+    facts = environment.content()
+    versions = ", ".join(f"{name} {value}" for name, value in facts.items() if name not in LISTED and value)
+    rows = [
         ("Command", element("code", environment.command or MISSING)),
         ("Started", environment.started or MISSING),
         ("Machine", _machine(environment)),
         ("Versions", versions or MISSING),
     ]
-    return [*told, ("Commit", element("code", environment.commit))] if environment.commit else told
+    return [*rows, ("Commit", element("code", environment.commit))] if environment.commit else rows
 
 
 def air_table(results: TuningFolder) -> Markup:
     """Return the air of each scenario: airspeed, scale lengths, intensities, time constants, and trim in its mean wind."""
     rows = []
-    for stored in results.summary.air:
+    for stored in results.document.air:
         tilt = None if stored.trim_tilt is None else degrees(stored.trim_tilt)
         entry = stored.model_copy(update={"trim_tilt": tilt})
         axes = [" / ".join(significant(getattr(entry, f"{name}_{axis}"), 3) for axis in AXES) for name in TRIPLES]
@@ -144,7 +144,7 @@ def air_table(results: TuningFolder) -> Markup:
 
 
 def definitions(results: TuningFolder) -> Markup:
-    """Return what each metric measures and what the words of the report mean."""
+    """Return definitions of metrics and of the words of the report."""
     return glossary(results.quantities, WORDS)
 
 
@@ -159,8 +159,8 @@ def glossary(quantities: Sequence[QuantityRow | ComparedRow], words: Iterable[tu
         )
         for name, entry in {entry.metric: entry for entry in quantities}.items()
     ]
-    told = [element("div", element("dt", term), element("dd", meaning)) for term, meaning in words]
-    return element("dl", *listed, *told, class_="facts")
+    terms = [element("div", element("dt", term), element("dd", meaning)) for term, meaning in words]
+    return element("dl", *listed, *terms, class_="facts")
 
 
 def resolved_text(results: TuningFolder) -> str:
@@ -193,13 +193,13 @@ def _machine(environment: Environment) -> str:
 
 def _reproduced(results: TuningFolder) -> Markup:
     """Return the commands that check this folder and that fly it once more."""
-    name = shlex.quote(results.folder.name or ".")
-    if results.told:
-        again = element("code", f"tuner ask {name}/study.toml --out again")
-        return join((again, ", told the lines of ", element("code", f"{name}/told.jsonl")))
-    again, check = f"tuner run {name}/study.toml --out again", f"tuner verify {name}"
+    name = shlex.quote(results.home.name or ".")
+    if results.is_external:
+        rerun = element("code", f"tuner ask {name}/study.toml --out again")
+        return join((rerun, ", told the lines of ", element("code", f"{name}/told.jsonl")))
+    rerun, check = f"tuner run {name}/study.toml --out again", f"tuner verify {name}"
     return join(
-        (element("code", again), ", or ", element("code", check), "; any number of threads gives the same bits")
+        (element("code", rerun), ", or ", element("code", check), "; any number of threads gives the same bits")
     )
 
 

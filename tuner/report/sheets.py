@@ -14,7 +14,7 @@ from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.front import front_panels
 from tuner.report.charts.look import role_look
 from tuner.report.charts.progress import progress_panels
-from tuner.report.charts.sheet import WIDTH, Sheet
+from tuner.report.charts.sheet import WIDTH, FigureSpec
 from tuner.report.charts.spectra import spectrum_mark, spectrum_panel
 from tuner.text.units import in_degrees
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 COLUMNS, ROW = 4, 1.7
 
 
-def search_sheets(results: TuningFolder) -> dict[str, Sheet]:
-    """Return what shows search and front, by names of figures; the folder may lack responses."""
+def search_sheets(results: TuningFolder) -> dict[str, FigureSpec]:
+    """Return the sheets of search and front, by names of figures."""
     return {"front": front_sheet(results), "progress": progress_sheet(results)}
 
 
-def scenario_sheets(results: TuningFolder) -> dict[str, Callable[[], Sheet]]:
-    """Return what makes the responses, and the spectra if there are any, in every scenario, by names of figures."""
+def scenario_sheets(results: TuningFolder) -> dict[str, Callable[[], FigureSpec]]:
+    """Return makers of the sheets of responses and spectra in every scenario, by names of figures."""
     responses = {
         name: lambda scenario=scenario: response_sheet(results, scenario)
         for name, scenario in scenario_names("responses", results.scenarios).items()
@@ -54,71 +54,75 @@ def scenario_names(stem: str, scenarios: Sequence[str]) -> dict[str, str]:
     return names
 
 
-def front_sheet(results: TuningFolder) -> Sheet:
+def front_sheet(results: TuningFolder) -> FigureSpec:
     """Return the front with a panel for each pair of objectives; of one objective, the points in order."""
     panels = front_panels(results)
     if len(panels) == 1:
-        height = 0.9 + 0.17 * len(results.front.points) if panels[0].rows else 3.2
-        return Sheet(panels, 1, height, 0.62 * WIDTH)
-    return Sheet(panels, min(len(panels), 3), 2.4)
+        height = 0.9 + 0.17 * len(results.held_out_front.points) if panels[0].rows else 3.2
+        return FigureSpec(panels, 1, height, 0.62 * WIDTH)
+    return FigureSpec(panels, min(len(panels), 3), 2.4)
 
 
-def progress_sheet(results: TuningFolder) -> Sheet:
+def progress_sheet(results: TuningFolder) -> FigureSpec:
     """Return hypervolume and share of feasible candidates by generation, side by side."""
-    volume, feasible = progress_panels(results.history)[:2]
+    volume, feasible = progress_panels(results.progress)[:2]
     panels = [
         replace(volume, y=Axis("hypervolume [share of box]")),
         replace(feasible, y=feasible.y._replace(title="feasible candidates [%]")),
     ]
-    return Sheet(panels, 2, 2.2, legend=False)
+    return FigureSpec(panels, 2, 2.2, legend=False)
 
 
-def response_sheet(results: TuningFolder, scenario: str) -> Sheet:
+def response_sheet(results: TuningFolder, scenario: str) -> FigureSpec:
     """Return the responses in a scenario, tuned over default, a panel for each axis and one for rotor 1."""
-    known = [
-        fan for fan in results.fans if fan.scenario == scenario and results.front.role(fan.point) in (DEFAULT, TUNED)
+    recorded = [
+        fan
+        for fan in results.fans
+        if fan.scenario == scenario and results.held_out_front.role(fan.point) in (DEFAULT, TUNED)
     ]
-    known.sort(key=lambda fan: results.front.role(fan.point) == TUNED)
-    names = {fan.point: results.shown_as if results.front.role(fan.point) == TUNED else DEFAULT for fan in known}
-    roles = {fan.point: results.front.role(fan.point) for fan in known}
-    panels = _panels(known, names, roles)
-    return Sheet(panels, min(len(panels), COLUMNS), ROW)
+    recorded.sort(key=lambda fan: results.held_out_front.role(fan.point) == TUNED)
+    names = {
+        fan.point: results.shown_as if results.held_out_front.role(fan.point) == TUNED else DEFAULT for fan in recorded
+    }
+    roles = {fan.point: results.held_out_front.role(fan.point) for fan in recorded}
+    panels = _panels(recorded, names, roles)
+    return FigureSpec(panels, min(len(panels), COLUMNS), ROW)
 
 
-def spectrum_sheet(results: TuningFolder, scenario: str) -> Sheet:
+def spectrum_sheet(results: TuningFolder, scenario: str) -> FigureSpec:
     """Return the spectra of the commands in a scenario, of default and tuned gains."""
-    known = [entry for entry in results.spectra if entry.scenario == scenario]
-    roles = [results.front.role(entry.point) for entry in known]
+    spectra = [entry for entry in results.spectra if entry.scenario == scenario]
+    roles = [results.held_out_front.role(entry.point) for entry in spectra]
     marks = [
         spectrum_mark(entry, role_look(role), results.shown_as if role == TUNED else DEFAULT)
-        for entry, role in zip(known, roles, strict=True)
+        for entry, role in zip(spectra, roles, strict=True)
     ]
-    return Sheet([replace(spectrum_panel(marks), title="")], 1, 2.4, 0.62 * WIDTH)
+    return FigureSpec([replace(spectrum_panel(marks), title="")], 1, 2.4, 0.62 * WIDTH)
 
 
-def flown_sheet(responses: "Responses", scenario: str) -> Sheet:
+def flown_sheet(responses: "Responses", scenario: str) -> FigureSpec:
     """Return the fans of one controller, a panel for each axis and one for rotor 1."""
     names = {TUNED: f"{len(responses.actual)} flights"}
     panels = _panels(fans_of(responses, scenario), names, {})
-    return Sheet(panels, min(len(panels), COLUMNS), ROW, note=f"scenario {scenario}")
+    return FigureSpec(panels, min(len(panels), COLUMNS), ROW, note=f"scenario {scenario}")
 
 
 def fans_of(responses: "Responses", scenario: str) -> list[Fan]:
     """Return the fans of recorded responses in shown units."""
     reference = responses.reference.mean(axis=0)
-    found = []
+    bands = []
     for i, (signal, unit) in enumerate(zip(responses.signals, responses.units, strict=True)):
         shown, factor = in_degrees(unit)
-        asked, low, median, high = (np.asarray(part[:, i]) * factor for part in (reference, *responses.fans()))
-        found.append(Fan(TUNED, scenario, signal, shown, responses.time, asked, low, median, high))
-    return found
+        setpoint, low, median, high = (np.asarray(part[:, i]) * factor for part in (reference, *responses.fans()))
+        bands.append(Fan(TUNED, scenario, signal, shown, responses.time, setpoint, low, median, high))
+    return bands
 
 
-def _panels(known: Sequence[Fan], names: dict[str, str], roles: dict[str, str]) -> list[Panel]:
+def _panels(recorded: Sequence[Fan], names: dict[str, str], roles: dict[str, str]) -> list[Panel]:
     """Return a panel for each signal that is shown on paper; references only where all fans have the same."""
     panels = []
-    for signal in fans.shown_signals([fan.signal for fan in known]):
-        group = [fan for fan in known if fan.signal == signal]
+    for signal in fans.shown_signals([fan.signal for fan in recorded]):
+        group = [fan for fan in recorded if fan.signal == signal]
         marks = [mark for fan in group for mark in _fan(fan, names, roles)]
         marks += fans.reference(group[0].time, group[0].reference, {}) if fans.agree(group) else []
         time = group[0].time

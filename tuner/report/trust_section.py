@@ -1,11 +1,11 @@
 """Whether to believe it: search against held-out values, places on the front, how the search went, prices, sensitivity."""
 
-from tuner.documents.parts import SampledValue, in_shown_units, is_level, row_in_degrees
+from tuner.documents.parts import SampledValue, on_page, row_in_degrees
 from tuner.documents.summary import RelaxedLimit
 from tuner.documents.tuning import TuningFolder
 from tuner.report.choice_section import choice_section
 from tuner.report.page import aid, wide
-from tuner.report.words import loss_words, uncertainty_words
+from tuner.report.words import loss_words, search_texts, uncertainty_words
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import count, estimate, per_cent, significant
 from tuner.text.units import marked_up
@@ -23,7 +23,7 @@ def trust_section(results: TuningFolder, charts: Markup) -> Markup:
             choice_section(results),
             charts,
             _losses(results),
-            _saved(results),
+            aid(" ".join((f"{count(results.document.flights)} flights were made.", *search_texts(results.document)))),
             _prices(results),
             _uncertainty(results),
             _conflict(results),
@@ -33,7 +33,7 @@ def trust_section(results: TuningFolder, charts: Markup) -> Markup:
 
 
 def _guards(results: TuningFolder) -> Markup:
-    warnings = len(results.summary.warnings)
+    warnings = len(results.document.warnings)
     if not warnings:
         return aid("The guards of the run raised no warning.")
     word = "one warning" if warnings == 1 else f"{count(warnings)} warnings"
@@ -42,30 +42,13 @@ def _guards(results: TuningFolder) -> Markup:
 
 
 def _losses(results: TuningFolder) -> Markup:
-    """Return what losses that were not seen could do, and the lost flights by name."""
-    said = loss_words(results.summary)
-    return element("ul", *[element("li", text) for text in said], class_="notes") if said else Markup()
-
-
-def _saved(results: TuningFolder) -> Markup:
-    """Return which search it was and how many flights requirements and races saved, where the summary knows."""
-    summary = results.summary
-    told = [
-        f"{count(entry.flights)} flights of {count(entry.candidates)} candidates {why}"
-        for entry, why in (
-            (summary.screened, "that break a hard requirement"),
-            (summary.raced, "whose race ended early"),
-            (summary.settled, "whose place among the finalists was settled before"),
-        )
-        if entry is not None and entry.candidates
-    ]
-    flown = f"{count(summary.flights)} flights were made."
-    saved = f" Saved: {', and '.join(told)}." if told else ""
-    return aid(" ".join(filter(None, (summary.search, flown + saved))))
+    """Return the bound on unseen losses, and the failed flights by name."""
+    sentences = loss_words(results.document)
+    return element("ul", *[element("li", text) for text in sentences], class_="notes") if sentences else Markup()
 
 
 def _prices(results: TuningFolder) -> Markup:
-    costs = [row_in_degrees(entry, "kept", "without") for entry in results.summary.costs]
+    costs = [row_in_degrees(entry, "with_limit", "without") for entry in results.document.costs]
     if not costs:
         return Markup()
     rows = [
@@ -73,7 +56,7 @@ def _prices(results: TuningFolder) -> Markup:
             element("code", entry.limit),
             element("code", entry.objective),
             marked_up(entry.unit),
-            *[element("span", significant(value), class_="number") for value in (entry.kept, entry.without)],
+            *[element("span", significant(value), class_="number") for value in (entry.with_limit, entry.without)],
         ]
         for entry in costs
     ]
@@ -81,7 +64,7 @@ def _prices(results: TuningFolder) -> Markup:
     text = (
         "The best values that the search found, with each limit and without it; limits that cost nothing are left out."
     )
-    notes = [element("li", text) for text in results.summary.remarks]
+    notes = [element("li", text) for text in results.document.remarks]
     return join(
         (
             element("h3", "What the limits cost"),
@@ -93,15 +76,15 @@ def _prices(results: TuningFolder) -> Markup:
 
 
 def _uncertainty(results: TuningFolder) -> Markup:
-    """Return what is lost because the vehicle is not known better, and what each of its numbers is worth."""
-    costs = results.summary.uncertainty
+    """Return the cost of uncertainty, and the value of each of the vehicle's numbers."""
+    costs = results.document.uncertainty
     if not costs:
         return Markup()
     rows = [
         [
             element("code", cost.label),
             element("code", entry.name),
-            _of_mean(entry.value, cost.mean, entry.told),
+            _of_mean(entry.value, cost.mean, entry.is_significant),
             element("span", per_cent(entry.share) if entry.shows else CHANCE, class_="number"),
         ]
         for cost in costs
@@ -123,13 +106,13 @@ def _uncertainty(results: TuningFolder) -> Markup:
     )
 
 
-def _of_mean(value: float, mean: float, told: bool) -> Markup:
-    return element("span", per_cent(value / abs(mean)) if told else CHANCE, class_="number")
+def _of_mean(value: float, mean: float, is_significant: bool) -> Markup:
+    return element("span", per_cent(value / abs(mean)) if is_significant else CHANCE, class_="number")
 
 
 def _conflict(results: TuningFolder) -> Markup:
     """Return the sets of limits that nobody kept together and what would let a candidate in."""
-    conflict = results.summary.conflict
+    conflict = results.document.conflict
     if conflict is None:
         return Markup()
     sets = element("ul", *[element("li", " and ".join(some)) for some in conflict.sets], class_="notes")
@@ -151,19 +134,19 @@ def _conflict(results: TuningFolder) -> Markup:
 
 
 def _relaxed(stored: RelaxedLimit) -> str:
-    entry = in_shown_units(stored) if is_level(stored) else row_in_degrees(stored, "limit", "relaxed")
+    entry = on_page(stored, "limit", "relaxed")
     return f"{entry.label} {significant(entry.limit)} → {significant(entry.relaxed)} {entry.unit}".rstrip()
 
 
 def _sensitivity(results: TuningFolder) -> Markup:
-    """Return how much of the spread of each objective each gain makes, where an analysis lies in the folder."""
-    found = results.sensitivity
-    if found is None and results.told:
+    """Return the Sobol indices of the gains, where an analysis lies in the folder."""
+    sensitivity = results.sensitivity
+    if sensitivity is None and results.is_external:
         return Markup()
-    if found is None:
-        said = "No sensitivity analysis lies in this folder; tuner sensitivity makes one from the study."
-        return aid(said)
-    wanted = [row for row in found.indices if row.scale == "rank"] or found.indices
+    if sensitivity is None:
+        note = "No sensitivity analysis lies in this folder; tuner sensitivity makes one from the study."
+        return aid(note)
+    wanted = [row for row in sensitivity.indices if row.scale == "rank"] or sensitivity.indices
     outputs = list(dict.fromkeys(row.output for row in wanted))
     names = list(dict.fromkeys(row.variable for row in wanted))
     by_place = {(row.variable, row.output): row.total for row in wanted}

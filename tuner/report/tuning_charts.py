@@ -27,17 +27,20 @@ def response_panels(results: TuningFolder) -> list[Panel]:
         return []
     points = kept_points(results)
     most = instants(len(results.fans) * len(points) // len(results.flown_points))
-    known = [fans.thinned(fan, most) for fan in results.fans if fan.point in points]
-    names = sorted(dict.fromkeys(fan.signal for fan in known), key=fans.is_rotor)
-    shown = common_range(known)
-    return [_signal(results, [fan for fan in known if fan.signal == name], k, shown) for k, name in enumerate(names)]
+    recorded = [fans.thinned(fan, most) for fan in results.fans if fan.point in points]
+    names = sorted(dict.fromkeys(fan.signal for fan in recorded), key=fans.is_rotor)
+    shown = common_range(recorded)
+    return [_signal(results, [fan for fan in recorded if fan.signal == name], k, shown) for k, name in enumerate(names)]
 
 
 def spectrum_panels(results: TuningFolder) -> list[Panel]:
     """Return a panel with the spectra of the commands, none where the folder holds none."""
     if not results.spectra:
         return []
-    marks = [spectrum_mark(entry, role_look(results.front.role(entry.point)), entry.point) for entry in results.spectra]
+    marks = [
+        spectrum_mark(entry, role_look(results.held_out_front.role(entry.point)), entry.point)
+        for entry in results.spectra
+    ]
     return [replace(spectrum_panel(marks), form="plot")]
 
 
@@ -48,7 +51,7 @@ def margin_panels(results: TuningFolder) -> list[Panel]:
     parts: list[list[Mark]] = [[], [], []]
     for loops in _alike(results.loops):
         show = {"point": loops[0].point, "channel": [loop.channel for loop in loops]}
-        look = role_look(results.front.role(loops[0].point))
+        look = role_look(results.held_out_front.role(loops[0].point))
         frequency, response = loops[0].frequency, loops[0].response
         gain, phase = bode_marks(frequency, response, look, loops[0].point, show)
         for part, marks in zip(
@@ -59,7 +62,7 @@ def margin_panels(results: TuningFolder) -> list[Panel]:
 
 
 def instants(count: int) -> int:
-    """Return how many instants each of so many fans gets."""
+    """Return the number of instants of each of so many fans."""
     return int(np.clip(BUDGET / (INSTANT * max(count, 1)), LEAST, MOST))
 
 
@@ -75,9 +78,9 @@ def kept_points(results: TuningFolder) -> set[str]:
     return {*points[:2], *(others[int(i)] for i in chosen)}
 
 
-def common_range(known: list[Fan]) -> tuple[float, float] | None:
+def common_range(recorded: list[Fan]) -> tuple[float, float] | None:
     """Return one range for all rotors, so that they can be compared; None where there are none."""
-    rotors = [fan for fan in known if fans.is_rotor(fan.signal)]
+    rotors = [fan for fan in recorded if fans.is_rotor(fan.signal)]
     series = [part for fan in rotors for part in (fan.low, fan.high, fan.worst) if part is not None]
     if not series:
         return None
@@ -87,7 +90,7 @@ def common_range(known: list[Fan]) -> tuple[float, float] | None:
 
 
 def bound_of(results: TuningFolder, signal: str, scenario: str) -> tuple[float, str] | None:
-    """Return how far a signal may be from its reference, in shown units, and by what; None where nothing limits it."""
+    """Return the bound on a signal in shown units, and its origin; None where nothing limits it."""
     peaks = [
         entry
         for entry in results.constraints
@@ -102,15 +105,15 @@ def bound_of(results: TuningFolder, signal: str, scenario: str) -> tuple[float, 
     return None
 
 
-def _signal(results: TuningFolder, known: list[Fan], k: int, rotors: tuple[float, float] | None) -> Panel:
-    signal, marks = known[0].signal, []
+def _signal(results: TuningFolder, recorded: list[Fan], k: int, rotors: tuple[float, float] | None) -> Panel:
+    signal, marks = recorded[0].signal, []
     for scenario in results.scenarios:
-        mine = [fan for fan in known if fan.scenario == scenario]
+        mine = [fan for fan in recorded if fan.scenario == scenario]
         if mine:
             marks += _scenario(results, mine, scenario)
     rotor = fans.is_rotor(signal)
     y = Axis("", *rotors) if rotor and rotors else Axis("")
-    title, form = fans.title(signal, known[0].unit), "plot rotor" if rotor else "plot"
+    title, form = fans.title(signal, recorded[0].unit), "plot rotor" if rotor else "plot"
     return Panel(f"response-{k}", title, fans.TIME, y, marks, form=form, across=True)
 
 
@@ -118,30 +121,30 @@ def _scenario(results: TuningFolder, mine: list[Fan], scenario: str) -> list[Mar
     marks: list[Mark] = []
     shared = fans.agree(mine)
     # The default first: the picked point is drawn over it.
-    for fan in sorted(mine, key=lambda fan: results.front.role(fan.point) != "default"):
+    for fan in sorted(mine, key=lambda fan: results.held_out_front.role(fan.point) != "default"):
         show = {"point": fan.point, "scenario": scenario}
-        look = role_look(results.front.role(fan.point))
+        look = role_look(results.held_out_front.role(fan.point))
         if not shared:
             marks += fans.reference(fan.time, fan.reference, show)
         marks += fans.fan_marks(fan, look, fan.point, show)
     first = mine[0]
     if shared:
         marks += fans.reference(first.time, first.reference, {"scenario": scenario})
-    found = bound_of(results, first.signal, scenario)
-    if found is not None:
-        asked = first.reference if shared and np.isfinite(first.reference).all() else np.zeros_like(first.time)
-        known = [fan for fan in mine if results.front.role(fan.point) and len(fan.time) == len(asked)]
+    bound = bound_of(results, first.signal, scenario)
+    if bound is not None:
+        reference = first.reference if shared and np.isfinite(first.reference).all() else np.zeros_like(first.time)
+        judged = [fan for fan in mine if results.held_out_front.role(fan.point) and len(fan.time) == len(reference)]
         farthest = max(
-            (float(np.abs(edge - asked).max()) for fan in known for edge in (fan.low, fan.high)), default=0.0
+            (float(np.abs(edge - reference).max()) for fan in judged for edge in (fan.low, fan.high)), default=0.0
         )
-        if farthest > NEAR * found[0]:
-            marks += fans.bounds(first.time, asked, *found, {"scenario": scenario})
+        if farthest > NEAR * bound[0]:
+            marks += fans.bounds(first.time, reference, *bound, {"scenario": scenario})
     return marks
 
 
 def _alike(loops: list[Loop]) -> list[list[Loop]]:
     """Return the loops of each point, those with the same curve together."""
-    found: dict[tuple[str, bytes], list[Loop]] = {}
+    groups: dict[tuple[str, bytes], list[Loop]] = {}
     for loop in loops:
-        found.setdefault((loop.point, loop.response.tobytes()), []).append(loop)
-    return list(found.values())
+        groups.setdefault((loop.point, loop.response.tobytes()), []).append(loop)
+    return list(groups.values())

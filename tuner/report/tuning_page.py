@@ -4,7 +4,7 @@ from pathlib import Path
 
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import answer, answer_table, states_table
-from tuner.report.charts.progress import gap_panels, place_panel, progress_panels
+from tuner.report.charts.progress import front_probability_panel, gap_panels, progress_panels
 from tuner.report.charts.web import Arrays, grid, to_web
 from tuner.report.controls import layer_switches
 from tuner.report.explorer_data import explorer_data
@@ -19,21 +19,25 @@ from tuner.text.markup import Markup, element, join
 
 def write_page(results: TuningFolder) -> Path:
     """Write report.html into a results folder; StoreError where a file is missing, damaged or cannot be written."""
-    return put_page(results.folder, tuning_page(results))
+    return put_page(results.home, tuning_page(results))
 
 
 def tuning_page(results: TuningFolder) -> Page:
     """Return the page of a results folder."""
     arrays, responses, loops = Arrays(), [*response_panels(results), *spectrum_panels(results)], margin_panels(results)
-    trust = [*gap_panels(results), *filter(None, [place_panel(results)]), *progress_panels(results.history)]
+    trust = [
+        *gap_panels(results),
+        *filter(None, [front_probability_panel(results)]),
+        *progress_panels(results.progress),
+    ]
     charts = {panel.key: to_web(panel, arrays) for panel in [*responses, *loops, *trust]}
     return Page(
         kind="tuning report",
-        title=results.summary.title,
-        ending=results.summary.ending,
+        title=results.document.title,
+        ending=results.document.ending,
         lead=join((element("p", answer(results), class_="lead"), _description(results))),
         opening=_opening(results),
-        warnings=results.summary.warnings,
+        warnings=results.document.warnings,
         sections=(
             Section("front", "Explore the trade-off", explorer_section(results)),
             Section("point", "The point picked", point_section(results, responses, loops)),
@@ -51,7 +55,7 @@ def _description(results: TuningFolder) -> Markup:
 
 def _opening(results: TuningFolder) -> Markup:
     """Return the answer as a table beside the trade-off."""
-    name = results.summary.gains_file
+    name = results.document.gains_file
     actions = element(
         "div",
         element("button", f"Save {name}", type="button", id="save-tuned"),

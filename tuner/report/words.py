@@ -3,11 +3,11 @@
 import re
 
 from objectives.margins.quantities import QUANTITIES
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from tuner.documents.parts import Estimate
 from tuner.documents.resolved import Resolved
-from tuner.documents.summary import PickedOn, Summary, UncertaintyCost
-from tuner.text.numbers import per_cent, significant
+from tuner.documents.summary import SelectionValues, Summary, UncertaintyCost
+from tuner.text.numbers import count, per_cent, significant
 
 NOUNS = {
     "itae": "error", "iae": "error", "ise": "squared error", "rms": "RMS error", "peak": "peak", "overshoot": "overshoot",
@@ -19,7 +19,7 @@ _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
 
 
 def plain_metric(metric: str, rotors: bool = True) -> str:
-    """Return what a metric measures: "position error", "rotor travel"; its name where there are no words for it.
+    """Return a metric in words: "position error", "rotor travel"; its name where there are none.
 
     rotors: whether commands are those of rotors.
     """
@@ -32,10 +32,10 @@ def plain_metric(metric: str, rotors: bool = True) -> str:
 
 def plain_risk(label: str) -> str:
     """Return over which flights a quantity is taken, from its label: "mean", "worst 20 %", "median", "95 % quantile"."""
-    found = _RISK.match(label)
-    if found is None:
+    match = _RISK.match(label)
+    if match is None:
         return ""
-    name, level = found[1], float(found[2] or 0.0)
+    name, level = match[1], float(match[2] or 0.0)
     if name == "cvar":
         return f"worst {significant(100.0 - level)} %"
     if name == "quantile":
@@ -44,14 +44,14 @@ def plain_risk(label: str) -> str:
 
 
 def plain_margin(label: str) -> str:
-    """Return what a requirement limits, from its label such as "phase_margin" or "ms.roll"."""
+    """Return a limited margin in words, from its label such as "phase_margin" or "ms.roll"."""
     head, dot, axis = label.partition(".")
     label = QUANTITIES[head].label if head in QUANTITIES else head
     return f"{label}{dot and ' of '}{axis}"
 
 
 def law_title(name: str) -> str:
-    """Return what a law is called in full."""
+    """Return the title of a law."""
     return LAWS[name].title if name in LAWS else name
 
 
@@ -63,8 +63,8 @@ def laws_of(resolved: Resolved) -> list[tuple[str, str]]:
     return [(controller.position, "position"), (controller.attitude, "attitude")]
 
 
-def gap_words(picked: PickedOn, gap: Estimate) -> str:
-    """Return what the gap between held-out and search value of the recommended point says of the search.
+def gap_words(picked: SelectionValues, gap: Estimate) -> str:
+    """Return the optimism of the search in words, from the gap between held-out and search value.
 
     picked: `picked_on` of summary.json; a folder of an earlier version holds no `lost_in_search`.
     """
@@ -83,25 +83,42 @@ def gap_words(picked: PickedOn, gap: Estimate) -> str:
 
 
 def loss_words(summary: Summary) -> list[str]:
-    """Return what losses that were not seen could do, and the lost flights by name."""
+    """Return the bound on unseen losses, and the failed flights by name."""
     unseen = [] if summary.unseen is None else [summary.unseen.words]
     return [*unseen, *[f"Lost: {entry.words}." for entry in summary.lost_flights]]
 
 
+def search_texts(summary: Summary) -> list[str]:
+    """Return the search, and the flights that requirements, races and settled ranks saved, in sentences."""
+    skipped = (
+        (summary.screened, "candidates", "hard requirement violated"),
+        (summary.raced, "candidates", "race decided early"),
+        (summary.settled, "finalists", "rank already decided"),
+    )
+    flights = [
+        f"{count(part.flights)} flights skipped ({count(part.candidates)} {noun}, {why})."
+        for part, noun, why in skipped
+        if part is not None and part.candidates
+    ]
+    return [*filter(None, [summary.search]), *flights]
+
+
 def uncertainty_words(row: UncertaintyCost) -> str:
-    """Return what an objective loses because the vehicle is not known better, and which number to measure next."""
-    first, whole = row.next, abs(row.mean)
+    """Return the cost of uncertainty of an objective, and the number to measure next."""
+    first, mean = row.next, abs(row.mean)
     spread = (
         f"{first.name} explains {per_cent(first.share)} of the spread"
         if first.shows
         else "no number shows in the spread"
     )
-    if not row.told:
+    if not row.is_significant:
         return (
             f"{row.label}: knowing the vehicle better would change no choice among {row.finalists} finalists; {spread}."
         )
-    worth = f"it alone is worth {per_cent(first.value / whole)}" if first.told else "none is worth much alone"
+    verdict = (
+        f"it alone is worth {per_cent(first.value / mean)}" if first.is_significant else "none is worth much alone"
+    )
     return (
-        f"{row.label}: not knowing the vehicle better costs {per_cent((row.mean - row.known) / whole)} of its mean among "
-        f"{row.finalists} finalists. Measure {first.name} next: {worth}; {spread}."
+        f"{row.label}: not knowing the vehicle better costs {per_cent((row.mean - row.mean_if_known) / mean)} of its mean among "
+        f"{row.finalists} finalists. Measure {first.name} next: {verdict}; {spread}."
     )

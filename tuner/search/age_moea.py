@@ -12,7 +12,6 @@ from pymoo.algorithms.moo.age import AGEMOEA, AGEMOEASurvival, find_corner_solut
 
 from plant.backends.cache import keep_file
 from tuner.search.pymoo_search import PymooSearch
-from tuner.search.scaling import Scaling
 
 # pymoo has numba compile these in every process, for 5 s; once for a machine is enough. One calls another, which is inlined,
 # see `plant.backends.cache`.
@@ -22,11 +21,7 @@ for compiled in (point_2_line_distance, find_corner_solutions, AGEMOEASurvival.m
 
 
 class AgeMoea(PymooSearch):
-    """Ranks by dominance, then by spread and depth in the p-norm that fits the front."""
+    """AGE-MOEA: ranks by dominance, then by spread and depth in the p-norm that fits the front."""
 
     def __init__(self, first: np.ndarray, n_objectives: int, n_constraints: int, seed: int) -> None:
-        self._scaling = Scaling()
-        super().__init__(AGEMOEA(pop_size=len(first)), first, n_objectives, n_constraints, seed)
-
-    def _objectives(self, values: np.ndarray, total: np.ndarray) -> np.ndarray:
-        return self._scaling.of(values, total <= 0.0)
+        super().__init__(AGEMOEA(pop_size=len(first)), first, n_objectives, n_constraints, seed, scaled=True)

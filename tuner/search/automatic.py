@@ -5,32 +5,32 @@ from typing import NamedTuple
 from tuner.search.names import Sizes
 
 MODEL = "gaussian_process"
-# What a model was measured to be ahead for; beyond it the time of its own outgrows that of the flights it saves.
-MOST_GAINS, MOST_OBJECTIVES, MOST_CANDIDATES = 20, 3, 1000
+# Sizes for which a model was measured to be ahead; beyond, its computing time outgrows that of the flights it saves.
+MAX_GAINS, MAX_OBJECTIVES, MAX_CANDIDATES = 20, 3, 1000
 
 
-class Choice(NamedTuple):
-    """A search by its name, and why it."""
+class AlgorithmChoice(NamedTuple):
+    """A search by its name, and the reason."""
 
     algorithm: str
     why: str
 
 
-def automatic(gains: int, objectives: int, candidates: int) -> Choice:
+def automatic(gains: int, objectives: int, candidates: int) -> AlgorithmChoice:
     """Return the search for so many gains, objectives and candidates."""
     beyond = [
         f"{count:,} {noun} are more than the {most:,} that a model was measured to serve"
         for count, most, noun in (
-            (gains, MOST_GAINS, "gains"),
-            (objectives, MOST_OBJECTIVES, "objectives"),
-            (candidates, MOST_CANDIDATES, "candidates"),
+            (gains, MAX_GAINS, "gains"),
+            (objectives, MAX_OBJECTIVES, "objectives"),
+            (candidates, MAX_CANDIDATES, "candidates"),
         )
         if count > most
     ]
     if beyond:
-        return Choice(_evolution(objectives), beyond[0])
+        return AlgorithmChoice(_evolution(objectives), beyond[0])
     size = f"{_counted(gains, 'gain')}, {_counted(objectives, 'objective')} and {candidates:,} candidates"
-    return Choice(MODEL, f"{size} are few enough for a model, which needs the fewest flights")
+    return AlgorithmChoice(MODEL, f"{size} are few enough for a model, which needs the fewest flights")
 
 
 def _evolution(objectives: int) -> str:
@@ -45,5 +45,5 @@ def _counted(count: int, noun: str) -> str:
 
 
 def candidates_of(usual: Sizes, population: int | None, generations: int | None) -> int:
-    """Return how many candidates a search tries; None: its usual number."""
+    """Return the number of candidates of a search; None: its usual number."""
     return (population or usual.population) * (generations or usual.generations)

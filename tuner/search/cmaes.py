@@ -8,7 +8,7 @@ import numpy as np
 from cmaes import CMA
 
 from plant.seeds import generator
-from tuner.search.constraint_ranking import TotalViolation, best_first
+from tuner.search.constraint_ranking import TotalViolation, feasibility_order
 
 # Standard deviation of a uniform variable on [0, 1]. The first generation, spread over the cube, is a sample of about the
 # distribution that the strategy starts from, and is told to it as any other.
@@ -16,10 +16,9 @@ SPREAD = 12.0**-0.5
 
 
 class CmaEs:
-    """Ask for a generation of points, tell what they were worth.
+    """CMA-ES, started anew elsewhere once it has converged.
 
-    first: points (n, d) of the first generation; its size is the population. seed: of all later draws. A strategy that has
-    converged gives way to another, which starts elsewhere.
+    first: points (n, d) of the first generation; its size is the population. seed: of all later draws.
     """
 
     def __init__(self, first: np.ndarray, n_objectives: int, n_constraints: int, seed: int) -> None:
@@ -36,8 +35,8 @@ class CmaEs:
         return self._points.copy()
 
     def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Tell the objective (n, 1) and constraint violations (n, c) of the generation asked for."""
-        order = best_first(values[:, 0], self._total.of(violations))
+        """Record the objective (n, 1) and constraint violations (n, c) of the pending generation."""
+        order = feasibility_order(values[:, 0], self._total.of(violations))
         self._strategy.tell([(self._points[row], float(rank)) for rank, row in enumerate(order)])
         if self._strategy.should_stop():
             draw = generator(self._seed, "search/cmaes/mean", self._starts)
@@ -45,7 +44,7 @@ class CmaEs:
         self._points = np.stack([self._strategy.ask() for _ in range(self._population)], axis=0)
 
     def _started(self, mean: np.ndarray) -> CMA:
-        """Return a strategy that starts around mean (d,), as wide as the cube."""
+        """Return a strategy started around mean (d,), as wide as the cube."""
         seed = int(generator(self._seed, "search/cmaes", self._starts).integers(2**32))
         self._starts += 1
         bounds = np.tile([0.0, 1.0], (self._dimensions, 1))

@@ -19,7 +19,7 @@ class TotalViolation:
         self._units = np.full(n_constraints, np.nan)
 
     def of(self, violations: np.ndarray) -> np.ndarray:
-        """Return the totals (n,) of a generation's violations (n, c), in no unit; 0 where every constraint is kept."""
+        """Return the dimensionless totals (n,) of violations (n, c); 0 where every constraint is satisfied."""
         broken = np.maximum(violations, 0.0)
         for i in np.flatnonzero(np.isnan(self._units) & np.any(broken > 0.0, axis=0)):
             self._units[i] = power_of_two(float(np.median(broken[broken[:, i] > 0.0, i], axis=0)))
@@ -31,6 +31,6 @@ def power_of_two(value: float) -> float:
     return float(np.ldexp(1.0, int(np.frexp(value)[1]) - 1))
 
 
-def best_first(values: np.ndarray, totals: np.ndarray) -> np.ndarray:
-    """Return the rows of one objective (n,) in order: smallest total violation (n,), then smallest value, then first."""
+def feasibility_order(values: np.ndarray, totals: np.ndarray) -> np.ndarray:
+    """Return the rows of one objective (n,) in Deb's order: smallest total violation (n,), then smallest value, then first."""
     return np.lexsort((values, totals))

@@ -1,4 +1,4 @@
-"""Linear algebra of Gaussian processes, compiled: correlations, factors, triangular solutions, the likelihood and its slope.
+"""Linear algebra of Gaussian processes, compiled: Cholesky factors, triangular solutions, the likelihood and its gradient.
 
 It is written out because LAPACK and BLAS round differently with the number of their threads, and what a search asks for must
 not. The loops run along rows, four rows at a time, some columns after the other: a factor of 500 points takes 3.5 ms. Columns
@@ -25,15 +25,15 @@ Array = NDArray[np.float64]
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz"}}
 inlined = inliner(OPTIONS)
-# Distance beyond which correlations no longer fall: e^{-40} is 4e-18. Taylor's series stands around half of a 256th of it.
-FURTHEST = 40.0
-CENTRE = FURTHEST / 512.0
-AT_CENTRE = math.exp(-CENTRE)
+# Distance beyond which correlations no longer fall: e^{-40} is 4e-18. Taylor's series is around half of a 256th of it.
+MAX_DISTANCE = 40.0
+CENTER = MAX_DISTANCE / 512.0
+EXP_CENTER = math.exp(-CENTER)
 C2, C3, C4, C5, C6, C7, C8, C9 = [1.0 / math.factorial(k) for k in range(2, 10)]
 # Columns that are worked on at a time.
-COLUMNS = 64
+BLOCK_COLUMNS = 64
 # Least square of a pivot: a matrix that rounding has made indefinite is factored as if its pivot were this.
-LEAST_PIVOT = 1e-10
+MIN_PIVOT = 1e-10
 
 
 def compiled(function: Callable[..., Any]) -> Any:
@@ -42,11 +42,11 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 
 @inlined
-def decay(a: float) -> float:
-    """Return e^{-a} for a >= 0 but for 1e-13 of it, in operations that a loop over many a does side by side."""
-    # Taylor's series around the middle of [0, FURTHEST / 256], then squared eight times.
-    x = CENTRE - min(a, FURTHEST) / 256.0
-    power = AT_CENTRE * (
+def exp_negative(a: float) -> float:
+    """Return e^{-a} for a >= 0: to a relative error of 1e-13, in operations that SIMD code has."""
+    # Taylor's series around the middle of [0, MAX_DISTANCE / 256], then squared eight times.
+    x = CENTER - min(a, MAX_DISTANCE) / 256.0
+    power = EXP_CENTER * (
         1.0 + x * (1.0 + x * (C2 + x * (C3 + x * (C4 + x * (C5 + x * (C6 + x * (C7 + x * (C8 + x * C9))))))))
     )
     for _ in range(8):
@@ -56,7 +56,7 @@ def decay(a: float) -> float:
 
 @inlined
 def fill_distances(row: Array, point: Array, across: Array, start: int) -> None:
-    """Set row (p,), from `start` on, to sqrt(5) times the distances of a point (d,) from others, across (d, p)."""
+    """Set row (p,) from `start` on: sqrt(5) times the distances of a point (d,) from others, across (d, p)."""
     columns = range(np.uintp(start), np.uintp(len(row)))
     for j in columns:
         row[j] = 0.0
@@ -69,15 +69,15 @@ def fill_distances(row: Array, point: Array, across: Array, start: int) -> None:
 
 @inlined
 def fill_correlations(row: Array, point: Array, across: Array, start: int) -> None:
-    """Set row (p,), from `start` on, to the correlations of a point (d,) with others, across (d, p), in length scales."""
+    """Set row (p,) from `start` on: correlations of a point (d,) with others, across (d, p), in length scales."""
     fill_distances(row, point, across, start)
     for j in range(np.uintp(start), np.uintp(len(row))):
-        row[j] = (1.0 + row[j] + row[j] * row[j] / 3.0) * decay(row[j])
+        row[j] = (1.0 + row[j] + row[j] * row[j] / 3.0) * exp_negative(row[j])
 
 
 @inlined
-def take_away(row: Array, rows: Array, factors: Array, count: int, start: int, end: int) -> None:
-    """Subtract from row (p,), from `start` to `end`, the first `count` of rows (n, p) times factors (n,)."""
+def subtract_product(row: Array, rows: Array, factors: Array, count: int, start: int, end: int) -> None:
+    """Subtract factors (n,) times rows (n, p) from row (p,): the first `count` of them, columns `start` to `end`."""
     k, columns = 0, range(np.uintp(start), np.uintp(end))
     while k + 3 < count:
         a, b, c, d = factors[k], factors[k + 1], factors[k + 2], factors[k + 3]
@@ -92,27 +92,27 @@ def take_away(row: Array, rows: Array, factors: Array, count: int, start: int, e
 
 
 @inlined
-def factor_in_place(matrix: Array) -> None:
-    """Overwrite a symmetric matrix (n, n), of which the upper triangle counts, by U with U^T U the matrix, and its mirror image.
+def factorize_cholesky(matrix: Array) -> None:
+    """Overwrite a matrix (n, n) by its Cholesky factor: U, and U^T below the diagonal.
 
-    Some columns at a time, so that what is taken from them stays in the nearer caches.
+    Some columns at a time, so that they stay in the nearer caches.
     """
     n = len(matrix)
-    for first in range(0, n, COLUMNS):
-        end = min(first + COLUMNS, n)
+    for first in range(0, n, BLOCK_COLUMNS):
+        end = min(first + BLOCK_COLUMNS, n)
         for i in range(end):
             start = max(i, first)
-            take_away(matrix[i], matrix, matrix[i], i, start, end)
+            subtract_product(matrix[i], matrix, matrix[i], i, start, end)
             if i >= first:
-                matrix[i, i] = math.sqrt(max(matrix[i, i], LEAST_PIVOT))
+                matrix[i, i] = math.sqrt(max(matrix[i, i], MIN_PIVOT))
             for j in range(max(i + 1, first), end):
                 matrix[i, j] /= matrix[i, i]
                 matrix[j, i] = matrix[i, j]
 
 
 @inlined
-def filled(scaled: Array, noise: float) -> Array:
-    """Return the correlations (n, n) of points in length scales (n, d), upper triangle, noise added on the diagonal."""
+def correlation_matrix(scaled: Array, noise: float) -> Array:
+    """Return the correlation matrix with noise (n, n), upper triangle: of points in length scales (n, d)."""
     n = len(scaled)
     matrix, across = np.empty((n, n)), scaled.T.copy()
     for i in range(n):
@@ -122,22 +122,22 @@ def filled(scaled: Array, noise: float) -> Array:
 
 
 @compiled
-def factored_correlations(scaled: Array, noise: float) -> Array:
-    """Return U (n, n), upper triangle, with U^T U the correlations of points in length scales (n, d) and noise."""
-    matrix = filled(scaled, noise)
-    factor_in_place(matrix)
+def cholesky_correlation(scaled: Array, noise: float) -> Array:
+    """Return the Cholesky factor U (n, n) of the correlation matrix with noise: of points in length scales (n, d)."""
+    matrix = correlation_matrix(scaled, noise)
+    factorize_cholesky(matrix)
     return matrix
 
 
 @compiled
-def half_solved(upper: Array, right: Array) -> Array:
+def solve_triangular(upper: Array, right: Array) -> Array:
     """Return U^-T right (n, p), with U an upper triangle (n, n)."""
     n = len(upper)
     solution, column = right.copy(), np.empty(n)
     for i in range(n):
         for k in range(i):
             column[k] = upper[k, i]
-        take_away(solution[i], solution, column, i, 0, solution.shape[1])
+        subtract_product(solution[i], solution, column, i, 0, solution.shape[1])
         for j in range(solution.shape[1]):
             solution[i, j] /= upper[i, i]
     return solution
@@ -146,43 +146,44 @@ def half_solved(upper: Array, right: Array) -> Array:
 @compiled
 def correlations(scaled: Array, others: Array) -> Array:
     """Return the correlations (n, p) of points (n, d) with others (p, d), both in length scales."""
-    found, across = np.empty((len(scaled), len(others))), others.T.copy()
+    out, across = np.empty((len(scaled), len(others))), others.T.copy()
     for i in range(len(scaled)):
-        fill_correlations(found[i], scaled[i], across, 0)
-    return found
+        fill_correlations(out[i], scaled[i], across, 0)
+    return out
 
 
 @compiled
-def factored_remainder(scaled: Array, explained: Array, noise: float) -> Array:
-    """Return the factor (p, p) of the correlations of points (p, d) less explained^T explained, explained (n, p)."""
-    matrix, across, p = filled(scaled, noise), explained.T.copy(), len(scaled)
-    for first in range(0, p, COLUMNS):
-        end = min(first + COLUMNS, p)
+def cholesky_posterior(scaled: Array, explained: Array, noise: float) -> Array:
+    """Return the Cholesky factor (p, p) of a posterior correlation: of points (p, d), less explained^T explained (n, p)."""
+    matrix, across, p = correlation_matrix(scaled, noise), explained.T.copy(), len(scaled)
+    for first in range(0, p, BLOCK_COLUMNS):
+        end = min(first + BLOCK_COLUMNS, p)
         for i in range(end):
-            take_away(matrix[i], explained, across[i], len(explained), max(i, first), end)
-    factor_in_place(matrix)
+            subtract_product(matrix[i], explained, across[i], len(explained), max(i, first), end)
+    factorize_cholesky(matrix)
     return matrix
 
 
 @compiled
-def drawn(upper: Array, normals: Array) -> Array:
+def sample_normal(upper: Array, normals: Array) -> Array:
     """Return normals (s, p) times U (p, p), an upper triangle: rows of covariance U^T U."""
-    found, p = np.zeros(normals.shape), len(upper)
-    for first in range(0, p, COLUMNS):
-        end = min(first + COLUMNS, p)
+    out, p = np.zeros(normals.shape), len(upper)
+    for first in range(0, p, BLOCK_COLUMNS):
+        end = min(first + BLOCK_COLUMNS, p)
         for i in range(len(normals)):
             # Below its diagonal U holds its mirror image, which does not belong here.
-            take_away(found[i], upper, normals[i], first, first, end)
+            subtract_product(out[i], upper, normals[i], first, first, end)
             for k in range(first, end):
                 for j in range(np.uintp(k), np.uintp(end)):
-                    found[i, j] -= normals[i, k] * upper[k, j]
-    return -found
+                    out[i, j] -= normals[i, k] * upper[k, j]
+    return -out
 
 
 @compiled
 def likelihood(points: Array, targets: Array, logs: Array) -> tuple[float, Array]:
-    """Return the negative log likelihood of targets (n,) of mean 0 at points (n, d), but for a constant, and its slope (d + 1,).
+    """Return the negative log marginal likelihood and its gradient (d + 1,): up to a constant.
 
+    targets (n,): of mean 0, at points (n, d);
     logs (d + 1,): logarithms of the inverse length scales and of the noise's share of the variance, which is itself the one
     that fits best (Rasmussen and Williams 2006, equations 5.8 and 5.9).
     """
@@ -190,9 +191,9 @@ def likelihood(points: Array, targets: Array, logs: Array) -> tuple[float, Array
     scaled = points * np.exp(logs[:d])
     across, by_square = scaled.T.copy(), np.empty(n)
     noise = math.exp(logs[d])
-    upper = filled(scaled, noise)
-    factor_in_place(upper)
-    inverse = inverted(upper)
+    upper = correlation_matrix(scaled, noise)
+    factorize_cholesky(upper)
+    inverse = invert(upper)
     weights = np.zeros(n)
     for i in range(n):
         weights[i] += inverse[i, i] * targets[i]
@@ -203,36 +204,36 @@ def likelihood(points: Array, targets: Array, logs: Array) -> tuple[float, Array
     for i in range(n):
         variance += targets[i] * weights[i] / n
         value += math.log(upper[i, i])
-    slope = np.zeros(d + 1)
+    gradient = np.zeros(d + 1)
     for i in range(n):
-        slope[d] += 0.5 * noise * (inverse[i, i] - weights[i] * weights[i] / variance)
+        gradient[d] += 0.5 * noise * (inverse[i, i] - weights[i] * weights[i] / variance)
         fill_distances(by_square, scaled[i], across, i + 1)
         others = range(np.uintp(i + 1), np.uintp(n))
         for j in others:
-            by_square[j] = (1.0 + by_square[j]) * decay(by_square[j]) * (5.0 / 3.0)
+            by_square[j] = (1.0 + by_square[j]) * exp_negative(by_square[j]) * (5.0 / 3.0)
             by_square[j] *= inverse[i, j] - weights[i] * weights[j] / variance
         for k in range(d):
             for j in others:
-                slope[k] -= by_square[j] * (scaled[i, k] - across[k, j]) * (scaled[i, k] - across[k, j])
-    return value + 0.5 * n * math.log(variance), slope
+                gradient[k] -= by_square[j] * (scaled[i, k] - across[k, j]) * (scaled[i, k] - across[k, j])
+    return value + 0.5 * n * math.log(variance), gradient
 
 
 @inlined
-def inverted(upper: Array) -> Array:
-    """Return the inverse (n, n), upper triangle, of U^T U, with U an upper triangle (n, n)."""
+def invert(upper: Array) -> Array:
+    """Return the inverse (n, n) of U^T U: upper triangle, with U an upper triangle (n, n)."""
     n = len(upper)
-    half, whole = np.zeros((n, n)), np.zeros((n, n))
+    half_inverse, inverse = np.zeros((n, n)), np.zeros((n, n))
     for i in range(n - 1, -1, -1):
-        take_away(half[i], half[i + 1 :], upper[i, i + 1 :], n - 1 - i, i + 1, n)
-        half[i, i] = 1.0
+        subtract_product(half_inverse[i], half_inverse[i + 1 :], upper[i, i + 1 :], n - 1 - i, i + 1, n)
+        half_inverse[i, i] = 1.0
         for j in range(np.uintp(i), np.uintp(n)):
-            half[i, j] /= upper[i, i]
-    across = half.T.copy()
+            half_inverse[i, j] /= upper[i, i]
+    across = half_inverse.T.copy()
     for i in range(n):
-        take_away(whole[i], across[i:], half[i, i:], n - i, i, n)
-    return -whole
+        subtract_product(inverse[i], across[i:], half_inverse[i, i:], n - i, i, n)
+    return -inverse
 
 
 def is_compiled() -> bool:
-    """Return whether this process or an earlier one has compiled this file; else the first model waits some 6 s."""
-    return cache.is_compiled(likelihood) and cache.is_compiled(factored_remainder)
+    """Return true where this file was compiled before; the first model waits some 6 s otherwise."""
+    return cache.is_compiled(likelihood) and cache.is_compiled(cholesky_posterior)

@@ -16,7 +16,7 @@ WEIGHT, CROSSOVER = 0.5, 0.9
 
 
 class DifferentialEvolution:
-    """Ask for a generation of points, tell what they were worth.
+    """Differential evolution, rand/1/bin.
 
     first: points (n, d) of the first generation; its size is the population, at least 4. seed: of all later draws.
     """
@@ -26,46 +26,46 @@ class DifferentialEvolution:
         self._seed = seed
         self._total = TotalViolation(n_constraints)
         self._generation = 0
-        self._asked = first.copy()
+        self._pending = first.copy()
         self._points = first.copy()
         # Standing of each point: total violation, then value. Infinite: any first generation replaces it.
         self._totals = self._values = np.full(len(first), np.inf)
 
     def ask(self) -> np.ndarray:
         """Return the next generation (n, d), points of the unit cube: a rival for each point of the population."""
-        return self._asked.copy()
+        return self._pending.copy()
 
     def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Tell the objective (n, 1) and constraint violations (n, c) of the generation asked for."""
+        """Record the objective (n, 1) and constraint violations (n, c) of the pending generation."""
         totals = self._total.of(violations)
         wins = (totals < self._totals) | ((totals == self._totals) & (values[:, 0] <= self._values))
-        self._points = np.where(wins[:, None], self._asked, self._points)
+        self._points = np.where(wins[:, None], self._pending, self._points)
         self._totals = np.where(wins, totals, self._totals)
         self._values = np.where(wins, values[:, 0], self._values)
         self._generation += 1
-        draw = generator(self._seed, "search/differential_evolution", self._generation)
-        self._asked = trials(self._points, draw)
+        rng = generator(self._seed, "search/differential_evolution", self._generation)
+        self._pending = trials(self._points, rng)
 
 
-def trials(points: np.ndarray, draw: np.random.Generator) -> np.ndarray:
+def trials(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Return a trial for each of points (n, d) of the unit cube."""
     n, dimensions = points.shape
-    base, plus, minus = points[three_others(n, draw)].swapaxes(0, 1)
-    mutants = bounced(base + WEIGHT * (plus - minus), base, draw)
-    taken = draw.uniform(size=(n, dimensions)) < CROSSOVER
+    base, plus, minus = points[three_others(n, rng)].swapaxes(0, 1)
+    mutants = bounce_back(base + WEIGHT * (plus - minus), base, rng)
+    taken = rng.uniform(size=(n, dimensions)) < CROSSOVER
     # One variable at least is the mutant's, so that a trial is never the point itself.
-    taken[np.arange(n), draw.integers(dimensions, size=n)] = True
+    taken[np.arange(n), rng.integers(dimensions, size=n)] = True
     return np.where(taken, mutants, points)
 
 
-def three_others(n: int, draw: np.random.Generator) -> np.ndarray:
+def three_others(n: int, rng: np.random.Generator) -> np.ndarray:
     """Return rows (n, 3) of a population: three that differ from each other and from the one they are for."""
-    order = np.argsort(draw.uniform(size=(n, n - 1)), axis=1)[:, :3]
+    order = np.argsort(rng.uniform(size=(n, n - 1)), axis=1)[:, :3]
     return order + (order >= np.arange(n)[:, None])
 
 
-def bounced(mutants: np.ndarray, base: np.ndarray, draw: np.random.Generator) -> np.ndarray:
-    """Replace variables of mutants (n, d) beyond 0 or 1 by values between their base's (n, d) and the bound."""
-    share = draw.uniform(size=mutants.shape)
+def bounce_back(mutants: np.ndarray, base: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Replace variables of mutants beyond 0 or 1: by values between their base's and the bound, all (n, d)."""
+    share = rng.uniform(size=mutants.shape)
     low, high = base * share, base + (1.0 - base) * share
     return np.where(mutants < 0.0, low, np.where(mutants > 1.0, high, mutants))

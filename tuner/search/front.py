@@ -11,14 +11,11 @@ from plant.errors import InputError, UnknownNameError
 # The reference point of the hypervolume, in units of the default gains' values.
 REFERENCE = 1.1
 # What stands before an objective's name in a rule, and before the weights in a resolved one.
-LEAST, WEIGHTED = "min:", "weights:"
+SMALLEST, WEIGHTED = "min:", "weights:"
 
 
 def non_dominated(values: np.ndarray) -> np.ndarray:
-    """Return a mask (n,) of the rows of values (n, m) that no other row beats in one objective and equals or beats in all.
-
-    Equal rows do not dominate each other.
-    """
+    """Return a mask (n,) of the non-dominated rows of values (n, m); equal rows do not dominate each other."""
     if len(values) == 0:
         return np.zeros(0, dtype=bool)
     from moocore import is_nondominated
@@ -27,7 +24,7 @@ def non_dominated(values: np.ndarray) -> np.ndarray:
 
 
 def evenly(values: np.ndarray, most: int) -> np.ndarray:
-    """Return the rows, in increasing order of values (n,), of at most so many of them, evenly chosen along that order."""
+    """Return at most so many rows: spaced evenly in increasing order of values (n,)."""
     order = np.argsort(values, kind="stable")
     if len(order) <= most:
         return order
@@ -43,9 +40,9 @@ def feasible_front(values: np.ndarray, violations: np.ndarray) -> np.ndarray:
 
 
 def hypervolume(front: np.ndarray, baseline: np.ndarray) -> float:
-    """Return the share of the box from 0 to 1.1 times the baseline (m,) that a front (n, m) dominates.
+    """Return the dominated share of a box: from 0 to 1.1 times the baseline.
 
-    Values are never negative, so the box holds all of the front that matters; points beyond it count for nothing.
+    front (n, m), baseline (m,): never negative; points beyond the box count for nothing.
     """
     if len(front) == 0:
         return 0.0
@@ -55,47 +52,51 @@ def hypervolume(front: np.ndarray, baseline: np.ndarray) -> float:
     return float(volume(scaled, ref=np.full(front.shape[1], REFERENCE))) / REFERENCE ** front.shape[1]
 
 
-def thinned(front: np.ndarray, baseline: np.ndarray, most: int, ends: bool = True) -> np.ndarray:
-    """Return rows, at most so many, of a front (n, m) that add most hypervolume one after the other, in that order.
+def select_subset(front: np.ndarray, baseline: np.ndarray, most: int, ends: bool = True) -> np.ndarray:
+    """Return at most so many rows of a front: chosen greedily by hypervolume, in that order.
 
-    ends: whether those that are best in one objective come first. baseline (m,): see `hypervolume`.
+    Args:
+        front: objectives (n, m) of the points.
+        baseline: see `hypervolume`.
+        most: largest number of rows.
+        ends: the best points of each objective come first.
     """
     if len(front) <= most:
         return np.arange(len(front))
     picked = [int(row) for row in dict.fromkeys(front.argmin(axis=0).tolist())][:most] if ends else []
-    # What a row adds shrinks with every row picked: the best of those found anew is the best of all.
-    adds, fresh = np.full(len(front), np.inf), np.zeros(len(front), dtype=bool)
-    reached = hypervolume(front[picked], baseline)
+    # Improvements only shrink with every row picked: the best of those evaluated anew is the best of all.
+    improvements, fresh = np.full(len(front), np.inf), np.zeros(len(front), dtype=bool)
+    volume = hypervolume(front[picked], baseline)
     while len(picked) < most:
-        adds[picked] = -np.inf
-        best = int(np.argmax(adds))
+        improvements[picked] = -np.inf
+        best = int(np.argmax(improvements))
         if fresh[best]:
             picked.append(best)
-            fresh[:], reached = False, hypervolume(front[picked], baseline)
+            fresh[:], volume = False, hypervolume(front[picked], baseline)
         else:
-            adds[best] = hypervolume(front[[*picked, best]], baseline) - reached
+            improvements[best] = hypervolume(front[[*picked, best]], baseline) - volume
             fresh[best] = True
     return np.array(picked, dtype=int)
 
 
-def normalised(values: np.ndarray) -> np.ndarray:
-    """Scale each objective of a front (n, m) to [0, 1] between its smallest and largest value."""
+def normalize(values: np.ndarray) -> np.ndarray:
+    """Return objectives (n, m) of a front, each scaled to [0, 1]."""
     low, high = values.min(axis=0), values.max(axis=0)
     return (values - low) / np.where(high > low, high - low, 1.0)
 
 
 def knee(values: np.ndarray) -> int:
-    """Return the point that lies deepest below the hyperplane through the ends of the front.
+    """Return the row of the knee: deepest below the hyperplane through the ends of the front.
 
-    I. Das, "On characterizing the knee of the Pareto curve", Structural Optimization 18:107-115, 1999. On normalised
+    I. Das, "On characterizing the knee of the Pareto curve", Structural Optimization 18:107-115, 1999. On normalized
     objectives that hyperplane is sum = const through the single-objective optima, so the knee has the smallest sum.
     """
-    return int(np.argmin(normalised(values).sum(axis=1)))
+    return int(np.argmin(normalize(values).sum(axis=1)))
 
 
 def closest(values: np.ndarray) -> int:
-    """Return the point with the smallest Euclidean distance to the ideal point, on normalised objectives."""
-    return int(np.argmin(np.square(normalised(values)).sum(axis=1)))
+    """Return the row closest to the ideal point: in Euclidean distance, on normalized objectives."""
+    return int(np.argmin(np.square(normalize(values)).sum(axis=1)))
 
 
 PICKS = {
@@ -117,10 +118,10 @@ def pick(rule: str, values: np.ndarray, names: list[str]) -> tuple[int, str]:
         assert len(weights) == values.shape[1], "a resolved rule has a weight for each objective"
         terms = [f"{weight:g} {name}" for weight, name in zip(weights, names, strict=True) if weight > 0.0]
         why = f"it has the smallest weighted sum {' + '.join(terms)} of the objectives scaled to 0 to 1 over the front"
-        return int(np.argmin(normalised(values) @ weights)), why
-    name = rule.removeprefix(LEAST)
-    if not rule.startswith(LEAST) or name not in names:
-        raise UnknownNameError("pick rule", rule, [*PICKS, *[f"{LEAST}{entry}" for entry in names]])
+        return int(np.argmin(normalize(values) @ weights)), why
+    name = rule.removeprefix(SMALLEST)
+    if not rule.startswith(SMALLEST) or name not in names:
+        raise UnknownNameError("pick rule", rule, [*PICKS, *[f"{SMALLEST}{objective}" for objective in names]])
     return int(np.argmin(values[:, names.index(name)])), f"it has the smallest {name}"
 
 
@@ -137,31 +138,31 @@ def resolved_rule(rule: str, weights: Mapping[str, Any], labels: list[str], addr
         return rule
     if rule == "weights":
         return WEIGHTED + ",".join(repr(weight) for weight in weights_of(weights, labels, addresses))
-    if not rule.startswith(LEAST) or rule.removeprefix(LEAST) not in (*labels, *addresses):
-        allowed = [*PICKS, "weights", *[f"{LEAST}{address}" for address in addresses]]
+    if not rule.startswith(SMALLEST) or rule.removeprefix(SMALLEST) not in (*labels, *addresses):
+        allowed = [*PICKS, "weights", *[f"{SMALLEST}{address}" for address in addresses]]
         raise UnknownNameError("pick rule", rule, allowed, key="rule")
-    return LEAST + labels[_meant(rule.removeprefix(LEAST), labels, addresses, "rule", LEAST)]
+    return SMALLEST + labels[_objective_index(rule.removeprefix(SMALLEST), labels, addresses, "rule", SMALLEST)]
 
 
 def weights_of(weights: Mapping[str, Any], labels: list[str], addresses: list[str]) -> list[float]:
-    """Return the weight of each objective, 0 where none is given; InputError where a key or a number is none."""
-    found = [0.0] * len(labels)
+    """Return the weight of each objective, 0 by default; InputError for an invalid key or number."""
+    by_objective = [0.0] * len(labels)
     for name, weight in _flat(weights).items():
         key = f"weights.{name}"
         if name not in (*labels, *addresses):
             raise UnknownNameError("objective", name, [*addresses, *labels], key=key)
         if isinstance(weight, bool) or not isinstance(weight, int | float) or not (isfinite(weight) and weight >= 0.0):
             raise InputError(f"given {weight!r}; a weight is a finite number, 0 or more", key=key)
-        found[_meant(name, labels, addresses, key)] = float(weight)
-    if not any(found):
+        by_objective[_objective_index(name, labels, addresses, key)] = float(weight)
+    if not any(by_objective):
         raise InputError(
             f'no objective has a weight above 0; write weights = {{ "{addresses[0]}" = 1 }}', key="weights"
         )
-    return found
+    return by_objective
 
 
 def _flat(weights: Mapping[str, Any]) -> dict[str, Any]:
-    """Return itae.position = 2, which TOML reads as a table "itae", under the key "itae.position"."""
+    """Return nested tables as flat keys: TOML reads itae.position = 2 as a table "itae"."""
     flat: dict[str, Any] = {}
     for name, entry in weights.items():
         inner = {f"{name}.{leaf}": value for leaf, value in entry.items()} if isinstance(entry, Mapping) else {}
@@ -169,12 +170,12 @@ def _flat(weights: Mapping[str, Any]) -> dict[str, Any]:
     return flat
 
 
-def _meant(name: str, labels: list[str], addresses: list[str], key: str, before: str = "") -> int:
-    """Return the objective that a label or an address names; InputError where an address fits several."""
+def _objective_index(name: str, labels: list[str], addresses: list[str], key: str, before: str = "") -> int:
+    """Return the index of an objective named by label or address; InputError where ambiguous."""
     if name in labels:
         return labels.index(name)
-    found = [i for i, address in enumerate(addresses) if address == name]
-    if len(found) > 1:
-        choice = " or ".join(f'"{before}{labels[i]}"' for i in found)
-        raise InputError(f"given '{before}{name}', which fits {len(found)} objectives; write {choice}", key=key)
-    return found[0]
+    matches = [i for i, address in enumerate(addresses) if address == name]
+    if len(matches) > 1:
+        choice = " or ".join(f'"{before}{labels[i]}"' for i in matches)
+        raise InputError(f"given '{before}{name}', which fits {len(matches)} objectives; write {choice}", key=key)
+    return matches[0]

@@ -1,38 +1,43 @@
-"""The nearest candidate of a search in which none kept every limit, and the sentence about it."""
+"""The least violating candidate of a search without a feasible one, and the sentence about it."""
 
 import numpy as np
 
 from objectives.requirements import Requirement
 from tuner.search.loop import Archive
+from tuner.text.sentences import BOUNDS
 from tuner.text.units import after_number
 
 ADVICE = "widen the ranges of the gains, or give the search more generations."
 
 
-def nothing_feasible(found: Archive, requirements: tuple[Requirement, ...]) -> tuple[int, str]:
-    """Return the candidate that breaks least and a sentence on what stood in the way.
+def nothing_feasible(candidates: Archive, requirements: tuple[Requirement, ...]) -> tuple[int, str]:
+    """Return the least violating candidate and a sentence on the obstacles.
 
     Requirements come first, then constraints: of candidates that were not flown nothing is known of the latter.
     """
-    split = found.violations.shape[1] - len(requirements)
-    constraints, required = found.violations[:, :split].sum(axis=1), found.violations[:, split:]
+    split = candidates.violations.shape[1] - len(requirements)
+    constraints, required = candidates.violations[:, :split].sum(axis=1), candidates.violations[:, split:]
     least = int(np.lexsort((constraints, required.sum(axis=1)))[0])
-    kept = required <= 0.0
-    if not requirements or np.any(np.all(kept, axis=1)):
+    is_satisfied = required <= 0.0
+    if not requirements or np.any(np.all(is_satisfied, axis=1)):
         why = (
             f"No candidate kept every constraint. The one that breaks them least is shown; relax a constraint, {ADVICE}"
         )
         return least, why
-    told = [_told(entry, found.requirements[:, i], kept[:, i]) for i, entry in enumerate(requirements)]
-    so = "could be offered" if found.flown[1:].any() else "but the default was flown"
+    counts = [
+        _count_text(requirement, candidates.requirements[:, i], is_satisfied[:, i])
+        for i, requirement in enumerate(requirements)
+    ]
+    so = "could be offered" if candidates.flown[1:].any() else "but the default was flown"
     return least, (
-        f"No candidate kept every requirement that is known without flying, so none {so}: {'; '.join(told)}. The one that "
+        f"No candidate kept every requirement that is known without flying, so none {so}: {'; '.join(counts)}. The one that "
         f"breaks them least is shown; relax a requirement, {ADVICE}"
     )
 
 
-def _told(requirement: Requirement, values: np.ndarray, kept: np.ndarray) -> str:
-    closest = values.min(axis=0) if requirement.sense == "most" else values.max(axis=0)
+def _count_text(requirement: Requirement, values: np.ndarray, is_satisfied: np.ndarray) -> str:
+    closest = values.min(axis=0) if requirement.sense == "max" else values.max(axis=0)
     unit = after_number(requirement.unit)
-    limit = f"{requirement.label} at {requirement.sense} {requirement.limit:.4g}{unit}"
-    return f"{limit} was kept by {int(kept.sum(axis=0))} of {len(kept)} candidates, closest {closest:.4g}{unit}"
+    limit = f"{requirement.label} {BOUNDS[requirement.sense]} {requirement.limit:.4g}{unit}"
+    count = f"{int(is_satisfied.sum(axis=0))} of {len(values)} candidates"
+    return f"{limit} was kept by {count}, closest {closest:.4g}{unit}"

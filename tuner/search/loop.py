@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 
 from objectives.problem import Evaluation
+from tuner.search.convergence import StoppingRule
 from tuner.search.front import feasible_front, hypervolume
-from tuner.search.rest import Budget
 
 
 class Search(Protocol):
@@ -20,7 +20,7 @@ class Search(Protocol):
         ...
 
     def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Tell objectives (n, m) and constraint violations (n, c) of the generation asked for."""
+        """Record the objectives (n, m) and constraint violations (n, c) of the pending generation."""
         ...
 
 
@@ -48,7 +48,7 @@ class Generation:
 
 @dataclass(frozen=True)
 class Archive:
-    """All candidates of a search in the order they were asked for: points (n, d), values (n, m), violations (n, c).
+    """All candidates of a search in order: points (n, d), values (n, m), violations (n, c).
 
     requirements (n, r), flown (n,): as in `Evaluation`.
     """
@@ -66,22 +66,19 @@ class Archive:
 
 def archive(generations: list[Generation]) -> Archive:
     """Return all candidates of the generations."""
-    return Archive(
-        np.concatenate([entry.points for entry in generations], axis=0),
-        np.concatenate([entry.evaluation.values for entry in generations], axis=0),
-        np.concatenate([entry.evaluation.violations for entry in generations], axis=0),
-        np.concatenate([entry.evaluation.requirements for entry in generations], axis=0),
-        np.concatenate([entry.evaluation.flown for entry in generations], axis=0),
-    )
+    evaluations = [generation.evaluation for generation in generations]
+    names = ("values", "violations", "requirements", "flown")
+    columns = [np.concatenate([getattr(part, name) for part in evaluations], axis=0) for name in names]
+    return Archive(np.concatenate([generation.points for generation in generations], axis=0), *columns)
 
 
 def search_generations(
     search: Search,
     evaluate: Callable[[np.ndarray], Evaluation],
-    budget: Budget,
+    rule: StoppingRule,
     now: Callable[[], float] | None = None,
 ) -> Iterator[Generation]:
-    """Run the search until its budget is spent and yield every generation.
+    """Yield the generations of a search until its stopping rule is met.
 
     The first candidate of all is the baseline of the hypervolume.
     now: seconds since the start of the search, measured here unless given.
@@ -90,7 +87,7 @@ def search_generations(
     clock = now or (lambda: perf_counter() - begin)
     done: list[Generation] = []
     flights = screened = saved = raced = spared = 0
-    while not budget.spent([entry.hypervolume for entry in done]):
+    while not rule.is_met([record.hypervolume for record in done]):
         points = search.ask()
         evaluation = evaluate(points)
         search.tell(evaluation.values, evaluation.violations)

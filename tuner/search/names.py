@@ -1,4 +1,4 @@
-"""The searches by name and what each is for, kept apart from the searches themselves because importing those is slow."""
+"""Names, purposes and sizes of the searches; without the searches themselves, because importing those is slow."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -28,15 +28,16 @@ class Sizes(NamedTuple):
 
 @dataclass(frozen=True)
 class Algorithm:
-    """A search. about: when to use it, one line. fewest, most: numbers of objectives that it takes; None: no upper end.
+    """A search algorithm.
 
-    screens: whether it asks what is known of points without flying before it proposes them. usual: its sizes; tailed: those where
-    the first flights of the usual ones would leave fewer than `IN_TAIL` of them in the tail of an objective.
+    about: when to use it, one line. min_objectives, max_objectives: numbers of objectives that it supports; None: no upper end.
+    screens: it checks limits computed without flying before it proposes points. usual: its sizes; tailed: those where the first
+    flights of the usual ones would leave fewer than `IN_TAIL` of them in the tail of an objective.
     """
 
     about: str
-    fewest: int = 1
-    most: int | None = None
+    min_objectives: int = 1
+    max_objectives: int | None = None
     screens: bool = False
     usual: Sizes = Sizes(48, 15)
     tailed: Sizes | None = None
@@ -49,19 +50,19 @@ class Algorithm:
     @property
     def objectives(self) -> str:
         """The numbers of objectives in words."""
-        return f"{self.fewest} or more" if self.most is None else str(self.most)
+        return f"{self.min_objectives} or more" if self.max_objectives is None else str(self.max_objectives)
 
-    def takes(self, objectives: int) -> bool:
-        """Return whether it searches for so many objectives."""
-        return self.fewest <= objectives and (self.most is None or objectives <= self.most)
+    def supports(self, objectives: int) -> bool:
+        """Return true where it supports so many objectives."""
+        return self.min_objectives <= objectives and (self.max_objectives is None or objectives <= self.max_objectives)
 
 
 ALGORITHMS = {
     "nsga2": Algorithm("two or three objectives and many candidates"),
-    "nsga3": Algorithm("four objectives or more: spreads the front along reference directions", fewest=2),
-    "age_moea": Algorithm("fronts of unknown curvature: estimates their shape as it goes", fewest=2),
-    "cmaes": Algorithm("one smooth objective, also with gains that interact", most=1),
-    "differential_evolution": Algorithm("one rugged objective, or several basins", most=1),
+    "nsga3": Algorithm("four objectives or more: spreads the front along reference directions", min_objectives=2),
+    "age_moea": Algorithm("fronts of unknown curvature: estimates their shape as it goes", min_objectives=2),
+    "cmaes": Algorithm("one smooth objective, also with gains that interact", max_objectives=1),
+    "differential_evolution": Algorithm("one rugged objective, or several basins", max_objectives=1),
     "gaussian_process": Algorithm(
         "some hundreds of candidates, up to some twenty gains: a model picks them",
         screens=True,
@@ -74,13 +75,14 @@ ALGORITHMS = {
 
 
 def check_algorithm(name: str, objectives: int) -> None:
-    """Raise InputError with the key "algorithm" where no search has the name, or it does not take so many objectives."""
+    """Raise InputError (key "algorithm") for an unknown search or unsupported number of objectives."""
     if name not in ALGORITHMS:
         raise UnknownNameError("algorithm", name, (AUTOMATIC, *ALGORITHMS), key="algorithm")
-    if not ALGORITHMS[name].takes(objectives):
-        allowed = ", ".join(sorted(other for other, entry in ALGORITHMS.items() if entry.takes(objectives)))
+    if not ALGORITHMS[name].supports(objectives):
+        allowed = ", ".join(sorted(other for other, search in ALGORITHMS.items() if search.supports(objectives)))
+        plural = "" if ALGORITHMS[name].max_objectives == 1 else "s"
         raise InputError(
-            f"'{name}' takes {ALGORITHMS[name].objectives} objective{'s' if ALGORITHMS[name].most != 1 else ''}, and here "
+            f"'{name}' takes {ALGORITHMS[name].objectives} objective{plural}, and here "
             f"are {objectives}; write one of {allowed}, or change the number of objectives",
             key="algorithm",
         )

@@ -12,7 +12,7 @@ from tuner.search.pymoo_search import PymooSearch
 
 
 class Nsga2(PymooSearch):
-    """Ranks by dominance, then by the room that each point has on its front."""
+    """NSGA-II: ranks by dominance, then by crowding distance."""
 
     def __init__(self, first: np.ndarray, n_objectives: int, n_constraints: int, seed: int) -> None:
         super().__init__(NSGA2(pop_size=len(first)), first, n_objectives, n_constraints, seed)

@@ -11,11 +11,10 @@ from pymoo.operators.selection.tournament import TournamentSelection
 from pymoo.util.ref_dirs import get_reference_directions
 
 from tuner.search.pymoo_search import PymooSearch
-from tuner.search.scaling import Scaling
 
 
 class Nsga3(PymooSearch):
-    """Ranks by dominance, then keeps those nearest to reference directions that few others are near to.
+    """NSGA-III: ranks by dominance, then by niches of reference directions.
 
     A population may be larger than the number of directions: a direction then keeps more than one point.
     """
@@ -26,15 +25,11 @@ class Nsga3(PymooSearch):
             pop_size=len(first),
             selection=TournamentSelection(func_comp=less_violating),
         )
-        self._scaling = Scaling()
-        super().__init__(algorithm, first, n_objectives, n_constraints, seed)
-
-    def _objectives(self, values: np.ndarray, total: np.ndarray) -> np.ndarray:
-        return self._scaling.of(values, total <= 0.0)
+        super().__init__(algorithm, first, n_objectives, n_constraints, seed, scaled=True)
 
 
 def reference_directions(n_objectives: int, most: int) -> np.ndarray:
-    """Return directions (k, m) spread evenly over the positive orthant, as many as there are up to `most`.
+    """Return Das-Dennis directions (k, m) of the positive orthant, at most so many.
 
     I. Das, J. E. Dennis, SIAM J. Optimization 8(3):631-657, 1998: with p divisions of each axis there are C(m + p - 1, p).
     most: at least m.

@@ -15,17 +15,26 @@ from pymoo.core.termination import NoTermination
 from pymoo.problems.static import StaticProblem
 
 from tuner.search.constraint_ranking import TotalViolation
+from tuner.search.scaling import Scaling
 
 
 class PymooSearch:
-    """Ask for a generation of points, tell what they were worth.
+    """A genetic algorithm of pymoo behind the interface of a search.
 
-    algorithm: of the population of `first`, points (n, d) of the first generation. seed: of all later draws.
+    algorithm: of the population of `first`, points (n, d) of the first generation. seed: of all draws. scaled: the algorithm
+    measures distances between objectives, see `scaling`.
     """
 
     def __init__(
-        self, algorithm: GeneticAlgorithm, first: np.ndarray, n_objectives: int, n_constraints: int, seed: int
+        self,
+        algorithm: GeneticAlgorithm,
+        first: np.ndarray,
+        n_objectives: int,
+        n_constraints: int,
+        seed: int,
+        scaled: bool = False,
     ) -> None:
+        self._scaling = Scaling() if scaled else None
         # pymoo sees the total violation as its one constraint: its own total adds metres to seconds.
         limits = min(n_constraints, 1)
         self._problem = Problem(n_var=first.shape[1], n_obj=n_objectives, n_ieq_constr=limits, xl=0.0, xu=1.0)
@@ -35,29 +44,25 @@ class PymooSearch:
         self._algorithm.initialization = Initialization(first.copy())
         self._algorithm.setup(self._problem, termination=NoTermination(), seed=seed, verbose=False)
         self._population = len(first)
-        self._asked: Population | None = None
+        self._pending: Population | None = None
 
     def ask(self) -> np.ndarray:
         """Return the next generation (n, d), points of the unit cube."""
-        asked = self._algorithm.ask()
+        pending = self._algorithm.ask()
         # Mating leaves out copies and tries a hundred times; a mutation on a bound is a copy three times in four at worst.
-        assert asked is not None and len(asked) == self._population, "mating found no further points"
-        self._asked = asked
-        return np.asarray(asked.get("X"), dtype=float)
+        assert pending is not None and len(pending) == self._population, "mating found no further points"
+        self._pending = pending
+        return np.asarray(pending.get("X"), dtype=float)
 
     def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Tell the objectives (n, m) and constraint violations (n, c) of the generation asked for."""
-        assert self._asked is not None, "ask before tell"
+        """Record the objectives (n, m) and constraint violations (n, c) of the pending generation."""
+        assert self._pending is not None, "ask before tell"
         total = self._total.of(violations)
-        outcome = {"F": self._objectives(values, total)}
+        outcome = {"F": values if self._scaling is None else self._scaling.of(values, total <= 0.0)}
         if self._problem.n_ieq_constr:
             outcome["G"] = total[:, None]
         # NSGA-III turns warnings off, and for the whole process.
         with warnings.catch_warnings():
-            Evaluator().eval(StaticProblem(self._problem, **outcome), self._asked)
-            self._algorithm.tell(infills=self._asked)
-        self._asked = None
-
-    def _objectives(self, values: np.ndarray, total: np.ndarray) -> np.ndarray:
-        """Return the objectives (n, m) as the algorithm is to see them; total (n,): of the violations."""
-        return values
+            Evaluator().eval(StaticProblem(self._problem, **outcome), self._pending)
+            self._algorithm.tell(infills=self._pending)
+        self._pending = None

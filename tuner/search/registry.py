@@ -11,12 +11,12 @@ from tuner.search.loop import Search
 
 
 def _made_by(module: str, name: str) -> Callable[..., Search]:
-    """Return what imports a search of a module of this package by its name, and makes it."""
+    """Return a constructor that imports a search of this package when called."""
 
-    def made(*told: Any, **known: Any) -> Search:
-        return getattr(import_module(f"tuner.search.{module}"), name)(*told, **known)
+    def construct(*args: Any, **kwargs: Any) -> Search:
+        return getattr(import_module(f"tuner.search.{module}"), name)(*args, **kwargs)
 
-    return made
+    return construct
 
 
 SEARCHES: dict[str, Callable[..., Search]] = {
@@ -25,14 +25,14 @@ SEARCHES: dict[str, Callable[..., Search]] = {
     "age_moea": _made_by("age_moea", "AgeMoea"),
     "cmaes": _made_by("cmaes", "CmaEs"),
     "differential_evolution": _made_by("differential_evolution", "DifferentialEvolution"),
-    "gaussian_process": _made_by("gaussian_process", "GaussianProcess"),
+    "gaussian_process": _made_by("bayesian_optimization", "BayesianOptimization"),
     "random": _made_by("uniform", "Uniform"),
     "sobol": _made_by("sobol", "SobolSequence"),
 }
 """name -> search(first, n_objectives, n_constraints, seed).
 
-first: points (n, d) of the first generation, which the first `ask` returns; n is the size of every generation. What a
-search asks follows from these four and from what it was told, bit for bit, so a search is resumed by telling a fresh
-one again what was recorded. Searches that screen (`tuner.search.names`) take `excesses` too, the longest last:
-points (n, d) -> by how much they exceed what is known without flying (n, h), 0 or less where they keep it.
+first: points (n, d) of the first generation, which the first `ask` returns; n is the size of every generation. The points of a
+search follow from these four and from the recorded results, bit for bit, so a search is resumed by replaying these. Searches that
+screen (`tuner.search.names`) take `excesses` too, the longest last: points (n, d) -> excess (n, h) over the limits computed
+without flying, 0 or less where they hold.
 """

@@ -1,4 +1,4 @@
-"""Objectives on scales of their own, for searches that measure distances between them.
+"""Normalization of objectives, for searches that measure distances between them.
 
 NSGA-III and AGE-MOEA as implemented by pymoo take differences below 1e-3, 1e-6 or 1e-12 for none, whatever the unit, and one
 distance of AGE-MOEA's is taken from the origin. Shifted and scaled first, they answer the same in metres and millimetres.
@@ -10,16 +10,16 @@ from tuner.search.constraint_ranking import power_of_two
 
 
 class Scaling:
-    """An affine map of each objective, fixed by the first generation that has a feasible candidate."""
+    """Affine map of each objective, fixed by the first generation with a feasible candidate."""
 
     def __init__(self) -> None:
         self._low: np.ndarray | None = None
         self._spread: np.ndarray | None = None
 
     def of(self, values: np.ndarray, feasible: np.ndarray) -> np.ndarray:
-        """Return values (n, m) from 0 at the smallest, in units of the spread; infeasible rows (n,) are 0.
+        """Return values (n, m) above the smallest: in units of the spread; infeasible rows (n,) are 0.
 
-        What an infeasible candidate achieves has no bearing, and what a failed flight costs would drown the others.
+        Values of infeasible candidates have no bearing, and those of failed flights would drown the others.
         """
         if self._low is None and feasible.any():
             ordered = np.sort(values[feasible], axis=0)
@@ -31,7 +31,7 @@ class Scaling:
 
 
 def spread(ordered: np.ndarray) -> float:
-    """Return how far ordered values (n,) reach above the first: the quarter, else the half, else all; 1 if they are equal.
+    """Return the range of ordered values (n,): of the first quarter, else the half, else all; 1 if they are equal.
 
     The quarter, because half of a first generation may have failed, at a cost above all others. A power of two, so that
     dividing by it does not round.

@@ -11,24 +11,25 @@ from pathlib import Path
 import numpy as np
 
 from plant.seeds import generator
+from tuner.search.uniform import Uniform
 
 BITS = 30
 Numbers = np.ndarray
 
 
 class Sobol:
-    """A scrambled sequence in `dimensions` dimensions. draw: of the scrambling."""
+    """A scrambled sequence in `dimensions` dimensions; rng: source of the scrambling."""
 
-    def __init__(self, dimensions: int, draw: np.random.Generator) -> None:
-        # SciPy draws from a child of the generator that it is given.
-        (draw,) = draw.spawn(1)
-        self._point = draw.integers(2, size=(dimensions, BITS), dtype=np.uint32) @ (
+    def __init__(self, dimensions: int, rng: np.random.Generator) -> None:
+        # SciPy samples from a child of the generator that it is given.
+        (rng,) = rng.spawn(1)
+        self._point = rng.integers(2, size=(dimensions, BITS), dtype=np.uint32) @ (
             1 << np.arange(BITS, dtype=np.uint32)
         )
-        lower = np.tril(draw.integers(2, size=(dimensions, BITS, BITS), dtype=np.uint32), -1) | np.eye(
+        lower = np.tril(rng.integers(2, size=(dimensions, BITS, BITS), dtype=np.uint32), -1) | np.eye(
             BITS, dtype=np.uint32
         )
-        self._directions = scrambled(directions(dimensions), lower)
+        self._directions = scramble(directions(dimensions), lower)
         self._drawn = 0
 
     def random(self, count: int) -> np.ndarray:
@@ -46,10 +47,10 @@ class Sobol:
 
 
 def directions(dimensions: int) -> Numbers:
-    """Return the direction numbers (dimensions, BITS), the first bit of a coordinate as the highest."""
-    found = find_spec("scipy")
-    assert found is not None and found.origin is not None, "a dependency"
-    with np.load(Path(found.origin).parent / "stats" / "_sobol_direction_numbers.npz") as file:
+    """Return the direction numbers (dimensions, BITS), a coordinate's first bit highest."""
+    package = find_spec("scipy")
+    assert package is not None and package.origin is not None, "a dependency"
+    with np.load(Path(package.origin).parent / "stats" / "_sobol_direction_numbers.npz") as file:
         polynomials, first = file["poly"][:dimensions].tolist(), file["vinit"][:dimensions].tolist()
     rows = []
     for polynomial, begin in zip(polynomials, first, strict=True):
@@ -65,28 +66,20 @@ def directions(dimensions: int) -> Numbers:
     return np.array(rows, dtype=np.uint32)
 
 
-def scrambled(numbers: Numbers, lower: Numbers) -> Numbers:
-    """Return direction numbers (d, BITS) times lower triangular matrices of bits (d, BITS, BITS), highest bits first."""
+def scramble(numbers: Numbers, lower: Numbers) -> Numbers:
+    """Return direction numbers (d, BITS) times lower triangular bit matrices (d, BITS, BITS)."""
     places = np.arange(BITS - 1, -1, -1, dtype=np.uint32)
     bits = numbers[:, :, None] >> places & 1
     return np.einsum("dpk,djk->djp", lower, bits) % 2 @ (1 << places)
 
 
-class SobolSequence:
-    """Ask for a generation of points; what it is told changes nothing.
-
-    first: points (n, d) of the first generation; its size is the population. The sequence begins with the second
-    generation. seed: of the scrambling.
-    """
+class SobolSequence(Uniform):
+    """Quasi-random search, independent of results; the sequence begins with the second generation."""
 
     def __init__(self, first: np.ndarray, n_objectives: int, n_constraints: int, seed: int) -> None:
+        super().__init__(first, n_objectives, n_constraints, seed)
         self._sequence = Sobol(first.shape[1], generator(seed, "search/sobol", 0))
-        self._points = first.copy()
 
-    def ask(self) -> np.ndarray:
-        """Return the next generation (n, d), points of the unit cube."""
-        return self._points.copy()
-
-    def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Tell the objectives (n, m) and constraint violations (n, c) of the generation asked for."""
-        self._points = self._sequence.random(len(self._points))
+    def sample(self, count: int) -> np.ndarray:
+        """Return points (count, d) of the next generation."""
+        return self._sequence.random(count)

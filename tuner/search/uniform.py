@@ -6,7 +6,7 @@ from plant.seeds import generator
 
 
 class Uniform:
-    """Ask for a generation of points; what it is told changes nothing.
+    """Uniform random search, independent of results.
 
     first: points (n, d) of the first generation; its size is the population. seed: of all later draws.
     """
@@ -21,6 +21,10 @@ class Uniform:
         return self._points.copy()
 
     def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Tell the objectives (n, m) and constraint violations (n, c) of the generation asked for."""
+        """Proceed to the next generation; objectives (n, m) and violations (n, c) have no effect."""
         self._generation += 1
-        self._points = generator(self._seed, "search/random", self._generation).uniform(size=self._points.shape)
+        self._points = self.sample(len(self._points))
+
+    def sample(self, count: int) -> np.ndarray:
+        """Return points (count, d) of the next generation."""
+        return generator(self._seed, "search/random", self._generation).uniform(size=(count, self._points.shape[1]))

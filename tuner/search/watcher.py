@@ -15,29 +15,29 @@ SEARCHING, REFINING, CHECKING, COMPARING = "Searching", "Refining", "Held-out ch
 
 
 class Watcher:
-    """Callbacks of a run, all of which do nothing until a subclass overrides them.
+    """Callbacks of a run; each does nothing until overridden.
 
     They are called from the thread that runs the experiment, but for `on_flights_done` and `on_flights_skipped`, which worker
     threads call.
     """
 
     def on_start(self, study: Any, folder: "Path", notes: Sequence[str]) -> None:
-        """Called once, before anything else, with the study, the results folder and sentences about the study."""
+        """Called once, first: with the study, the results folder and sentences about the study."""
 
     def on_message(self, text: str) -> None:
-        """Called with news that needs no action, such as the size of a cluster."""
+        """Called with news that need no action: such as the size of a cluster."""
 
     def on_warning(self, text: str) -> None:
-        """Called with something that a person should know, such as a damaged file."""
+        """Called with a warning: such as a damaged file."""
 
     def on_compile_start(self) -> None:
-        """Called when the closed loop is about to be compiled, once for a combination of laws."""
+        """Called before the closed loop is compiled: once for a combination of laws."""
 
     def on_compile_end(self, seconds: float) -> None:
         """Called when it is compiled, with the time it took [s]."""
 
     def on_contender(self, name: str, number: int, total: int) -> None:
-        """Called when the contender of a contest with this number, of 1 to total, is about to be tuned."""
+        """Called before a contender of a contest is tuned; number: from 1 to total."""
 
     def on_stage(self, stage: str, flights: int) -> None:
         """Called when a stage begins that takes so many flights at most."""
@@ -50,15 +50,15 @@ class Watcher:
         self.on_flights_done(flights)
 
     def on_generation(self, record: "Generation", total: int) -> None:
-        """Called when a generation of the search is finished, of so many in all."""
+        """Called after each generation of a search; total: of generations."""
 
     def on_writing(self, part: str) -> None:
-        """Called when a part of the results, such as "figures", is about to be written."""
+        """Called before a part of the results is written, such as "figures"."""
 
 
 @contextmanager
 def compilation(watcher: Watcher) -> Iterator[None]:
-    """Tell a watcher that what runs in this context compiles, and how long it took."""
+    """Report the compilation in this context and its time to a watcher."""
     watcher.on_compile_start()
     begin = perf_counter()
     yield

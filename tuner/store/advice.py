@@ -6,7 +6,9 @@ Told from its run.json alone, for whoever reports the error may be at any other 
 import shlex
 from pathlib import Path
 
+from plant.errors import InputError
 from plant.input_files import parse_json, read_input_text
+from plant.texts import toml_table
 
 RECORD = "run.json"
 TUNING, CONTEST, INFERENCE, JUDGEMENT = "tuning", "contest", "inference", "judgement"
@@ -29,46 +31,58 @@ def kind_of(path: Path) -> str | None:
 
 
 def is_codeless(path: Path) -> bool:
-    """Return whether a folder is of the run of a plant that no file holds, such as that of a notebook's cell."""
-    return kind_of(path) == PLANT and all(file.suffix == ".toml" for file in (path / "inputs").glob("*"))
+    """Return True if no file holds the plant of a folder's run, such as that of a notebook's cell."""
+    inputs = list((path / "inputs").glob("*"))
+    return (
+        kind_of(path) == PLANT and all(file.suffix == ".toml" for file in inputs) and not any(map(_is_linear, inputs))
+    )
+
+
+def _is_linear(study: Path) -> bool:
+    """True for a study that gives its plant by numbers."""
+    try:
+        plant = toml_table(read_input_text(study, "utf-8-sig"), study).get("plant", {})
+    except (OSError, ValueError, InputError):
+        return False
+    return not {"transfer_function", "state_space"}.isdisjoint(plant)
 
 
 def can_be_resumed(path: Path) -> bool:
-    """Return whether `tuner resume` goes on with a folder."""
+    """Return True where `tuner resume` continues a folder."""
     return kind_of(path) in RESUMED and not is_codeless(path)
 
 
-def whole(path: Path) -> Path:
+def run_root(path: Path) -> Path:
     """Return the folder that is gone on with: that of the contest for the run of a contender."""
     above = path.parent.parent
     return above if path.parent.name == CONTENDERS and kind_of(above) == CONTEST else path
 
 
-def go_on(path: Path, made: bool = False) -> str:
-    """Return what brings an unfinished folder to its end, as the end of a sentence; made: by the command that failed."""
-    asked = whole(path)
-    if can_be_resumed(asked):
-        return f"go on with `tuner resume {shlex.quote(str(asked))}`"
-    if kind_of(asked) == TRIALS:
+def resume_hint(path: Path, made: bool = False) -> str:
+    """Return the command that finishes a folder, as the end of a sentence; made: by the command that failed."""
+    run = run_root(path)
+    if can_be_resumed(run):
+        return f"go on with `tuner resume {shlex.quote(str(run))}`"
+    if kind_of(run) == TRIALS:
         return "give the command again"
-    return f"remove {asked} and give the command again" if made else "give the command again"
+    return f"remove {run} and give the command again" if made else "give the command again"
 
 
-def mend(path: Path, name: str) -> str:
-    """Return what writes a missing or damaged file of a folder again, as the end of a sentence."""
+def repair_hint(path: Path, name: str) -> str:
+    """Return the command that repairs a file of a folder, as the end of a sentence."""
     if name == RECORD or name.startswith("inputs/"):
-        return again(path)
-    asked = whole(path)
-    if can_be_resumed(asked):
-        return f"`tuner resume {shlex.quote(str(asked))}` writes it again"
+        return restart_hint(path)
+    run = run_root(path)
+    if can_be_resumed(run):
+        return f"`tuner resume {shlex.quote(str(run))}` writes it again"
     drawn = name == "report.html" or name.startswith("figures/")
     if drawn and ((path / "comparison.json").exists() or kind_of(path) == JUDGEMENT):
         return f"`tuner report {shlex.quote(str(path))}` writes it again"
     return "give the command again with another --out"
 
 
-def again(path: Path) -> str:
-    """Return what to do where a run cannot be continued."""
+def restart_hint(path: Path) -> str:
+    """Return the advice for a run that cannot be continued."""
     if kind_of(path) in (CONTEST, INFERENCE):
         return "run the study again into a new folder"
     return f"run the study again with `--reuse {shlex.quote(str(path))}`, which takes over the flights that are there"

@@ -32,25 +32,25 @@ def arrow_column(values: Any, with_nulls: bool = True) -> pa.Array:
     """Return texts, truths, numbers or rows of numbers (rows, n) as a column of Arrow."""
     if isinstance(values, pa.Array):
         return values
-    found = np.asarray(values)
-    if found.dtype == bool:
-        return _truths(found)
-    if found.dtype.kind == "U" or (found.dtype == object and any(isinstance(value, str) for value in found)):
-        return _texts(found.tolist(), pa.large_string(), np.int64)
-    number = found.astype(np.float64) if found.dtype == object else found
+    array = np.asarray(values)
+    if array.dtype == bool:
+        return _truths(array)
+    if array.dtype.kind == "U" or (array.dtype == object and any(isinstance(value, str) for value in array)):
+        return _texts(array.tolist(), pa.large_string(), np.int64)
+    number = array.astype(np.float64) if array.dtype == object else array
     return _lists(number, with_nulls) if number.ndim == 2 else _numbers(number, with_nulls)
 
 
 def in_codes(texts: Sequence[str] | np.ndarray) -> pa.Array:
     """Return texts as codes of those that there are, which stand in alphabetical order."""
-    known = sorted(set(texts))
-    code = {text: i for i, text in enumerate(known)}
-    return coded(np.fromiter((code[text] for text in texts), np.min_scalar_type(-len(known)), len(texts)), known)
+    names = sorted(set(texts))
+    code = {text: i for i, text in enumerate(names)}
+    return coded(np.fromiter((code[text] for text in texts), np.min_scalar_type(-len(names)), len(texts)), names)
 
 
-def coded(codes: np.ndarray, known: Sequence[str]) -> pa.Array:
-    """Return texts by their codes (rows,), integers with a sign, among those that are known."""
-    return pa.DictionaryArray.from_arrays(_numbers(codes), _texts(known, pa.string(), np.int32))
+def coded(codes: np.ndarray, categories: Sequence[str]) -> pa.Array:
+    """Return texts by their codes (rows,), integers with a sign, among categories."""
+    return pa.DictionaryArray.from_arrays(_numbers(codes), _texts(categories, pa.string(), np.int32))
 
 
 def _texts(texts: Sequence[str], kind: Any, offset: type) -> pa.Array:
@@ -65,9 +65,9 @@ def _truths(values: np.ndarray) -> pa.Array:
 
 def _numbers(values: np.ndarray, with_nulls: bool = False) -> pa.Array:
     missing = np.isnan(values) if with_nulls and values.dtype.kind == "f" else np.zeros(0, dtype=bool)
-    known = _bits(~missing) if missing.any() else None
+    validity = _bits(~missing) if missing.any() else None
     content = pa.py_buffer(np.ascontiguousarray(values))
-    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [known, content])
+    return pa.Array.from_buffers(pa.from_numpy_dtype(values.dtype), len(values), [validity, content])
 
 
 def _lists(values: np.ndarray, with_nulls: bool) -> pa.Array:

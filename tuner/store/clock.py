@@ -9,7 +9,7 @@ from plant.input_files import read_input_text
 
 
 @dataclass(frozen=True)
-class Spent:
+class ElapsedTimes:
     """Seconds at the end of a generation, from the start of the search: in all, screening, flying."""
 
     seconds: float
@@ -33,10 +33,13 @@ class Clock:
         self._earlier += max(seconds - self.now(), 0.0)
 
 
-def recorded(history: Path) -> list[Spent]:
+def recorded(history: Path) -> list[ElapsedTimes]:
     """Return the times in a history.csv; empty where it is missing or damaged, for they decide nothing."""
     try:
         rows = list(csv.DictReader(read_input_text(history).splitlines()))
-        return [Spent(*(float(row[key]) for key in ("seconds", "screening_seconds", "flight_seconds"))) for row in rows]
+        return [
+            ElapsedTimes(*(float(row[key]) for key in ("seconds", "screening_seconds", "flight_seconds")))
+            for row in rows
+        ]
     except (OSError, ValueError, KeyError, TypeError):
         return []

@@ -28,7 +28,7 @@ def filled(columns: Mapping[str, Any]) -> Columns:
 
 
 def is_single(values: Any) -> bool:
-    """Return whether a column is given as one value for all rows."""
+    """Return True for a column that is given as one value for all rows."""
     return isinstance(values, str) or not hasattr(values, "__len__")
 
 

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 from pydantic_core import CoreSchema, core_schema
 
 from plant.errors import StoreError
 from plant.input_files import check_json_size, parse_json, read_input_text
-from tuner.store.advice import kind_of, mend
+from tuner.store.advice import kind_of, repair_hint
 from tuner.text.input_errors import Fault
 
 
@@ -29,8 +29,11 @@ class OneOf:
         return core_schema.literal_schema(list(self.allowed))
 
 
+OLD_SENSES = {"most": "max", "least": "min"}
+"""Words of documents of version 0.2 and before, which are read as those of today."""
 Scale = Annotated[str, OneOf(("linear", "log"))]
-Sense = Annotated[str, OneOf(("most", "least"))]
+Sense = Annotated[str, OneOf(("max", "min")), BeforeValidator(lambda word: OLD_SENSES.get(str(word), word))]
+"""Whether a limit is an upper or a lower one, with the keys that a study gives it under."""
 Json = Any
 """A value of a study file, which its own schema describes."""
 
@@ -39,8 +42,13 @@ class DocumentPart(BaseModel):
     """An object inside a document; names are those of its keys, all values in SI units, angles in rad."""
 
     model_config = ConfigDict(
-        strict=True, frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True, defer_build=True,
-    )  # fmt: skip
+        strict=True,
+        frozen=True,
+        extra="forbid",
+        allow_inf_nan=False,
+        populate_by_name=True,
+        defer_build=True,
+    )
 
     def content(self) -> dict[str, Any]:
         """Return the object as data for JSON, keys in the order of the model."""
@@ -80,7 +88,7 @@ def json_text(content: Any, ascii_only: bool = False) -> str:
 def refuse(file: Path, what: str) -> StoreError:
     """Return the error for a file that cannot be used; what: what is wrong with it."""
     folder = next((above for above in list(file.parents)[:2] if kind_of(above) is not None), file.parent)
-    return StoreError(f"{file}: {what}; {mend(folder, file.relative_to(folder).as_posix())}")
+    return StoreError(f"{file}: {what}; {repair_hint(folder, file.relative_to(folder).as_posix())}")
 
 
 def read_text(file: Path) -> str:
@@ -95,11 +103,11 @@ def read_text(file: Path) -> str:
 
 def explained(error: ValidationError, text: str) -> str:
     """Return the first thing that is wrong with the text of a document, as the beginning of a sentence."""
-    found = Fault.of(error.errors(include_url=False)[0])
-    kind, given, context = found.kind, found.given, found.context
+    fault = Fault.of(error.errors(include_url=False)[0])
+    kind, given, context = fault.kind, fault.given, fault.context
     if kind == "json_invalid":
-        return _not_json(text, found.message)
-    key = _key(found, json.loads(text))
+        return _not_json(text, fault.message)
+    key = _key(fault, json.loads(text))
     if kind == "missing":
         return f"the key '{key}' is missing"
     if kind == "extra_forbidden":
@@ -139,15 +147,15 @@ def _not_json(text: str, otherwise: str) -> str:
     return f"not JSON ({otherwise:.80})"
 
 
-def _key(found: Fault, content: Any) -> str:
+def _key(fault: Fault, content: Any) -> str:
     """Return the dotted place of an error; steps that stand for a choice of the model and not for a key are left out."""
     key = ""
-    for step in found.place:
+    for step in fault.place:
         if isinstance(step, int):
             key, content = f"{key}[{step}]", content[step]
         elif isinstance(content, dict) and step in content:
             key, content = _below(key, step), content[step]
-    return _below(key, str(found.place[-1])) if found.kind == "missing" else key
+    return _below(key, str(fault.place[-1])) if fault.kind == "missing" else key
 
 
 def _below(key: str, name: str) -> str:

@@ -106,10 +106,15 @@ def commit() -> str | None:
     if not (root / ".git").exists():
         return None
     try:
-        asked = subprocess.run(
-            ["git", "describe", "--always", "--dirty"], cwd=root, capture_output=True, text=True, timeout=5, check=True,
+        git = subprocess.run(
+            ["git", "describe", "--always", "--dirty"],
+            cwd=root,
+            capture_output=True,
+            text=True,
+            timeout=5,
+            check=True,
             env=os.environ | {"GIT_OPTIONAL_LOCKS": "0"},
-        )  # fmt: skip
+        )
     except (OSError, subprocess.SubprocessError):
         return None
-    return asked.stdout.strip()
+    return git.stdout.strip()

@@ -17,13 +17,14 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 
+from objectives.flown_system import FlightBatch
 from objectives.meters import Meters
-from objectives.system import FlightBatch
 from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input
+from plant.quadrotor.scenarios import SEARCH
 from plant.records import paths
-from plant.scenarios import SEARCH
 from tuner.store.arrow import arrow_table, coded
+from tuner.store.columns import Columns
 from tuner.store.folder import Folder
 
 Array = np.ndarray
@@ -44,7 +45,7 @@ class StoredFlights:
 
 
 @dataclass(frozen=True)
-class Kept:
+class PendingFlights:
     """Flights waiting to be written: results (n, flights, rows) of gains rows (n, g)."""
 
     key: str
@@ -73,13 +74,13 @@ class FlightStore:
         self._names = results
         self._blocks: dict[tuple[str, bytes], list[StoredFlights]] = {}
         self._held: OrderedDict[Path, Array] = OrderedDict()
-        self._waiting: list[Kept] = []
+        self._waiting: list[PendingFlights] = []
         self._generations = 0
         self.damaged: list[str] = []
-        own = [] if folder is None else [folder.path]
-        for place in [*own, *others]:
-            for file, content in intact_files(place, folder if place in own else None, self.damaged):
-                self._index(file, content, place in own)
+        writable = [] if folder is None else [folder.path]
+        for place in [*writable, *others]:
+            for file, content in intact_files(place, folder if place in writable else None, self.damaged):
+                self._index(file, content, place in writable)
 
     @property
     def generations(self) -> int:
@@ -88,25 +89,25 @@ class FlightStore:
 
     def recall(self, key: str, gains: Array, first: int, last: int) -> Array | None:
         """Return the results (last - first, rows) of a gains row, or None where any of the flights is not known."""
-        found = self.known(key, gains, first, last)
-        return found if len(found) == last - first else None
+        results = self.load_prefix(key, gains, first, last)
+        return results if len(results) == last - first else None
 
-    def known(self, key: str, gains: Array, first: int, last: int) -> Array:
-        """Return the results (k, rows) of a gains row from flight `first` on as far as they are known without a gap."""
-        parts, here = [np.empty((0, len(self._names)))], first
+    def load_prefix(self, key: str, gains: Array, first: int, last: int) -> Array:
+        """Return the results (k, rows) of a gains row from flight `first` up to the first gap."""
+        parts, flight = [np.empty((0, len(self._names)))], first
         for block in self._blocks.get((key, gains.tobytes()), ()):
-            if block.first <= here < min(block.first + block.count, last):
+            if block.first <= flight < min(block.first + block.count, last):
                 end = min(last, block.first + block.count)
                 start = block.row - block.first
-                parts.append(self._results(block.file)[start + here : start + end])
-                here = end
+                parts.append(self._results(block.file)[start + flight : start + end])
+                flight = end
         return np.concatenate(parts, axis=0)
 
     def keep(self, key: str, batch: FlightBatch, gains: Array, first: int, results: Array) -> None:
         """Take flights to be written by the next `commit`, or before where they are many."""
         if self._folder is None or not len(gains):
             return
-        self._waiting.append(Kept(key, batch, gains.copy(), first, results))
+        self._waiting.append(PendingFlights(key, batch, gains.copy(), first, results))
         if sum(part.results.nbytes for part in self._waiting) > GATHERED:
             self.commit(f"part-{batch.stream}")
 
@@ -118,8 +119,8 @@ class FlightStore:
         self._folder.write_bytes(f"{FOLDER}/{name}-{digest_of(content)}.parquet", content)
         self._waiting = []
 
-    def _index(self, file: Path, content: bytes, own: bool) -> None:
-        self._generations += own and file.name.startswith(f"{SEARCH}-")
+    def _index(self, file: Path, content: bytes, writable: bool) -> None:
+        self._generations += writable and file.name.startswith(f"{SEARCH}-")
         for key, gains, block in blocks_of(file, content, self._columns, self._names):
             self._blocks.setdefault((key, gains), []).append(block)
             self._blocks[key, gains].sort(key=lambda entry: entry.first)
@@ -159,25 +160,23 @@ def digest_of(content: bytes) -> str:
     return hashlib.blake2b(content, digest_size=8).hexdigest()
 
 
-def encoded(kept: list[Kept], columns: tuple[str, ...], names: tuple[str, ...] = RESULTS) -> bytes:
+def encoded(parts: list[PendingFlights], columns: tuple[str, ...], names: tuple[str, ...] = RESULTS) -> bytes:
     """Return flights as the bytes of a Parquet file, block after block."""
-    shapes = [part.results.shape for part in kept]
-    flights = [np.tile(np.arange(part.first, part.first + n), k) for part, (k, n, _) in zip(kept, shapes, strict=True)]
-    gains = np.concatenate([np.repeat(part.gains, n, axis=0) for part, (_, n, _) in zip(kept, shapes, strict=True)])
+    shapes = [part.results.shape for part in parts]
+    flights = [np.tile(np.arange(part.first, part.first + n), k) for part, (k, n, _) in zip(parts, shapes, strict=True)]
+    gains = np.concatenate([np.repeat(part.gains, n, axis=0) for part, (_, n, _) in zip(parts, shapes, strict=True)])
     results = np.concatenate(
-        [part.results.reshape(k * n, rows) for part, (k, n, rows) in zip(kept, shapes, strict=True)]
+        [part.results.reshape(k * n, rows) for part, (k, n, rows) in zip(parts, shapes, strict=True)]
     )
     sizes = [k * n for k, n, _ in shapes]
-    table: dict[str, Any] = {
-        "scenario": _repeated([part.batch.spec.name for part in kept], sizes),
-        "stream": _repeated([part.batch.stream for part in kept], sizes),
+    table: Columns = {
+        "scenario": _repeated([part.batch.spec.name for part in parts], sizes),
+        "stream": _repeated([part.batch.stream for part in parts], sizes),
         "flight": np.concatenate(flights),
     }
     table |= {f"gain:{name}": gains[:, i] for i, name in enumerate(columns)}
     table |= {name: results[:, i] for i, name in enumerate(names)}
-    blocks = [
-        [part.key, part.first, n] for part, (k, n, _) in zip(kept, shapes, strict=True) for _ in range(k)
-    ]  # fmt: skip
+    blocks = [[part.key, part.first, n] for part, (k, n, _) in zip(parts, shapes, strict=True) for _ in range(k)]
     arrow = arrow_table(table, with_nulls=False).replace_schema_metadata({"blocks": json.dumps(blocks)})
     sink = io.BytesIO()
     # Meters hardly compress: dictionaries and statistics of them would take four times as long to write.
@@ -188,9 +187,9 @@ def encoded(kept: list[Kept], columns: tuple[str, ...], names: tuple[str, ...] =
 
 def _repeated(names: list[str], counts: list[int]) -> Any:
     """Return each name as often as its count says, as an Arrow dictionary: millions of texts would take their time."""
-    known = list(dict.fromkeys(names))
-    codes = np.repeat(np.array([known.index(name) for name in names], dtype=np.int32), counts)
-    return coded(codes, known)
+    categories = list(dict.fromkeys(names))
+    codes = np.repeat(np.array([categories.index(name) for name in names], dtype=np.int32), counts)
+    return coded(codes, categories)
 
 
 def blocks_of(
@@ -202,11 +201,11 @@ def blocks_of(
     if not {*names, *results} <= set(source.schema_arrow.names):
         return []
     gains = np.stack([column.to_numpy() for column in source.read(names).itercolumns()], axis=1)
-    found, row = [], 0
+    blocks, row = [], 0
     for key, first, count in json.loads(source.schema_arrow.metadata[b"blocks"]):
-        found.append((key, gains[row].tobytes(), StoredFlights(file, row, first, count)))
+        blocks.append((key, gains[row].tobytes(), StoredFlights(file, row, first, count)))
         row += count
-    return found
+    return blocks
 
 
 def results_of(file: Path, names: tuple[str, ...] = RESULTS) -> Array:

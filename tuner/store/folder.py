@@ -24,7 +24,7 @@ from plant.output_files import (
     replace_file,
 )
 from tuner.store import manifest
-from tuner.store.advice import can_be_resumed, go_on
+from tuner.store.advice import can_be_resumed, resume_hint
 from tuner.store.columns import Columns, csv_text
 from tuner.store.document import Document, json_text
 from tuner.store.lock import NAME as LOCK
@@ -54,7 +54,7 @@ class Folder:
         if error is not None and self._removed():
             return
         if error is not None and not isinstance(error, StoreError):
-            note = go_on(self.path, self._made)
+            note = resume_hint(self.path, self._made)
             # The run of a contender lies in the folder of its contest: both say the same.
             if note not in getattr(error, "__notes__", ()):
                 error.add_note(note)
@@ -199,7 +199,7 @@ def put(folder: Path, name: str, content: bytes, made: bool = False) -> Path:
     except OSError as error:
         raise StoreError(
             f"{file} cannot be written ({_reason(error)}); what was written before it is kept. Make room, then "
-            f"{go_on(folder, made)}"
+            f"{resume_hint(folder, made)}"
         ) from error
     return file
 

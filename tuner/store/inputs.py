@@ -15,7 +15,7 @@ from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_
 from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input, read_input_text
 from plant.own_code import sources_of
-from tuner.store.advice import RECORD, again
+from tuner.store.advice import RECORD, restart_hint
 from tuner.store.document import Document, DocumentPart, explained
 from tuner.store.folder import Folder
 from tuner.study.layers import read_layers
@@ -51,9 +51,9 @@ class RecordedMachine(DocumentPart):
         return Arithmetic(Processor(self.name, self.features), self.libraries)
 
 
-def recorded_machine(found: Arithmetic) -> RecordedMachine:
+def recorded_machine(arithmetic: Arithmetic) -> RecordedMachine:
     """Return an arithmetic as run.json holds it."""
-    return RecordedMachine(**found.processor._asdict(), libraries=found.libraries)
+    return RecordedMachine(**arithmetic.processor._asdict(), libraries=arithmetic.libraries)
 
 
 class RunRecord(Document):
@@ -82,9 +82,14 @@ class RunRecord(Document):
 
 
 def freeze(
-    folder: Folder, kind: str, source: Path, table: dict[str, Any], digest: str, generations: int | None,
+    folder: Folder,
+    kind: str,
+    source: Path,
+    table: dict[str, Any],
+    digest: str,
+    generations: int | None,
     engine: str = LANES,
-) -> None:  # fmt: skip
+) -> None:
     """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
     name, version = f"inputs/{source.stem}.toml", VERSION
     if (folder.path / RECORD).exists() and folder.keep(name):
@@ -95,9 +100,16 @@ def freeze(
         taken = {f"{source.stem}.toml": source}
         folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path, taken))))
     record = RunRecord(
-        format=FORMAT, version=version, kind=kind, study=name, digest=digest, generations=generations,
-        model=model_key(), arithmetic=engine, machine=recorded_machine(arithmetic()),
-    )  # fmt: skip
+        format=FORMAT,
+        version=version,
+        kind=kind,
+        study=name,
+        digest=digest,
+        generations=generations,
+        model=model_key(),
+        arithmetic=engine,
+        machine=recorded_machine(arithmetic()),
+    )
     folder.write_json(RECORD, record)
 
 
@@ -111,11 +123,11 @@ def read_record(path: Path) -> RunRecord:
         return RunRecord.parse(text)
     except FileNotFoundError:
         nothing = not (path / "flights").exists()
-        what = "nothing was recorded yet, so remove it and run the study again" if nothing else again(path)
+        what = "nothing was recorded yet, so remove it and run the study again" if nothing else restart_hint(path)
         raise StoreError(f"{path} holds no {RECORD}, so it cannot be continued; {what}") from None
     except (OSError, ValueError) as error:
         what = explained(error, text) if isinstance(error, ValidationError) else str(error)
-        raise StoreError(f"{path / RECORD} is damaged ({what}); {again(path)}") from None
+        raise StoreError(f"{path / RECORD} is damaged ({what}); {restart_hint(path)}") from None
 
 
 def as_recorded(record: RunRecord, file: Path) -> dict[str, Any]:
@@ -128,7 +140,7 @@ def as_recorded(record: RunRecord, file: Path) -> dict[str, Any]:
 
 
 def flown_then(file: Path, searches: bool) -> dict[str, Any]:
-    """Return what a study file, which may be one that searches, leaves open, as early versions read it, in dotted keys."""
+    """Return dotted keys that a study file, which may be one that searches, leaves open, as early versions read it."""
     layers = read_layers(file)
     return {
         f"{table}.{key}": value
@@ -142,7 +154,7 @@ def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:
     """Refuse a run whose study is no longer what it was."""
     if digest != record.digest:
         raise StoreError(
-            f"{path / record.study} is not what the run began with, or this version reads it in another way; {again(path)}"
+            f"{path / record.study} is not what the run began with, or this version reads it in another way; {restart_hint(path)}"
         )
 
 

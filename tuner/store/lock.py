@@ -4,7 +4,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from plant.errors import HeldError, StoreError
+from plant.errors import FolderLockedError, StoreError
 from plant.output_files import unlinked
 
 fcntl = None
@@ -33,7 +33,7 @@ class Lock:
         except OSError:
             holder = os.read(handle, 100).decode(errors="replace").strip() or "another process"
             os.close(handle)
-            raise HeldError(
+            raise FolderLockedError(
                 f"{folder} is being written by {holder}; wait for it to end, or stop it, then try again"
             ) from None
         self._handle = handle

@@ -16,7 +16,7 @@ from pydantic import AfterValidator
 
 from plant.errors import StoreError
 from plant.input_files import read_input_text
-from tuner.store.advice import mend
+from tuner.store.advice import repair_hint
 from tuner.store.document import Document
 
 FILE = "manifest.json"
@@ -55,7 +55,7 @@ class Damage:
     what: str
 
     def __str__(self) -> str:
-        return f"{self.folder / self.name} {self.what}; {mend(self.folder, self.name)}"
+        return f"{self.folder / self.name} {self.what}; {repair_hint(self.folder, self.name)}"
 
 
 def digest_of(content: bytes) -> str:
@@ -107,12 +107,12 @@ def first_damage(path: Path, unread: tuple[str, ...] = ()) -> Damage | None:
 
 def refuse_damage(path: Path, unread: tuple[str, ...] = ()) -> None:
     """Raise StoreError where a file of a folder is missing or not what was written."""
-    found = first_damage(path, unread)
-    if found is not None:
-        raise StoreError(str(found))
+    damage = first_damage(path, unread)
+    if damage is not None:
+        raise StoreError(str(damage))
 
 
 def unfinished(path: Path) -> bool:
-    """Return whether a folder says that it was not written to its end."""
+    """Return True for a folder that was not written to its end."""
     manifest = read_manifest(path)
     return manifest is not None and not manifest.complete

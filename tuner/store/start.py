@@ -23,8 +23,8 @@ class Start(Document):
     digest: str
 
     @property
-    def whole(self) -> bool:
-        """Whether the rest is what the digest was taken of."""
+    def is_intact(self) -> bool:
+        """Whether the digest is that of the rest."""
         return self.digest == _digest(self.content())
 
 
@@ -35,16 +35,16 @@ def write_start(folder: Folder, points: np.ndarray, warnings: list[str]) -> None
 
 
 def read_start(path: Path, dimensions: int) -> tuple[np.ndarray, list[str]] | None:
-    """Return what `write_start` wrote into a results folder; None where it is missing, damaged, or of another arithmetic."""
+    """Return the start that `write_start` wrote; None where it is missing, damaged, or of another arithmetic."""
     try:
         start = Start.parse(read_input_text(path / FILE))
     except (OSError, ValueError):
         return None
-    if not start.whole or start.machine != arithmetic().label:
+    if not start.is_intact or start.machine != arithmetic().label:
         return None
     return np.array(start.points).reshape(-1, dimensions), start.warnings
 
 
 def _digest(content: dict[str, object]) -> str:
-    known = {key: value for key, value in content.items() if key != "digest"}
-    return hashlib.blake2b(json.dumps(known, sort_keys=True).encode(), digest_size=8).hexdigest()
+    digested = {key: value for key, value in content.items() if key != "digest"}
+    return hashlib.blake2b(json.dumps(digested, sort_keys=True).encode(), digest_size=8).hexdigest()

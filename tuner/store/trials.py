@@ -17,7 +17,7 @@ from plant.input_files import MOST_TABLE, read_input
 from plant.output_files import open_in_place
 from tuner.store.document import DocumentPart
 
-ASKED, TOLD = "asked.jsonl", "told.jsonl"
+REQUESTS_FILE, RESULTS_FILE = "asked.jsonl", "told.jsonl"
 
 
 class Trial(DocumentPart):
@@ -46,37 +46,37 @@ Line = TypeVar("Line", bound=DocumentPart)
 
 
 class TrialRecord:
-    """The trials of a results folder. asked, told: by id, in the order of the files."""
+    """The trials of a results folder. trials, answers: by id, in the order of the files."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._whole: dict[str, int] = {}
-        self.asked = {trial.id: trial for trial in self._read(ASKED, Trial)}
-        self.told = {answer.id: answer for answer in self._read(TOLD, Answer)}
+        self._intact_bytes: dict[str, int] = {}
+        self.trials = {trial.id: trial for trial in self._read(REQUESTS_FILE, Trial)}
+        self.answers = {answer.id: answer for answer in self._read(RESULTS_FILE, Answer)}
 
     @property
     def lacking(self) -> list[Trial]:
         """Trials that were asked for and of which nothing was told."""
-        return [trial for trial in self.asked.values() if trial.id not in self.told]
+        return [trial for trial in self.trials.values() if trial.id not in self.answers]
 
     def ask(self, trials: list[Trial]) -> None:
         """Note trials as asked for; StoreError where other ones were asked for under the same id."""
         for trial in trials:
-            before = self.asked.get(trial.id)
+            before = self.trials.get(trial.id)
             if before is not None and before != trial:
                 raise StoreError(
-                    f"{self._folder / ASKED}: {trial.id} was asked for with other values than this version or machine asks "
-                    f"for; go on with the version that {self._folder / 'environment.json'} names, or begin anew with another "
-                    "--out"
+                    f"{self._folder / REQUESTS_FILE}: {trial.id} was asked for with other values than this version or machine "
+                    f"asks for; go on with the version that {self._folder / 'environment.json'} names, or begin anew with "
+                    "another --out"
                 )
-        new = [trial for trial in trials if trial.id not in self.asked]
-        self._append(ASKED, new)
-        self.asked |= {trial.id: trial for trial in new}
+        new = [trial for trial in trials if trial.id not in self.trials]
+        self._append(REQUESTS_FILE, new)
+        self.trials |= {trial.id: trial for trial in new}
 
     def tell(self, answer: Answer) -> None:
         """Keep what was told of a trial."""
-        self._append(TOLD, [answer])
-        self.told[answer.id] = answer
+        self._append(RESULTS_FILE, [answer])
+        self.answers[answer.id] = answer
 
     def _read(self, name: str, kind: type[Line]) -> list[Line]:
         file = self._folder / name
@@ -88,8 +88,8 @@ class TrialRecord:
             raise StoreError(
                 f"{file} cannot be read ({error.strerror}); give the folder's files back to you"
             ) from error
-        self._whole[name] = content.rfind(b"\n") + 1
-        lines = content[: self._whole[name]].splitlines()
+        self._intact_bytes[name] = content.rfind(b"\n") + 1
+        lines = content[: self._intact_bytes[name]].splitlines()
         return [self._parsed(file, number, line, kind) for number, line in enumerate(lines, start=1)]
 
     def _parsed(self, file: Path, number: int, line: bytes, kind: type[Line]) -> Line:
@@ -108,7 +108,7 @@ class TrialRecord:
         try:
             with open_in_place(file, "ab") as out:
                 # What a killed process left of a line would spoil the next one.
-                out.truncate(self._whole.get(name, 0))
+                out.truncate(self._intact_bytes.get(name, 0))
                 out.write(content)
                 out.flush()
                 os.fsync(out.fileno())
@@ -116,7 +116,7 @@ class TrialRecord:
             raise StoreError(
                 f"{file} cannot be written ({error.strerror}); what was told before is kept. Make room, then try again"
             ) from error
-        self._whole[name] = self._whole.get(name, 0) + len(content)
+        self._intact_bytes[name] = self._intact_bytes.get(name, 0) + len(content)
 
 
 def line_of(entry: DocumentPart) -> str:

@@ -8,39 +8,31 @@ from typing import Any, TypeVar
 import numpy as np
 
 from objectives.mission import with_mission_floor
-from objectives.own_meters import metering
-from objectives.problem import System
 from objectives.requirements import Screen
+from objectives.system import System
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
-from plant.airframes import Airframe, load, names
-from plant.airframes.uncertainty import Uncertainty
-from plant.cascade import AXES, Cascade, close_cascade
-from plant.closed_loop import Limits
 from plant.errors import InputError, UnknownNameError
-from plant.fittings import fittings
-from plant.gains import default_row
-from plant.laws import law
+from plant.law_registry import law
 from plant.loop import Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.airframes import Airframe, load, names
+from plant.quadrotor.airframes.uncertainty import Uncertainty
+from plant.quadrotor.cascade import AXES, Cascade, close_cascade
+from plant.quadrotor.closed_loop import Limits
+from plant.quadrotor.features import vehicle_features
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.scenarios import Bands, ScenarioSpec, Spread
+from plant.quadrotor.sensors import SensorSpec
 from plant.references import ReferenceSpec, from_mapping
 from plant.references.spec import HOLD, POSITION, VELOCITY
-from plant.scenarios import Bands, ScenarioSpec, Spread
-from plant.sensors import SensorSpec
 from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usual_timing
+from tuner.study.assembly import assembled, judging_of
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
-from tuner.study.judged_reading import (
-    constraint_of,
-    held_with,
-    listed,
-    mission_of,
-    objective_of,
-    pick_rule,
-    unique,
-)
+from tuner.study.judged_reading import listed, mission_of, unique
 from tuner.study.margins import margin_requirement, margin_screen
 from tuner.study.own_code import use_files_of
 from tuner.study.processor_cost.requirement import cost_screen
@@ -52,8 +44,6 @@ from tuner.study.schema import (
     ScenarioTable,
     StudyTable,
 )
-from tuner.study.search_reading import least_tail, search_of
-from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import Study, StudyScenario
 from tuner.study.targets import check_target
 from tuner.study.trim import check_trim
@@ -95,34 +85,17 @@ def _build(path: Path, table: StudyTable) -> Study:
             limits = _limits(table.limits)
         with located(path, "airframe"):
             knowledge = nominal(airframe.vehicle, options, timing.control_period)
-            fittings(airframe.vehicle, timing.control_period)
+            vehicle_features(airframe.vehicle, timing.control_period)
         system = System(airframe.vehicle, cascade, knowledge, limits, timing)
         with located(path, "gains"):
             row = default_row(cascade, airframe.vehicle) if default is None else default.gains
             space = decision_space(table.gains, cascade, timing.control_period, row)
             if table.target is not None:
                 check_target(space, system.gains)
-        scenarios = tuple(
-            listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path, airframe))
-        )
-        unique("scenario", [entry.spec.name for entry in scenarios], ".name")
-        objectives = tuple(
-            listed("objective", path, table.objective, lambda entry: objective_of(entry, scenarios, system))
-        )
-        unique("objective", [objective.label for objective in objectives])
-        constraints = tuple(
-            listed(
-                "constraint",
-                path,
-                table.constraint,
-                lambda entry: constraint_of(entry, scenarios, system),
-            )
-        )
-        unique("constraint", [constraint.objective.label for constraint in constraints])
-        system = metering(system, (each.metric for each in (*objectives, *(each.objective for each in constraints))))
+        judging = judging_of(path, table, system, lambda entry: _scenario(entry, timing, path, airframe))
+        system, specs = judging.system, [entry.spec for entry in judging.scenarios]
         # Behind what each number's own limits have to say, before anything is worked out from them.
         check_magnitudes(table.model_dump(), path)
-        specs = [entry.spec for entry in scenarios]
         for i, spec in enumerate(specs):
             with located(path, f"scenario[{i}].reference"):
                 _check_motion(spec, limits, timing)
@@ -130,24 +103,22 @@ def _build(path: Path, table: StudyTable) -> Study:
                 check_trim(spec, system)
         with located(path, "mission"):
             mission = mission_of(table.mission, [spec.name for spec in specs])
-        constraints = with_mission_floor(constraints, specs, system.limits, timing, mission)
-        constraints = held_with(table.confidence, constraints)
+        constraints = with_mission_floor(judging.constraints, specs, limits, timing, mission)
         screens = _screens(table, path, system, tuple(specs))
-        with located(path, "search"):
-            most = max(entry.search for entry in scenarios)
-            tail = least_tail(objectives, len(scenarios))
-            search = search_of(table.search, len(space.variables), len(objectives), most, tail)
-            flown = [
-                ScenarioSize(flight_steps(entry.spec, timing), entry.search, entry.held_out) for entry in scenarios
-            ]
-            check_size(search.population, search.generations, flown)
-        with located(path, "pick"):
-            rule = pick_rule(table.pick, objectives)
-    return Study(
-        path=path, title=table.title, description=table.description, seed=table.seed, airframe=airframe, options=options,
-        system=system, space=space, scenarios=scenarios, objectives=objectives, constraints=constraints, screens=screens,
-        search=search, pick=rule, table=table, vehicle=None if default is None else default.vehicle, mission=mission,
-    )  # fmt: skip
+        vehicle = None if default is None else default.vehicle
+        return assembled(
+            Study,
+            path,
+            table,
+            space,
+            judging,
+            mission,
+            constraints,
+            screens,
+            airframe=airframe,
+            options=options,
+            vehicle=vehicle,
+        )
 
 
 def _airframe(table: AirframeTable, path: Path) -> Airframe:
@@ -241,9 +212,14 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path, airframe: Airfra
     if not table.name.strip():
         raise InputError('given an empty name; write for instance name = "gusts"', key="name")
     spec = ScenarioSpec(
-        name=table.name, duration=table.duration, reference=reference, recovery_from=table.recovery_from,
-        steady_share=table.steady_share, uncertainty=_uncertainty(table.spread, airframe), **parts,
-    )  # fmt: skip
+        name=table.name,
+        duration=table.duration,
+        reference=reference,
+        recovery_from=table.recovery_from,
+        steady_share=table.steady_share,
+        uncertainty=_uncertainty(table.spread, airframe),
+        **parts,
+    )
     _check_duration(spec.duration, timing.control_period)
     _check_steady_share(spec, timing.control_period)
     _check_air(spec)
@@ -332,7 +308,7 @@ def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
 
 
 def _screens(table: StudyTable, path: Path, system: System, specs: tuple[ScenarioSpec, ...]) -> tuple[Screen, ...]:
-    """Return what is required of the gains and known without flying, in the order of the tables."""
+    """Return the requirements on gains that need no flight, in the order of the tables."""
     guarantees = tuple(
         listed("guarantee", path, table.guarantee, lambda entry: guarantee_screen(entry, system, specs, table.seed))
     )

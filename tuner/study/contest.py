@@ -11,7 +11,7 @@ from objectives.metrics import MetricAddress
 from objectives.problem import Objective
 from objectives.risk import Risk
 from plant.input_files import read_input_text
-from plant.scenarios import CONFIRMATION
+from plant.quadrotor.scenarios import CONFIRMATION
 from tuner.study.study import StudyScenario, TuningStudy
 from tuner.text.markup import element, table
 
@@ -138,15 +138,15 @@ class Contest:
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
         """Objectives, constraints, then what printed numbers and claims ask for; each label once."""
-        found: dict[str, Quantity] = {}
-        asked = [constraint for constraint in self.base.constraints if not constraint.floor]
-        limits = {constraint.objective.label: constraint.most for constraint in asked}
+        labelled: dict[str, Quantity] = {}
+        written = [constraint for constraint in self.base.constraints if not constraint.floor]
+        limits = {constraint.objective.label: constraint.most for constraint in written}
         for kind, objectives in (
             ("objective", self.base.objectives),
-            ("constraint", [constraint.objective for constraint in asked]),
+            ("constraint", [constraint.objective for constraint in written]),
             ("published", [cell.objective for cell in self.published]),
             ("claimed", [objective for claim in self.claims for objective in claim.objectives]),
         ):
             for objective in objectives:
-                found.setdefault(objective.label, Quantity(objective, kind, limits.get(objective.label)))
-        return tuple(found.values())
+                labelled.setdefault(objective.label, Quantity(objective, kind, limits.get(objective.label)))
+        return tuple(labelled.values())

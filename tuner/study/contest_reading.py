@@ -21,7 +21,7 @@ from tuner.study.contest_schema import (
     PublishedTable,
 )
 from tuner.study.contest_terms import check_alike, terms_of
-from tuner.study.layers import WHOLE, Layer, Table, depth, laid_over, merged_layers
+from tuner.study.layers import REPLACED, Layer, Table, depth, laid_over, merged_layers
 from tuner.study.messages import translated
 from tuner.study.reading import put
 from tuner.study.schema import StrictTable
@@ -41,7 +41,7 @@ def contest_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mappin
 def contest_from_table(path: Path, table: Table, layers: tuple[Layer, ...] = ()) -> Contest:
     """Check the merged content of a contest; path: the file that errors name where no layer holds the key."""
     terms = terms_of(table)
-    _refuse_shared(path, table, terms.own, terms.shared)
+    _refuse_shared(path, table, terms.individual, terms.shared)
     added = checked_tables(ContestTable, table, path)
     shared = {key: value for key, value in table.items() if key not in (*CONTEST_TABLES, *INFERENCE_TABLES)}
     contenders = tuple(_contender(i, entry, shared, path, layers) for i, entry in enumerate(added.contender))
@@ -59,16 +59,16 @@ def contest_from_table(path: Path, table: Table, layers: tuple[Layer, ...] = ())
 
 def checked_tables(model: type[Tables], table: Table, path: Path) -> Tables:
     """Return those tables of a file that a model holds, checked."""
-    own = {key: table[key] for key in model.model_fields if key in table}
+    given = {key: table[key] for key in model.model_fields if key in table}
     try:
-        checked = model.model_validate(own)
+        checked = model.model_validate(given)
     except ValidationError as error:
         raise translated(error, path, model) from None
-    check_magnitudes(own, path)
+    check_magnitudes(given, path)
     return checked
 
 
-def _refuse_shared(path: Path, table: Table, own: tuple[str, ...], shared: tuple[str, ...]) -> None:
+def _refuse_shared(path: Path, table: Table, individual: tuple[str, ...], shared: tuple[str, ...]) -> None:
     """Say why a contender cannot have its own scenario, objective, ...; a misspelt key is found later."""
     entries = table.get("contender")
     for i, entry in enumerate(entries if isinstance(entries, list) else []):
@@ -77,7 +77,7 @@ def _refuse_shared(path: Path, table: Table, own: tuple[str, ...], shared: tuple
                 message = (
                     f"'{key}' is the same for all contenders and stands at the top of the file; a contender's own are "
                 )
-                raise InputError(message + ", ".join(own), file=path, key=f"contender[{i}].{key}")
+                raise InputError(message + ", ".join(individual), file=path, key=f"contender[{i}].{key}")
 
 
 def _contender(i: int, entry: ContenderTable, shared: Table, path: Path, layers: tuple[Layer, ...]) -> Contender:
@@ -87,16 +87,16 @@ def _contender(i: int, entry: ContenderTable, shared: Table, path: Path, layers:
         raise InputError(message, file=path, key=f"contender[{i}].name")
     terms = terms_of(shared)
     with located(path, f"contender[{i}]"):
-        own = terms.completed(shared, entry.tables())
+        individual = terms.completed(shared, entry.tables())
     # Gains of the base may be of another law.
-    raw = laid_over(shared, own, (*WHOLE, "gains"))
+    raw = laid_over(shared, individual, (*REPLACED, "gains"))
     title = raw.get("title")
     if isinstance(title, str):
         raw |= {"title": f"{title}: {entry.name}"}
     try:
         study = terms.build(path, raw)
     except InputError as error:
-        raise _moved(error, i, own, path, layers) from None
+        raise _moved(error, i, individual, path, layers) from None
     return Contender(entry.name, slug, study, raw)
 
 
@@ -105,14 +105,14 @@ def slug_of(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
 
 
-def _moved(error: InputError, i: int, own: Table, path: Path, layers: tuple[Layer, ...]) -> InputError:
+def _moved(error: InputError, i: int, individual: Table, path: Path, layers: tuple[Layer, ...]) -> InputError:
     """Return an error of a contender's study with the file and key where the value was given."""
     if error.file != str(path) or error.key is None:
         return error
     key = error.key
-    holders = [(path, f"contender[{i}].{key}", own), *[(layer.path, key, layer.table) for layer in layers]]
+    holders = [(path, f"contender[{i}].{key}", individual), *[(layer.path, key, layer.table) for layer in layers]]
     depths = [depth(table, key) for _, _, table in holders]
-    file, where, _ = holders[depths.index(max(depths))] if max(depths) > 0 else (path, key, own)
+    file, where, _ = holders[depths.index(max(depths))] if max(depths) > 0 else (path, key, individual)
     return moved(error, file, where)
 
 
@@ -142,14 +142,14 @@ class _Judge:
     def claim(self, i: int, entry: ClaimTable, published: tuple[Published, ...]) -> Claim:
         """Return a claim."""
         study = self._study
-        known = [*study.objectives, *[c.objective for c in study.constraints], *[cell.objective for cell in published]]
+        judged = [*study.objectives, *[c.objective for c in study.constraints], *[cell.objective for cell in published]]
         with located(None, f"claim[{i}]"):
             better = self._contenders([entry.better], "better")[0]
             than = self._contenders(entry.than, "than")
             if better in than:
                 raise InputError(f"'{better}' cannot be better than itself; leave it out", key="than")
-            found = [self._claimed(text, entry.scenario, known) for text in entry.metrics]
-        objectives = {objective.label: objective for group in found for objective in group}
+            claimed = [self._claimed(text, entry.scenario, judged) for text in entry.metrics]
+        objectives = {objective.label: objective for group in claimed for objective in group}
         text = entry.text or f"{better} is better than {' and '.join(than)}"
         return Claim(better, than, tuple(objectives.values()), text)
 
@@ -161,13 +161,13 @@ class _Judge:
                 raise InputError(f"'{name}' stands here twice; leave one out", key=key)
         return tuple(names)
 
-    def _claimed(self, text: str, scenario: str | None, known: list[Objective]) -> list[Objective]:
+    def _claimed(self, text: str, scenario: str | None, judged: list[Objective]) -> list[Objective]:
         """Return the objectives that a text of `in` names: by label, all judged ones of a metric, or else its mean."""
-        exact = [objective for objective in known if objective.label == text]
+        exact = [objective for objective in judged if objective.label == text]
         if exact:
             return exact[:1]
         metric = self._metric(text, scenario, "in")
-        same = [o for o in known if o.metric.text == text and scenario in (None, o.scenario)]
+        same = [o for o in judged if o.metric.text == text and scenario in (None, o.scenario)]
         return same or [Objective(metric, Risk("mean"), scenario)]
 
     def _metric(self, address: str, scenario: str | None, key: str) -> MetricAddress:
@@ -187,8 +187,8 @@ def put_in_contest(table: dict[str, Any], key: str, value: Any, path: Path) -> N
 
     Raises InputError where a contender or a list entry is not there.
     """
-    asked = re.fullmatch(r"contender(?:\[(\d+)\]|\.(.+?))(?:\.(.*))?", key)
-    if asked is None:
+    match = re.fullmatch(r"contender(?:\[(\d+)\]|\.(.+?))(?:\.(.*))?", key)
+    if match is None:
         put(table, key, value, path)
         return
     entry, rest = _named_contender(table, key, path)

@@ -17,40 +17,45 @@ from tuner.study.study import TuningStudy
 
 @dataclass(frozen=True)
 class Terms:
-    """Terms of a contest. own: tables of a study that a contender may have of its own; shared: keys that are the same for all.
+    """Terms of a contest.
 
+    individual: tables of a study that a contender may have of its own; shared: keys that are the same for all.
     build(path, content): the study of a contender. completed(base, tables): its own tables as they lie over those of the base.
     """
 
-    own: tuple[str, ...]
+    individual: tuple[str, ...]
     shared: tuple[str, ...]
     build: Callable[[Path, Mapping[str, Any]], TuningStudy]
     completed: Callable[[Table, Table], Table]
 
 
-def _as_given(base: Table, own: Table) -> Table:  # noqa: ARG001
-    return own
+def _as_given(base: Table, individual: Table) -> Table:  # noqa: ARG001
+    return individual
 
 
-def _with_channels(base: Table, own: Table) -> Table:
+def _with_channels(base: Table, individual: Table) -> Table:
     """Return a contender's tables with the channels of the base, its own keys laid over them by name, where it gives such."""
-    given, there = own.get("channel"), base.get("channel")
-    if not isinstance(given, dict) or not isinstance(there, list):
-        return own
-    names = [str(entry.get("name")) for entry in there if isinstance(entry, dict)]
+    given, base_channels = individual.get("channel"), base.get("channel")
+    if not isinstance(given, dict) or not isinstance(base_channels, list):
+        return individual
+    names = [str(entry.get("name")) for entry in base_channels if isinstance(entry, dict)]
     for name in given:
         if name not in names:
             raise UnknownNameError("channel", name, names, key=f"channel.{name}")
-    channels = [merged(entry, given.get(str(entry.get("name")), {})) for entry in there if isinstance(entry, dict)]
-    return {**own, "channel": channels}
+    channels = [
+        merged(entry, given.get(str(entry.get("name")), {})) for entry in base_channels if isinstance(entry, dict)
+    ]
+    return {**individual, "channel": channels}
 
 
 OF_QUADROTORS = ("airframe", "controller", "gains", "search", "pick")
 OF_PLANTS = ("channel", "gains", "search", "pick")
 QUADROTOR = Terms(
-    OF_QUADROTORS, (*[key for key in StudyTable.model_fields if key not in OF_QUADROTORS], "controller.control_period"),
-    study_from_table, _as_given,
-)  # fmt: skip
+    OF_QUADROTORS,
+    (*[key for key in StudyTable.model_fields if key not in OF_QUADROTORS], "controller.control_period"),
+    study_from_table,
+    _as_given,
+)
 PLANT = Terms(
     OF_PLANTS,
     tuple(key for key in PlantStudyTable.model_fields if key not in OF_PLANTS),
@@ -65,22 +70,13 @@ def terms_of(content: Table) -> Terms:
 
 
 def check_alike(contenders: Sequence[Contender]) -> None:
-    """Refuse contenders on a plant that are not judged alike: who follow other references, or are lost at another error."""
-    studies = [contender.study for contender in contenders]
-    asked = [_judged(study) for study in studies if isinstance(study, PlantStudy)]
-    for i, own in enumerate(asked):
-        if own != asked[0]:
+    """Refuse contenders that are not judged alike: who follow other references, or are lost at another error."""
+    judged = [contender.study.followed for contender in contenders]
+    for i, channels in enumerate(judged):
+        if channels != judged[0]:
+            first, this = (", ".join(map(str, each)) for each in (judged[0], channels))
             raise InputError(
-                f"'{contenders[i].name}' is judged by {_words(own)}, '{contenders[0].name}' by {_words(asked[0])}; give the "
+                f"'{contenders[i].name}' is judged by {this}, '{contenders[0].name}' by {first}; give the "
                 "channels that follow references one name, output and limit in all of them",
                 key=f"contender[{i}].channel",
             )
-
-
-def _judged(study: PlantStudy) -> list[tuple[str, str, float]]:
-    """Name, output and limit of every channel that follows a reference."""
-    return sorted((channel.name, channel.output, channel.limit) for channel in study.system.plan.outer)
-
-
-def _words(channels: list[tuple[str, str, float]]) -> str:
-    return ", ".join(f"{name} (output {output}, limit {limit:g})" for name, output, limit in channels)

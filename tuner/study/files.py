@@ -18,17 +18,17 @@ def study_file(given: Path) -> Path:
 
     Raises InputError where a name is none of these; a path to nowhere is returned for its reader to report.
     """
-    known = shipped_studies()
+    shipped = shipped_studies()
     if given.exists() and not given.is_dir():
         return given
     if str(given) == given.name and not given.suffix:
-        own = Path(f"{given}.toml")
-        if own.is_file():
-            return own
-        if given.name in known:
-            return known[given.name]
-        raise UnknownNameError("study", given.name, known)
-    if given.suffix == ".toml" and given.stem in known:
+        local = Path(f"{given}.toml")
+        if local.is_file():
+            return local
+        if given.name in shipped:
+            return shipped[given.name]
+        raise UnknownNameError("study", given.name, shipped)
+    if given.suffix == ".toml" and given.stem in shipped:
         raise InputError(
             f"there is no such file; `{given.stem}` alone names the study that comes with the tool", file=given
         )
@@ -37,14 +37,14 @@ def study_file(given: Path) -> Path:
 
 def base_file(folder: Path, name: str) -> Path:
     """Return the file that a study in a folder names as its base: beside it, else the shipped study of that file name."""
-    beside = folder / name
-    if not beside.is_file() and Path(name).name == name:
-        return shipped_studies().get(Path(name).stem, beside)
-    return beside
+    near = folder / name
+    if not near.is_file() and Path(name).name == name:
+        return shipped_studies().get(Path(name).stem, near)
+    return near
 
 
 def is_shipped(file: Path) -> bool:
-    """Return whether a file lies, behind all links, among the shipped studies."""
+    """True for a file that lies, behind all links, among the shipped studies."""
     return file.resolve().is_relative_to(SHIPPED)
 
 

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from objectives.decisions import DecisionSpace, Variable
-from plant.cascade import Cascade
 from plant.errors import InputError, UnknownNameError
-from plant.gains import GROUPS, GainAddress, gain_addresses
+from plant.quadrotor.cascade import Cascade
+from plant.quadrotor.gains import GROUPS, GainAddress, gain_addresses
 from tuner.gains.ranges import check_value
 from tuner.study.schema import GainTable
 
@@ -30,9 +30,9 @@ def decision_space(
     default: gains row that stands where the table says nothing, by default that of the laws. Facts of the airframe among
     the gains can be fixed at another value, but not searched.
     """
-    known = gain_addresses(cascade)
-    claims = [claim for claim in _settled(_claims(table, known)) if claim.gains]
-    base = [gain.default for gain in known] if default is None else list(default)
+    every_gain = gain_addresses(cascade)
+    claims = [claim for claim in _settled(_claims(table, every_gain)) if claim.gains]
+    base = [gain.default for gain in every_gain] if default is None else list(default)
     owners: dict[str, KeyedGains] = {claim.key: claim for claim in claims}
     tied: dict[str, list[GainAddress]] = {}
     for claim in claims:
@@ -51,19 +51,19 @@ def decision_space(
             variables.append(_variable(claim, gains, control_period))
             columns.append(tuple(gain.column for gain in gains))
     searched = {column for group in columns for column in group}
-    for gain in known:
+    for gain in every_gain:
         if gain.column not in searched:
             check_value(gain.address, gain, base[gain.column], control_period, "the default is")
     space = DecisionSpace(tuple(variables), tuple(columns), tuple(base))
-    _check_shared(cascade, known, space, claims)
+    _check_shared(cascade, every_gain, space, claims)
     return space
 
 
 def _check_shared(
-    cascade: Cascade, known: tuple[GainAddress, ...], space: DecisionSpace, claims: Sequence[KeyedGains]
+    cascade: Cascade, every_gain: tuple[GainAddress, ...], space: DecisionSpace, claims: Sequence[KeyedGains]
 ) -> None:
     """Refuse gains that differ between axes which have one number between them."""
-    columns = {gain.address: gain.column for gain in known}
+    columns = {gain.address: gain.column for gain in every_gain}
     owner = {column: i for i, group in enumerate(space.columns) for column in group}
     for law in (cascade.position, cascade.attitude):
         for name, axes in law.shared.items():
@@ -82,15 +82,15 @@ def _fixed(space: DecisionSpace, owner: Mapping[int, int], column: int) -> float
     return None if column in owner else space.base[column]
 
 
-def _claims(table: Mapping[str, Entry], known: tuple[GainAddress, ...]) -> list[KeyedGains]:
+def _claims(table: Mapping[str, Entry], every_gain: tuple[GainAddress, ...]) -> list[KeyedGains]:
     claims = []
     for key, entry in table.items():
         group, _, name = key.partition(".")
         if group not in GROUPS:
             raise UnknownNameError("axis or group", group, GROUPS, key=key)
-        gains = tuple(gain for gain in known if gain.address in {f"{axis}.{name}" for axis in GROUPS[group]})
+        gains = tuple(gain for gain in every_gain if gain.address in {f"{axis}.{name}" for axis in GROUPS[group]})
         if not gains:
-            valid = {gain.address.split(".")[1] for gain in known if gain.axis in GROUPS[group]}
+            valid = {gain.address.split(".")[1] for gain in every_gain if gain.axis in GROUPS[group]}
             raise UnknownNameError("gain", name, valid, key=key)
         claims.append(KeyedGains(key, entry, gains))
     return claims
@@ -112,19 +112,19 @@ def _settled(claims: list[KeyedGains]) -> list[KeyedGains]:
 
 def _owner(claim: KeyedGains, owners: Mapping[str, KeyedGains]) -> KeyedGains:
     """Follow a tie to the searched entry at its end."""
-    seen, here = [claim.key], claim
-    while isinstance(here.entry, GainTable) and here.entry.tie is not None:
-        if {here.entry.low, here.entry.high, here.entry.scale} != {None}:
-            raise InputError("a tie has no range of its own; leave low, high and scale out", key=here.key)
-        here = _target(here.entry.tie, claim.key, owners)
-        if here.key in seen:
-            raise InputError(f"the ties go in a circle: {' -> '.join([*seen, here.key])}", key=claim.key)
-        seen.append(here.key)
-    if not isinstance(here.entry, GainTable):
+    seen, current = [claim.key], claim
+    while isinstance(current.entry, GainTable) and current.entry.tie is not None:
+        if {current.entry.low, current.entry.high, current.entry.scale} != {None}:
+            raise InputError("a tie has no range of its own; leave low, high and scale out", key=current.key)
+        current = _target(current.entry.tie, claim.key, owners)
+        if current.key in seen:
+            raise InputError(f"the ties go in a circle: {' -> '.join([*seen, current.key])}", key=claim.key)
+        seen.append(current.key)
+    if not isinstance(current.entry, GainTable):
         raise InputError(
-            f"'{here.key}' is fixed, not searched; write {claim.key} = {here.entry} instead", key=claim.key
+            f"'{current.key}' is fixed, not searched; write {claim.key} = {current.entry} instead", key=claim.key
         )
-    return here
+    return current
 
 
 def _target(name: str, key: str, owners: Mapping[str, KeyedGains]) -> KeyedGains:

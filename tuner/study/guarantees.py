@@ -7,16 +7,16 @@ disturbance rate of that axis: a requirement for each.
 
 from math import isfinite
 
-from objectives.problem import System
 from objectives.requirements import Requirement, Screen
+from objectives.system import System
 from objectives.theory import THEOREMS, Setting, Theorem
 from objectives.theory.disturbance_rate import worst_rates
 from objectives.theory.guarantee import Guarantee, law_of, loop_of
-from plant.cascade import Cascade
 from plant.errors import InputError, UnknownNameError
-from plant.gains import GROUPS
-from plant.nominal import Nominal
-from plant.scenarios import ScenarioSpec
+from plant.quadrotor.cascade import Cascade
+from plant.quadrotor.gains import GROUPS
+from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.scenarios import ScenarioSpec
 from tuner.study.schema import GuaranteeTable
 
 MEASURED = "measured"
@@ -41,10 +41,16 @@ def guarantee_screen(table: GuaranteeTable, system: System, scenarios: tuple[Sce
     unit = theorem.unit_in(loop_of(axes[0]))
     if limit is None:
         each = [
-            Requirement(_label(table, axis), f"{theorem.quantity}; the disturbance: {origin}", unit, rates[axis],
-                        theorem.sense, table.hard)
+            Requirement(
+                _label(table, axis),
+                f"{theorem.quantity}; the disturbance: {origin}",
+                unit,
+                rates[axis],
+                theorem.sense,
+                table.hard,
+            )
             for axis in axes
-        ]  # fmt: skip
+        ]
         return Screen(tuple(each), guarantee.values)
     quantity = _quantity(theorem, axes, [rates[axis] for axis in axes], origin)
     worst = Requirement(_label(table, table.axis), quantity, unit, limit, theorem.sense, table.hard)
@@ -57,7 +63,7 @@ def applicable(law: str, rate_from_observer: bool) -> tuple[str, ...]:
 
 
 def rate_from_observer(nominal: Nominal, axis: str) -> bool:
-    """Return whether the loop of an axis takes the rate from its observer instead of as measured."""
+    """Return True if the loop of an axis takes the rate from its observer instead of as measured."""
     chosen = nominal.position_observer if loop_of(axis) == "position" else nominal.attitude_observer
     return chosen > 0.5
 
@@ -77,7 +83,7 @@ def _check_law(theorem: Theorem, axis: str, system: System) -> None:
 
 def _limit(table: GuaranteeTable, theorem: Theorem) -> float | None:
     """Return the limit given, or None where the disturbance rate of each axis is the limit."""
-    given, other = ("max", "min") if theorem.sense == "most" else ("min", "max")
+    given, other = ("max", "min") if theorem.sense == "max" else ("min", "max")
     if getattr(table, other) is not None:
         better = "smaller" if given == "max" else "larger"
         raise InputError(

@@ -6,7 +6,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -84,8 +84,8 @@ class Inference:
 
     def digest(self) -> str:
         """Return a hash of everything that decides the result."""
-        asked = [self.table.get(key) for key in ("unknown", "inference")]
-        text = json.dumps([self.contest.digest(), asked], sort_keys=True, allow_nan=False)
+        settings = [self.table.get(key) for key in ("unknown", "inference")]
+        text = json.dumps([self.contest.digest(), settings], sort_keys=True, allow_nan=False)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
     @property
@@ -139,20 +139,15 @@ class Inference:
     @cached_property
     def ratios(self) -> tuple[Ratio, ...]:
         """Every pair of cells that differ in the contender alone."""
-        asked = [(cell.metric.text, cell.scenario) for cell in self.cells]
-        pairs = [(i, j) for i in range(len(asked)) for j in range(i + 1, len(asked)) if asked[i] == asked[j]]
+        keys = [(cell.metric.text, cell.scenario) for cell in self.cells]
+        pairs = [(i, j) for i in range(len(keys)) for j in range(i + 1, len(keys)) if keys[i] == keys[j]]
         return tuple(Ratio(i, j) for i, j in pairs)
 
     def studies(self, values: np.ndarray) -> dict[str, Study]:
-        """Return what every contender flies under a setting of the unknowns (unknowns,), by the contender's name."""
+        """Return the contenders' studies under a setting of the unknowns (unknowns,), by the contender's name."""
         table = deepcopy(self.contest.table)
         for unknown, value in zip(self.unknowns, values, strict=True):
             for place in unknown.flown:
                 put_at(table, place, float(value))
-        return studies_of(self.contest.path, table)
-
-
-def studies_of(path: Path, table: dict[str, Any]) -> dict[str, Study]:
-    """Return the contenders' studies of a contest's content, by name."""
-    contenders = contest_from_table(path, table).contenders
-    return {each.name: each.study for each in contenders if isinstance(each.study, Study)}
+        # The reading refuses a plant.
+        return {each.name: cast(Study, each.study) for each in contest_from_table(self.contest.path, table).contenders}

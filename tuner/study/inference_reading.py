@@ -12,7 +12,7 @@ import numpy as np
 
 from objectives.decisions import Variable
 from plant.errors import InputError, UnknownNameError
-from plant.gains import GROUPS, gain_addresses
+from plant.quadrotor.gains import GROUPS
 from tuner.search.names import AUTOMATIC
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import checked_tables, contest_from_layers, contest_from_table
@@ -31,21 +31,21 @@ def inference_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapp
     """Check an inference whose files have been read."""
     if any(PlantStudy.kind in layer.table for layer in layers):
         raise InputError("an inference is of quadrotors; leave [[unknown]] out for a contest", file=path, key="unknown")
-    whole = contest_from_layers(path, layers, overrides)
-    tables = checked_tables(InferenceTable, whole.table, path)
+    complete = contest_from_layers(path, layers, overrides)
+    tables = checked_tables(InferenceTable, complete.table, path)
     with located(path, ""):
-        contest = _chosen(whole, tables.inference)
+        contest = _chosen(complete, tables.inference)
         cells = _cells(contest)
         _refuse_searched(contest)
         flown = {cell.contender for cell in cells}
-        unknowns = unknowns_of(tables.unknown, whole, contest)
+        unknowns = unknowns_of(tables.unknown, complete, contest)
         settings = tables.inference
         with located(None, "search"):
             kinds = len({cell.metric.metric.name for cell in cells})
             search = _search(contest.base, len(unknowns), kinds)
         inference = Inference(
-            contest, unknowns, cells, search, settings.flights, settings.held_out, settings.near, whole.table
-        )  # fmt: skip
+            contest, unknowns, cells, search, settings.flights, settings.held_out, settings.near, complete.table
+        )
         with located(None, "search"):
             _check_size(inference)
         for i in range(len(unknowns)):
@@ -63,7 +63,7 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
     table = deepcopy(contest.table)
     contenders = zip(table.get("contender", []), names, strict=True)
     published = zip(table.get("published", []), contest.published, strict=True)
-    own = {
+    individual = {
         "contender": [raw for raw, name in contenders if name in chosen],
         "published": [
             {**raw, "contender": [name for name in cell.contenders if name in chosen]}
@@ -72,7 +72,7 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
         ],
     }
     left = {key: value for key, value in table.items() if key not in ("claim", *INFERENCE_TABLES)}
-    return contest_from_table(contest.path, {**left, **own})
+    return contest_from_table(contest.path, {**left, **individual})
 
 
 def _search(base: TuningStudy, unknowns: int, kinds: int) -> SearchSpec:
@@ -131,7 +131,7 @@ def _refuse_searched(contest: Contest) -> None:
 TABLES = (CONTENDER, "controller", GAINS, "limits", "scenario")
 
 
-def unknowns_of(tables: list[UnknownTable], whole: Contest, chosen: Contest) -> tuple[Unknown, ...]:
+def unknowns_of(tables: list[UnknownTable], complete: Contest, chosen: Contest) -> tuple[Unknown, ...]:
     """Return the unknowns; chosen: the contest of the chosen contenders. Raises InputError with the key inside the file."""
     unknowns: list[Unknown] = []
     for i, table in enumerate(tables):
@@ -141,7 +141,7 @@ def unknowns_of(tables: list[UnknownTable], whole: Contest, chosen: Contest) -> 
             raise InputError(
                 f"'{table.name}' is unknown[{names.index(table.name)}] too; change one name", key=f"{key}.name"
             )
-        unknowns.append(_unknown(table, whole, chosen, key))
+        unknowns.append(_unknown(table, complete, chosen, key))
         _refuse_shared_places(unknowns, key)
     return tuple(unknowns)
 
@@ -169,15 +169,15 @@ def check_range(inference: Inference, index: int, flown: set[str]) -> None:
         )
 
 
-def _unknown(table: UnknownTable, whole: Contest, chosen: Contest, key: str) -> Unknown:
+def _unknown(table: UnknownTable, complete: Contest, chosen: Contest, key: str) -> Unknown:
     variable = _variable(table, key)
     if not table.set:
         raise InputError('given an empty list; write for instance set = ["gains.attitude.k2"]', key=f"{key}.set")
     places, defaults = [], []
     for j, path in enumerate(table.set):
         try:
-            places.append(_place(whole, path))
-            defaults.append(_default(whole, path, places[-1]))
+            places.append(_place(complete, path))
+            defaults.append(_default(complete, path, places[-1]))
         except InputError as error:
             raise error.located(key=f"{key}.set[{j}]") from None
         if defaults[j] != defaults[0]:
@@ -192,7 +192,7 @@ def _unknown(table: UnknownTable, whole: Contest, chosen: Contest, key: str) -> 
                 f"{variable.high:g}; widen the range, or start from a value inside",
                 key=f"{key}.set[{j}]",
             )
-    flown = _flown(places, whole, chosen)
+    flown = _flown(places, complete, chosen)
     if not flown:
         names = ", ".join(contender.name for contender in chosen.contenders)
         message = f"'{variable.name}' sets only contenders that are left out; chosen are: {names}"
@@ -200,7 +200,7 @@ def _unknown(table: UnknownTable, whole: Contest, chosen: Contest, key: str) -> 
     return Unknown(variable, table.unit, tuple(places), flown, defaults[0])
 
 
-def _flown(places: list[Place], whole: Contest, chosen: Contest) -> tuple[Place, ...]:
+def _flown(places: list[Place], complete: Contest, chosen: Contest) -> tuple[Place, ...]:
     """Return the places in the contest of the chosen contenders; those of contenders that are left out are not among them."""
     names = [contender.name for contender in chosen.contenders]
     flown: list[Place] = []
@@ -208,7 +208,7 @@ def _flown(places: list[Place], whole: Contest, chosen: Contest) -> tuple[Place,
         if place[0] != CONTENDER:
             flown.append(place)
             continue
-        name = whole.contenders[int(place[1])].name
+        name = complete.contenders[int(place[1])].name
         if name in names:
             flown.append((CONTENDER, names.index(name), *place[2:]))
     return tuple(flown)
@@ -254,7 +254,9 @@ def _resolved(contest: Contest, path: str, place: Place) -> Any:
         studies, inner = [contest.contenders[int(place[1])].study], place[2:]
     else:
         takes = [GAINS not in entry if place[0] == GAINS else True for entry in entries]
-        studies = [contender.study for contender, own in zip(contest.contenders, takes, strict=True) if own]
+        studies = [
+            contender.study for contender, individual in zip(contest.contenders, takes, strict=True) if individual
+        ]
         inner = place
     if inner[:1] == (GAINS,):
         return _resolved_gain(studies, path, str(inner[1]))
@@ -272,13 +274,13 @@ def _resolved_gain(studies: list[TuningStudy], path: str, key: str) -> float:
     group, _, name = key.partition(".")
     wanted = {f"{axis}.{name}" for axis in GROUPS.get(group, ())}
     for study in studies:
-        known = gain_addresses(study.system.cascade)
-        found = {study.space.base[gain.column] for gain in known if gain.address in wanted}
-        if len(found) == 1:
-            return found.pop()
-        if found:
+        gains = study.system.gains
+        values = {study.space.base[gain.column] for gain in gains if gain.address in wanted}
+        if len(values) == 1:
+            return values.pop()
+        if values:
             raise InputError(f"'{path}' stands for gains of different values; give it a number in the study")
-    names = sorted({gain.address for study in studies for gain in gain_addresses(study.system.cascade)})
+    names = sorted({gain.address for study in studies for gain in study.system.gains})
     raise UnknownNameError("gain", key, names)
 
 

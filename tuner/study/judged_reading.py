@@ -64,13 +64,17 @@ def objective_of(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], sy
         for entry in scenarios:
             if table.scenario in (None, entry.spec.name):
                 _check_metric(metric, entry.spec, system)
+    return Objective(metric, risk_of(table.risk, table.level), table.scenario)
+
+
+def risk_of(name: str, level: float | None) -> Risk:
+    """Return a risk measure; InputError with the key inside the table that names it."""
     try:
-        risk = Risk(table.risk, table.level)
+        return Risk(name, level)
     except UnknownNameError as error:
         raise error.located(key="risk") from None
     except InputError as error:
         raise error.located(key="level") from None
-    return Objective(metric, risk, table.scenario)
 
 
 def _check_metric(metric: MetricAddress, spec: Any, system: Any) -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from plant.errors import InputError
 from tuner.study.build import study_from_table
@@ -78,16 +78,12 @@ def load_any(path: Path, overrides: Overrides | None = None) -> AnyStudy:
 
 def load_tuning(path: Path, command: str, overrides: Overrides | None = None) -> Study:
     """Read and check a study that tunes one controller; InputError, naming the command, where the file is of another kind."""
-    found = load_one(path, command, (Study.kind,), overrides)
-    assert isinstance(found, Study)
-    return found
+    return cast(Study, load_one(path, command, (Study.kind,), overrides))
 
 
 def load_gains_study(path: Path, command: str, overrides: Overrides | None = None) -> TuningStudy:
     """Read and check a study that searches gains, of a quadrotor or of a plant; InputError where the file is of another kind."""
-    found = load_one(path, command, (Study.kind, PlantStudy.kind), overrides)
-    assert isinstance(found, TuningStudy)
-    return found
+    return cast(TuningStudy, load_one(path, command, (Study.kind, PlantStudy.kind), overrides))
 
 
 def load_one(path: Path, command: str, kinds: tuple[str, ...], overrides: Overrides | None = None) -> AnyStudy:

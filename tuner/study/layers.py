@@ -15,7 +15,7 @@ from tuner.text.toml_text import with_paths
 
 Table = dict[str, Any]
 
-WHOLE = ("airframe",)
+REPLACED = ("airframe",)
 """Tables that are replaced and not merged: a name and a file, or a permission for another vehicle, do not go together."""
 
 
@@ -30,14 +30,14 @@ class Layer:
 def read_layers(path: Path) -> tuple[Layer, ...]:
     """Return a file and the files that it names as `base`, nearest first; InputError where one is missing or in a circle."""
     layers: list[Layer] = []
-    here = path
+    file = path
     while True:
-        table = with_new_names(parse_toml(here), here)
-        layers.append(Layer(here, _anchored(table, here.parent, path.parent)))
+        table = with_new_names(parse_toml(file), file)
+        layers.append(Layer(file, _anchored(table, file.parent, path.parent)))
         name = table.get("base")
         if name is None:
             return tuple(layers)
-        here = _base(here, name, [layer.path for layer in layers])
+        file = _base(file, name, [layer.path for layer in layers])
 
 
 def _base(path: Path, name: object, seen: list[Path]) -> Path:
@@ -56,14 +56,14 @@ def merged_layers(layers: tuple[Layer, ...]) -> Table:
     """Return the content of all layers, the nearest on top."""
     content: Table = {}
     for layer in reversed(layers):
-        content = laid_over(content, layer.table, WHOLE)
+        content = laid_over(content, layer.table, REPLACED)
     content.pop("base", None)
     return content
 
 
-def laid_over(under: Mapping[str, Any], over: Mapping[str, Any], whole: tuple[str, ...]) -> Table:
-    """Return `under` with `over` merged over it, but for the tables named in `whole`, which are replaced."""
-    return merged({key: value for key, value in under.items() if key not in whole or key not in over}, over)
+def laid_over(under: Mapping[str, Any], over: Mapping[str, Any], replaced: tuple[str, ...]) -> Table:
+    """Return `under` with `over` merged over it, but for the tables named in `replaced`, which are replaced."""
+    return merged({key: value for key, value in under.items() if key not in replaced or key not in over}, over)
 
 
 def merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> Table:
@@ -85,14 +85,14 @@ def _anchored(table: Table, folder: Path, home: Path) -> Table:
 
 
 def depth(table: object, key: str) -> int:
-    """Return how many leading parts of a dotted key a table holds."""
-    here, found = table, 0
+    """Return the number of leading parts of a dotted key that a table holds."""
+    level, count = table, 0
     for part in key_parts(key):
-        if isinstance(here, dict) and part in here:
-            here = here[part]
-        elif isinstance(here, list) and part.isdecimal() and int(part) < len(here):
-            here = here[int(part)]
+        if isinstance(level, dict) and part in level:
+            level = level[part]
+        elif isinstance(level, list) and part.isdecimal() and int(part) < len(level):
+            level = level[int(part)]
         else:
             break
-        found += 1
-    return found
+        count += 1
+    return count

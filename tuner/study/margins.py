@@ -5,44 +5,37 @@ study's scenarios. All tables of a study are answered together, from one evaluat
 amplitude that they make.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objectives.margins.quantities import LIMITABLE, MarginQuantity
 from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.margins.steady_state import HOVER, SteadyState
-from objectives.problem import System
 from objectives.requirements import Array, Screen, worst_value
-from plant.cascade import AXES, Cascade
+from objectives.system import System
 from plant.errors import InputError, UnknownNameError
-from plant.gains import GROUPS
 from plant.loop import Timing
-from plant.nominal import Nominal
-from plant.scenarios import ScenarioSpec, Spread
-from plant.vehicle import Vehicle
+from plant.quadrotor.cascade import AXES, Cascade
+from plant.quadrotor.gains import GROUPS
+from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.scenarios import ScenarioSpec, Spread
+from plant.quadrotor.vehicle import Vehicle
 from tuner.study.schema import MarginTable
 from tuner.study.trim import holds_place, hover_of, steady_states
 from tuner.text.units import after_number
 
 if TYPE_CHECKING:
     from objectives.margins.describing import Case
+    from objectives.margins.loop_margins import LoopMargins
     from objectives.margins.margins import MarginModel
     from objectives.margins.trim import Trim
 
 
-class LoopMargins(Protocol):
-    """Margins of a loop that limits are put on, such as `MarginModel`."""
-
-    def limited(self, gains: Array, requirements: Sequence[MarginRequirement]) -> Array:
-        """Return the values (n, requirements) of gains rows (n, gains)."""
-        ...
-
-
-BuildMargins = Callable[[bool, "tuple[Case, ...]"], LoopMargins]
+BuildMargins = Callable[[bool, "tuple[Case, ...]"], "LoopMargins"]
 
 # Axes whose loops attitude mode leaves open.
 OPEN = ("x", "y")
@@ -76,11 +69,11 @@ def margin_requirement(table: MarginTable, timing: Timing, scenarios: tuple[Scen
 
 
 def margin_screen(
-    asked: tuple[MarginRequirement, ...], path: Path, system: System, scenarios: tuple[ScenarioSpec, ...]
+    limits: tuple[MarginRequirement, ...], path: Path, system: System, scenarios: tuple[ScenarioSpec, ...]
 ) -> Screen:
     """Return all requirements on margins as one screen; errors of its analysis name path and the key "margin"."""
-    analysis = MarginAnalysis(asked, system, scenarios, path)
-    requirements = tuple(entry.requirement for entry in asked)
+    analysis = MarginAnalysis(limits, system, scenarios, path)
+    requirements = tuple(entry.requirement for entry in limits)
     if len(analysis.states) == 1:
         return Screen(requirements, analysis.at_hover)
     names = tuple(state.name for state in analysis.states)
@@ -103,31 +96,31 @@ class MarginValues:
     build(spread, cases): the margins of a study's loop. Errors of its building name path and the key "margin".
     """
 
-    def __init__(self, asked: tuple[MarginRequirement, ...], build: BuildMargins, path: Path) -> None:
-        self._asked, self._build, self._path = asked, build, path
+    def __init__(self, limits: tuple[MarginRequirement, ...], build: BuildMargins, path: Path) -> None:
+        self._limits, self._build, self._path = limits, build, path
         self._models: dict[tuple[bool, float], LoopMargins] = {}
         # A candidate is asked for by the search, before its flights and among the finalists.
-        self._known: dict[bytes, Array] = {}
+        self._cached: dict[bytes, Array] = {}
 
     def values(self, gains: Array) -> Array:
         """Return the values (n, requirements) of gains rows (n, gains).
 
         Infinite are gain, phase and delay margins that no crossing limits, and peaks of loops that are not stable.
         """
-        new = {row.tobytes(): row for row in gains if row.tobytes() not in self._known}
+        new = {row.tobytes(): row for row in gains if row.tobytes() not in self._cached}
         if new:
-            self._known |= dict(zip(new, self._values(np.array(list(new.values()))), strict=True))
-        found = [self._known[row.tobytes()] for row in gains]
-        return np.array(found).reshape(len(gains), len(self._asked))
+            self._cached |= dict(zip(new, self._values(np.array(list(new.values()))), strict=True))
+        rows = [self._cached[row.tobytes()] for row in gains]
+        return np.array(rows).reshape(len(gains), len(self._limits))
 
     def _values(self, gains: Array) -> Array:
-        values = np.zeros((len(gains), len(self._asked)))
-        for choice in sorted({_choice(entry) for entry in self._asked}):
-            columns = [i for i, entry in enumerate(self._asked) if _choice(entry) == choice]
-            values[:, columns] = self.model(*choice).limited(gains, [self._asked[i] for i in columns])
+        values = np.zeros((len(gains), len(self._limits)))
+        for choice in sorted({_choice(entry) for entry in self._limits}):
+            columns = [i for i, entry in enumerate(self._limits) if _choice(entry) == choice]
+            values[:, columns] = self.model(*choice).limited(gains, [self._limits[i] for i in columns])
         return values
 
-    def model(self, spread: bool, amplitude: float) -> LoopMargins:
+    def model(self, spread: bool, amplitude: float) -> "LoopMargins":
         """Margins in all amplitudes from one on: of the nominal plant, with spread in the worst of corners or extremes too."""
         choice = (spread, amplitude)
         if choice not in self._models:
@@ -155,22 +148,22 @@ class MarginAnalysis:
 
     def __init__(
         self,
-        asked: tuple[MarginRequirement, ...],
+        limits: tuple[MarginRequirement, ...],
         system: System,
         scenarios: tuple[ScenarioSpec, ...],
         path: Path,
         states: tuple[SteadyState, ...] | None = None,
     ) -> None:
         self._system, self._scenarios = system, scenarios
-        self._requirements = tuple(entry.requirement for entry in asked)
-        trimmed = any(entry.in_trims for entry in asked)
+        self._requirements = tuple(entry.requirement for entry in limits)
+        trimmed = any(entry.in_trims for entry in limits)
         self.states = states or (steady_states(scenarios, system) if trimmed else hover_of(scenarios, system.timing))
-        self._in_trims = np.array([entry.in_trims for entry in asked], dtype=bool)
-        in_trims = tuple(entry for entry in asked if entry.in_trims)
+        self._in_trims = np.array([entry.in_trims for entry in limits], dtype=bool)
+        in_trims = tuple(entry for entry in limits if entry.in_trims)
 
         def analyses(exact: bool) -> list[MarginValues]:
             return [
-                MarginValues(in_trims if i else asked, partial(self._margins, state, exact), path)
+                MarginValues(in_trims if i else limits, partial(self._margins, state, exact), path)
                 for i, state in enumerate(self.states)
             ]
 
@@ -217,7 +210,7 @@ class MarginAnalysis:
         """Return values of the requirements that hold in a state, the i-th, as those of all requirements."""
         if i == 0:
             return values
-        best = [np.inf if entry.sense == "least" else -np.inf for entry in self._requirements]
+        best = [np.inf if entry.sense == "min" else -np.inf for entry in self._requirements]
         everywhere = np.tile(best, (len(values), 1))
         everywhere[:, self._in_trims] = values
         return everywhere
@@ -248,7 +241,7 @@ def _spreads(spec: ScenarioSpec) -> bool:
 
 
 def _axes(table: MarginTable, quantity: MarginQuantity, held: bool) -> tuple[str, ...]:
-    if quantity.whole:
+    if quantity.is_multiloop:
         if table.axis is not None:
             raise InputError(f"'{quantity.name}' takes all loops at once; leave axis out", key="axis")
         return ()
@@ -271,9 +264,9 @@ def check_amplitude(table: MarginTable) -> None:
 
 def margin_limit(table: MarginTable, quantity: MarginQuantity) -> float:
     """Return the limit that a table puts on a quantity, in its unit of limits; InputError with the key inside the table."""
-    given, other = ("min", "max") if quantity.sense == "least" else ("max", "min")
+    given, other = ("min", "max") if quantity.sense == "min" else ("max", "min")
     if getattr(table, other) is not None:
-        better = "larger" if quantity.sense == "least" else "smaller"
+        better = "larger" if quantity.sense == "min" else "smaller"
         raise InputError(f"of '{quantity.name}' {better} values are better; give {given} instead", key=other)
     limit = getattr(table, given)
     if limit is None:

@@ -7,7 +7,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 
 from plant.errors import InputError, UnknownNameError
-from plant.gains import GROUPS
+from plant.quadrotor.gains import GROUPS
 from tuner.study.schema import ControllerTable, ObjectiveTable, ScenarioTable, SearchTable, StudyTable
 from tuner.text.input_errors import Fault, dotted
 from tuner.text.toml_text import shown
@@ -49,12 +49,14 @@ LINES = {
 HOMES = {
     name: head
     for table, head in (
-        (ScenarioTable, "[[scenario]]"), (ObjectiveTable, "[[objective]]"), (ControllerTable, "[controller]"),
+        (ScenarioTable, "[[scenario]]"),
+        (ObjectiveTable, "[[objective]]"),
+        (ControllerTable, "[controller]"),
         (SearchTable, "[search]"),
     )
     for name in table.model_fields
     if name not in StudyTable.model_fields
-}  # fmt: skip
+}
 EXPECTED = {
     "string_type": "a text in quotes",
     "float_type": "a number, without unit and without quotes",
@@ -116,17 +118,17 @@ def _importance(problem: Fault) -> int:
 
 
 def _unquoted_gain(location: Location) -> bool:
-    """Return whether the unknown key comes from roll.k1 = 20.0, which TOML reads as a table "roll"."""
+    """True for an unknown key that comes from roll.k1 = 20.0, which TOML reads as a table "roll"."""
     return location[0] == "gains" and len(location) > 2 and location[1] in GROUPS
 
 
 def keys_at(location: Location, root: type[BaseModel] = StudyTable) -> list[str]:
     """Return the keys that the table at a location of the schema may have."""
-    here = root
+    level = root
     for part in location:
-        if isinstance(part, str) and part in here.model_fields:
-            here = _table_in(here.model_fields[part].annotation) or here
-    return list(here.model_fields)
+        if isinstance(part, str) and part in level.model_fields:
+            level = _table_in(level.model_fields[part].annotation) or level
+    return list(level.model_fields)
 
 
 def _table_in(annotation: Any) -> type[BaseModel] | None:

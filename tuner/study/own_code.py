@@ -10,17 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from objectives.metrics import METRICS, Metric
-from objectives.metrics.contract import breaches as metric_breaches
-from objectives.metrics.contract import check_metric
-from plant.contract.breach import Breach
-from plant.contract.law_contract import breaches as law_breaches
-from plant.contract.law_contract import check_law
-from plant.contract.plant_contract import breaches as plant_breaches
-from plant.contract.reference_contract import breaches as reference_breaches
-from plant.contract.reference_contract import check_reference
+from objectives.metrics.contract import check_metric, violations_of_metric
+from plant.contract.law_contract import check_law, violations_of_law
+from plant.contract.plant_contract import violations_of_plant
+from plant.contract.reference_contract import check_reference, violations_of_reference
+from plant.contract.violation import ContractViolation
 from plant.errors import InputError, UnnamedCodeError
 from plant.fmu.archive import Archive, open_archive
-from plant.laws import LAWS, Law
+from plant.law_registry import LAWS
+from plant.laws.law import Law
 from plant.model.plant_model import PlantModel, plant_from
 from plant.own_code import OwnCode, run_own_code
 from plant.references import REFERENCES, ReferenceSpec
@@ -43,7 +41,7 @@ class OwnKind:
     name: str
     registry: Registry[Any]
     check: Callable[[Any, str], Any]
-    breaches: Callable[[Any, str], list[Breach]]
+    breaches: Callable[[Any, str], list[ContractViolation]]
 
 
 def _check_law(entry: Any, file: str) -> Law:
@@ -54,9 +52,9 @@ def _check_law(entry: Any, file: str) -> Law:
     return check_law(entry, file)
 
 
-def _unit_breaches(entry: Law) -> list[Breach]:
+def _unit_breaches(entry: Law) -> list[ContractViolation]:
     return [
-        Breach(
+        ContractViolation(
             "Gains",
             f"the gain '{gain.name}' has the unit {gain.unit!r}, for which gains.json has no code; allowed: {_units()}",
         )
@@ -70,16 +68,16 @@ def _units() -> str:
     return ", ".join(dict.fromkeys(unit.replace("rad", "{y}") for unit in UCUM if "m" not in unit.replace("rad", "")))
 
 
-def _law_breaches(entry: Any, file: str) -> list[Breach]:
+def _law_breaches(entry: Any, file: str) -> list[ContractViolation]:
     if not isinstance(entry, Law):
-        return [Breach("LAW", f"is {entry!r}; it must be Law(name=..., step=...), of plant.laws.law", file)]
-    return [breach._replace(place=file) for breach in _unit_breaches(entry)] or law_breaches(entry, file)
+        return [ContractViolation("LAW", f"is {entry!r}; it must be Law(name=..., step=...), of plant.laws.law", file)]
+    return [breach._replace(place=file) for breach in _unit_breaches(entry)] or violations_of_law(entry, file)
 
 
 OWN_KINDS = (
     OwnKind("law", "LAW", LAWS, _check_law, _law_breaches),
-    OwnKind("metric", "METRIC", METRICS, check_metric, metric_breaches),
-    OwnKind("reference", "REFERENCE", REFERENCES, check_reference, reference_breaches),
+    OwnKind("metric", "METRIC", METRICS, check_metric, violations_of_metric),
+    OwnKind("reference", "REFERENCE", REFERENCES, check_reference, violations_of_reference),
 )
 PLANT_NOUN, PLANT, FMU = "plant", "derivative", "fmu"
 """Table of a study that names the file of a plant, the name in the file that tells it, and ending and key of an FMU."""
@@ -165,21 +163,21 @@ class Examination:
     noun: str
     name: str
     digest: str
-    breaches: list[Breach]
+    breaches: list[ContractViolation]
 
 
 def examine_own(file: Path) -> Examination:
     """Run a file and hold it against the contract of its kind; what keeps it is known by its name from then on."""
     code = run_own_code(file)
     if PLANT in code.names:
-        return Examination(PLANT_NOUN, file.stem, code.digest, plant_breaches(code.names, file.stem, str(file)))
+        return Examination(PLANT_NOUN, file.stem, code.digest, violations_of_plant(code.names, file.stem, str(file)))
     kind = _kind_of(code, OWN_KINDS)
     entry = code.names[kind.name]
-    told = kind.breaches(entry, str(file))
-    if not told:
+    broken = kind.breaches(entry, str(file))
+    if not broken:
         entry = _take(code, (kind,))
     name = getattr(entry, "name", getattr(entry, "kind", ""))
-    return Examination(kind.noun, str(name), code.digest, told)
+    return Examination(kind.noun, str(name), code.digest, broken)
 
 
 def _take(code: OwnCode, kinds: tuple[OwnKind, ...]) -> Any:
@@ -189,16 +187,16 @@ def _take(code: OwnCode, kinds: tuple[OwnKind, ...]) -> Any:
 
 
 def _kind_of(code: OwnCode, kinds: tuple[OwnKind, ...]) -> OwnKind:
-    found = [kind for kind in kinds if kind.name in code.names]
+    matching = [kind for kind in kinds if kind.name in code.names]
     wanted = " or ".join(kind.name for kind in kinds)
-    if not found:
+    if not matching:
         raise InputError(
             f"defines no {wanted}; write {kinds[0].name} = ... at its end", file=code.file, key=kinds[0].name
         )
-    if len(found) > 1:
+    if len(matching) > 1:
         raise InputError(
-            f"defines {' and '.join(kind.name for kind in found)}; put each into a file of its own",
+            f"defines {' and '.join(kind.name for kind in matching)}; put each into a file of its own",
             file=code.file,
-            key=found[0].name,
+            key=matching[0].name,
         )
-    return found[0]
+    return matching[0]

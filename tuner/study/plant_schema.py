@@ -5,7 +5,7 @@ What it shares with studies of quadrotors stands in `tuner.study.schema`. Every 
 
 from typing import Annotated, Any
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Field, Tag, model_serializer
 
 from objectives.fmu.system import PATIENCE
 from tuner.study.schema import (
@@ -20,14 +20,40 @@ from tuner.study.schema import (
     PickTable,
     SearchTable,
     StrictTable,
+    branch,
 )
 from tuner.study.size import MOST_FLIGHTS
 
 SignalTable = dict[str, Any]
+# Keys of [plant] of which one says what the plant is; keys that only linear plants have.
+PLANT_KEYS = ("file", "fmu", "transfer_function", "state_space")
+LINEAR_KEYS = (*PLANT_KEYS[2:], "dead_time", "inputs", "outputs")
+
+
+class TransferFunctionTable(StrictTable):
+    """[plant] transfer_function: coefficients of polynomials in s, from the highest power down."""
+
+    numerator: list[float]
+    """Coefficients above, at most as many as below."""
+    denominator: list[float]
+    """Coefficients below."""
+
+
+class StateSpaceTable(StrictTable):
+    """[plant] state_space: x' = A x + B u, y = C x + D u, matrices by rows."""
+
+    A: list[list[float]]
+    """States by states."""
+    B: list[list[float]]
+    """States by inputs."""
+    C: list[list[float]]
+    """Outputs by states."""
+    D: list[list[float]] = Field(default=[])
+    """Outputs by inputs; by default 0."""
 
 
 class PlantTable(StrictTable):
-    """[plant]: the file of the plant, or an FMU, and how it is stepped."""
+    """[plant]: the file of the plant, an FMU, or the numbers of a linear one, and how it is stepped."""
 
     file: str | None = None
     """Python file of the plant, beside the study: State, Input, Parameters, Output, derivative and output."""
@@ -35,10 +61,21 @@ class PlantTable(StrictTable):
     """In place of a file: an FMU for co-simulation (FMI 2 or 3), beside the study."""
     disturbances: list[str] = Field(default=[])
     """Inputs of an FMU that disturb it; all others are commanded."""
+    transfer_function: TransferFunctionTable | None = None
+    """In place of a file: a linear plant of one input and one output."""
+    state_space: StateSpaceTable | None = None
+    """In place of a file: a linear plant."""
+    dead_time: float = 0.0
+    """Dead time between the inputs of a linear plant and what they do [s], whole control periods."""
+    inputs: list[str] = Field(default=[])
+    """Names of the inputs of a linear plant; by default "u", or "u1", "u2", ..."""
+    outputs: list[str] = Field(default=[])
+    """Names of its outputs; by default "y", or "y1", "y2", ..."""
     states: list[str] = Field(default=[])
-    """States of an FMU for its margins, variables with a start value; by default those that it names, or else its outputs."""
+    """States of an FMU for its margins, variables with a start value; by default those that it names, or else its outputs. Names
+    of the states of a linear plant; by default "x1", "x2", ..."""
     units: dict[str, str] = Field(default={})
-    """Units of variables for which an FMU names none."""
+    """Units of variables for which an FMU names none, and of the signals of a linear plant; by default "1"."""
     patience: Annotated[float, Field(gt=0.0, le=86400.0)] = PATIENCE
     """Seconds of the clock on the wall after which the flight of an FMU counts as failed."""
     control_period: float
@@ -47,6 +84,16 @@ class PlantTable(StrictTable):
     """Runge-Kutta step of the plant [s], by default what its modes need, or of an FMU, by default the control period."""
     parameters: dict[str, float] = Field(default={})
     """Values in place of the nominal ones of the file."""
+
+    @property
+    def is_given(self) -> bool:
+        """True where the study says what the plant is, and not the cell of a notebook."""
+        return any(getattr(self, key) is not None for key in PLANT_KEYS)
+
+    @model_serializer(mode="wrap")
+    def _without_numbers(self, handler: Any) -> dict[str, Any]:
+        """Leave out what only linear plants have where it is not given: other studies keep the digests that they had."""
+        return {key: value for key, value in handler(self).items() if key not in LINEAR_KEYS or value}
 
 
 class ActuatorTable(StrictTable):
@@ -138,12 +185,9 @@ class PlantScenarioTable(StrictTable):
     """Share of the flight, at its end, that the steady-state error looks at."""
 
 
-def _kind(value: object) -> str:
-    return "<table>" if isinstance(value, dict | PlantGainTable) else "<number>"
-
-
 NumberOrTable = Annotated[
-    Annotated[float, Tag("<number>")] | Annotated[PlantGainTable, Tag("<table>")], Discriminator(_kind)
+    Annotated[float, Tag("<number>")] | Annotated[PlantGainTable, Tag("<table>")],
+    branch("<number>", "<table>", "<number>"),
 ]
 
 

@@ -1,36 +1,37 @@
 """A study of a plant of the user's own, from its tables to what runs."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import ceil, inf, isfinite
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
 from objectives.decisions import DecisionSpace, Variable
+from objectives.flown_system import FlownSystem
 from objectives.fmu.system import FmuSystem
 from objectives.margins.quantities import LIMITABLE
 from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.mission import USUAL, Mission
-from objectives.own_meters import metering
 from objectives.plant_mission import quantities_of, with_plant_floor
 from objectives.plant_system import PlantSystem
-from objectives.problem import Constraint, FlightBatch, Objective
+from objectives.problem import FlightBatch
 from objectives.requirements import Screen
 from plant.backends.identity import identity
 from plant.errors import InputError, UnknownNameError
 from plant.fmu.fmu_model import FmuModel, read_fmu
-from plant.gains import GainAddress
-from plant.laws import law
 from plant.loop import Timing
+from plant.model.linear import SignalNames, linear_plant
 from plant.model.modes import accurate_timing, check_plant_step, poles_at_rest
 from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
 from plant.model.plant_model import PlantModel, PlantRecords, check_rest, plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
 from plant.own_code import run_own_code
+from plant.quadrotor.gains import GainAddress
 from plant.records import flatten, paths
+from tuner.gains.plant_document import plant_gains_document
 from tuner.gains.ranges import (
     LONGEST_OF_PLANTS,
     SHORTEST_OF_PLANTS,
@@ -39,20 +40,39 @@ from tuner.gains.ranges import (
     check_value,
     timing_of,
 )
+from tuner.study.assembly import assembled, judging_of
+from tuner.study.channels import channel_of, or_infinite
 from tuner.study.files import is_shipped
-from tuner.study.judged_reading import constraint_of, held_with, listed, mission_of, objective_of, pick_rule, unique
+from tuner.study.judged_reading import listed, mission_of, unique
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
-from tuner.study.plant_schema import ChannelTable, PlantGainTable, PlantScenarioTable, PlantStudyTable, PlantTable
+from tuner.study.plant_schema import (
+    PLANT_KEYS,
+    ActuatorTable,
+    PlantGainTable,
+    PlantScenarioTable,
+    PlantStudyTable,
+    PlantTable,
+)
 from tuner.study.reading import checked_table
 from tuner.study.schema import MarginTable
-from tuner.study.search_reading import least_tail, search_of
-from tuner.study.size import ScenarioSize, check_size
-from tuner.study.study import StudyScenario, TuningStudy, usual_keys
+from tuner.study.searched import Followed, StudyScenario, TuningStudy
+from tuner.study.tuned_loops import TunedLoops, loops_of, read_plant_row
 from tuner.text.input_errors import located
+from tuner.text.sentences import listing
 
-# Keys of [plant] that name files, and those that only an FMU has.
+if TYPE_CHECKING:
+    from objectives.margins.results import Margins
+
+# Keys of [plant] that name files, and those that a plant in Python has not.
 PATHS, FMU_KEYS = ("file", "fmu"), ("disturbances", "states", "units", "patience")
+# Ways to give a plant that take a key of [plant], and why the others do not.
+OF_FMU, OF_NUMBERS = "belongs to an FMU; a plant in Python says so itself", "belongs to a linear plant given by numbers"
+KEYS_OF = {
+    **dict.fromkeys(("disturbances", "patience"), (("fmu",), OF_FMU)),
+    **dict.fromkeys(("states", "units"), (("fmu", "transfer_function", "state_space"), OF_FMU)),
+    **dict.fromkeys(("dead_time", "inputs", "outputs"), (("transfer_function", "state_space"), OF_NUMBERS)),
+}
 # Units of gains that have no sign whatever the plant's is: times, frequencies, ratios.
 SIGNLESS = ("s", "Hz", "rad/s", "1")
 
@@ -62,7 +82,12 @@ class PlantStudy(TuningStudy):
     """A study of a plant of the user's own. code_digest: of its file and what that imports."""
 
     kind: ClassVar[str] = "plant"
+    guards: ClassVar[frozenset[str]] = frozenset(("unjudged",))
     plant_step_key: ClassVar[str] = "plant.plant_step"
+    period_key: ClassVar[str] = "control_period"
+    flies: ClassVar[str] = "a plant of one's own"
+    limit_tables: ClassVar[str] = "or a [[margin]]"
+    is_reread: ClassVar[bool] = False
     system: PlantSystem
     table: PlantStudyTable
     code_digest: str
@@ -74,9 +99,9 @@ class PlantStudy(TuningStudy):
         return self.table.plant.plant_step is not None
 
     @property
-    def is_in_files(self) -> bool:
+    def is_resumable(self) -> bool:
         """Whether a file holds the plant, and not the cell of a notebook."""
-        return self.table.plant.file is not None or self.table.plant.fmu is not None
+        return self.table.plant.is_given
 
     @property
     def flown(self) -> str:
@@ -85,19 +110,75 @@ class PlantStudy(TuningStudy):
 
     @property
     def about(self) -> tuple[tuple[str, str], ...]:
-        """Plant, and the law of each channel."""
-        laws = ", ".join(f"{each.law.name} ({each.name})" for each in self.system.plan.channels)
-        return ("plant", self.system.plant.title), ("laws", laws)
+        """Its plant."""
+        return ("plant", self.system.plant.title), ("laws", self.law_text)
+
+    @property
+    def followed(self) -> list[Followed]:
+        """Its channels that follow references."""
+        return sorted(Followed(each.name, each.output, each.limit) for each in self.system.plan.outer)
+
+    def margin_model(self) -> Any:
+        """Return the margins of its loops."""
+        return plant_margins(self.system, self.space)
+
+    def flown_margins(self, gains: np.ndarray) -> "tuple[Margins, Margins] | None":
+        """Return the margins of gains rows (n, gains), exact and of the loop in its plant steps; None of an FMU."""
+        if self.table.plant.fmu is not None:
+            return None
+        try:
+            model = self.margin_model()
+            return model.evaluate(gains), model.as_flown().evaluate(gains)
+        except InputError:
+            return None
+
+    def read_row(self, file: Path) -> np.ndarray:
+        """Return the gains row (gains,) of a file of its loops; InputError names all that differs."""
+        return read_plant_row(file, self.system)
+
+    def gains_document(self, row: np.ndarray, parts: dict[str, Any]) -> dict[str, Any]:
+        """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""
+        return plant_gains_document(self.system, row, self.code_digest) | parts
+
+    def controller(self, gains: Iterable[float]) -> TunedLoops:
+        """Return its loops with a gains row."""
+        return loops_of(self.system, np.array(gains))
+
+    def row_of(self, controller: TunedLoops, file: Path) -> np.ndarray:
+        """Return the gains row (gains,) of loops of a file."""
+        return controller.row(self.system, file)
+
+    def under(self, controller: TunedLoops, file: Path) -> Self:
+        """Return the study under other loops, lost at its own errors; InputError where they do not fit."""
+        with located(file, ""):
+            return replace(self, system=self._system_under(controller))
+
+    def _system_under(self, loops: TunedLoops) -> PlantSystem:
+        system = self.system
+        limits = {(each.name, each.output): each.limit for each in system.plan.outer}
+        channels = [replace(each, limit=limits.get((each.name, each.output), each.limit)) for each in loops.channels]
+        plan = plan_loop(system.plant, channels, system.plan.actuators)
+        judged = {
+            axis
+            for quantity in (*self.objectives, *[each.objective for each in self.constraints])
+            for axis in quantity.metric.axes
+        }
+        missing = sorted(judged - set(plan.names))
+        if {(each.name, each.output) for each in plan.outer} != set(limits) or missing:
+            raise InputError(
+                f"its loops follow references in {_listed(plan.outer)}, those of {self.path} in {_listed(system.plan.outer)}"
+                f"{f', and it judges {listing(missing)}' if missing else ''}; compare loops for the same outputs",
+                key="channels",
+            )
+        return replace(system, plan=plan)
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
-        """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
-        values = self._values()
-        plant = {key: value for key, value in values["plant"].items() if key not in PATHS}
-        content = {**values, "plant": plant}
+        """Return the values that decide the result, as JSON-able data by table, but for some tables; paths do not count."""
         # A study that asks for nothing else has the digest that it had before there was a floor.
-        usual = (*usual_keys(self.table.confidence), *(("mission",) if self.mission == USUAL else ()))
-        left = ("title", "description", *usual, *without)
-        return {key: value for key, value in content.items() if key not in left}
+        content = super().comparable((*without, *(("mission",) if self.mission == USUAL else ())))
+        if "plant" in content:
+            content["plant"] = {key: value for key, value in content["plant"].items() if key not in PATHS}
+        return content
 
     def _values(self) -> dict[str, Any]:
         system = self.system
@@ -114,6 +195,10 @@ class PlantStudy(TuningStudy):
             "gains": {gain.address: self.space.base[gain.column] for gain in system.gains},
             "variables": [variable.content() for variable in self.space.variables],
         }
+
+
+def _listed(channels: Sequence[Channel]) -> str:
+    return listing(f"{each.name} (output {each.output})" for each in channels)
 
 
 def plant_study_from_table(path: Path, raw: Mapping[str, Any], plant: PlantRecords | None = None) -> PlantStudy:
@@ -135,82 +220,64 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
                 check_rest(plant, parameters)
         h = table.plant.control_period
         channels = tuple(listed("channel", path, table.channel, channel_of))
-        actuators = tuple(listed("actuator", path, table.actuator, lambda entry: _actuator(entry.model_dump(), h)))
+        actuators = tuple(listed("actuator", path, table.actuator, lambda entry: _actuator(entry, h)))
+        if table.plant.dead_time:
+            actuators = tuple(_behind_dead_time(actuators, plant, table.plant.dead_time, h))
         plan = plan_loop(plant, channels, actuators)
         with located(path, "plant"):
             timing = plant_timing(plant, actuators, parameters, h, table.plant.plant_step)
         system = _system(plant, plan, parameters, timing, table.plant.patience)
         with located(path, "gains"):
             space = plant_space(table.gains, system)
-        scenarios = tuple(listed("scenario", path, table.scenario, lambda entry: _scenario(entry, system)))
-        unique("scenario", [entry.spec.name for entry in scenarios], ".name")
-        objectives = tuple(
-            listed("objective", path, table.objective, lambda entry: objective_of(entry, scenarios, system))
+        judging = judging_of(path, table, system, lambda entry: _scenario(entry, system))
+        system, scenarios = judging.system, judging.scenarios
+        check_bounds(system, judging.metrics)
+        with located(path, "mission"):
+            mission = mission_of(table.mission, [entry.spec.name for entry in scenarios], quantities_of(system))
+        flights = [FlightBatch(entry.spec, "", entry.held_out) for entry in scenarios]
+        constraints = with_plant_floor(
+            judging.constraints, judging.objectives, flights, system, space, table.seed, mission
         )
-        unique("objective", [entry.label for entry in objectives])
-        constraints = tuple(
-            listed("constraint", path, table.constraint, lambda entry: constraint_of(entry, scenarios, system))
-        )
-        unique("constraint", [entry.objective.label for entry in constraints])
-        judged = [entry.metric for entry in (*objectives, *(each.objective for each in constraints))]
-        system = metering(system, judged)
-        check_bounds(system, judged)
-        mission, constraints = _with_floor(path, table, scenarios, objectives, constraints, system, space)
-        constraints = held_with(table.confidence, constraints)
         margins = margins_asked(table.margin, path, system)
         unique("margin", [entry.label for entry in margins])
-        with located(path, "search"):
-            most = max(entry.search for entry in scenarios)
-            tail = least_tail(objectives, len(scenarios))
-            search = search_of(table.search, len(space.variables), len(objectives), most, tail)
-            sizes = [
-                ScenarioSize(entry.spec.duration / timing.plant_step, entry.search, entry.held_out)
-                for entry in scenarios
-            ]
-            check_size(search.population, search.generations, sizes)
-        with located(path, "pick"):
-            rule = pick_rule(table.pick, objectives)
-    screens = (margin_screen_of(margins, path, system, space),) if margins else ()
-    return PlantStudy(
-        path=path, title=table.title, description=table.description, seed=table.seed, system=system, space=space,
-        scenarios=scenarios, objectives=objectives, constraints=constraints, screens=screens, search=search, pick=rule,
-        table=table, code_digest=digest, mission=mission,
-    )  # fmt: skip
-
-
-def _with_floor(
-    path: Path,
-    table: PlantStudyTable,
-    scenarios: tuple[StudyScenario, ...],
-    objectives: tuple[Objective, ...],
-    constraints: tuple[Constraint, ...],
-    system: PlantSystem,
-    space: DecisionSpace,
-) -> tuple[Mission, tuple[Constraint, ...]]:
-    """Return the mission of a study, and its constraints with the automatic limits behind them."""
-    with located(path, "mission"):
-        mission = mission_of(table.mission, [entry.spec.name for entry in scenarios], quantities_of(system))
-    flights = [FlightBatch(entry.spec, "", entry.held_out) for entry in scenarios]
-    return mission, with_plant_floor(constraints, objectives, flights, system, space, table.seed, mission)
+        screens = (margin_screen_of(margins, path, system, space),) if margins else ()
+        return assembled(PlantStudy, path, table, space, judging, mission, constraints, screens, code_digest=digest)
 
 
 def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str]:
-    """Return the plant of a file or an FMU beside a study, and its digest."""
-    if (table.file is None) == (table.fmu is None):
+    """Return the plant of a file, an FMU or numbers in a study, and its digest."""
+    given = [key for key in PLANT_KEYS if getattr(table, key) is not None]
+    if len(given) != 1:
         raise InputError(
-            'needs a file or an FMU, one of them; write file = "motor.py" or fmu = "motor.fmu"', key="plant"
+            'needs a file or an FMU, one of them; write file = "motor.py" or fmu = "motor.fmu", or give a linear plant: '
+            "transfer_function = { numerator = [...], denominator = [...] } or state_space = { A = ..., B = ..., C = ... }",
+            key="plant",
         )
-    if table.fmu is not None:
-        with located(path, "plant"):
+    for key, (kinds, reason) in KEYS_OF.items():
+        if key in table.model_fields_set and given[0] not in kinds:
+            raise InputError(f"{reason}: leave it out", key=f"plant.{key}")
+    with located(path, "plant"):
+        if table.fmu is not None:
             fmu = read_fmu(path.parent / table.fmu, table.disturbances, table.states, table.units, path)
-        return fmu, fmu.interface.digest
-    for key in FMU_KEYS:
-        if key in table.model_fields_set:
-            raise InputError("belongs to an FMU; a plant in Python says so itself: leave it out", key=f"plant.{key}")
+            return fmu, fmu.interface.digest
+        if table.file is None:
+            names = SignalNames(table.inputs, table.outputs, table.states, table.units)
+            plant = linear_plant(path.stem, {given[0]: getattr(table, given[0]).model_dump()}, names)
+            return plant, identity(plant)
     with located(path, "plant.file"):
         file = path.parent / str(table.file)
         code = run_own_code(file, None if is_shipped(file) else path)
         return plant_from(code.names, file.stem, str(file)), code.digest
+
+
+def _behind_dead_time(actuators: tuple[Actuator, ...], plant: PlantRecords, late: float, h: float) -> list[Actuator]:
+    """Return an actuator for every input, with a dead time [s] behind its delay; control period h [s]."""
+    try:
+        Actuator("", delay=late).periods(h)
+    except InputError as error:
+        raise InputError(error.message, key="plant.dead_time") from None
+    every = {name: Actuator(name) for name in paths(plant.Input)} | {each.name: each for each in actuators}
+    return [replace(each, delay=each.delay + late) for each in every.values()]
 
 
 def _system(plant: PlantRecords, plan: LoopPlan, parameters: Any, timing: Timing, patience: float) -> PlantSystem:
@@ -271,40 +338,23 @@ def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:
     return plant.parameters._replace(**given)
 
 
-def channel_of(table: ChannelTable) -> Channel:
-    """Return a loop as a [[channel]] table describes it; InputError with the key inside the table."""
-    try:
-        chosen = law(table.law)
-    except UnknownNameError as error:
-        raise error.located(key="law") from None
-    low, high = _or_infinite(table.low, table.high)
-    return Channel(
-        table.name, chosen, table.output, table.to, table.b0, table.rate_output, table.every,
-        inf if table.limit is None else table.limit, low, high,
-    )  # fmt: skip
-
-
-def _actuator(values: dict[str, Any], control_period: float) -> Actuator:
-    low, high = _or_infinite(values["low"], values["high"])
-    rate = inf if values["rate"] is None else values["rate"]
-    made = Actuator(values["name"], low, high, rate, values["delay"], values["lag"], values["scale"])
+def _actuator(table: ActuatorTable, control_period: float) -> Actuator:
+    low, high = or_infinite(table.low, table.high)
+    rate = inf if table.rate is None else table.rate
+    made = Actuator(table.name, low, high, rate, table.delay, table.lag, table.scale)
     made.periods(control_period)
     return made
 
 
-def _or_infinite(low: float | None, high: float | None) -> tuple[float, float]:
-    return (-inf if low is None else low, inf if high is None else high)
-
-
 def plant_space(table: Mapping[str, float | PlantGainTable], system: PlantSystem) -> DecisionSpace:
     """Return the decision space of a [gains] table of a plant, which names every gain; InputError with the key inside it."""
-    known = system.gains
-    by_address = {gain.address: gain for gain in known}
+    every_gain = system.gains
+    by_address = {gain.address: gain for gain in every_gain}
     for key in table:
         if key not in by_address:
             raise UnknownNameError("gain", key, by_address, key=key)
-    base, variables, columns = [0.0] * len(known), [], []
-    for gain in known:
+    base, variables, columns = [0.0] * len(every_gain), [], []
+    for gain in every_gain:
         entry = table.get(gain.address)
         if entry is None:
             raise InputError(
@@ -316,7 +366,8 @@ def plant_space(table: Mapping[str, float | PlantGainTable], system: PlantSystem
             variables.append(variable)
             columns.append((gain.column,))
         else:
-            _check_gain(gain, entry, system)
+            _check_sign(gain, entry, system)
+            check_value(gain.address, gain, entry, system.timing.control_period)
             base[gain.column] = entry
     return DecisionSpace(tuple(variables), tuple(columns), tuple(base))
 
@@ -340,12 +391,6 @@ def _variable(entry: PlantGainTable, gain: GainAddress, system: PlantSystem) -> 
     return variable, default
 
 
-def _check_gain(gain: GainAddress, value: float, system: PlantSystem) -> None:
-    """Refuse a value that a gain cannot have."""
-    _check_sign(gain, value, system)
-    check_value(gain.address, gain, value, system.timing.control_period)
-
-
 def _check_sign(gain: GainAddress, value: float, system: PlantSystem) -> None:
     """Refuse a gain that is negative because the plant is, and say where its sign belongs."""
     b0 = system.plan.channel(gain.axis).b0
@@ -361,24 +406,31 @@ def _scenario(table: PlantScenarioTable, system: PlantSystem) -> StudyScenario:
     if not table.name.strip():
         raise InputError('given an empty name; write for instance name = "gusts"', key="name")
     spec = PlantScenario(
-        table.name, table.duration, _signals("reference", table.reference), _signals("disturbance", table.disturbance),
-        {name: SensorNoise(entry.rms, entry.bias) for name, entry in table.sensors.items()}, table.spread, table.settling,
-        table.band, table.recovery_from, table.steady_share,
-    )  # fmt: skip
+        table.name,
+        table.duration,
+        _signals("reference", table.reference),
+        _signals("disturbance", table.disturbance),
+        {name: SensorNoise(entry.rms, entry.bias) for name, entry in table.sensors.items()},
+        table.spread,
+        table.settling,
+        table.band,
+        table.recovery_from,
+        table.steady_share,
+    )
     spec.check(system.loop)
     check_multiple(spec.duration, system.timing.control_period, "duration", "plant.control_period")
     return StudyScenario(spec, table.search, table.held_out)
 
 
 def _signals(key: str, tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Signal]:
-    found = {}
+    by_name = {}
     for name, values in tables.items():
         with located(None, f"{key}.{name}"):
-            found[name] = signal_from(values)
-    return found
+            by_name[name] = signal_from(values)
+    return by_name
 
 
-def check_bounds(system: PlantSystem, metrics: list[Any]) -> None:
+def check_bounds(system: FlownSystem, metrics: list[Any]) -> None:
     """Refuse metrics whose cost of a failure would be infinite: an error without a limit, a command without a range."""
     bounds = system.metric_limits()
     for metric in metrics:
@@ -406,7 +458,7 @@ def _margin(table: MarginTable, system: PlantSystem) -> MarginRequirement:
     if "at" in table.model_fields_set:
         raise InputError("trims are those of quadrotors; a plant is judged at rest, so leave at out", key="at")
     check_amplitude(table)
-    axes = () if quantity.whole else names if table.axis is None else (table.axis,)
+    axes = () if quantity.is_multiloop else names if table.axis is None else (table.axis,)
     label = requirement_label(quantity.name, table.axis, hard=table.hard, amplitude=table.amplitude)
     limit = margin_limit(table, quantity)
     return MarginRequirement(quantity, label, axes, limit, table.hard, amplitude=table.amplitude)
@@ -418,17 +470,17 @@ def margins_asked(tables: list[MarginTable], path: Path, system: PlantSystem) ->
 
 
 def margin_screen_of(
-    asked: tuple[MarginRequirement, ...], path: Path, system: PlantSystem, space: DecisionSpace
+    required: tuple[MarginRequirement, ...], path: Path, system: PlantSystem, space: DecisionSpace
 ) -> Screen:
     """Return all requirements on margins as one screen; errors of its analysis name path and the key "margin"."""
-    return Screen(tuple(entry.requirement for entry in asked), margin_values(asked, path, system, space).values)
+    return Screen(tuple(entry.requirement for entry in required), margin_values(required, path, system, space).values)
 
 
 def margin_values(
-    asked: tuple[MarginRequirement, ...], path: Path, system: PlantSystem, space: DecisionSpace
+    required: tuple[MarginRequirement, ...], path: Path, system: PlantSystem, space: DecisionSpace
 ) -> MarginValues:
     """Return the values of requirements on the margins of a plant's loops."""
-    return MarginValues(asked, lambda _, cases: plant_margins(system, space, cases), path)
+    return MarginValues(required, lambda _, cases: plant_margins(system, space, cases), path)
 
 
 def plant_margins(system: PlantSystem, space: DecisionSpace, cases: Any = None) -> Any:

@@ -64,13 +64,13 @@ def parse_toml(path: Path) -> dict[str, Any]:
 def put(table: Any, key: str, value: Any, path: Path) -> None:
     """Set a dotted key in nested tables and lists; scenario.0.search and scenario[0].search are the same."""
     *parents, last = key_parts(with_new_name(key))
-    here = table
+    level = table
     for part in parents:
-        here = _child(here, part, key, path)
-    if isinstance(here, list):
-        here[_index(here, last, key, path)] = deepcopy(value)
+        level = _child(level, part, key, path)
+    if isinstance(level, list):
+        level[_index(level, last, key, path)] = deepcopy(value)
     else:
-        here[last] = deepcopy(value)
+        level[last] = deepcopy(value)
 
 
 def key_parts(key: str) -> list[str]:
@@ -82,16 +82,16 @@ def key_parts(key: str) -> list[str]:
     return parts
 
 
-def _child(here: Any, part: str, key: str, path: Path) -> Any:
-    if isinstance(here, list):
-        return here[_index(here, part, key, path)]
-    child = here.setdefault(part, {})
+def _child(level: Any, part: str, key: str, path: Path) -> Any:
+    if isinstance(level, list):
+        return level[_index(level, part, key, path)]
+    child = level.setdefault(part, {})
     if not isinstance(child, dict | list):
         raise InputError(f"'{part}' is a value, not a table; give a key that the study has", file=path, key=key)
     return child
 
 
-def _index(here: list[Any], part: str, key: str, path: Path) -> int:
-    if not part.isdecimal() or int(part) >= len(here):
-        raise InputError(f"'{part}' is no entry of this list; allowed: 0 to {len(here) - 1}", file=path, key=key)
+def _index(level: list[Any], part: str, key: str, path: Path) -> int:
+    if not part.isdecimal() or int(part) >= len(level):
+        raise InputError(f"'{part}' is no entry of this list; allowed: 0 to {len(level) - 1}", file=path, key=key)
     return int(part)

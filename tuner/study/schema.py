@@ -21,8 +21,8 @@ from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.laws.slower import MOST_PERIODS
-from plant.scenarios import Bands, Spread
-from plant.sensors import SensorSpec
+from plant.quadrotor.scenarios import Bands, Spread
+from plant.quadrotor.sensors import SensorSpec
 from tuner.search.names import GENERATIONS
 from tuner.study import meanings
 from tuner.study.size import MOST_FLIGHTS
@@ -31,14 +31,14 @@ from tuner.study.size import MOST_FLIGHTS
 @cache
 def _meanings(module: str) -> dict[str, dict[str, str]]:
     """Return the texts that stand below the fields of the classes of a module, by class and field."""
-    found: dict[str, dict[str, str]] = {}
+    texts: dict[str, dict[str, str]] = {}
     statements = ast.parse(getsource(sys.modules[module])).body
     for kind in [statement for statement in statements if isinstance(statement, ast.ClassDef)]:
         for entry, below in pairwise(kind.body):
             match entry, below:
                 case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
-                    found.setdefault(kind.name, {})[name] = text
-    return found
+                    texts.setdefault(kind.name, {})[name] = text
+    return texts
 
 
 class StrictTable(BaseModel):
@@ -126,7 +126,7 @@ class GainTable(StrictTable):
     """Address of another searched gain, whose value this one takes."""
 
 
-def _branch(text: str, table: str, other: str) -> Discriminator:
+def branch(text: str, table: str, other: str) -> Discriminator:
     """Decide by the type given, so that errors speak of what was meant; the names end up in the error's location."""
 
     def choose(value: object) -> str:
@@ -138,15 +138,15 @@ def _branch(text: str, table: str, other: str) -> Discriminator:
 
 
 NumberOrTable = Annotated[
-    Annotated[float, Tag("<number>")] | Annotated[GainTable, Tag("<table>")], _branch("<number>", "<table>", "<number>")
+    Annotated[float, Tag("<number>")] | Annotated[GainTable, Tag("<table>")], branch("<number>", "<table>", "<number>")
 ]
 NumberOrText = Annotated[
     Annotated[float, Tag("<number or text>")] | Annotated[str, Tag("<text>")],
-    _branch("<text>", "<number or text>", "<number or text>"),
+    branch("<text>", "<number or text>", "<number or text>"),
 ]
 ListOrText = Annotated[
     Annotated[list[float], Tag("<list or text>")] | Annotated[str, Tag("<text>")],
-    _branch("<text>", "<list or text>", "<list or text>"),
+    branch("<text>", "<list or text>", "<list or text>"),
 ]
 
 
@@ -208,9 +208,12 @@ InjectionTable = mirror(
     Injection, "[scenario.air.injection]: accelerations injected without air, three numbers each.", meanings.INJECTION
 )
 AirTable = mirror(
-    AirSpec, "[scenario.air]: wind and turbulence.", meanings.AIR,
-    gust=GustTable | None, injection=InjectionTable | None,
-)  # fmt: skip
+    AirSpec,
+    "[scenario.air]: wind and turbulence.",
+    meanings.AIR,
+    gust=GustTable | None,
+    injection=InjectionTable | None,
+)
 
 
 class ScenarioTable(StrictTable):

@@ -40,14 +40,19 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
     staged = first is not None and first < flights
     races = table.racing and not staged and not ALGORITHMS[algorithm].screens
     return SearchSpec(
-        algorithm, population, table.generations or usual.generations, tuple(table.initial),
-        racing=races, first=first if staged else None, stop=table.stop,
+        algorithm,
+        population,
+        table.generations or usual.generations,
+        tuple(table.initial),
+        racing=races,
+        first=first if staged else None,
+        stop=table.stop,
         why="as the study asks" if algorithm != choice.algorithm else choice.why,
-    )  # fmt: skip
+    )
 
 
 def least_tail(objectives: Sequence[Objective], scenarios: int) -> float:
-    """Return how many flights decide an objective for each flight of a scenario, the least of all objectives.
+    """Return the number of flights that decide an objective for each flight of a scenario, the least of all objectives.
 
     1 for the mean over a scenario, the share of its tail for a CVaR; more where flights of several scenarios are pooled.
     """

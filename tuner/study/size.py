@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from plant.errors import InputError
 from plant.loop import Timing
-from plant.scenarios import ScenarioSpec
+from plant.quadrotor.scenarios import ScenarioSpec
 
 MOST_FLIGHTS = 1_000_000
 """Flights of one candidate in one scenario."""
@@ -29,14 +29,20 @@ def flight_steps(spec: ScenarioSpec, timing: Timing) -> float:
     return spec.duration / timing.plant_step
 
 
-def check_size(population: int, generations: int, scenarios: Iterable[ScenarioSize]) -> None:
-    """Refuse a run that is out of all proportion; InputError with the key inside [search]."""
+def check_candidates(population: int, generations: int) -> int:
+    """Return the number of candidates of a search; InputError with the key inside [search] where it is out of all proportion."""
     if population > MOST_POPULATION:
         raise InputError(f"given {population}; allowed: up to {MOST_POPULATION:,}", key="population")
     candidates = population * generations
     if candidates > MOST_CANDIDATES:
         message = f"{generations} generations of {population} are {candidates:,} candidates; allowed: up to {MOST_CANDIDATES:,}"
         raise InputError(message, key="generations")
+    return candidates
+
+
+def check_size(population: int, generations: int, scenarios: Iterable[ScenarioSize]) -> None:
+    """Refuse a run that is out of all proportion; InputError with the key inside [search]."""
+    candidates = check_candidates(population, generations)
     each = list(scenarios)
     flights = sum(candidates * entry.search + CHECKED * entry.held_out for entry in each)
     steps = sum(entry.steps * (candidates * entry.search + CHECKED * entry.held_out) for entry in each)

@@ -1,312 +1,40 @@
-"""A study, checked and ready to run."""
+"""A study of a quadrotor, checked and ready to run."""
 
-import hashlib
-import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from math import degrees
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from objectives.decisions import DecisionSpace
+from objectives.margins.requirement import MarginRequirement
 from objectives.margins.steady_state import HOVER, SteadyState
 from objectives.mission import USUAL, Mission
-from objectives.problem import Constraint, Objective, System
-from objectives.requirements import Requirement, Screen, requirements_of
-from plant.airframes import Airframe
-from plant.input_files import read_input_text
-from plant.nominal import ControlOptions
+from objectives.system import System
+from plant.air.air import summary as air_summary
+from plant.errors import InputError
+from plant.loop import Timing
 from plant.origin import origins
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.scenarios import ScenarioSpec, drawn_numbers
 from plant.references import ReferenceSpec
-from plant.scenarios import ScenarioSpec
-from tuner.gains import Controller, VehicleRecord
-from tuner.gains.document import seed_entry
-from tuner.search.names import CONVERGED, GENERATIONS
-from tuner.search.rest import Budget
-from tuner.study.schema import CONFIDENCE, StrictTable, StudyTable
-from tuner.study.trim import steady_states
-from tuner.text.markup import element, table
+from tuner.gains import Controller, VehicleRecord, read_gains, to_document
+from tuner.search.names import GENERATIONS
+from tuner.study.fitted import fitted_texts
+from tuner.study.margins import margin_requirement, nominal_margins
+from tuner.study.processor_cost.cost import gains_rows, tabled
+from tuner.study.schema import StrictTable, StudyTable
+from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, TuningStudy, VariableWords, usual_keys
+from tuner.study.trim import hover_of, steady_states, trim_entry, trim_texts
+from tuner.text.sentences import differing
 
+__all__ = ["SearchSpec", "SearchedStudy", "Study", "StudyScenario", "TuningStudy", "VariableWords", "usual_keys"]
 
-@dataclass(frozen=True)
-class StudyScenario:
-    """A scenario and how many draws of it the search and the held-out check fly."""
-
-    spec: Any
-    search: int
-    held_out: int
-
-
-@dataclass(frozen=True)
-class SearchSpec:
-    """Settings of the search.
-
-    first: flights of each scenario that every candidate makes, None for all; those that survive make the others. why: this search
-    is asked for, in words.
-    """
-
-    algorithm: str
-    population: int
-    generations: int
-    initial: tuple[str, ...]
-    racing: bool = False
-    first: int | None = None
-    stop: str = GENERATIONS
-    why: str = ""
-
-    @property
-    def candidates(self) -> int:
-        """Candidates of all generations."""
-        return self.population * self.generations
-
-    @property
-    def budget(self) -> Budget:
-        """Number of generations, and whether the search may end before."""
-        return Budget(self.generations, converges=self.stop == CONVERGED)
-
-    def flights_first(self, flights: int) -> int:
-        """Return how many of so many flights of a scenario every candidate makes."""
-        return flights if self.first is None else min(self.first, flights)
-
-    @property
-    def sizes(self) -> dict[str, Any]:
-        """Algorithm and sizes as a study file gives them."""
-        sizes = {"algorithm": self.algorithm, "population": self.population, "generations": self.generations}
-        return sizes if self.first is None else {**sizes, "first": self.first}
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """What decides what is searched, as JSON-able data."""
-        return {**self.sizes, "initial": list(self.initial), "stop": self.stop, "racing": self.racing}
-
-    @property
-    def size(self) -> str:
-        """Generations and candidates in words."""
-        most = "at most " if self.stop == CONVERGED else ""
-        return f"{most}{self.generations} generations of {self.population}"
-
-    @property
-    def text(self) -> str:
-        """One sentence on which search it is, and why."""
-        first = "" if self.first is None else f", {self.first} flights of each scenario first"
-        return f"Search: {self.algorithm}, {self.size}{first}: {self.why}."
-
-
-def usual_keys(confidence: float) -> tuple[str, ...]:
-    """Return the keys that a digest leaves out: a study with the usual confidence keeps the digest that it had before."""
-    return ("confidence",) if confidence == CONFIDENCE else ()
-
-
-class VariableWords(NamedTuple):
-    """Symbol, meaning and unit of a searched variable."""
-
-    symbol: str
-    meaning: str
-    unit: str
-
-
-class SearchedStudy(Protocol):
-    """A study whose variables are searched, whoever makes the trials: flights of a plant, or another program.
-
-    scenarios: each with `spec`, which has a name, and the numbers of its draws, `search` and `held_out`.
-    """
-
-    @property
-    def path(self) -> Path:
-        """The file."""
-        ...
-
-    @property
-    def title(self) -> str:
-        """One line that names the study."""
-        ...
-
-    @property
-    def seed(self) -> int:
-        """Root of every random number."""
-        ...
-
-    @property
-    def space(self) -> DecisionSpace:
-        """The searched variables."""
-        ...
-
-    @property
-    def variable_words(self) -> list[VariableWords]:
-        """Words about each variable."""
-        ...
-
-    @property
-    def scenarios(self) -> tuple[Any, ...]:
-        """The scenarios."""
-        ...
-
-    @property
-    def objectives(self) -> tuple[Objective, ...]:
-        """What is to be made small."""
-        ...
-
-    @property
-    def constraints(self) -> tuple[Constraint, ...]:
-        """What must not exceed a limit."""
-        ...
-
-    @property
-    def requirements(self) -> tuple[Requirement, ...]:
-        """Requirements that are known without a trial."""
-        ...
-
-    @property
-    def search(self) -> SearchSpec:
-        """The search."""
-        ...
-
-    @property
-    def pick(self) -> str:
-        """Rule that picks the recommended point."""
-        ...
-
-    @property
-    def default_row(self) -> np.ndarray:
-        """Row (gains,) of the default."""
-        ...
-
-
-@dataclass(frozen=True, kw_only=True)
-class TuningStudy:
-    """A study that searches gains: searched gains, scenarios, objectives and limits, search and pick rule, whatever flies.
-
-    plant_step_key: where it writes the plant step. system: flies it. si: whether limits known without flying stand in files in SI
-    units, see `in_units_of_limits`. given: the study as TOML, where it comes from no file. table: its content as read.
-    """
-
-    kind: ClassVar[str] = "tuning"
-    plant_step_key: ClassVar[str] = "controller.plant_step"
-    path: Path
-    title: str
-    description: str
-    seed: int
-    system: Any
-    space: DecisionSpace
-    scenarios: tuple[StudyScenario, ...]
-    objectives: tuple[Objective, ...]
-    constraints: tuple[Constraint, ...]
-    screens: tuple[Screen, ...]
-    search: SearchSpec
-    pick: str
-    table: Any
-    si: bool = True
-    given: str | None = None
-
-    @property
-    def text(self) -> str:
-        """The study as it was given."""
-        return read_input_text(self.path) if self.given is None else self.given
-
-    @property
-    def automatic_limits(self) -> tuple[Constraint, ...]:
-        """Limits that the study does not write, see `objectives.mission`."""
-        return tuple(entry for entry in self.constraints if entry.floor)
-
-    @property
-    def content(self) -> dict[str, Any]:
-        """The content of the file, overrides and the search that was chosen included, paths relative to its folder."""
-        search = self.table.search.model_copy(update=self.search.sizes)
-        return self.table.model_copy(update={"search": search}).model_dump(mode="json", exclude_unset=True)
-
-    @property
-    def generations(self) -> int:
-        """Generations of the search, the number that a run can be extended in."""
-        return self.search.generations
-
-    @property
-    def default_row(self) -> np.ndarray:
-        """Gains row (gains,) of the default: default and fixed gains."""
-        return np.array(self.space.base)
-
-    @property
-    def variable_words(self) -> list[VariableWords]:
-        """Symbol, meaning and unit of each searched gain; of tied ones that of the first."""
-        known = {gain.column: gain for gain in self.system.gains}
-        first = [known[columns[0]] for columns in self.space.columns]
-        return [VariableWords(gain.info.symbol, gain.info.meaning, gain.unit) for gain in first]
-
-    @property
-    def requirements(self) -> tuple[Requirement, ...]:
-        """Requirements on the gains that are known without flying."""
-        return requirements_of(self.screens)
-
-    def resolved(self) -> dict[str, Any]:
-        """Return every value of the study, defaults, airframe numbers and measured limits included, as JSON-able data."""
-        known = [
-            {
-                "label": entry.label, "quantity": entry.quantity, **entry.units(), "limit": entry.in_file(entry.limit),
-                "sense": entry.sense, "hard": entry.hard,
-            }
-            for entry in self.requirements
-        ]  # fmt: skip
-        search = {**self.search.values, "why": self.search.why}
-        return {**self._values(), "search": search, "requirements": known, "digest": self.digest()}
-
-    def in_units_of_limits(self) -> Self:
-        """Return the study with requirements whose numbers stand in files as in the study, as folders once held them."""
-        plain = tuple(
-            replace(screen, requirements=tuple(replace(entry, scale=None) for entry in screen.requirements))
-            for screen in self.screens
-        )
-        return replace(self, screens=plain, si=False)
-
-    def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
-        """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
-        raise NotImplementedError
-
-    def _values(self) -> dict[str, Any]:
-        """Return every value of the study, as JSON-able data by table."""
-        raise NotImplementedError
-
-    def digest(self) -> str:
-        """Return a hash of everything that decides the result; titles, sources and paths do not."""
-        text = json.dumps(self.comparable(), sort_keys=True, allow_nan=False)
-        return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
-
-    def origin(self, point: str) -> dict[str, Any]:
-        """Return what gains.json says of where the gains of a point come from."""
-        return {
-            "name": self.path.name, "title": self.title, "seed": seed_entry(self.seed), "digest": self.digest(), "point": point,
-        }  # fmt: skip
-
-    @property
-    def about(self) -> tuple[tuple[str, str], ...]:
-        """The plant and its laws, in a few words each."""
-        raise NotImplementedError
-
-    @property
-    def flown(self) -> str:
-        """Name of the airframe or of the plant."""
-        raise NotImplementedError
-
-    @property
-    def is_in_files(self) -> bool:
-        """Whether all that flies can be read again from files, so that a run can be gone on with."""
-        return True
-
-    @property
-    def fixes_plant_step(self) -> bool:
-        """Whether the study writes the plant step."""
-        raise NotImplementedError
-
-    def _repr_html_(self) -> str:
-        rows = (
-            *self.about,
-            ("searched", ", ".join(variable.name for variable in self.space.variables)),
-            ("scenarios", ", ".join(entry.spec.name for entry in self.scenarios)),
-            ("objectives", ", ".join(entry.label for entry in self.objectives)),
-            ("limits", ", ".join([entry.objective.label for entry in self.constraints] + [e.label for e in self.requirements])),
-            ("search", f"{self.search.algorithm}, {self.search.size}"),
-        )  # fmt: skip
-        return element("div", element("strong", self.title), table(("", f"seed {self.seed}"), rows))
+if TYPE_CHECKING:
+    from objectives.margins.margins import MarginModel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -316,6 +44,8 @@ class Study(TuningStudy):
     vehicle: record of the vehicle that the default gains were imported from.
     """
 
+    guards: ClassVar[frozenset[str]] = frozenset(("default_elsewhere", "rates_without_damping", "leading_yaw"))
+    has_designs: ClassVar[bool] = True
     airframe: Airframe
     options: ControlOptions
     system: System
@@ -329,13 +59,18 @@ class Study(TuningStudy):
         return self.airframe.name
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
-        """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
+        """Return all that decides the result, as JSON-able data by table; some tables and all paths are left out."""
         # What is usual is as it was before anything else could be asked for.
         usual = {"cost": not self.table.cost, "mission": self.mission == USUAL}
         left = {
-            "title", "description", "airframe", "target", *without, *[key for key, same in usual.items() if same],
+            "title",
+            "description",
+            "airframe",
+            "target",
+            *without,
+            *[key for key, same in usual.items() if same],
             *usual_keys(self.table.confidence),
-        }  # fmt: skip
+        }
         content = {
             **self._values(),
             # The gains of its default count, under "gains".
@@ -351,9 +86,15 @@ class Study(TuningStudy):
         """Return the controller of the study with a gains row."""
         timing = self.system.timing
         return Controller(
-            self.airframe, self.system.cascade, self.options, timing.control_period, timing.plant_step,
-            tuple(float(gain) for gain in gains), self.vehicle, self.trims,
-        )  # fmt: skip
+            self.airframe,
+            self.system.cascade,
+            self.options,
+            timing.control_period,
+            timing.plant_step,
+            tuple(float(gain) for gain in gains),
+            self.vehicle,
+            self.trims,
+        )
 
     @cached_property
     def trims(self) -> tuple[SteadyState, ...]:
@@ -369,22 +110,83 @@ class Study(TuningStudy):
 
     @property
     def about(self) -> tuple[tuple[str, str], ...]:
-        """Airframe and laws."""
-        cascade = self.system.cascade
-        laws = f"{cascade.position.name} (position), {cascade.attitude.name} (attitude)"
-        return ("airframe", self.airframe.name), ("laws", laws)
+        """Its airframe."""
+        return ("airframe", self.airframe.name), ("laws", self.law_text)
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences on late rotors and the like, and on what a steady wind takes."""
+        return [*fitted_texts(self.system), *trim_texts([entry.spec for entry in self.scenarios], self.system)]
+
+    @property
+    def air(self) -> list[dict[str, Any]]:
+        """The air of each scenario, with the trim of flights that start in it."""
+        return [
+            {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, self.system)}
+            for entry in self.scenarios
+        ]
+
+    def drawn_numbers(self, spec: ScenarioSpec, stream: str, flights: int) -> np.ndarray | None:
+        """Return deviations (flights, names) of a scenario's vehicles, None where they come from no airframe's uncertainty."""
+        if spec.uncertainty is None:
+            return None
+        return drawn_numbers(spec, self.system.vehicle, self.seed, stream, range(flights))
+
+    def loop_requirements(self) -> tuple[MarginRequirement, ...]:
+        """Return the requirements on margins of single loops."""
+        specs = tuple(entry.spec for entry in self.scenarios)
+        requirements = [margin_requirement(table, self.system.timing, specs) for table in self.table.margin]
+        return tuple(entry for entry in requirements if not entry.quantity.is_multiloop)
+
+    def margin_model(self) -> "MarginModel":
+        """Return the margins of its loop; InputError where there is no steady flight."""
+        system = self.system
+        (hover,) = hover_of([entry.spec for entry in self.scenarios], system.timing)
+        return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, hover.trim)
+
+    def read_row(self, file: Path) -> np.ndarray:
+        """Return the gains row (gains,) of a file of its controller; InputError names all that differs."""
+        controller = read_gains(file)
+        others = differences(controller, self)
+        if others:
+            raise InputError(
+                f"what {file} holds is not what this study flies: {'; '.join(others)}; judge the gains by a study of their own "
+                "controller, or tune them for this one",
+                file=self.path,
+                key="controller" if "airframe" not in others[0] else "airframe",
+            )
+        return np.array(controller.gains)
+
+    def gains_document(self, row: np.ndarray, parts: dict[str, Any]) -> dict[str, Any]:
+        """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""
+        variables = self.space.variables
+        ranges = {address: (each.low, each.high) for each in variables for address in each.addresses}
+        cost = gains_rows(tabled(*[law.name for law in self.system.laws.values()]))
+        return to_document(self.controller(row), parts | ({"cost": cost} if cost else {}), ranges)
+
+    def row_of(self, controller: Controller, file: Path) -> np.ndarray:  # noqa: ARG002
+        """Return the gains row (gains,) of a controller."""
+        return np.array(controller.gains)
+
+    def under(self, controller: Controller, file: Path) -> Self:  # noqa: ARG002
+        """Return the study under another controller, on the controller's airframe."""
+        vehicle, period = controller.airframe.vehicle, controller.control_period
+        knowledge = nominal(vehicle, controller.options, period)
+        timing = Timing(self.system.timing.control_period, controller.plant_step)
+        system = System(vehicle, controller.cascade, knowledge, self.system.limits, timing)
+        return replace(self, airframe=controller.airframe, options=controller.options, system=system)
 
     @property
     def own_code(self) -> dict[str, dict[str, str]]:
         """Digests of the laws, metrics and references that are not bundled, by table and name."""
-        cascade, judged = self.system.cascade, [*self.objectives, *[entry.objective for entry in self.constraints]]
+        judged = [*self.objectives, *[entry.objective for entry in self.constraints]]
         kinds = {type(entry.spec.reference): None for entry in self.scenarios}
-        found = {
-            "law": origins((cascade.position, cascade.attitude)),
+        by_table = {
+            "law": origins(self.system.laws.values()),
             "metric": origins(entry.metric.metric for entry in judged),
             "reference": origins(kinds, "kind"),
         }
-        return {table: digests for table, digests in found.items() if digests}
+        return {table: digests for table, digests in by_table.items() if digests}
 
     def _values(self) -> dict[str, Any]:
         return {
@@ -415,7 +217,7 @@ class Study(TuningStudy):
                 **_dumped(table),
                 "spread": _spread_values(entry.spec, table.spread),
                 "reference": _reference_values(entry.spec.reference, table.reference, paths),
-            }  # fmt: skip
+            }
             for table, entry in zip(self.table.scenario, self.scenarios, strict=True)
         ]
 
@@ -440,3 +242,26 @@ def _reference_values(spec: ReferenceSpec, given: dict[str, Any], paths: bool) -
 
 def _dumped(table: StrictTable, without: set[str] | None = None) -> dict[str, Any]:
     return table.model_dump(mode="json", by_alias=True, exclude=without)
+
+
+def differences(controller: Controller, study: Study) -> list[str]:
+    """Return the differences to a study, each as "NAME 'gains' instead of 'study'"; the plant step is the simulation's own."""
+    system, timing = study.system, study.system.timing
+    pairs: list[tuple[str, object, object]] = [
+        ("airframe", controller.airframe.name, study.airframe.name),
+        ("position law", controller.cascade.position.name, system.cascade.position.name),
+        ("attitude law", controller.cascade.attitude.name, system.cascade.attitude.name),
+        ("control_period [s]", controller.control_period, timing.control_period),
+        ("tilt_limit_deg", degrees(controller.options.tilt_limit), degrees(study.options.tilt_limit)),
+        *[
+            (key, value, getattr(study.options, key))
+            for key, value in vars(controller.options).items()
+            if key != "tilt_limit"
+        ],
+    ]
+    texts = differing(pairs)
+    if controller.airframe.name == study.airframe.name and controller.airframe.vehicle != study.airframe.vehicle:
+        texts.insert(
+            0, f"airframe '{study.airframe.name}' has other numbers in the study's file than in the gains file"
+        )
+    return texts

@@ -11,7 +11,7 @@ from typing import Any
 
 from objectives.decisions import DecisionSpace
 from plant.errors import InputError, UnknownNameError
-from plant.gains import GainAddress
+from plant.quadrotor.gains import GainAddress
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,9 @@ def with_target(table: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
     return {**table, "controller": {**usual, **controller}}
 
 
-def check_target(space: DecisionSpace, known: tuple[GainAddress, ...]) -> None:
+def check_target(space: DecisionSpace, every_gain: tuple[GainAddress, ...]) -> None:
     """Refuse ranges and numbers of a study with a target that lie beyond what its parameters usually hold."""
-    spans = {gain.address: gain for gain in known if not (gain.info.airframe or gain.info.firmware)}
+    spans = {gain.address: gain for gain in every_gain if not (gain.info.airframe or gain.info.firmware)}
     for variable in space.variables:
         for address in variable.addresses:
             _check_inside(spans[address], variable.name, variable.low, variable.high)

@@ -5,8 +5,6 @@ candidate, so that a program which draws its disturbances from it compares candi
 0 or more and better when smaller; one beyond its `worst` counts as that, and each metric of a failed trial as twice that.
 """
 
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,28 +12,23 @@ from math import inf
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, NamedTuple
 
-import numpy as np
 from pydantic import Field, ValidationError
 
 from objectives.decisions import DecisionSpace, Variable
 from objectives.metrics import MetricAddress
 from objectives.metrics.metric import Metric
 from objectives.problem import Constraint, Objective
-from objectives.requirements import Requirement
-from objectives.risk import Risk
 from plant.errors import InputError, UnknownNameError
-from plant.input_files import read_input_text
 from plant.seeds import generator
 from plant.texts import check_name, check_texts, check_title
-from tuner.search.front import resolved_rule
-from tuner.study.judged_reading import held_with
+from tuner.study.judged_reading import held_with, listed, pick_rule, risk_of, unique
 from tuner.study.layers import Layer
 from tuner.study.messages import translated
 from tuner.study.reading import put
 from tuner.study.schema import CONFIDENCE, Confidence, PickTable, SearchTable, StrictTable
 from tuner.study.search_reading import least_tail, search_of
-from tuner.study.size import CHECKED, MOST_CANDIDATES, MOST_FLIGHTS, MOST_POPULATION
-from tuner.study.study import SearchSpec, VariableWords, usual_keys
+from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords
+from tuner.study.size import CHECKED, MOST_FLIGHTS, check_candidates
 from tuner.text.input_errors import located
 from tuner.text.markup import element
 from tuner.text.markup import table as markup_table
@@ -142,80 +135,18 @@ class TrialSpec(NamedTuple):
     name: str = "trials"
 
 
-@dataclass(frozen=True)
-class TrialScenarios:
-    """Scenarios of the trials, and how many of them a candidate meets in the search and in the held-out check."""
-
-    search: int
-    held_out: int
-    spec: TrialSpec = TrialSpec()
-
-
-@dataclass(frozen=True)
-class TrialStudy:
+@dataclass(frozen=True, kw_only=True)
+class TrialStudy(SearchedStudy):
     """A study whose trials another program makes. metrics: what it tells of each, in the order of the file."""
 
     kind: ClassVar[str] = "trials"
-    path: Path
-    space: DecisionSpace
     metrics: tuple[MetricAddress, ...]
-    objectives: tuple[Objective, ...]
-    constraints: tuple[Constraint, ...]
-    search: SearchSpec
-    pick: str
     table: TrialStudyTable
-    given: str | None = None
-
-    @property
-    def title(self) -> str:
-        """One line that names the study."""
-        return self.table.title
-
-    @property
-    def description(self) -> str:
-        """Text for the report."""
-        return self.table.description
-
-    @property
-    def seed(self) -> int:
-        """Root of every random number."""
-        return self.table.seed
-
-    @property
-    def scenarios(self) -> tuple[TrialScenarios, ...]:
-        """The scenarios, which are of one kind."""
-        return (TrialScenarios(self.table.trials.search, self.table.trials.held_out),)
-
-    @property
-    def requirements(self) -> tuple[Requirement, ...]:
-        """Nothing: no requirement is known without a trial."""
-        return ()
-
-    @property
-    def default_row(self) -> np.ndarray:
-        """Values (variables,) of the default."""
-        return np.array(self.space.base)
 
     @property
     def variable_words(self) -> list[VariableWords]:
         """Symbol, meaning and unit of each variable."""
         return [VariableWords("", entry.meaning, entry.unit) for entry in self.table.variable]
-
-    @property
-    def text(self) -> str:
-        """The study as it was given."""
-        return read_input_text(self.path) if self.given is None else self.given
-
-    @property
-    def generations(self) -> int:
-        """Generations of the search."""
-        return self.search.generations
-
-    @property
-    def content(self) -> dict[str, Any]:
-        """The content of the file, overrides and the search that was chosen included."""
-        search = self.table.search.model_copy(update=self.search.sizes)
-        return self.table.model_copy(update={"search": search}).model_dump(mode="json", exclude_unset=True)
 
     @cached_property
     def names(self) -> list[str]:
@@ -225,18 +156,6 @@ class TrialStudy:
     def trial_seed(self, stream: str, scenario: int) -> int:
         """Return the seed of a scenario of a stream, which every candidate meets."""
         return int(generator(self.seed, f"trials/{stream}", scenario).integers(SEEDS))
-
-    def resolved(self) -> dict[str, Any]:
-        """Return every value of the study as JSON-able data."""
-        search = {**self.search.values, "why": self.search.why}
-        return {**self._values(), "search": search, "digest": self.digest()}
-
-    def digest(self) -> str:
-        """Return a hash of everything that decides the result; texts do not."""
-        left = ("title", "description", *usual_keys(self.table.confidence))
-        content = {key: value for key, value in self._values().items() if key not in left}
-        text = json.dumps(content, sort_keys=True, allow_nan=False)
-        return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
     def _values(self) -> dict[str, Any]:
         return {
@@ -274,10 +193,10 @@ def trials_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping
 def _built(path: Path, table: TrialStudyTable) -> TrialStudy:
     space = _space(table.variable)
     metrics = _metrics(table.metric)
-    objectives = tuple(_objective(entry, metrics, f"objective[{i}]") for i, entry in enumerate(table.objective))
-    _check_unique("objective", [objective.label for objective in objectives])
-    constraints = tuple(_constraint(entry, metrics, f"constraint[{i}]") for i, entry in enumerate(table.constraint))
-    _check_unique("constraint", [constraint.objective.label for constraint in constraints])
+    objectives = tuple(listed("objective", path, table.objective, lambda entry: _objective(entry, metrics)))
+    unique("objective", [objective.label for objective in objectives])
+    constraints = tuple(listed("constraint", path, table.constraint, lambda entry: _constraint(entry, metrics)))
+    unique("constraint", [constraint.objective.label for constraint in constraints])
     constraints = held_with(table.confidence, constraints)
     with located(None, "search"):
         if "design" in table.search.initial:
@@ -287,9 +206,21 @@ def _built(path: Path, table: TrialStudyTable) -> TrialStudy:
         search = search_of(table.search, len(space.variables), len(objectives), table.trials.search, tail)
         _check_size(search, table.trials)
     with located(None, "pick"):
-        labels = [objective.label for objective in objectives]
-        rule = resolved_rule(table.pick.rule, table.pick.weights, labels, [entry.metric for entry in table.objective])
-    return TrialStudy(path, space, metrics, objectives, constraints, search, rule, table)
+        rule = pick_rule(table.pick, objectives)
+    return TrialStudy(
+        path=path,
+        title=table.title,
+        description=table.description,
+        seed=table.seed,
+        space=space,
+        scenarios=(StudyScenario(TrialSpec(), table.trials.search, table.trials.held_out),),
+        metrics=metrics,
+        objectives=objectives,
+        constraints=constraints,
+        search=search,
+        pick=rule,
+        table=table,
+    )
 
 
 def _space(tables: list[VariableTable]) -> DecisionSpace:
@@ -304,7 +235,7 @@ def _space(tables: list[VariableTable]) -> DecisionSpace:
         if not entry.low <= entry.default <= entry.high:
             message = f"given {entry.default:g}; allowed: {entry.low:g} to {entry.high:g}, the range of the search"
             raise InputError(message, key=f"{key}.default")
-    _check_unique("variable", [variable.name for variable in variables], ".name")
+    unique("variable", [variable.name for variable in variables], ".name")
     columns = tuple((i,) for i in range(len(variables)))
     return DecisionSpace(tuple(variables), columns, tuple(entry.default for entry in tables))
 
@@ -312,13 +243,21 @@ def _space(tables: list[VariableTable]) -> DecisionSpace:
 FAILURE = MetricAddress(
     "failure",
     Metric(
-        name="failure", symbol="p_fail", unit="1", scope="flight",
+        name="failure",
+        symbol="p_fail",
+        unit="1",
+        scope="flight",
         definition="1 if the trial failed, else 0; its mean over trials is the failure rate",
-        value=lambda told: 0.0, bound=lambda told: 1.0, graded=False, highest=1.0, reaches_zero=True,
-        is_binary=True, combine="max",
+        value=lambda numbers: 0.0,
+        bound=lambda numbers: 1.0,
+        graded=False,
+        highest=1.0,
+        reaches_zero=True,
+        is_binary=True,
+        combine="max",
     ),
     (),
-)  # fmt: skip
+)
 """The metric that needs not be told."""
 
 
@@ -328,7 +267,7 @@ def _metrics(tables: list[MetricTable]) -> tuple[MetricAddress, ...]:
         if entry.name == FAILURE.text:
             message = '"failure" is the share of failed trials, which is counted here; give the metric another name'
             raise InputError(message, key=f"metric[{i}].name")
-    _check_unique("metric", [entry.name for entry in tables], ".name")
+    unique("metric", [entry.name for entry in tables], ".name")
     return tuple(_metric(entry) for entry in tables)
 
 
@@ -336,49 +275,39 @@ def _metric(table: MetricTable) -> MetricAddress:
     """Return the metric: its value is what is told under its name, its bound the worst that counts."""
     name, worst = table.name, table.worst
     metric = Metric(
-        name=name, symbol=name, unit=table.unit.replace("{", "{{").replace("}", "}}"), scope="flight",
+        name=name,
+        symbol=name,
+        unit=table.unit.replace("{", "{{").replace("}", "}}"),
+        scope="flight",
         definition=table.meaning or "as the program tells it",
-        value=lambda told: told[name], bound=lambda told: worst, highest=inf, reaches_zero=True,
-    )  # fmt: skip
+        value=lambda numbers: numbers[name],
+        bound=lambda numbers: worst,
+        highest=inf,
+        reaches_zero=True,
+    )
     return MetricAddress(name, metric, ())
 
 
-def _objective(table: TrialObjectiveTable, metrics: tuple[MetricAddress, ...], key: str) -> Objective:
-    known = {entry.text: entry for entry in (*metrics, FAILURE)}
-    if table.metric not in known:
-        raise UnknownNameError("metric", table.metric, known, key=f"{key}.metric")
-    try:
-        return Objective(known[table.metric], Risk(table.risk, table.level))
-    except UnknownNameError as error:
-        raise error.located(key=f"{key}.risk") from None
-    except InputError as error:
-        raise error.located(key=f"{key}.level") from None
+def _objective(table: TrialObjectiveTable, metrics: tuple[MetricAddress, ...]) -> Objective:
+    by_name = {entry.text: entry for entry in (*metrics, FAILURE)}
+    if table.metric not in by_name:
+        raise UnknownNameError("metric", table.metric, by_name, key="metric")
+    return Objective(by_name[table.metric], risk_of(table.risk, table.level))
 
 
-def _constraint(table: TrialConstraintTable, metrics: tuple[MetricAddress, ...], key: str) -> Constraint:
-    objective = _objective(table, metrics, key)
+def _constraint(table: TrialConstraintTable, metrics: tuple[MetricAddress, ...]) -> Constraint:
+    objective = _objective(table, metrics)
     most = objective.metric.metric.bound({})
     if table.max > most:
         unit = after_number(objective.metric.unit)
         message = f"given {table.max:g}; nothing worse than {most:g}{unit} counts: allowed: 0 to {most:g}{unit}"
-        raise InputError(message, key=f"{key}.max")
+        raise InputError(message, key="max")
     return Constraint(objective, table.max)
-
-
-def _check_unique(name: str, labels: list[str], leaf: str = "") -> None:
-    for i, label in enumerate(labels):
-        if label in labels[:i]:
-            message = f"'{label}' stands here twice, first as {name}[{labels.index(label)}]; leave one out"
-            raise InputError(message, key=f"{name}[{i}]{leaf}")
 
 
 def _check_size(search: SearchSpec, trials: TrialsTable) -> None:
     """Refuse a run that is out of all proportion; InputError with the key inside [search]."""
-    if search.population > MOST_POPULATION:
-        raise InputError(f"given {search.population}; allowed: up to {MOST_POPULATION:,}", key="population")
-    if search.candidates > MOST_CANDIDATES:
-        message = f"{search.size} are {search.candidates:,} candidates; allowed: up to {MOST_CANDIDATES:,}"
-        raise InputError(message, key="generations")
+    check_candidates(search.population, search.generations)
     count = search.candidates * trials.search + CHECKED * trials.held_out
     if count > MOST_TRIALS:
         message = f"about {count:,} trials in all; allowed: up to {MOST_TRIALS:,}: make generations or [trials] smaller"

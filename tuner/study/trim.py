@@ -10,11 +10,11 @@ from objectives.margins.steady_state import HOVER, SteadyState
 from objectives.system import System
 from plant.errors import InputError
 from plant.loop import Timing
+from plant.quadrotor.rigid_body import dynamics
+from plant.quadrotor.scenarios import ScenarioSpec
+from plant.quadrotor.trim import SteadyFlight, steady_flight, within_limits
 from plant.records import flatten
 from plant.references.spec import HOLD, VELOCITY, YAW
-from plant.rigid_body import dynamics
-from plant.scenarios import ScenarioSpec
-from plant.trim import SteadyFlight, steady_flight, within_limits
 
 # Directions [deg] that a wind without one of its own is tried in: drag differs between the body axes at most.
 DIRECTIONS = (0.0, 45.0, 90.0)
@@ -114,7 +114,7 @@ def hover_of(specs: Sequence[ScenarioSpec], timing: Timing) -> tuple[SteadyState
 
 
 def holds_place(specs: Sequence[ScenarioSpec], timing: Timing) -> bool:
-    """Return whether any scenario closes the position loops of x and y; attitude mode leaves them open."""
+    """Return True if any scenario closes the position loops of x and y; attitude mode leaves them open."""
     return any(bool(np.any(spec.track(timing).samples[:, HOLD] > 0.5)) for spec in specs)
 
 
@@ -158,7 +158,7 @@ def _vector(values: np.ndarray) -> tuple[float, float, float]:
 
 
 def trim_entry(spec: ScenarioSpec, system: System) -> dict[str, float]:
-    """Return what a summary holds of a trim: tilt [rad] and thrust over the weight; empty where no mean wind is held."""
+    """Return the part of a summary about a trim: tilt [rad] and thrust over the weight; empty where no mean wind is held."""
     trim = mean_wind_trim(spec, system)
     return {} if trim is None else {"trim_tilt": trim.tilt, "trim_thrust": trim.thrust}
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field, ValidationError
+from pydantic import Field, JsonValue, ValidationError
 
 from objectives.plant_system import PlantSystem
 from plant.errors import InputError
@@ -18,9 +18,9 @@ from plant.texts import check_texts
 from tuner.gains.parsing import parsed
 from tuner.gains.plant_document import VERSION
 from tuner.gains.sections import PLANT_FORMAT
+from tuner.study.channels import channel_of
 from tuner.study.messages import translated
 from tuner.study.plant_schema import ChannelTable
-from tuner.study.plant_study import channel_of
 from tuner.study.schema import StrictTable
 from tuner.text.input_errors import located
 from tuner.text.sentences import differing
@@ -59,7 +59,7 @@ class TunedLoops:
     control_period: float
     gains: Mapping[str, float]
 
-    def row(self, system: PlantSystem, origin: Path) -> np.ndarray:
+    def row(self, system: PlantSystem, origin: Path | None) -> np.ndarray:
         """Return the gains row (g,) of a system with these channels; InputError where one is missing. origin: who gives them."""
         for gain in system.gains:
             if gain.address not in self.gains:
@@ -79,7 +79,11 @@ def loops_of(system: PlantSystem, row: np.ndarray) -> TunedLoops:
 
 def read_tuned_loops(file: Path) -> TunedLoops:
     """Read the gains.json of a plant; InputError names file and key."""
-    document = parsed(file)
+    return tuned_loops_of(parsed(file), file)
+
+
+def tuned_loops_of(document: Mapping[str, JsonValue], file: Path | None) -> TunedLoops:
+    """Return the loops of the content of a gains.json; file: which, for errors."""
     if document.get("format") != PLANT_FORMAT:
         raise InputError(
             "holds no gains of a plant of one's own; give the gains.json of a run of one", file=file, key="format"
@@ -89,7 +93,7 @@ def read_tuned_loops(file: Path) -> TunedLoops:
     try:
         table = TunedLoopsTable.model_validate(given)
     except ValidationError as error:
-        raise translated(error, file, TunedLoopsTable) from None
+        raise translated(error, file or Path("gains.json"), TunedLoopsTable) from None
     if table.version != VERSION:
         raise InputError(f"given {table.version}; this holdfast reads version {VERSION}", file=file, key="version")
     channels = []
@@ -106,7 +110,11 @@ def read_plant_row(file: Path, system: PlantSystem) -> np.ndarray:
 
     Raises InputError with all that differs where its loops are others, for the same numbers would mean something else in them.
     """
-    loops = read_tuned_loops(file)
+    return row_in(read_tuned_loops(file), system, file)
+
+
+def row_in(loops: TunedLoops, system: PlantSystem, file: Path | None) -> np.ndarray:
+    """Return the gains row (g,) of loops in a system; InputError where its loops are others. file: of the gains, for errors."""
     others = differences(loops, system)
     if others:
         raise InputError(

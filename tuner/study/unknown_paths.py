@@ -16,44 +16,44 @@ Place = tuple[str | int, ...]
 def place_of(table: dict[str, Any], path: str) -> Place:
     """Return the place that a path leads to; InputError, without file and key, where there can be none."""
     place: list[str | int] = []
-    here: Any = table
+    level: Any = table
     rest = path
     while rest:
-        part, rest = _next(here, place, rest)
+        part, rest = _next(level, place, rest)
         place.append(part)
-        here = _below(here, part, path, last=not rest)
-    if not place or isinstance(here, dict | list):
-        kind = "nothing" if not place else _kind(here)
-        raise InputError(f"'{path}' leads to {kind}; a path leads to one number{_below_hint(here)}")
+        level = _below(level, part, path, last=not rest)
+    if not place or isinstance(level, dict | list):
+        kind = "nothing" if not place else _kind(level)
+        raise InputError(f"'{path}' leads to {kind}; a path leads to one number{_below_hint(level)}")
     return tuple(place)
 
 
 def value_at(table: Any, place: Place) -> Any:
     """Return the value at a place, None where there is none."""
-    here = table
+    level = table
     for part in place:
-        if isinstance(here, dict):
-            here = here.get(part)
-        elif isinstance(here, list) and isinstance(part, int):
-            here = here[part]
+        if isinstance(level, dict):
+            level = level.get(part)
+        elif isinstance(level, list) and isinstance(part, int):
+            level = level[part]
         else:
             return None
-    return here
+    return level
 
 
 def put_at(table: Any, place: Place, value: float) -> None:
     """Set a place of nested tables and lists, making the tables on the way that are missing."""
     *parents, last = place
-    here = table
+    level = table
     for part in parents:
-        here = here.setdefault(part, {}) if isinstance(here, dict) else here[part]
-    here[last] = value
+        level = level.setdefault(part, {}) if isinstance(level, dict) else level[part]
+    level[last] = value
 
 
-def _next(here: Any, before: list[str | int], rest: str) -> tuple[str | int, str]:
+def _next(level: Any, before: list[str | int], rest: str) -> tuple[str | int, str]:
     """Return the next part of a path, as key or index, and what is left of the path."""
-    if isinstance(here, list):
-        return _index(here, before, rest)
+    if isinstance(level, list):
+        return _index(level, before, rest)
     if before and before[-1] == GAINS and rest.count(".") >= 1:
         axis, name, *more = rest.split(".", 2)
         return f"{axis}.{name}", more[0] if more else ""
@@ -61,45 +61,45 @@ def _next(here: Any, before: list[str | int], rest: str) -> tuple[str | int, str
     return part, left
 
 
-def _index(here: list[Any], before: list[str | int], rest: str) -> tuple[int, str]:
+def _index(level: list[Any], before: list[str | int], rest: str) -> tuple[int, str]:
     """Return the index of a list entry: a number, or the name of a contender, which may hold dots."""
     if before == [CONTENDER]:
-        names = [str(entry.get("name")) for entry in here]
+        names = [str(entry.get("name")) for entry in level]
         fitting = [name for name in names if rest == name or rest.startswith(f"{name}.")]
         if not fitting:
             raise UnknownNameError("contender", rest.split(".")[0], names)
         name = max(fitting, key=len)
         return names.index(name), rest[len(name) + 1 :]
     part, _, left = rest.partition(".")
-    if not part.isdecimal() or int(part) >= len(here):
-        allowed = f"0 to {len(here) - 1}" if here else "none, the list is empty"
+    if not part.isdecimal() or int(part) >= len(level):
+        allowed = f"0 to {len(level) - 1}" if level else "none, the list is empty"
         raise InputError(f"'{part}' is no entry of the list '{_dotted(before)}'; allowed: {allowed}")
     return int(part), left
 
 
-def _below(here: Any, part: str | int, path: str, last: bool) -> Any:
+def _below(level: Any, part: str | int, path: str, last: bool) -> Any:
     """Return the content below a part; an empty table for one that is missing on the way, None at the end of it."""
-    if isinstance(here, list):
+    if isinstance(level, list):
         assert isinstance(part, int)
-        return here[part]
-    if part in here:
-        below = here[part]
+        return level[part]
+    if part in level:
+        below = level[part]
         if not last and not isinstance(below, dict | list):
             raise InputError(f"'{path}' goes on behind '{part}', which is a value; end the path there")
         return below
     return None if last else {}
 
 
-def _kind(here: Any) -> str:
-    return "a list" if isinstance(here, list) else "a table"
+def _kind(level: Any) -> str:
+    return "a list" if isinstance(level, list) else "a table"
 
 
-def _below_hint(here: Any) -> str:
+def _below_hint(level: Any) -> str:
     """Return the end of the message on a path that does not lead to a value."""
-    if isinstance(here, list) and here:
-        return f"; go on with an entry, 0 to {len(here) - 1}"
-    if isinstance(here, dict) and here:
-        return f"; there is: {', '.join(map(str, here))}"
+    if isinstance(level, list) and level:
+        return f"; go on with an entry, 0 to {len(level) - 1}"
+    if isinstance(level, dict) and level:
+        return f"; there is: {', '.join(map(str, level))}"
     return ""
 
 

@@ -56,12 +56,12 @@ def _guarded(run: Callable[[], Any], debug: bool) -> int:
     except BaseException as error:
         # A library may make another error of the signal, a damaged file for instance.
         number = error.number if isinstance(error, Interrupted) else signals.number
-        told = message(error, number)
-        if debug or told is None:
+        line = message(error, number)
+        if debug or line is None:
             raise
         let_go_of_output()
         with suppress(OSError):
-            print(one_line(told), file=sys.stderr)
+            print(one_line(line), file=sys.stderr)
         return USER_ERROR if number is None else SIGNALLED + number
 
 
@@ -106,13 +106,13 @@ def code_announced() -> Iterator[None]:
         from plant.backends.cache import cache_folder
         from plant.backends.sealed import private_folder
 
-        known = private_folder(cache_folder() / "code")
-        if known is not None and (known / digest).exists():
+        folder = private_folder(cache_folder() / "code")
+        if folder is not None and (folder / digest).exists():
             return
         print(one_line(sentence), file=sys.stderr)
-        if known is not None:
+        if folder is not None:
             with suppress(OSError):
-                write_new_file(known / digest, b"")
+                write_new_file(folder / digest, b"")
 
     ANNOUNCEMENTS.append(announce)
     try:
@@ -143,8 +143,8 @@ def message(error: BaseException, number: int | None) -> str | None:
     if isinstance(error, OSError):
         # Files are the only things outside this process that the tool touches: a full disk, a folder without permission.
         where = f"{error.filename}: " if error.filename else ""
-        kept = f"what was written so far is kept. Make room, then {notes[-1]}" if notes else "nothing more was written"
-        return f"Error: {where}{error.strerror or error}; {kept}"
+        state = f"what was written so far is kept. Make room, then {notes[-1]}" if notes else "nothing more was written"
+        return f"Error: {where}{error.strerror or error}; {state}"
     return None
 
 

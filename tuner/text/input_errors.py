@@ -48,9 +48,9 @@ class Fault(NamedTuple):
     context: dict[str, Any]
 
     @classmethod
-    def of(cls, found: ErrorDetails) -> "Fault":
+    def of(cls, error: ErrorDetails) -> "Fault":
         """Return a problem as pydantic tells it."""
-        return cls(found["type"], found["loc"], found["input"], found["msg"], found.get("ctx", {}))
+        return cls(error["type"], error["loc"], error["input"], error["msg"], error.get("ctx", {}))
 
 
 @contextmanager

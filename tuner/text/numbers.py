@@ -22,7 +22,7 @@ def estimate(value: float | None, low: float | None, high: float | None, signed:
     return middle + tail, f"[{bottom}, {top}]{tail}"
 
 
-def beside(value: float | None, width: float) -> str:
+def rounded_to(value: float | None, width: float) -> str:
     """Return a number with the digits that an interval of this width around it supports."""
     if value is None or not isfinite(value) or not isfinite(width):
         return significant(value)
@@ -67,12 +67,12 @@ def duration(seconds: float) -> str:
     """Return a time span in the units a person would use: "0.84 s", "42 s", "4 min 12 s", "2 h 5 min"."""
     if seconds < 9.95:
         return f"{significant(seconds, 2)} s"
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
+    total = round(seconds)
+    if total < 60:
+        return f"{total} s"
+    if total < 3600:
+        return f"{total // 60} min {total % 60} s"
+    return f"{total // 3600} h {total % 3600 // 60} min"
 
 
 def _layout(value: float, low: float, high: float) -> tuple[int, int]:

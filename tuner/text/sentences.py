@@ -19,9 +19,18 @@ def counted(number: int, noun: str) -> str:
     return f"{word} {noun}{'' if number == 1 else 's'}"
 
 
-def limit_text(limit: float, unit: str, sense: str = "most") -> str:
-    """Return "at most 0.05 m", or "at least 0.05 m"."""
-    return f"at {sense} {significant(limit)} {unit}".rstrip()
+BOUNDS = {"min": "at least", "max": "at most"}
+"""Senses of limits, as studies and documents write them, in sentences."""
+
+
+def limit_text(limit: float, unit: str, sense: str = "max") -> str:
+    """Return a limit in a sentence: "at most 0.05 m", or "at least 0.05 m"."""
+    return f"{BOUNDS[sense]} {significant(limit)} {unit}".rstrip()
+
+
+def bound_text(limit: float, sense: str = "max") -> str:
+    """Return a limit in a table, with the word of the study: "max 0.05", or "min 35"."""
+    return f"{sense} {significant(limit, 6)}"
 
 
 # Relative difference of numbers below which they are the same.
@@ -29,11 +38,15 @@ SAME = 1e-9
 
 
 def differing(pairs: Iterable[tuple[str, object, object]]) -> list[str]:
-    """Return which of named pairs differ, each as "NAME 'one' instead of 'other'"; numbers are alike within rounding."""
-    return [f"{name} {_told(one)} instead of {_told(other)}" for name, one, other in pairs if not _alike(one, other)]
+    """Return the named pairs that differ, each as "NAME 'one' instead of 'other'"; numbers are alike within rounding."""
+    return [
+        f"{name} {_value_text(one)} instead of {_value_text(other)}"
+        for name, one, other in pairs
+        if not _alike(one, other)
+    ]
 
 
-def _told(value: object) -> str:
+def _value_text(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else repr(value)
 
 

@@ -77,12 +77,12 @@ class Signals:
         else:
             raise Interrupted(number)
 
-    def _retry_unraisable(self, found: Any) -> None:
+    def _retry_unraisable(self, unraisable: Any) -> None:
         """Send a signal again that was raised where nobody could take it, such as in a destructor."""
-        if isinstance(found.exc_value, Interrupted):
-            self._retry(found.exc_value.number)
+        if isinstance(unraisable.exc_value, Interrupted):
+            self._retry(unraisable.exc_value.number)
         else:
-            self._hook(found)
+            self._hook(unraisable)
 
     def _retry(self, number: int) -> None:
         self._is_retried = True
@@ -90,7 +90,7 @@ class Signals:
 
 
 def is_swallowed(frame: FrameType | None) -> bool:
-    """Return whether a frame runs on behalf of an import or of a model of pydantic, which would take an exception for theirs."""
+    """Return True for a frame of an import or of a pydantic model, which would take an exception for theirs."""
     while frame is not None:
         if any(part in frame.f_code.co_filename for part in SWALLOWING):
             return True

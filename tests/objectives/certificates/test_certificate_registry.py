@@ -12,11 +12,11 @@ from scipy.optimize import brentq
 from objectives.certificates import CERTIFICATES, AxisLoop, RotorLag, TiltLoop, axis_loop
 from objectives.certificates.channel_model import MODELLED, closed_loop
 from objectives.certificates.lmi import MARGIN, coordinates, is_negative, is_positive
-from plant.cascade import AXES, close_cascade
-from plant.gains import default_row, gain_addresses
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
-from plant.nominal import ControlOptions, Nominal, nominal
+from plant.quadrotor.cascade import AXES, close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
 from tests.plant.harness import VEHICLES
 
 TIMING = Timing(0.004, 0.001)

@@ -23,7 +23,8 @@ from objectives.certificates.channel_model import (
     sector,
 )
 from objectives.design.frequency import actuator_response
-from plant.laws import LAWS, hybrid, ladrc, pid
+from plant.law_registry import LAWS
+from plant.laws import hybrid, ladrc, pid
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.seeds import generator
 from tests.objectives.certificates.cases import HYBRID, LADRC, PID, ROTORS, transfer

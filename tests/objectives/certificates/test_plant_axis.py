@@ -14,11 +14,11 @@ from objectives.certificates.linear_bound import smallest_sum, with_modes_apart
 from objectives.certificates.peak_gain import disturbed
 from objectives.certificates.plant_axis import PlantAxis
 from objectives.margins.plant_margins import PlantMargins
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel
 from plant.model.scenario import PlantScenario
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from tests.plant.model.plants import cascade, pid, stepped, system_of
 
 MOTOR = (10.0, 10.0, 0.2, 0.001)

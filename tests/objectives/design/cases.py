@@ -5,7 +5,8 @@ from typing import Any
 
 from objectives.certificates import RotorLag
 from objectives.design import DesignAxis, DesignRequirements
-from plant.laws import LAWS, Law, Span
+from plant.law_registry import LAWS
+from plant.laws.law import Law, Span
 
 # 20 ms of lag and 4 ms of dead time.
 ROTORS = RotorLag(0.02, 0.004, lag_aware=True, order=2)

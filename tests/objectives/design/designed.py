@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from objectives.design import AxisDesign, DesignRequirements, design_axes
-from plant.cascade import AXES, close_cascade
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
-from plant.nominal import ControlOptions, Nominal, nominal
+from plant.quadrotor.cascade import AXES, close_cascade
+from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
 from tests.plant.harness import VEHICLES
 
 TIMING = Timing(0.004, 0.001)

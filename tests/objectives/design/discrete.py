@@ -13,7 +13,7 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.records import flatten, pack, size
 
@@ -68,9 +68,14 @@ class Loop:
     def step(self, memory: Array, reference: float, y: float, v: float, effect: float, h: float) -> tuple[Array, float]:
         law = LAWS[self.law]
         command, after = law.step(
-            pack(law.Memory, memory.tolist()), law.prepare(self.gains, h), Channel(1.0, float(self.observed)),
-            Setpoint(reference, 0.0, 0.0), Measured(y, v), Applied(effect, 0.0), h,
-        )  # fmt: skip
+            pack(law.Memory, memory.tolist()),
+            law.prepare(self.gains, h),
+            Channel(1.0, float(self.observed)),
+            Setpoint(reference, 0.0, 0.0),
+            Measured(y, v),
+            Applied(effect, 0.0),
+            h,
+        )
         return np.array(flatten(after)), command
 
 

@@ -13,7 +13,8 @@ from objectives.design.adrc_design import LARGEST_DESCRIBING, design_hybrid, des
 from objectives.design.expressions import Complex, Feedback, observed, sensitivities
 from objectives.design.frequency import closed_matrix, responses
 from objectives.design.program import load_rejection
-from plant.laws import LAWS, hybrid, ladrc
+from plant.law_registry import LAWS
+from plant.laws import hybrid, ladrc
 from plant.seeds import generator
 from tests.objectives.design.cases import FREE, ROTORS, axis, roomy
 from tests.objectives.design.discrete import Loop, Rotors, attitude_step
@@ -41,7 +42,7 @@ def test_the_expression_is_the_law(name: str, estimated: bool) -> None:
         a, b, wo, omega = draw.uniform(1.0, 20.0, 4).tolist()
         gains, law = numbers(name, a, b, wo, estimated)
         exact = responses(axis(LAWS[name], observed=estimated).closed(gains), np.array([1j * omega]))
-        known, delivered = complex(exact.known[0]), complex(exact.delivered[0])
+        known, delivered = complex(exact.seen[0]), complex(exact.delivered[0])
         seen = observed(law, Complex(0.0, omega), Complex(known.real, known.imag))
         value, rate, own = (complex(part.re, part.im) for part in seen)
         assert (value + 1j * omega * rate) / own == pytest.approx(complex(exact.feedback_gain()[0]), rel=1e-9)
@@ -179,7 +180,7 @@ def test_command_noise_is_that_of_the_sampled_loop() -> None:
 
 
 def test_ranges_are_kept() -> None:
-    estimates = replace(axis(LAWS["ladrc"], observed=True), period=0.01)
+    estimates = replace(axis(LAWS["ladrc"], observed=True), control_period=0.01)
     slow = design_ladrc(estimates, DesignRequirements())
     assert slow.designed and slow.gains.omega_o == pytest.approx(0.3 / 0.01, rel=1e-6)
     assert slow.gains.omega_o <= 0.3 / 0.01

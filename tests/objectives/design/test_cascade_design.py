@@ -7,14 +7,14 @@ import pytest
 
 from objectives.design import DESIGNERS, DesignRequirements, design, design_axes
 from objectives.design.cascade_design import authority
-from plant.allocation import allocate, saturated
-from plant.cascade import close_cascade
 from plant.errors import InputError
-from plant.gains import default_row, gain_addresses
-from plant.laws import LAWS
-from plant.nominal import ControlOptions, nominal
+from plant.law_registry import LAWS
+from plant.quadrotor.allocation import allocate, saturated
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Rotors, Vec3
-from plant.vehicle import Vehicle
 from tests.objectives.design.designed import HUMMINGBIRD, NAMES, TIMING, H, designs, known, row_of
 
 

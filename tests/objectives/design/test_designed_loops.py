@@ -9,13 +9,13 @@ import pytest
 from objectives import meters
 from plant.air.spec import AirSpec
 from plant.backends.stepping import fly_steps, lane_of, unchanged
-from plant.cascade import close_cascade
-from plant.closed_loop import Limits, close_loop
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import MeterModel
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.closed_loop import Limits, close_loop
+from plant.quadrotor.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from plant.records import pack
 from plant.references.steps import Steps
-from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from tests.objectives.design.designed import HUMMINGBIRD, NAMES, REQUIREMENTS, TIMING, H, designs, known, row_of
 from tests.objectives.design.discrete import Loop, Rotors, attitude_step, margins, position_step
 from tests.plant.harness import VEHICLES

@@ -7,7 +7,8 @@ import pytest
 
 from objectives.design import DesignAxis, DesignRequirements, pid_ccp
 from objectives.design.pid_ccp import Procedure, design_pid, noise_root, starts, task_of
-from plant.laws import LAWS, pid
+from plant.law_registry import LAWS
+from plant.laws import pid
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from tests.objectives.design.cases import FREE, ROTORS, axis, roomy
 
@@ -119,7 +120,7 @@ def test_the_best_of_the_starts_counts(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def command_noise(case: DesignAxis, requirements: DesignRequirements, gains: pid.Gains) -> float:
     """RMS of what the law itself commands when it measures nothing but noise."""
-    law, h, steps = LAWS["pid"], case.period, 40_000
+    law, h, steps = LAWS["pid"], case.control_period, 40_000
     value, rate = requirements.noises("attitude")
     draw = np.random.default_rng(3).standard_normal((steps, 2)) * [value, rate]
     constants, channel = law.prepare(gains, h), Channel(1.0, float(case.from_observer))

@@ -14,22 +14,26 @@ from objectives.margins.quantities import QUANTITIES
 from objectives.metrics.address import parse
 from objectives.problem import score_flights
 from plant.backends.flyer import result_parts
-from plant.closed_loop import Status
 from plant.errors import InputError, MissingPackageError
 from plant.fmu.fmu_model import read_fmu
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Coloured, Step
 from plant.records import flatten, paths, rows
+from plant.status import Status
 from tests.plant.fmu.fmus import write_motor
 from tests.plant.model.plants import pid, stepped, system_of
 
 SPEC = PlantScenario(
-    "turn", 0.2, {"angle": Step(1.0, 0.01)}, {"torque": Coloured(0.001, 0.05)}, {"angle": SensorNoise(2e-4)},
+    "turn",
+    0.2,
+    {"angle": Step(1.0, 0.01)},
+    {"torque": Coloured(0.001, 0.05)},
+    {"angle": SensorNoise(2e-4)},
     {"inertia": 0.2, "friction": 0.3},
-)  # fmt: skip
+)
 CHANNELS = [pid("angle", "angle", "voltage", limit=10.0)]
 ACTUATORS = [Actuator("voltage", -12.0, 12.0, delay=0.001)]
 TIMING = Timing(0.001, 0.0005)

@@ -6,17 +6,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.describing import Case, constants_of
+from objectives.margins.describing import Case
 from objectives.margins.margins import MarginModel
+from objectives.margins.period import constants_of
 from objectives.margins.trim import Trim
-from plant.airframes import load
-from plant.cascade import Cascade, close_cascade
-from plant.gains import default_row, gain_addresses
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import Cascade, close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Vec3
-from plant.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 

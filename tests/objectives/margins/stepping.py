@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 
 from objectives.margins.period import NO_METERS, NoMeters, Term, state_type
 from objectives.margins.trim import Trim
-from plant.allocation import speed_commands
-from plant.attitude import euler_angles
 from plant.backends.rebind import PRIMITIVES, Rebinder
-from plant.cascade import Cascade, Tilt, commanded_torque, tilt_for
-from plant.closed_loop import Limits, close_loop
-from plant.disturbance import Disturbance
 from plant.loop import Timing
-from plant.nominal import Nominal
+from plant.quadrotor.allocation import speed_commands
+from plant.quadrotor.attitude import euler_angles
+from plant.quadrotor.cascade import Cascade, Tilt, commanded_torque, tilt_for
+from plant.quadrotor.closed_loop import Limits, close_loop
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.rigid_body import Dynamics
+from plant.quadrotor.sample import Targets
+from plant.quadrotor.sensors import Noise
 from plant.records import flatten, pack, size
 from plant.references.track import Reference
-from plant.rigid_body import Dynamics
-from plant.sensors import Noise
-from plant.targets import Targets
 from plant.vectors import Vec3, axpy_rotors
 
 Array = NDArray[np.float64]
@@ -36,9 +36,16 @@ class Stepper:
     """
 
     def __init__(
-        self, cascade: Cascade, nominal: Nominal, timing: Timing, dynamics: Dynamics, trim: Trim,
-        terms: tuple[Term, ...] = (), gain: Array | None = None, names: dict[str, Any] = PRIMITIVES,
-    ) -> None:  # fmt: skip
+        self,
+        cascade: Cascade,
+        nominal: Nominal,
+        timing: Timing,
+        dynamics: Dynamics,
+        trim: Trim,
+        terms: tuple[Term, ...] = (),
+        gain: Array | None = None,
+        names: dict[str, Any] = PRIMITIVES,
+    ) -> None:
         self.cascade, self.nominal, self.timing, self.dynamics, self.trim = cascade, nominal, timing, dynamics, trim
         self.terms, self.gain = terms, gain
         self.loop = close_loop(cascade, NO_METERS)
@@ -61,9 +68,13 @@ class Stepper:
         return line
 
     def step(
-        self, state: Any, gains: Any, push: Callable[..., Any] | None = None, twist: Callable[..., Any] | None = None,
+        self,
+        state: Any,
+        gains: Any,
+        push: Callable[..., Any] | None = None,
+        twist: Callable[..., Any] | None = None,
         reference: Reference | None = None,
-    ) -> tuple[Array, Array, Array]:  # fmt: skip
+    ) -> tuple[Array, Array, Array]:
         """Next state, command at the break points and output (place and angles), one row each.
 
         push(demand x, demand y) -> what is added to them [m/s2]; twist(lift, torques, sub-step) -> what is added to these [m/s2, N m].
@@ -81,12 +92,30 @@ class Stepper:
         if self.gain is not None:
             stand_ins |= {term.nonlinearity.function: self._straight(constants, term) for term in self.terms}
         flight = self.loop.Flight(
-            before.body, before.in_force, before.queue, before.in_force, before.pending, before.gyro, before.notches, before.battery, before.control, NoMeters(), 0.0, 0.0
-        )  # fmt: skip
+            before.body,
+            before.in_force,
+            before.queue,
+            before.in_force,
+            before.pending,
+            before.gyro,
+            before.notches,
+            before.battery,
+            before.control,
+            NoMeters(),
+            0.0,
+            0.0,
+        )
         after = Rebinder(self._names, stand_ins=stand_ins)(self.loop.decide)(
-            flight, constants, self.nominal, reference or self.reference(), pack(Noise, [0.0] * size(Noise)),
-            pack(Targets, [0.0] * size(Targets)), FAR, 0.0, h,
-        )  # fmt: skip
+            flight,
+            constants,
+            self.nominal,
+            reference or self.reference(),
+            pack(Noise, [0.0] * size(Noise)),
+            pack(Targets, [0.0] * size(Targets)),
+            FAR,
+            0.0,
+            h,
+        )
         lift = sum(after.in_force) / self.nominal.vehicle.mass
         torque = commanded_torque(after.in_force, self.nominal.vehicle)
         body, demand = after.body, after.control.acceleration

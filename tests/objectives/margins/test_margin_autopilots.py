@@ -10,11 +10,11 @@ from scipy import signal as scipy_signal
 
 from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
-from plant.cascade import Cascade, close_cascade
-from plant.gains import default_row, gain_addresses
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.cascade import Cascade, close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions, nominal
 from tests.objectives.margins.designs import ideal_vehicle
 
 # scipy tells pyright less than it knows.

@@ -4,12 +4,17 @@ import numpy as np
 import pytest
 
 from objectives.margins.trim import Trim
-from plant.nominal import ControlOptions
+from plant.quadrotor.nominal import ControlOptions
 from tests.objectives.margins.designs import HUMMINGBIRD, gains_with, model_of
 
 WEAK = HUMMINGBIRD._replace(
-    battery_full=12.6, battery_empty=10.5, battery_resistance=0.06, battery_capacity=7200.0, battery_used=5400.0, hover_power=90.0
-)  # fmt: skip
+    battery_full=12.6,
+    battery_empty=10.5,
+    battery_resistance=0.06,
+    battery_capacity=7200.0,
+    battery_used=5400.0,
+    hover_power=90.0,
+)
 W = np.geomspace(0.5, 600.0, 40)
 
 

@@ -8,7 +8,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from objectives.scales import decibel
 from plant.loop import Timing
-from plant.nominal import ControlOptions
+from plant.quadrotor.nominal import ControlOptions
 from tests.objectives.margins.designs import gains_with, ideal_vehicle, model_of
 
 # wo/wc: Ms, phase margin [deg], gain crossover over wc, upper gain margin [dB], delay margin times wc, without any lag and with

@@ -13,7 +13,7 @@ import pytest
 
 from objectives.margins.disk import disk_range
 from objectives.margins.period import CHANNELS
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from tests.objectives.margins.designs import OPTIONS, H, model_of, random_gains
 from tests.objectives.margins.python_control import Loop, classical
 

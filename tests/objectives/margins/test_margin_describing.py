@@ -8,9 +8,10 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize_scalar
 
-from objectives.margins.describing import Case, constants_of, describing_function, steepest_slope, term_gains
-from objectives.margins.period import terms_of
-from plant.laws import LAWS, hybrid
+from objectives.margins.describing import Case, describing_function, steepest_slope, term_gains
+from objectives.margins.period import constants_of, terms_of
+from plant.law_registry import LAWS
+from plant.laws import hybrid
 from plant.records import pack
 from tests.objectives.margins.designs import H, cascade_of, default_gains, gains_with
 
@@ -89,9 +90,14 @@ def test_terms_of_every_law_against_quadrature(name, entry, attitude):
 
     def exact(a):
         whole, _ = quad(
-            lambda t: entry.function(a * np.sin(t), plain) * np.sin(t), 0.0, 2.0 * pi, limit=400, epsabs=0.0, epsrel=1e-6,
+            lambda t: entry.function(a * np.sin(t), plain) * np.sin(t),
+            0.0,
+            2.0 * pi,
+            limit=400,
+            epsabs=0.0,
+            epsrel=1e-6,
             points=np.concatenate([np.geomspace(1e-4, 1.0, 9), pi - np.geomspace(1e-4, 1.0, 9), [pi]]),
-        )  # fmt: skip
+        )
         return whole / (pi * a)
 
     np.testing.assert_allclose(found[::3], [exact(a) for a in AMPLITUDES[::3]], rtol=2e-3)
@@ -103,7 +109,7 @@ def test_every_term_gets_the_gain_of_its_own_axis_at_every_case():
     )
     cascade = cascade_of("ladrc", "hybrid")
     cases = (Case(0.0), Case(0.2), Case(None))
-    found = term_gains(terms_of(cascade), cascade, gains, H, cases)
+    found = term_gains(terms_of(cascade), constants_of(cascade, gains, H), 1, cases)
     assert found.shape == (1, 3, 3)
     np.testing.assert_allclose(found[0], [[3.0, 4.0, 5.0]] * 3, rtol=1e-6)
     assert [case.label for case in cases] == ["small signals", "amplitude 0.2", "steepest slope"]

@@ -6,11 +6,11 @@ from scipy.optimize import minimize
 
 from objectives.margins.disk import disk_range
 from objectives.margins.multiloop import mu_upper
-from objectives.margins.sensitivity import guaranteed_by_complementary, guaranteed_by_sensitivity
 from objectives.margins.trim import Trim
-from plant.nominal import ControlOptions
+from plant.quadrotor.nominal import ControlOptions
 from plant.vectors import Vec3
 from tests.objectives.margins.designs import default_gains, model_of, random_gains
+from tests.objectives.margins.peak_guarantees import guaranteed_by_complementary, guaranteed_by_sensitivity
 
 # alpha, sigma: least and largest gain, phase [deg].
 PUBLISHED = {
@@ -122,7 +122,7 @@ def test_a_loop_bears_every_set_of_gains_from_its_multiloop_disk():
     model = model_of("ladrc", "ladrc", trim=Trim(wind=Vec3(6.0, 2.0, 0.0)))
     gains = default_gains("ladrc", "ladrc")
     alpha = model.evaluate(gains[None]).multiloop.value[0]
-    ((_, loops),) = model.open_blocks(gains)
+    ((_, (loops,)),) = model.open_blocks(gains)
     b, c = loops.b[0][:, loops.injected][:, 2:], loops.c[0][loops.command][2:]
     draw = np.random.default_rng(4)
     turned = np.exp(2j * np.pi * draw.uniform(size=(500, 4)))

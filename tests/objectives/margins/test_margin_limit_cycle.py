@@ -8,9 +8,9 @@ import pytest
 from objectives.margins.limit_cycle import limit_cycles
 from objectives.margins.period import PeriodMap
 from objectives.margins.trim import Trim, setting_of, smooth_dynamics
-from plant.closed_loop import hover_body
 from plant.loop import Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.closed_loop import hover_body
+from plant.quadrotor.nominal import ControlOptions, nominal
 from plant.records import flatten, paths
 from tests.objectives.margins.designs import (
     HUMMINGBIRD,

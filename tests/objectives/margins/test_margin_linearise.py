@@ -15,10 +15,10 @@ from objectives.margins.trim import (
     setting_of,
     smooth_dynamics,
 )
-from plant.airframes import load
 from plant.errors import InputError
-from plant.laws import LAWS
-from plant.nominal import ControlOptions, nominal, vary
+from plant.law_registry import LAWS
+from plant.quadrotor.airframes import load
+from plant.quadrotor.nominal import ControlOptions, nominal, vary
 from plant.records import paths
 from plant.vectors import Vec3
 from tests.objectives.margins.designs import (
@@ -47,7 +47,7 @@ def linearised(pair, trim, options, gains, vehicle=HUMMINGBIRD):
     """Stepper with straight terms, trim point and closed loops of one design."""
     cascade, knowledge = cascade_of(*pair), nominal(HUMMINGBIRD, options, H)
     period = PeriodMap(cascade, TIMING)
-    term = term_gains(period.terms, cascade, gains, H, CASES)[:, 0]
+    term = term_gains(period.terms, period.constants(gains), len(gains), CASES)[:, 0]
     setting = setting_of(trim, knowledge, vehicle)
     plant = balanced_plant(period, trim, knowledge, setting)
     point = find_trim(period, gains, setting, plant, lambda: term)

@@ -18,12 +18,12 @@ from objectives.margins.margins import MarginModel
 from objectives.margins.quantities import QUANTITIES
 from objectives.margins.results import Margins
 from objectives.margins.trim import Trim
-from plant.airframes import load
-from plant.cascade import close_cascade
-from plant.gains import airframe_gains, default_row, gain_addresses
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import airframe_gains, default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions, nominal
 from tests.objectives.margins.python_control import Loop, classical
 from tuner.analysis.margins.limits import LIMITS
 
@@ -156,4 +156,4 @@ def broken(margins: Margins) -> set[str]:
     """Return the usual limits that roll breaks."""
     known = {limit: QUANTITIES[limit.quantity] for limit in LIMITS}
     values = {limit: entry.to_limit(entry.values(margins))[0, ROLL] for limit, entry in known.items()}
-    return {limit.quantity for limit, value in values.items() if not limit.kept(float(value))}
+    return {limit.quantity for limit, value in values.items() if not limit.is_satisfied(float(value))}

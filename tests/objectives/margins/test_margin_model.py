@@ -12,15 +12,15 @@ from objectives.margins.classical import delay_margin, phase_margin
 from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
 from objectives.margins.frequency import frequency_grid, modes_of
 from objectives.margins.margins import MarginModel, spread_corners
-from objectives.margins.period import CHANNELS, terms_of
+from objectives.margins.period import CHANNELS, constants_of, terms_of
 from objectives.margins.quantities import LOOP_QUANTITIES
 from objectives.margins.results import Worst, worst
 from objectives.margins.trim import Trim
 from objectives.scales import decibel
 from plant.errors import InputError
-from plant.laws import LAWS
-from plant.nominal import ControlOptions, nominal, vary
-from plant.scenarios import Spread
+from plant.law_registry import LAWS
+from plant.quadrotor.nominal import ControlOptions, nominal, vary
+from plant.quadrotor.scenarios import Spread
 from plant.vectors import Vec3
 from tests.objectives.margins.designs import (
     HUMMINGBIRD,
@@ -32,7 +32,7 @@ from tests.objectives.margins.designs import (
     ideal_vehicle,
     model_of,
     random_gains,
-)  # fmt: skip
+)
 
 NAMES = [entry.field for entry in LOOP_QUANTITIES]
 ALL = slice(None)
@@ -85,10 +85,12 @@ def assert_same_bits(margins, other, rows):
 @pytest.mark.parametrize(
     ("pair", "trim"),
     [
-        (("ladrc", "hybrid"), Trim()), (("hybrid", "ladrc"), WIND), (("ladrc", "hybrid"), Trim(hold=False)),
+        (("ladrc", "hybrid"), Trim()),
+        (("hybrid", "ladrc"), WIND),
+        (("ladrc", "hybrid"), Trim(hold=False)),
     ],
     ids=lambda value: "-".join(value) if not isinstance(value, Trim) else "wind" if value.moves else str(value.hold),
-)  # fmt: skip
+)
 def test_a_candidate_has_its_bits_whatever_else_is_in_the_batch(pair, trim, monkeypatch):
     """On vehicles that are not the nominal one, where steady flight is found by iteration."""
     corners = spread_corners(HUMMINGBIRD, Spread(mass=0.15, inertia=0.2, thrust=0.1, lag=0.3))[6:11:4]
@@ -100,7 +102,7 @@ def test_a_candidate_has_its_bits_whatever_else_is_in_the_batch(pair, trim, monk
     assert_same_bits(model.evaluate(gains[order]), whole, order)
     for i in range(len(gains)):
         assert_same_bits(model.evaluate(gains[i : i + 1]), whole, slice(i, i + 1))
-    monkeypatch.setattr("objectives.margins.margins.CHUNK", 3)
+    monkeypatch.setattr("objectives.margins.loop_margins.CHUNK", 3)
     assert_same_bits(model.evaluate(gains), whole, slice(None))
 
 
@@ -153,7 +155,7 @@ def test_the_worst_case_is_the_worst_of_its_cases_and_says_which():
     apart = np.array([values(model_of("ladrc", "hybrid", cases=(case,)).evaluate(gains)) for case in cases])
     for i, entry in enumerate(LOOP_QUANTITIES):
         found = getattr(together, entry.field)
-        worst = apart[:, i].min(axis=0) if entry.sense == "least" else apart[:, i].max(axis=0)
+        worst = apart[:, i].min(axis=0) if entry.sense == "min" else apart[:, i].max(axis=0)
         np.testing.assert_allclose(found.value, worst, rtol=1e-9)
         linear = [CHANNELS.index("z")]
         assert (found.case[:, linear] == -1).all()
@@ -170,10 +172,12 @@ def test_the_worst_vehicle_is_the_worst_of_the_corners_and_says_which():
     gains = random_gains("pid", "ladrc", 3, 4, 0.3)
     together = model_of("pid", "ladrc", others=corners).evaluate(gains)
     knowledge = nominal(HUMMINGBIRD, ControlOptions(delay=True), H)
-    apart = np.array([
-        values(MarginModel(cascade_of("pid", "ladrc"), knowledge, TIMING, vehicle).evaluate(gains))
-        for vehicle in (HUMMINGBIRD, *corners)
-    ])  # fmt: skip
+    apart = np.array(
+        [
+            values(MarginModel(cascade_of("pid", "ladrc"), knowledge, TIMING, vehicle).evaluate(gains))
+            for vehicle in (HUMMINGBIRD, *corners)
+        ]
+    )
     i = NAMES.index("sensitivity")
     np.testing.assert_allclose(together.sensitivity.value, apart[:, i].max(axis=0), rtol=1e-9)
     np.testing.assert_array_equal(together.sensitivity.vehicle, apart[:, i].argmax(axis=0))
@@ -375,9 +379,8 @@ def test_a_heavier_vehicle_than_the_controller_knows_has_a_lower_crossover():
 def test_the_hybrid_law_is_ladrc_with_gains_that_depend_on_amplitude(amplitude):
     """Linear in S it is PD with kp = lambda k, kd = lambda + k, k = k2 + k1 N(A), on the same observer."""
     hybrid = gains_with("pid", "hybrid", yaw__lambda=4.0, yaw__k1=15.0, yaw__k2=6.0, yaw__delta=0.3, yaw__omega_o=14.0)
-    k = term_gains(terms_of(cascade_of("pid", "hybrid")), cascade_of("pid", "hybrid"), hybrid, H, (Case(amplitude),))[
-        0, 0, 2
-    ]
+    cascade = cascade_of("pid", "hybrid")
+    k = term_gains(terms_of(cascade), constants_of(cascade, hybrid, H), 1, (Case(amplitude),))[0, 0, 2]
     wc = np.sqrt(4.0 * k)
     ladrc = gains_with("pid", "ladrc", yaw__omega_c=wc, yaw__zeta=(4.0 + k) / (2.0 * wc), yaw__omega_o=14.0)
     one = model_of("pid", "hybrid", cases=(Case(amplitude),)).evaluate(hybrid)
@@ -402,8 +405,8 @@ def test_the_published_gains_fail_45_degrees_at_every_amplitude():
 def test_of_conditions_that_are_alike_the_first_one_is_named() -> None:
     values = np.array([[2.0, 1.0 + 1e-9, 1.0], [np.inf, 3.0, np.inf], [np.inf, np.inf, np.inf]])
     frequency = np.arange(9.0).reshape(3, 3)
-    found = worst(values[:, None, :, None], frequency[:, None, :, None], "least", np.array([[0, 1, 2]]))
+    found = worst(values[:, None, :, None], frequency[:, None, :, None], "min", np.array([[0, 1, 2]]))
     assert found.value[:, 0].tolist() == [1.0, 3.0, np.inf]
     assert found.case[:, 0].tolist() == [1, 1, 0] and found.frequency[:, 0].tolist() == [1.0, 4.0, 6.0]
-    found = worst(values[:, None, :, None], frequency[:, None, :, None], "most", np.array([[0, 1, 2]]))
+    found = worst(values[:, None, :, None], frequency[:, None, :, None], "max", np.array([[0, 1, 2]]))
     assert found.case[:, 0].tolist() == [0, 0, 0] and found.value[1:, 0].tolist() == [np.inf, np.inf]

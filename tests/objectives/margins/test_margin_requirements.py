@@ -11,8 +11,8 @@ from objectives.margins.quantities import LIMITABLE, LOOP_QUANTITIES, QUANTITIES
 from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.margins.results import Worst
 from objectives.requirements import LARGEST_VIOLATION
-from plant.cascade import ATTITUDE_AXES, AXES
-from plant.gains import GROUPS
+from plant.quadrotor.cascade import ATTITUDE_AXES, AXES
+from plant.quadrotor.gains import GROUPS
 from tests.objectives.margins.designs import H, default_gains, gains_with, model_of, random_gains
 
 PAIR = ("ladrc", "ladrc")
@@ -35,13 +35,13 @@ def values(name, margins, axes):
     return limited(name, 1.0, axes).values(margins)
 
 
-@pytest.mark.parametrize("name", [name for name, quantity in LIMITABLE.items() if not quantity.whole])
+@pytest.mark.parametrize("name", [name for name, quantity in LIMITABLE.items() if not quantity.is_multiloop])
 def test_the_worst_of_the_axes_counts(name, margins):
     quantity = LIMITABLE[name]
     single = np.stack([values(name, margins, (axis,)) for axis in AXES], axis=1)
     for group, axes in GROUPS.items():
         chosen = [dict(zip(AXES, row, strict=True)) for row in single]
-        pick = min if quantity.sense == "least" else max
+        pick = min if quantity.sense == "min" else max
         expected = [pick([value for name, value in row.items() if name in axes]) for row in chosen]
         assert values(name, margins, axes).tolist() == expected, group
 
@@ -51,7 +51,7 @@ def test_the_table_is_one():
     assert {*RECORDED, *REPORTED} <= set(QUANTITIES) and set(QUANTITIES) - set(LIMITABLE) == {"crossover"}
     assert len({entry.field for entry in LOOP_QUANTITIES}) == len(LOOP_QUANTITIES)
     for entry in QUANTITIES.values():
-        assert entry.unit in {"1", "rad", "s", "rad/s", "s^-3"} and entry.sense in {"least", "most"}
+        assert entry.unit in {"1", "rad", "s", "rad/s", "s^-3"} and entry.sense in {"min", "max"}
         # A value of a file, as a limit and back; shown and limited in the same unit, but for delays, which are limited in s.
         assert entry.from_limit(entry.to_limit(1.7)) == pytest.approx(1.7, rel=1e-12)
         assert entry.shown_unit == entry.limit_unit or (entry.shown_unit, entry.limit_unit) == ("ms", "s")
@@ -101,7 +101,7 @@ def test_inequalities_between_margins_hold(margins):
 def test_a_loop_that_is_not_stable_keeps_no_limit_and_violations_are_finite(name, margins):
     quantity = LIMITABLE[name]
     limit = 1.001 * quantity.low if quantity.low else 1e-3
-    asked = limited(name, limit if quantity.sense == "least" else 1e6, () if quantity.whole else ("roll",))
+    asked = limited(name, limit if quantity.sense == "min" else 1e6, () if quantity.is_multiloop else ("roll",))
     values = asked.values(margins)
     assert not np.isnan(values).any()
     violations = asked.requirement.violations(values)
@@ -121,7 +121,7 @@ def test_violations_are_shares_of_the_limit(margins):
 
 def test_a_requirement_says_what_it_is():
     every = limited("phase_margin", 35.0, ("roll", "pitch"), hard=False, spread=True).requirement
-    assert (every.unit, every.sense, every.limit, every.hard) == ("deg", "least", 35.0, False)
+    assert (every.unit, every.sense, every.limit, every.hard) == ("deg", "min", 35.0, False)
     assert every.quantity.endswith("worst of roll, pitch; worst vehicle of the spread")
     assert "worst" not in limited("ms", 2.0, ("yaw",)).requirement.quantity
     assert "worst" not in limited("multiloop_disk", 0.5, ()).requirement.quantity
@@ -130,8 +130,11 @@ def test_a_requirement_says_what_it_is():
 def test_labels_tell_apart_what_differs():
     given = [
         requirement_label("ms", axis, hard=hard, spread=spread, amplitude=amplitude)
-        for axis in (None, "tilt", "yaw") for hard in (True, False) for spread in (True, False) for amplitude in (0.0, 0.1)
-    ]  # fmt: skip
+        for axis in (None, "tilt", "yaw")
+        for hard in (True, False)
+        for spread in (True, False)
+        for amplitude in (0.0, 0.1)
+    ]
     assert len(set(given)) == len(given)
     assert requirement_label("ms") == "ms"
     assert requirement_label("ms", "tilt") == "ms(tilt)"
@@ -150,7 +153,7 @@ LIMITS = {
 def test_limits_alone_have_the_bits_of_all_margins_in_any_batch(limits):
     """Of candidates that are stable and not, with shared gains, where loops are mirrors, and with own ones."""
     names, axes = limits
-    asked = [limited(name, 1.0, () if QUANTITIES[name].whole else axes) for name in names]
+    asked = [limited(name, 1.0, () if QUANTITIES[name].is_multiloop else axes) for name in names]
     model = model_of("ladrc", "hybrid", cases=DEFAULT_CASES)
     gains = np.concatenate([random_gains("ladrc", "hybrid", 24, 3, 0.8), default_gains("ladrc", "hybrid")[None]])
     margins = model.evaluate(gains)

@@ -13,11 +13,11 @@ from objectives.margins.margins import MarginModel
 from objectives.margins.quantities import LIMITABLE
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.trim import Trim
-from plant.cascade import close_cascade
-from plant.gains import default_row, gain_addresses
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
-from plant.nominal import ControlOptions, Nominal, nominal
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
 from tests.objectives.margins.designs import HUMMINGBIRD, ideal_vehicle
 from tests.objectives.margins.python_control import Loop, classical
 
@@ -87,7 +87,7 @@ def over(a: np.ndarray, b: np.ndarray, every: int) -> tuple[np.ndarray, np.ndarr
 
 def loop_of(model: MarginModel, row: np.ndarray, channel: int, every: int) -> Any:
     """Return the loop transfer function of a position channel, sampled as often as it steps."""
-    h = model.period
+    h = model.control_period
     if channel == Z:
         a, b, (speed, place), unit = *lifting(h), (1, 2), 1.0
     else:
@@ -137,8 +137,8 @@ def test_a_loop_that_its_wait_makes_unstable_has_no_margin_and_nor_has_the_attit
 
 def monodromy(model: MarginModel, row: np.ndarray, every: int, factor: float = 1.0) -> np.ndarray:
     """Return the closed loop of x and pitch over a common period, the command of pitch multiplied by a factor."""
-    period = every * model.period
-    a, b = over(*tilting(by_axis(model, row, "pitch"), model.period, factor), every)
+    period = every * model.control_period
+    a, b = over(*tilting(by_axis(model, row, "pitch"), model.control_period, factor), every)
     gains = by_axis(model, row, "x")
     share = 1.0 - np.exp(-period / gains["t_f"])
     command = np.zeros(9)
@@ -177,6 +177,32 @@ def test_the_gain_margins_of_an_attitude_loop_are_where_a_pole_of_the_common_per
     assert exact.limited(row[None], [limit])[0, 0] == pytest.approx(decibels, rel=off)
     searched = model.limited(row[None], [limit])[0, 0]
     assert 1e-5 < abs(searched / decibels - 1.0) < 0.03
+
+
+def test_the_curve_of_an_attitude_loop_is_the_part_of_its_command_at_the_frequency_injected() -> None:
+    """Against the two loops stepped by hand, x once in five periods, until a sine on the torque of pitch comes back steadily."""
+    h, every = 0.002, 5
+    model = model_of(h, every)
+    row = gains_with(model, x__kp=3.0, x__ki=0.5, x__kd=2.5)
+    inner, outer = by_axis(model, row, "pitch"), by_axis(model, row, "x")
+    a, b = tilting(inner, h)
+    free = np.diag([1.0, 1.0, GRAVITY, 1.0], -1)
+    free[0, 0] = -1.0 / LAG
+    _, pushed = sampled(free, np.array([[1.0 / LAG], *[[0.0]] * 4]), h)
+    share, slow = 1.0 - np.exp(-h / inner["t_f"]), 1.0 - np.exp(-every * h / outer["t_f"])
+    command = np.array([0.0, -share * inner["kd"], -inner["kp"], 0.0, 0.0, 1.0, -(1.0 - share) * inner["kd"]])
+    w = np.array([2.0, 9.0, 40.0, 200.0])
+    x, integral, rate, tilt, seen = np.zeros((7, 4), complex), 0.0, 0.0, 0.0, []
+    for k in range(40_000):
+        if k % every == 0:
+            rate = rate + slow * (x[3] - rate)
+            tilt = (-outer["kp"] * x[4] + integral - outer["kd"] * rate) / GRAVITY
+            integral = integral - every * h * outer["ki"] * x[4]
+        seen.append((command @ x + inner["kp"] * tilt) * np.exp(-1j * w * k * h))
+        x = a @ x + b * tilt
+        x[:5] += pushed * np.exp(1j * w * k * h)
+    expected = np.mean(seen[-every:], axis=0)
+    np.testing.assert_allclose(model.loop(row, "pitch", Case(0.3), w).t, expected, rtol=1e-4)
 
 
 @pytest.mark.parametrize("name", ["px4_position", "hybrid"])

@@ -11,9 +11,9 @@ from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.trim import setting_of, smooth_dynamics
 from plant.backends import array
 from plant.loop import Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.trim import trim_of
 from plant.records import paths
-from plant.trim import trim_of
 from tests.objectives.margins.designs import HUMMINGBIRD, cascade_of, random_gains
 from tests.objectives.margins.stepping import Stepper
 from tests.tuner.conftest import QUICKSTART

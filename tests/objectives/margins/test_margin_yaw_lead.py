@@ -10,9 +10,9 @@ import pytest
 from objectives.margins.describing import describing_function
 from objectives.margins.margins import MarginModel
 from objectives.margins.period import CHANNELS
-from plant.airframes import load
 from plant.laws import hybrid
-from plant.nominal import ControlOptions, nominal, yaw_lead
+from plant.quadrotor.airframes import load
+from plant.quadrotor.nominal import ControlOptions, nominal, yaw_lead
 from plant.vectors import Vec3
 from tests.objectives.margins.designs import TIMING, H, cascade_of, constants_of_hybrid, gains_with
 

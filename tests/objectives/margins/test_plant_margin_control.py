@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from objectives.margins.plant_margins import PlantMargins
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel
 from tests.objectives.margins.plant_parts import feedback, law_blocks, plant_blocks
@@ -103,7 +103,7 @@ def cascade():
 
 
 def check(loop, model, margins, gains, name):
-    h, i = model.period, model.channels.index(name)
+    h, i = model.control_period, model.channels.index(name)
     assert margins.stable[0, i]
     # From where an integral has brought T to 1 within 1e-9.
     w = np.geomspace(3e-5, np.pi / h, 600)
@@ -111,9 +111,10 @@ def check(loop, model, margins, gains, name):
     closed = model.loop(gains, name, frequency=w).t
     np.testing.assert_allclose(closed, -judge.on_grid / (1.0 + judge.on_grid), rtol=1e-6, atol=1e-9)
     wanted = {
-        **classical(judge), "sensitivity": 1.0 / judge.least(lambda x: np.abs(1.0 + x)),
+        **classical(judge),
+        "sensitivity": 1.0 / judge.least(lambda x: np.abs(1.0 + x)),
         "complementary": 1.0 / judge.least(lambda x: np.abs(1.0 + 1.0 / x)),
-    }  # fmt: skip
+    }
     found = {what: getattr(margins, what).value[0, i] for what in wanted}
     assert found == pytest.approx(wanted, rel=RELATIVE)
 

@@ -7,7 +7,7 @@ import pytest
 
 from objectives.margins.plant_margins import PlantMargins
 from plant.errors import InputError
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel
 from plant.own_code import run_own_code

@@ -7,12 +7,12 @@ import pytest
 
 from objectives.margins.limit_cycle import limit_cycles
 from objectives.margins.plant_margins import PlantMargins
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel
 from plant.model.scenario import PlantScenario
 from plant.model.signals import signal_from
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from tests.objectives.margins.test_margin_limit_cycle import oscillation
 from tests.plant.model.plants import CASCADE_GAINS, cascade, pid, stepped, system_of
 
@@ -20,10 +20,10 @@ LAG, K1, K2, SLOPE = 0.05, 1.5, 1.1, 1e-3
 GAINS = np.array([SLOPE, K1, K2])
 
 
-def free_body(timing, b0=1.0):
+def free_body(timing, b0=1.0, every=1, outer=()):
     """A body without friction whose torque lags, under super-twisting on its speed; b0: its acceleration for one N m."""
-    channel = Channel("angle", LAWS["supertwisting"], "angle", "torque", b0=b0, rate_output="speed")
-    system = system_of("pendulum", [channel], [Actuator("torque", lag=LAG)], timing)
+    channel = Channel("angle", LAWS["supertwisting"], "angle", "torque", b0=b0, rate_output="speed", every=every)
+    system = system_of("pendulum", [channel, *outer], [Actuator("torque", lag=LAG)], timing)
     free = system.plant.Parameters(inertia=1.0 / b0, friction=0.0, weight=0.0, start=0.0)
     object.__setattr__(system, "parameters", free)
     return system
@@ -61,7 +61,21 @@ def test_a_plant_flies_the_cycle_that_is_predicted():
     assert amplitude == pytest.approx(cycle.amplitudes["angle", "switching term"], rel=0.04)
 
 
-def test_linear_laws_have_none_and_several_rates_are_said():
+def test_linear_laws_have_none():
     linear = system_of("pendulum", [pid("angle", "angle", "torque", b0=50.0)], [], Timing(0.002, 0.001))
-    assert cycles(linear, np.array([40.0, 10.0, 12.0, 0.01])) == ()
-    assert not PlantMargins(cascade(), CASCADE_GAINS, CASCADE_GAINS).at_one_rate
+    assert cycles(linear, np.array([40.0, 10.0, 12.0, 0.01])) == () == cycles(cascade(), CASCADE_GAINS)
+
+
+def test_a_law_at_every_fourth_period_swings_as_at_a_period_four_times_as_long():
+    (slow,), (plain,) = (cycles(free_body(Timing(h, h), every=n), GAINS) for h, n in ((1e-3, 4), (4e-3, 1)))
+    assert slow.frequency == pytest.approx(plain.frequency, rel=1e-6) and slow.stable
+    assert slow.amplitudes == pytest.approx(plain.amplitudes, rel=1e-5)
+
+
+def test_a_cycle_faster_than_the_common_period_can_show_has_its_own_frequency():
+    """28 rad/s under a loop that steps every 0.16 s, whose gains are too small to change it."""
+    timing = Timing(5e-3, 5e-3)
+    under = free_body(timing, outer=[pid("slow", "angle", "angle", every=32)])
+    (alone,), (inside, *_) = cycles(free_body(timing), GAINS), cycles(under, np.array([1e-6, 0.0, 0.0, 0.01, *GAINS]))
+    assert alone.frequency > np.pi / 0.16
+    assert inside.channels == ("slow", "angle") and inside.frequency == pytest.approx(alone.frequency, rel=1e-4)

@@ -15,7 +15,7 @@ from scipy.optimize import brentq, minimize_scalar
 from objectives.margins.plant_margins import PlantMargins
 from objectives.margins.plant_period import PlantPeriod
 from plant.backends.rebind import PRIMITIVES, Rebinder
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.closing import resting, to_plant
 from plant.model.controller import to_channel
@@ -141,9 +141,10 @@ def test_a_slow_channel_has_the_margins_of_the_loop_sampled_at_its_period(name, 
     sampled = control.ss(*opened.lifted(opened.every, first), period)
     judge = Loop(lambda z: -sampled(z), period, np.geomspace(1e-3, np.pi / period, 800))
     wanted = {
-        **classical(judge), "sensitivity": 1.0 / judge.least(lambda x: np.abs(1.0 + x)),
+        **classical(judge),
+        "sensitivity": 1.0 / judge.least(lambda x: np.abs(1.0 + x)),
         "complementary": 1.0 / judge.least(lambda x: np.abs(1.0 + 1.0 / x)),
-    }  # fmt: skip
+    }
     assert {what: getattr(margins, what).value[0, i] for what in wanted} == pytest.approx(wanted, rel=1e-6)
     growth = np.log(radius(opened.lifted(opened.every, first), 1.0)) / period
     assert margins.growth[0, i] == pytest.approx(growth, rel=1e-6)
@@ -217,8 +218,17 @@ def delayed_radius(matrices, periods):
 
 
 EVERY = [
-    "gain_up", "gain_down", "phase", "delay", "sensitivity", "complementary", "disk", "crossover", "bandwidth", "load_index",
-]  # fmt: skip
+    "gain_up",
+    "gain_down",
+    "phase",
+    "delay",
+    "sensitivity",
+    "complementary",
+    "disk",
+    "crossover",
+    "bandwidth",
+    "load_index",
+]
 
 
 def test_a_fast_channel_under_a_slow_one_without_gains_has_its_margins_alone():

@@ -29,16 +29,27 @@ def study_of(draw):
     names = [f"{each['name']}.{gain}" for each in channels for gain in ("kp", "ki", "kd", "t_f")]
     step = draw.every * draw.h
     tables = {
-        "title": "Drawn", "seed": 7, "plant": {"control_period": draw.h, "parameters": draw.parameters}, "channel": channels,
-        "actuator": [{"name": "force", "low": -1e6, "high": 1e6, "delay": draw.delay * draw.h, "lag": draw.lag, "scale": 1.0}],
+        "title": "Drawn",
+        "seed": 7,
+        "plant": {"control_period": draw.h, "parameters": draw.parameters},
+        "channel": channels,
+        "actuator": [
+            {"name": "force", "low": -1e6, "high": 1e6, "delay": draw.delay * draw.h, "lag": draw.lag, "scale": 1.0}
+        ],
         "gains": dict(zip(names, draw.gains, strict=True)),
-        "scenario": [{
-            "name": "step", "duration": PERIODS * draw.h, "search": 1, "held_out": 2, "sensors": {"place": {"rms": 1e-3}},
-            "reference": {"place": {"kind": "step", "size": 1.0}},
-            "disturbance": {"push": {"kind": "coloured", "rms": 0.01 / step**2, "correlation_time": 5.0 * step}},
-        }],
+        "scenario": [
+            {
+                "name": "step",
+                "duration": PERIODS * draw.h,
+                "search": 1,
+                "held_out": 2,
+                "sensors": {"place": {"rms": 1e-3}},
+                "reference": {"place": {"kind": "step", "size": 1.0}},
+                "disturbance": {"push": {"kind": "coloured", "rms": 0.01 / step**2, "correlation_time": 5.0 * step}},
+            }
+        ],
         "objective": [{"metric": metric} for metric in METRICS],
-    }  # fmt: skip
+    }
     return make_study(tables, "drawn", plant=run_own_code(FILES["modal"]).names)
 
 

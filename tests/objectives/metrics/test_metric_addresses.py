@@ -10,7 +10,7 @@ import pytest
 from objectives.meters import AxisMeter, Meters
 from objectives.metrics import COLUMNS, METRICS, all_addresses, check, parse, unpack
 from plant.errors import InputError, UnknownNameError
-from plant.targets import Targets
+from plant.quadrotor.sample import Targets
 from tests.objectives.flying import AXES, flat, target, targets
 
 
@@ -32,18 +32,32 @@ def test_groups_hold_axes_of_one_unit() -> None:
 
 @pytest.mark.parametrize(
     ("address", "unit"),
-    [("itae.roll", "rad"), ("ise.x", "m^2 s"), ("iae.attitude", "rad s"), ("overshoot.z", "%"), ("rise.yaw", "s"),
-     ("travel", "1/s"), ("failure", "1")],
-)  # fmt: skip
+    [
+        ("itae.roll", "rad"),
+        ("ise.x", "m^2 s"),
+        ("iae.attitude", "rad s"),
+        ("overshoot.z", "%"),
+        ("rise.yaw", "s"),
+        ("travel", "1/s"),
+        ("failure", "1"),
+    ],
+)
 def test_units(address: str, unit: str) -> None:
     assert parse(address).unit == unit
 
 
 @pytest.mark.parametrize(
     ("wrong", "nearest"),
-    [("itea.roll", "itae"), ("itae.rol", "itae.roll"), ("itae", "itae.z"), ("travel.x", "travel"), ("fail", "failure"),
-     ("peak.atitude", "peak.attitude"), ("itae.x.x", "itae.x")],
-)  # fmt: skip
+    [
+        ("itea.roll", "itae"),
+        ("itae.rol", "itae.roll"),
+        ("itae", "itae.z"),
+        ("travel.x", "travel"),
+        ("fail", "failure"),
+        ("peak.atitude", "peak.attitude"),
+        ("itae.x.x", "itae.x"),
+    ],
+)
 def test_unknown_address_names_the_nearest(wrong: str, nearest: str) -> None:
     with pytest.raises(UnknownNameError, match=f"did you mean '{nearest}'"):
         parse(wrong)

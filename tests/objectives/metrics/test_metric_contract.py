@@ -146,11 +146,27 @@ def test_failed_flights_cost_more_than_any_completed_and_less_the_longer_they_la
 
 @pytest.mark.parametrize(
     ("address", "bound"),
-    [("itae.x", 5.0), ("iae.roll", pi * DURATION), ("ise.z", 25.0 * DURATION), ("rms.horizontal", 5.0 * sqrt(2.0)),
-     ("peak.attitude", pi), ("itae.tilt", 2.0 * pi), ("overshoot.z", 500.0), ("overshoot.roll", 100.0 * pi / 0.3),
-     ("overshoot.yaw", 100.0), ("rise.x", DURATION), ("settling.yaw", DURATION), ("recovery.attitude", DURATION),
-     ("steady_error.y", 5.0), ("travel", 12.0 / H), ("effort", 16.0), ("saturation", 1.0), ("command_peak", 3.0), ("noise", 6.0)],
-)  # fmt: skip
+    [
+        ("itae.x", 5.0),
+        ("iae.roll", pi * DURATION),
+        ("ise.z", 25.0 * DURATION),
+        ("rms.horizontal", 5.0 * sqrt(2.0)),
+        ("peak.attitude", pi),
+        ("itae.tilt", 2.0 * pi),
+        ("overshoot.z", 500.0),
+        ("overshoot.roll", 100.0 * pi / 0.3),
+        ("overshoot.yaw", 100.0),
+        ("rise.x", DURATION),
+        ("settling.yaw", DURATION),
+        ("recovery.attitude", DURATION),
+        ("steady_error.y", 5.0),
+        ("travel", 12.0 / H),
+        ("effort", 16.0),
+        ("saturation", 1.0),
+        ("command_peak", 3.0),
+        ("noise", 6.0),
+    ],
+)
 def test_a_failure_halfway_costs_one_and_a_half_bounds(address: str, bound: float) -> None:
     cost = evaluate([parse(address)], FLIGHTS[0], failing(np.array(0.5 * DURATION))).values[0]
     # 2 - 15/31 instead of 1.5: the planned 30 periods count as 31, so that a failure at the very end still costs more.
@@ -209,9 +225,15 @@ def test_status_decides_and_not_the_meters() -> None:
 
 @pytest.mark.parametrize(
     ("name", "expected"),
-    [("itae", 7.0 * 29 / 30), ("iae", 7.0 * DURATION), ("ise", 25.0 * DURATION), ("rms", 5.0), ("peak", 4.0),
-     ("steady_error", 5.0)],
-)  # fmt: skip
+    [
+        ("itae", 7.0 * 29 / 30),
+        ("iae", 7.0 * DURATION),
+        ("ise", 25.0 * DURATION),
+        ("rms", 5.0),
+        ("peak", 4.0),
+        ("steady_error", 5.0),
+    ],
+)
 def test_groups_combine_errors_of_3_and_4(name: str, expected: float) -> None:
     aims = targets()
     flight = rows(

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from objectives.metrics import METRICS
-from objectives.metrics.contract import breaches
+from objectives.metrics.contract import violations_of_metric
 from plant.own_code import run_own_code
 from tests.plant.own_files import METRIC, SWAY, edited, line_of
 
@@ -41,14 +41,14 @@ WRONG_ACCUMULATOR = {
 
 @pytest.mark.parametrize("name", METRICS)
 def test_every_bundled_metric_keeps_it(name: str) -> None:
-    assert breaches(METRICS[name], "") == []
+    assert violations_of_metric(METRICS[name], "") == []
 
 
 @pytest.mark.parametrize("way", WRONG)
 def test_what_it_breaks_is_told(way: str, tmp_path: Path) -> None:
     old, new, message = WRONG[way]
     file = edited(METRIC, tmp_path, (old, new))
-    told = breaches(run_own_code(file).names["METRIC"], str(file))
+    told = violations_of_metric(run_own_code(file).names["METRIC"], str(file))
     assert message in told[0].message, told
     assert told[0].place.startswith(str(file))
 
@@ -57,7 +57,7 @@ def test_what_it_breaks_is_told(way: str, tmp_path: Path) -> None:
 def test_what_an_accumulator_breaks_is_told_with_its_line(way: str, tmp_path: Path) -> None:
     old, new, message = WRONG_ACCUMULATOR[way]
     file = edited(SWAY, tmp_path, (old, new))
-    told = breaches(run_own_code(file).names["METRIC"], str(file))
+    told = violations_of_metric(run_own_code(file).names["METRIC"], str(file))
     assert message in told[0].message, told
     assert told[0].place.startswith(str(file))
     if way == "an if":
@@ -66,4 +66,4 @@ def test_what_an_accumulator_breaks_is_told_with_its_line(way: str, tmp_path: Pa
 
 @pytest.mark.parametrize("file", [METRIC, SWAY], ids=lambda file: file.stem)
 def test_the_shipped_ones_keep_it(file: Path) -> None:
-    assert breaches(run_own_code(file).names["METRIC"], str(file)) == []
+    assert violations_of_metric(run_own_code(file).names["METRIC"], str(file)) == []

@@ -14,6 +14,7 @@ from plant.vectors import Rotors
 from tests.objectives.flying import fly, score, targets
 from tests.objectives.metrics.test_own_meters import FLIGHTS, scores
 from tuner.api.studies import load_study
+from tuner.study.plant_study import PlantStudy
 
 H = 0.0005
 
@@ -79,7 +80,7 @@ def test_inputs_of_a_plant_count_in_their_scales():
 
 @pytest.mark.slow
 def test_a_plant_is_judged_by_it():
-    study = load_study("dc_motor")
+    study = load_study("dc_motor", kind=PlantStudy)
     batch = FlightBatch(study.scenarios[0].spec, "search", FLIGHTS)
     noise, peak = scores(
         study.system, (parse("noise", study.system.axes), parse("command_peak")), batch, study.default_row

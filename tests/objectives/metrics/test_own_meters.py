@@ -24,6 +24,7 @@ from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, gains, inputs, l
 from tests.plant.own_files import SWAY
 from tuner.api.studies import load_study
 from tuner.engines.cluster.brief import brief_of, system_of
+from tuner.study.plant_study import PlantStudy
 
 FLIGHTS = 3
 
@@ -47,9 +48,15 @@ def add_command(kept, sample, targets, h):  # noqa: ARG001
 def metric(name, scope, update):
     """A metric that is what its accumulator holds."""
     return Metric(
-        name, name, "1", scope, name, lambda view: view.kept.total, lambda view: 1e3,
+        name,
+        name,
+        "1",
+        scope,
+        name,
+        lambda view: view.accumulated.total,
+        lambda view: 1e3,
         accumulator=Accumulator(Sum, start_sum, update),
-    )  # fmt: skip
+    )
 
 
 ERROR, COMMAND = metric("own_iae", "axis", add_error), metric("own_peak", "flight", add_command)
@@ -77,7 +84,7 @@ def test_a_quadrotor_and_a_plant_hold_what_the_bundled_meters_hold():
     own, peak, bundled, highest = scores(METERED, addresses, BATCH, gains())
     assert np.array_equal(own, bundled)
     assert (peak > 1.0).all() and (peak <= highest).all()
-    study = load_study("dc_motor")
+    study = load_study("dc_motor", kind=PlantStudy)
     turned = (MetricAddress("own_iae.angle", ERROR, ("angle",)), parse("iae.angle", study.system.axes))
     own, bundled = scores(
         study.system, turned, FlightBatch(study.scenarios[0].spec, "search", FLIGHTS), study.default_row

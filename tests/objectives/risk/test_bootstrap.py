@@ -102,8 +102,9 @@ def test_difference_has_the_sign_of_the_first_minus_the_second() -> None:
     # Independent of the spread 3 that both share: half width 1.96 * 0.2 sqrt(2)/sqrt(60) = 0.072, not 1.07.
     assert found.high - found.low < 0.3
     swapped = paired_difference(worse, better, MEAN, rng())
-    np.testing.assert_allclose([swapped.difference, swapped.low, swapped.high],
-                               [-found.difference, -found.high, -found.low], rtol=1e-9)  # fmt: skip
+    np.testing.assert_allclose(
+        [swapped.difference, swapped.low, swapped.high], [-found.difference, -found.high, -found.low], rtol=1e-9
+    )
 
 
 @pytest.mark.parametrize("risk", RISKS, ids=str)

@@ -124,9 +124,15 @@ def test_unknown_risk_names_the_nearest() -> None:
 
 @pytest.mark.parametrize(
     ("name", "level", "says"),
-    [("cvar", None, "needs a level"), ("cvar", 1.0, "between 0 and 1"), ("quantile", 0.0, "between 0 and 1"),
-     ("quantile", float("nan"), "between 0 and 1"), ("mean", 0.9, "leave it out"), ("worst", 0.0, "leave it out")],
-)  # fmt: skip
+    [
+        ("cvar", None, "needs a level"),
+        ("cvar", 1.0, "between 0 and 1"),
+        ("quantile", 0.0, "between 0 and 1"),
+        ("quantile", float("nan"), "between 0 and 1"),
+        ("mean", 0.9, "leave it out"),
+        ("worst", 0.0, "leave it out"),
+    ],
+)
 def test_wrong_level_is_refused(name: str, level: float | None, says: str) -> None:
     with pytest.raises(InputError, match=says):
         Risk(name, level)

@@ -10,10 +10,10 @@ from objectives.theory.disturbance_rate import SCENARIOS, disturbance_rates, hov
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
-from plant.disturbance import Disturbance
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.rigid_body import Body, body_rate, dynamics
+from plant.quadrotor.scenarios import SEARCH, ScenarioSpec, Spread, sample_scenarios
 from plant.records import pack
-from plant.rigid_body import Body, body_rate, dynamics
-from plant.scenarios import SEARCH, ScenarioSpec, Spread, sample_scenarios
 from plant.vectors import Quaternion, Rotors, Vec3
 from tests.plant.loops import TIMING, VEHICLE
 
@@ -76,8 +76,13 @@ def test_dryden_turbulence_has_no_derivative():
 
 def test_the_disturbance_is_what_the_model_makes_of_the_air():
     # One instant of one scenario at a time through the model on plain numbers, vehicle spread included.
-    air = spec(0.4, Spread(mass=0.2, inertia=0.2), intensity="severe", angular_rates=True,
-               injection=Injection((1.0, 1.0, 1.0), angular_sigma=(1.0, 1.0, 1.0)))  # fmt: skip
+    air = spec(
+        0.4,
+        Spread(mass=0.2, inertia=0.2),
+        intensity="severe",
+        angular_rates=True,
+        injection=Injection((1.0, 1.0, 1.0), angular_sigma=(1.0, 1.0, 1.0)),
+    )
     inputs = sample_scenarios(air, VEHICLE, TIMING, 3, SEARCH, range(3))
     found = hovering_disturbance(inputs, VEHICLE)
     assert found.shape == (3, 100, 6)

@@ -5,9 +5,9 @@ import pytest
 
 from objectives.theory import THEOREMS, Setting
 from objectives.theory.guarantee import Guarantee, channel_gains, law_of, loop_of
-from plant.cascade import AXES, close_cascade
-from plant.gains import gain_addresses
-from plant.laws import LAWS
+from plant.law_registry import LAWS
+from plant.quadrotor.cascade import AXES, close_cascade
+from plant.quadrotor.gains import gain_addresses
 
 CASCADE = close_cascade(LAWS["supertwisting"], LAWS["hybrid"])
 ROWS = np.random.default_rng(6).uniform(0.5, 9.0, (4, len(gain_addresses(CASCADE))))
@@ -56,5 +56,5 @@ def test_every_theorem_gives_numbers_over_the_whole_range_of_the_gains(name, loo
 
 def test_theorems_are_complete_sentences_of_data():
     for name, theorem in THEOREMS.items():
-        assert theorem.name == name and theorem.sense in ("most", "least") and set(theorem.laws) <= set(LAWS)
+        assert theorem.name == name and theorem.sense in ("max", "min") and set(theorem.laws) <= set(LAWS)
         assert "{y}" in theorem.unit and theorem.title and theorem.source and theorem.quantity and theorem.assumes

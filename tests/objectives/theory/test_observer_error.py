@@ -11,7 +11,7 @@ from objectives.theory.observer_error import (
     rate_bound,
     value_bound,
 )
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.laws.observer import Observer, observe, observer_constants
 
 # Two-point Gauss-Legendre integrates polynomials up to the third degree exactly: kernels within a period are quadratic.

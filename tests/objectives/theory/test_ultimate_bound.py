@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from objectives.theory import THEOREMS, Setting
 from objectives.theory.observer_error import disturbance_bound
 from objectives.theory.ultimate_bound import ultimate_error, ultimate_surface
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.laws.hybrid import Gains
 from tests.objectives.theory.channel import fly
 
@@ -78,7 +78,7 @@ def test_the_flown_law_stays_below_it_under_any_disturbance_of_that_rate(hold):
 
 def test_which_laws_it_speaks_of():
     theorem = THEOREMS["ultimate_error"]
-    assert theorem.laws == ("hybrid",) and theorem.sense == "most" and theorem.unit_in("attitude") == "rad"
+    assert theorem.laws == ("hybrid",) and theorem.sense == "max" and theorem.unit_in("attitude") == "rad"
     assert theorem.speaks_of("hybrid", rate_from_observer=False)
     assert not theorem.speaks_of("hybrid", rate_from_observer=True)
     assert not theorem.speaks_of("hybrid_literal", rate_from_observer=False)

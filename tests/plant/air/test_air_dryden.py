@@ -9,8 +9,8 @@ from scipy.signal import coherence, welch
 
 from plant.air.dryden import forming, transverse
 from plant.air.linear_process import gauss_markov, sample
-from plant.air.spectra import (
-    TurbulenceField,
+from plant.air.turbulence_field import TurbulenceField
+from tests.plant.air.spectra import (
     longitudinal_autocovariance,
     phi_p,
     phi_q,

@@ -11,9 +11,9 @@ from plant.air.air import COLUMNS, AirSpec, draw_air, summary
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.intensity import scales
-from plant.air.spectra import phi_p, phi_q, phi_r, phi_u, phi_v, phi_w
 from plant.air.window import gate
 from plant.seeds import generator
+from tests.plant.air.spectra import phi_p, phi_q, phi_r, phi_u, phi_v, phi_w
 
 DT, STEPS = 0.004, 1250
 NOISE = Injection(acceleration_sigma=(1.0, 2.0, 0.5), angular_sigma=(3.0, 0.0, 1.0), angular_bias=(0.0, 0.25, 0.0))

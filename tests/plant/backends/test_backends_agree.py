@@ -5,18 +5,18 @@ from functools import cache
 import numpy as np
 import pytest
 
-from plant.airframes import load, names
 from plant.backends import array, lanes, symbolic
-from plant.cascade import close_cascade
-from plant.closed_loop import advance
 from plant.contract.law_backends import backends_agree
-from plant.disturbance import Disturbance
-from plant.laws import LAWS
-from plant.nominal import ControlOptions, Nominal, nominal
+from plant.law_registry import LAWS
+from plant.quadrotor.airframes import load, names
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.closed_loop import advance
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
+from plant.quadrotor.rigid_body import Body, Dynamics, dynamics
+from plant.quadrotor.sensors import Measurement
 from plant.records import flatten, pack, size
 from plant.references.track import Reference
-from plant.rigid_body import Body, Dynamics, dynamics
-from plant.sensors import Measurement
 from plant.vectors import Rotors
 
 H = 0.004
@@ -91,9 +91,17 @@ def cascade_case(cascade, vehicle, draw):
     turn = draw.uniform(-3.0, 3.0)
     m = pack(
         Measurement,
-        [*draw.normal(size=6), *draw.uniform(-0.4, 0.4, 2), turn, *draw.normal(size=3), *direction,
-         np.cos(turn), np.sin(turn), 0.0],
-    )  # fmt: skip
+        [
+            *draw.normal(size=6),
+            *draw.uniform(-0.4, 0.4, 2),
+            turn,
+            *draw.normal(size=3),
+            *direction,
+            np.cos(turn),
+            np.sin(turn),
+            0.0,
+        ],
+    )
     reference = pack(
         Reference, [*draw.normal(size=9), *draw.uniform(-0.3, 0.3, 2), draw.normal(), 0.1, draw.integers(2)]
     )

@@ -9,8 +9,8 @@ import pytest
 from plant.backends.c_code import DOUBLE, FLOAT, Writer, literal, rounded
 from plant.backends.c_records import CRecords, snake
 from plant.backends.tracing import Constant, Graph, rebinder
-from plant.closed_loop import Limits
 from plant.primitives import absolute, atan2, both, clip, either, floor, maximum, minimum, select, sign, sqrt
+from plant.quadrotor.closed_loop import Limits
 from plant.vectors import Quaternion, Rotors, Vec3
 from tests.clients import program
 
@@ -104,7 +104,7 @@ def test_records_become_structures_in_the_order_of_their_fields():
 
 
 def test_memories_are_told_apart_by_their_law():
-    from plant.laws import law
+    from plant.law_registry import law
 
     records = CRecords("p", {})
     assert records.name(law("pid").Memory) == "p_pid_memory"

@@ -62,7 +62,7 @@ grid, stable = np.stack([w, np.cos(w * h), np.sin(w * h)]), np.ones(n, dtype=boo
 found = [np.zeros((n, channels, *shape)) for shape in ((3, 2), (2, 12, 2), ())]
 calls = [
     lambda: curve.read_all(grid, poles, residues, stable, h, np.array([1.0, 0.0, 0.5]), *found[:2], True, True),
-    lambda: curve.highest_levels(grid, poles, residues, stable, h, 0.5, found[2]),
+    lambda: curve.highest_crossings(grid, poles, residues, stable, h, 0.5, found[2]),
 ]
 for i in map(int, sys.argv[1]):
     calls[i]()
@@ -75,8 +75,12 @@ def start(code, cache=None, *arguments, before=""):
     own = {} if cache is None else {"TUNER_CACHE_DIR": str(cache), "NUMBA_CACHE_DIR": str(cache)}
     return subprocess.Popen(
         [sys.executable, "-c", f"import sys; sys.path.insert(0, '.')\n{before}\n{code}", *arguments],
-        cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | own,
-    )  # fmt: skip
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | own,
+    )
 
 
 def end(process):
@@ -249,8 +253,13 @@ def test_a_process_that_waits_for_the_compiler_of_another_says_so(tmp_path, smal
 def varied(value):
     """Return something that differs a little from a part of a closed loop, under the same name."""
     if isinstance(value, FunctionType):
-        other = FunctionType(value.__code__.replace(co_consts=(*value.__code__.co_consts, 1.5)), value.__globals__,
-                             value.__name__, value.__defaults__, value.__closure__)  # fmt: skip
+        other = FunctionType(
+            value.__code__.replace(co_consts=(*value.__code__.co_consts, 1.5)),
+            value.__globals__,
+            value.__name__,
+            value.__defaults__,
+            value.__closure__,
+        )
         other.__qualname__ = value.__qualname__
         return other
     if isinstance(value, type):
@@ -276,7 +285,7 @@ def test_every_part_of_a_loop_is_in_the_key_of_its_kernel():
         other = part - 1 if isinstance(part, int) else varied(part)
         others[f"records.{name}"] = replace(one, records=one.records._replace(**{name: other}))
     del others["records"]
-    assert {"advance", "cascade.prepare", "records.Gains", "records.calm"} < set(others)
+    assert {"advance", "cascade.prepare", "records.Gains", "records.n_wind_leaves"} < set(others)
     broken = set()
     for name, other in others.items():
         try:

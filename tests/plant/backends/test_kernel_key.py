@@ -11,9 +11,10 @@ ROOT = Path(__file__).parents[3]
 # by position, so an old kernel would read the new order wrongly.
 SOURCES = (
     "objectives/meters.py",
-    *(f"plant/{name}.py" for name in (
-        "allocation", "attitude", "cascade", "closed_loop", "disturbance", "integrator", "nominal", "primitives", "records",
-        "rigid_body", "sample", "sensors", "targets", "vectors", "vehicle",
+    *(f"plant/{name}.py" for name in ("primitives", "records", "sample", "vectors")),
+    *(f"plant/quadrotor/{name}.py" for name in (
+        "allocation", "attitude", "cascade", "closed_loop", "disturbance", "integrator", "nominal", "rigid_body", "sample",
+        "sensors", "vehicle",
     )),
     *(f"plant/laws/{name}.py" for name in ("channel", "hybrid", "ladrc", "observer", "surface")),
     "plant/references/track.py",

@@ -11,9 +11,10 @@ from plant.backends.flyer import Flyer, Recording, result_parts, to_lanes
 from plant.backends.lanes import LANES, layout, result_rows
 from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps, unchanged
-from plant.closed_loop import Limits, Status
+from plant.quadrotor.closed_loop import Limits
+from plant.quadrotor.rigid_body import Dynamics
 from plant.records import flatten, index, pack, size
-from plant.rigid_body import Dynamics
+from plant.status import Status
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, flyer, gains, inputs, loop
 
 
@@ -111,8 +112,16 @@ def test_a_lost_lane_leaves_the_others_alone_and_its_meters_stand_still():
     # The first state that is not a number is seen one period after the first bad air; until then all is as before.
     assert end_time[2] == pytest.approx(101 * TIMING.control_period, abs=1e-12)
     until = inputs(range(4), duration=101 * TIMING.control_period)
-    early = flyer().fly(gains()[None], NOMINAL, replace(batch, disturbances=batch.disturbances[:, :101].copy(),
-                        noises=batch.noises[:, :101].copy(), references=batch.references[:101]))[0]  # fmt: skip
+    early = flyer().fly(
+        gains()[None],
+        NOMINAL,
+        replace(
+            batch,
+            disturbances=batch.disturbances[:, :101].copy(),
+            noises=batch.noises[:, :101].copy(),
+            references=batch.references[:101],
+        ),
+    )[0]
     assert until.count == 4
     assert np.array_equal(results[2, :-2], early[2, :-2])
 

@@ -29,9 +29,24 @@ def make(step):
 
 def fake(**changed):
     names = dict.fromkeys(
-        ["absolute", "asin", "atan2", "both", "clip", "cos", "either", "exp", "floor", "maximum", "minimum", "select", "sign",
-         "sin", "sqrt"],
-    )  # fmt: skip
+        [
+            "absolute",
+            "asin",
+            "atan2",
+            "both",
+            "clip",
+            "cos",
+            "either",
+            "exp",
+            "floor",
+            "maximum",
+            "minimum",
+            "select",
+            "sign",
+            "sin",
+            "sqrt",
+        ],
+    )
     return {**names, **changed}
 
 

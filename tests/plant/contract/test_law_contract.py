@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from plant.contract import law_behaviour as behaviour
-from plant.contract.breach import Breach, found
-from plant.contract.law_contract import FLIES, breaches
+from plant.contract.law_contract import FLIES, violations_of_law
+from plant.contract.violation import ContractViolation, violations_of
 from plant.errors import InputError
 from plant.own_code import run_own_code
 from tests.plant.own_files import LAW, edited, line_of
@@ -16,9 +16,9 @@ ERROR = "error, rate = setpoint.value - measured.value, setpoint.rate - measured
 RETURN = "return demand / channel.b0, Memory(integral + h * constants.ki * error)"
 
 
-def told(file: Path) -> list[Breach]:
+def told(file: Path) -> list[ContractViolation]:
     """Return what the contract tells of a file."""
-    return breaches(run_own_code(file).names["LAW"], str(file))
+    return violations_of_law(run_own_code(file).names["LAW"], str(file))
 
 
 def test_the_shipped_law_keeps_it() -> None:
@@ -118,8 +118,8 @@ def test_what_a_law_does_wrong_is_told_with_the_function(way: str, tmp_path: Pat
     # A clause of flying is asked alone: all of them take a second.
     clause = ASKED.get(way)
     law = run_own_code(file).names["LAW"]
-    all_told = told(file) if clause is None else found(lambda: clause(law), law, str(file))
-    matching = [breach for breach in all_told if message in breach.message]
+    all_told = told(file) if clause is None else violations_of(lambda: clause(law), law, str(file))
+    matching = [violation for violation in all_told if message in violation.message]
     assert matching and matching[0].part == part, all_told
     assert matching[0].place.startswith(f"{file}")
     if part in ("start", "step", "Gains"):
@@ -133,18 +133,21 @@ def test_a_state_that_hides_where_no_look_at_the_source_finds_it_shows_in_the_co
         LAW, tmp_path, ("SOURCE = ", f"{counter}SOURCE = "), (ERROR, f"{ERROR}\n    error = error + COUNTER.next()")
     )
     law = run_own_code(file).names["LAW"]
-    assert any("hides between calls" in breach.message for breach in behaviour.same_inputs_give_the_same(law))
+    assert any("hides between calls" in violation.message for violation in behaviour.same_inputs_give_the_same(law))
     assert behaviour.same_inputs_give_the_same in FLIES
 
 
 DIFFERENCED = (
     ("    integral: float\n\n\ndef", "    integral: float\n    last: float\n\n\ndef"),
     ("return Memory(held)", "return Memory(held, measured.value)"),
-    (ERROR, "slope = select(channel.rate_from_observer > 0.5, (measured.value - memory.last) / h, measured.rate)\n"
-     "    error, rate = setpoint.value - measured.value, setpoint.rate - slope"),
+    (
+        ERROR,
+        "slope = select(channel.rate_from_observer > 0.5, (measured.value - memory.last) / h, measured.rate)\n"
+        "    error, rate = setpoint.value - measured.value, setpoint.rate - slope",
+    ),
     (RETURN, RETURN.replace("error)", "error, measured.value)")),
     ("from plant.laws.law import", "from plant.primitives import select\nfrom plant.laws.law import"),
-)  # fmt: skip
+)
 WEIGHTED = (
     ("return Memory(held)", "return Memory(held + 0.3 * constants.kp * measured.value)"),
     ("constants.kp * error + integral", "constants.kp * (0.7 * setpoint.value - measured.value) + integral"),
@@ -160,18 +163,22 @@ def test_a_law_that_differences_by_itself_where_nothing_measures_the_rate_keeps_
 def test_what_is_told_of_a_pi_law_leads_out(tmp_path: Path) -> None:
     """PI holds no double integrator; followed, the messages end in the empty promise, and none asks for what another forbids."""
     pi = [
-        ("    kd: float\n", ""), (" + constants.kd * rate", ""),
+        ("    kd: float\n", ""),
+        (" + constants.kd * rate", ""),
         (ERROR, "error = setpoint.value - measured.value"),
         (re.findall(r" +GainInfo\(\n +\"kd\".*?\n        \),\n", LAW.read_text(encoding="utf-8"), re.DOTALL)[0], ""),
-    ]  # fmt: skip
+    ]
     left = {"tracks", "rejects"}
     for _ in range(3):
         words = ", ".join(repr(each) for each in sorted(left))
-        promised = ("    sampling=", f"    promises=frozenset({{{words}}}),\n    sampling=") if left else (
-            "    sampling=", "    promises=frozenset(),\n    sampling=")  # fmt: skip
+        promised = (
+            ("    sampling=", f"    promises=frozenset({{{words}}}),\n    sampling=")
+            if left
+            else ("    sampling=", "    promises=frozenset(),\n    sampling=")
+        )
         law = run_own_code(edited(LAW, tmp_path, *pi, promised)).names["LAW"]
         clauses = (behaviour.references_are_flown_as_promised, behaviour.disturbances_are_rejected_as_promised)
-        messages = [breach.message for clause in clauses for breach in clause(law)]
+        messages = [violation.message for clause in clauses for violation in clause(law)]
         assert not any("; promise " in text for text in messages)
         dropped = {each for each in left if any(f'leave "{each}" out' in text for text in messages)}
         assert bool(dropped) == bool(messages)
@@ -186,7 +193,7 @@ def test_a_law_that_brakes_only_by_a_rate_that_it_is_not_given_is_told_once(tmp_
     without = "select(channel.rate_from_observer > 0.5, 0.0, measured.rate)"
     changes = [(ERROR, ERROR.replace("measured.rate", without)), DIFFERENCED[-1]]
     law = run_own_code(edited(LAW, tmp_path, *changes)).names["LAW"]
-    lines = [each.message for each in found(lambda: behaviour.commands_point_the_right_way(law), law, "")]
+    lines = [each.message for each in violations_of(lambda: behaviour.commands_point_the_right_way(law), law, "")]
     assert len(lines) == len(set(lines)) == 2
     assert all("does not brake a motion" in line and "from an observer" in line for line in lines)
 
@@ -208,9 +215,13 @@ def test_an_error_inside_a_function_is_told_with_its_line(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize(
     ("text", "line", "message"),
-    [("x = 1\ndef (:\n", 2, "invalid syntax"), ("x = 1\n\ny = 1 / 0\n", 3, "ZeroDivisionError"), ("exit(3)\n", 1, "SystemExit"),
-     ("from plant.nowhere import x\n", 1, "No module named")],
-)  # fmt: skip
+    [
+        ("x = 1\ndef (:\n", 2, "invalid syntax"),
+        ("x = 1\n\ny = 1 / 0\n", 3, "ZeroDivisionError"),
+        ("exit(3)\n", 1, "SystemExit"),
+        ("from plant.nowhere import x\n", 1, "No module named"),
+    ],
+)
 def test_a_file_that_cannot_be_run_is_one_line_with_its_place(
     text: str, line: int, message: str, tmp_path: Path
 ) -> None:
@@ -229,7 +240,7 @@ def test_the_digest_is_that_of_the_file_and_of_what_it_imports_from_beside_it(tm
     ]
     first = run_own_code(edited(LAW, tmp_path, *changes))
     assert first is run_own_code(edited(LAW, tmp_path, *changes, name="same_code_elsewhere.py"))
-    assert breaches(first.names["LAW"], str(first.file)) == []
+    assert violations_of_law(first.names["LAW"], str(first.file)) == []
     (tmp_path / "half.py").write_text("def half(a):\n    return a * 0.5\n")
     assert run_own_code(first.file).digest != first.digest
     with pytest.raises(ImportError):

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from plant.contract.reference_contract import breaches
+from plant.contract.reference_contract import violations_of_reference
 from plant.own_code import run_own_code
 from plant.references import REFERENCES
 from plant.references.waypoints import Waypoints
@@ -28,13 +28,15 @@ def test_the_shipped_and_the_bundled_ones_keep_it() -> None:
         *[kind for kind in REFERENCES.values() if kind is not Waypoints],
     ]
     # A step of nothing is refused by itself: it has no usual parameters.
-    assert [breaches(kind, "") for kind in kinds if kind.kind not in ("steps", "ramp")] == [[] for _ in kinds[2:]]
+    assert [violations_of_reference(kind, "") for kind in kinds if kind.kind not in ("steps", "ramp")] == [
+        [] for _ in kinds[2:]
+    ]
 
 
 @pytest.mark.parametrize("way", WRONG)
 def test_what_it_breaks_is_told(way: str, tmp_path: Path) -> None:
     old, new, message = WRONG[way]
     file = edited(REFERENCE, tmp_path, (old, new))
-    told = breaches(run_own_code(file).names["REFERENCE"], str(file))
-    assert any(message in breach.message for breach in told), told
-    assert all(breach.place.startswith(str(file)) for breach in told)
+    told = violations_of_reference(run_own_code(file).names["REFERENCE"], str(file))
+    assert any(message in violation.message for violation in told), told
+    assert all(violation.place.startswith(str(file)) for violation in told)

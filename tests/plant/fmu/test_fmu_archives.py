@@ -44,8 +44,11 @@ def test_the_folder_of_a_killed_process_goes_with_the_next_and_that_of_a_living_
         "file = Path(sys.argv[1]); print(unpacked(file, open_archive(file).digest), flush=True); time.sleep(60)"
     )
     process = subprocess.Popen(
-        [sys.executable, "-c", code, str(file)], stdout=subprocess.PIPE, text=True, env={**os.environ, "TMPDIR": str(tmp_path)}
-    )  # fmt: skip
+        [sys.executable, "-c", code, str(file)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+    )
     assert process.stdout is not None
     folder = Path(process.stdout.readline().strip())
     assert folder.parent == tmp_path and folder.name.startswith(PREFIX)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.optimize import root_scalar
 
-from plant.laws import LAWS, adrc, hybrid, hybrid_true_sta, ladrc, ladrc_printed, pid
+from plant.law_registry import LAWS
+from plant.laws import adrc, hybrid, hybrid_true_sta, ladrc, ladrc_printed, pid
 from plant.laws.channel import Measured, Setpoint
 from plant.laws.fal import fal_3_4
 from plant.laws.hybrid import Gains, sliding_term

@@ -3,7 +3,7 @@
 import ast
 from pathlib import Path
 
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 
 ROOT = Path(__file__).parents[3]
 # A certificate of the super-twisting algorithm is called after it, as the law is.

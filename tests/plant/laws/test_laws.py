@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from plant.backends.stepping import fly_steps, unchanged
-from plant.closed_loop import Status
 from plant.contract.axis import H
 from plant.contract.law_contract import AGREES, CLAUSES, Clause
 from plant.errors import UnknownNameError
-from plant.laws import LAWS, Law, law
-from plant.laws.law import HELD_COMMAND
+from plant.law_registry import LAWS, law
+from plant.laws.law import HELD_COMMAND, Law
 from plant.loop import Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.status import Status
 from tests.plant.harness import HUMMINGBIRD, LIMITS, TARGETS, batch, default_gains, loop_of, references, scenario
 
 each_law = pytest.mark.parametrize("entry", LAWS.values(), ids=LAWS)

@@ -5,7 +5,7 @@ import pytest
 
 from plant.backends.lanes import compiled
 from plant.contract.axis import H, defaults, random_inputs, run
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.laws.channel import Applied, Channel
 from plant.laws.slower import slower
 from plant.records import flatten

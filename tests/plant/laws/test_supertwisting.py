@@ -193,7 +193,7 @@ def test_a_command_held_at_its_limit_does_not_wind_the_integral_up() -> None:
     flown = Axis(disturbance=-3.0, limit=1.0).fly(supertwisting.LAW, gains, 500, lambda t: Setpoint(1.0, 0.0, 0.0))
     assert (flown.command[5:] == 1.0).all()
     assert 0.0 <= flown.memory.twist.v < 1.0
-    deaf = Axis(disturbance=-3.0, limit=1.0, told="nothing").fly(
+    deaf = Axis(disturbance=-3.0, limit=1.0, is_aware=False).fly(
         supertwisting.LAW, gains, 500, lambda t: Setpoint(1.0, 0.0, 0.0)
     )
     assert deaf.memory.twist.v == pytest.approx(5.0 * 500 * 0.004, rel=0.01)

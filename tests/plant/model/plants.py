@@ -8,7 +8,7 @@ import numpy as np
 
 from objectives.plant_system import PlantSystem
 from plant.backends.stepping import fly_steps, lane_of, unchanged
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.plant_model import PlantModel, plant_from
@@ -59,7 +59,14 @@ def stepped(system: PlantSystem, gains: np.ndarray, drawn: Any, lane: int = 0) -
     """Fly one lane in Python: the body (K, rows) at every control instant, and the last flight."""
     seen = []
     flight = fly_steps(
-        system.loop, unchanged, pack(system.loop.records.Gains, gains.tolist()), system.nominal, lane_of(drawn, lane),
-        drawn.targets, system.limits, system.timing, lambda k, flight: seen.append(flatten(flight.body)),
-    )  # fmt: skip
+        system.loop,
+        unchanged,
+        pack(system.loop.records.Gains, gains.tolist()),
+        system.nominal,
+        lane_of(drawn, lane),
+        drawn.targets,
+        system.limits,
+        system.timing,
+        lambda k, flight: seen.append(flatten(flight.body)),
+    )
     return np.array(seen), flight

@@ -7,7 +7,7 @@ import pytest
 
 from objectives.plant_system import PlantSystem
 from plant.backends.stepping import fly_steps, lane_of, unchanged
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.plant_model import plant_from
@@ -64,9 +64,16 @@ def flown(channels, actuators=(), gains=GAINS, goal=None, noise=0.0):
     row = pack(system.loop.records.Gains, gains * len(channels))
     kept = []
     fly_steps(
-        system.loop, unchanged, row, system.nominal, lane_of(drawn, 0), drawn.targets, system.limits, system.timing,
+        system.loop,
+        unchanged,
+        row,
+        system.nominal,
+        lane_of(drawn, 0),
+        drawn.targets,
+        system.limits,
+        system.timing,
         lambda _, flight: kept.append(flight.control),
-    )  # fmt: skip
+    )
     return kept
 
 

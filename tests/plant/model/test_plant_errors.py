@@ -5,7 +5,7 @@ from math import inf, nan
 import pytest
 
 from plant.errors import InputError, ToolError
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.model.plan import Actuator, plan_loop
 from tests.plant.model.plants import FILES, cascade, pid, plant_of, read
 
@@ -64,9 +64,14 @@ WRONG = {
     ),
 }  # fmt: skip
 USES = {
-    "NumPy": "np.sin", "a NumPy function": "sin", "math": "tan", "a hidden list": "LAST[0]", "a hidden array": "LAST[0]",
-    "a read list": "LAST[0]", "a read object": "LAST.value",
-}  # fmt: skip
+    "NumPy": "np.sin",
+    "a NumPy function": "sin",
+    "math": "tan",
+    "a hidden list": "LAST[0]",
+    "a hidden array": "LAST[0]",
+    "a read list": "LAST[0]",
+    "a read object": "LAST.value",
+}
 HELPER = "\n\ndef flow(input, state, p):\n    if state.speed > 0.0:\n        return 0.0\n    return input.voltage / p.resistance\n"
 
 

@@ -53,16 +53,22 @@ class Independent:
         angle, speed = system.plan.channels
         gains = {"angle": angle.law.Gains(*CASCADE_GAINS[:3]), "speed": speed.law.Gains(*CASCADE_GAINS[3:])}
         self.constants = {
-            "angle": angle.law.prepare(gains["angle"], 4 * self.h), "speed": speed.law.prepare(gains["speed"], self.h),
-        }  # fmt: skip
+            "angle": angle.law.prepare(gains["angle"], 4 * self.h),
+            "speed": speed.law.prepare(gains["speed"], self.h),
+        }
         self.laws = {"angle": angle, "speed": speed}
 
     def step(self, name, memory, goal, seen, effect, excess, h):
         channel = self.laws[name]
         return channel.law.step(
-            memory, self.constants[name], Known(channel.b0, 1.0), Setpoint(goal, 0.0, 0.0), Measured(seen, 0.0),
-            Applied(effect, excess), h,
-        )  # fmt: skip
+            memory,
+            self.constants[name],
+            Known(channel.b0, 1.0),
+            Setpoint(goal, 0.0, 0.0),
+            Measured(seen, 0.0),
+            Applied(effect, excess),
+            h,
+        )
 
     def fly(self, steps):
         state, held = self.system.plant.rest(self.p)
@@ -193,9 +199,16 @@ def test_feedthrough_shows_the_input_of_the_period_before(tmp_path):
     drawn = system.sample(PlantScenario("step", 0.05, {"angle": Step(1.0)}), 1, "search", [0])
     seen = []
     fly_steps(
-        system.loop, unchanged, pack(system.loop.records.Gains, [0.2, 0.0, 0.0, 0.001]), system.nominal, lane_of(drawn, 0),
-        drawn.targets, system.limits, system.timing, lambda k, flight: seen.append(flight),
-    )  # fmt: skip
+        system.loop,
+        unchanged,
+        pack(system.loop.records.Gains, [0.2, 0.0, 0.0, 0.001]),
+        system.nominal,
+        lane_of(drawn, 0),
+        drawn.targets,
+        system.limits,
+        system.timing,
+        lambda k, flight: seen.append(flight),
+    )
     fed = [after.body.shown.angle - after.body.state.angle for after in seen[1:]]
     assert fed == pytest.approx([before.speed.voltage for before in seen[:-1]], rel=1e-12)
     assert np.ptp(fed) > 0.05

@@ -2,7 +2,7 @@
 
 import pytest
 
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Channel
 from plant.model.units import gain_unit, per_time, times_time
@@ -36,11 +36,15 @@ def test_units_of_integrals(unit, integral):
 @pytest.mark.parametrize(
     ("command", "output", "units"),
     [
-        ("V", "rad", ["V s/rad", "V/rad", "V/rad/s"]), ("W", "degC", ["W s/degC", "W/degC", "W/degC/s"]),
-        ("rad/s", "rad", ["1", "1/s", "1/s2"]), ("1", "m", ["s/m", "1/m", "1/m/s"]), ("1", "1", ["s", "1", "1/s"]),
-        ("N", "m/s", ["N s/(m/s)", "N/(m/s)", "N/(m/s)/s"]), ("rad", "rad", ["s", "1", "1/s"]),
+        ("V", "rad", ["V s/rad", "V/rad", "V/rad/s"]),
+        ("W", "degC", ["W s/degC", "W/degC", "W/degC/s"]),
+        ("rad/s", "rad", ["1", "1/s", "1/s2"]),
+        ("1", "m", ["s/m", "1/m", "1/m/s"]),
+        ("1", "1", ["s", "1", "1/s"]),
+        ("N", "m/s", ["N s/(m/s)", "N/(m/s)", "N/(m/s)/s"]),
+        ("rad", "rad", ["s", "1", "1/s"]),
     ],
-)  # fmt: skip
+)
 def test_units_of_gains_on_derivative_error_and_integral(command, output, units):
     assert [gain_unit(command, output, integrals) for integrals in (-1, 0, 1)] == units
 

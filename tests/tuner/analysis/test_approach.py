@@ -7,10 +7,10 @@ import pytest
 
 import tuner
 from plant.errors import InputError
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import gain_addresses
 from tests.tuner.in_process import tuner as typed
 from tuner.analysis.approach import MOST_FACTOR, MOST_STEPS, factors_between, rows_between, steps_between, steps_of_size
-from tuner.api.gains import Gains, gains_of
+from tuner.api.gains import QuadrotorGains, gains_of
 
 
 def test_gains_go_by_equal_factors_and_those_that_change_sign_by_equal_differences():
@@ -58,11 +58,11 @@ def test_a_step_that_is_none_or_takes_too_many_is_refused(present):
     assert len(tuner.approach(present, after, step=0.1, flights=2).gains) == 3
 
 
-def scaled(gains: Gains, **factors: float) -> Gains:
+def scaled(gains: QuadrotorGains, **factors: float) -> QuadrotorGains:
     """Gains with those of some names, in every axis, times a factor."""
     from dataclasses import replace
 
-    from plant.gains import gain_addresses
+    from plant.quadrotor.gains import gain_addresses
 
     addresses = [gain.address for gain in gain_addresses(gains.controller.cascade)]
     row = [
@@ -96,7 +96,7 @@ def test_a_margin_that_falls_between_two_good_ends_is_named(present, monkeypatch
     monkeypatch.setattr(approaching, "rows_between", lambda a, b, n: np.array([a, weak, b]))
     found = tuner.approach(present, scaled(present, omega_c=1.01), flights=2)
     assert not found.passed and [bool(step.short) for step in found.document.steps] == [False, True, False]
-    assert all(not row.kept for row in found.document.steps[1].short)
+    assert all(not row.is_satisfied for row in found.document.steps[1].short)
 
 
 def test_what_cannot_be_exported_leaves_nothing_behind_and_names_a_gain_that_there_is(tmp_path):
@@ -122,7 +122,7 @@ def test_steps_are_written_with_their_exports_and_other_laws_are_refused(present
     )
     assert code == 0 and "rings first" in out and "Go back by one step" in out, err
     assert {path.name for path in (tmp_path / "way").iterdir()} >= {"approach.json", "step0", "step1"}
-    assert tuner.read_gains(tmp_path / "way/step1/gains.json").controller.gains == after.controller.gains
+    assert dict(tuner.read_gains(tmp_path / "way/step1/gains.json")) == dict(after)
     assert (tmp_path / "way/step1/c99/export.json").exists()
     assert json.loads((tmp_path / "way/approach.json").read_text())["passed"]
     code, _, err = typed(monkeypatch, capsys, "approach", files[0], files[2])

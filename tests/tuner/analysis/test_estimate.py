@@ -5,9 +5,9 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.airframes.uncertainty import can_exist
 from plant.errors import InputError
+from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes.uncertainty import can_exist
 from tuner.analysis.estimate import (
     DENSITY,
     INCH,

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from objectives.flown_system import FlightBatch
 from objectives.problem import Constraint, Objective, Problem
 from objectives.risk import Risk
-from objectives.system import FlightBatch
 from plant.seeds import generator
 from tuner.analysis.final_flights import FinalFlights
 from tuner.analysis.finals import Finals
@@ -129,9 +129,15 @@ def test_intervals_of_those_that_stopped_hold_the_truth_as_often_as_they_say(own
     for key in range(repeats):
         scores = table([(1.0, 1.0), (1.5, 1.5)], noise=1.0, own=own, key=key)
         flown = FinalFlights(
-            Made(scores), 1, scores, np.zeros((2, FLIGHTS), dtype=bool), np.repeat("gusts", FLIGHTS), np.zeros((2, 0)), early,
+            Made(scores),
+            1,
+            scores,
+            np.zeros((2, FLIGHTS), dtype=bool),
+            np.repeat("gusts", FLIGHTS),
+            np.zeros((2, 0)),
+            early,
             complete,
-        )  # fmt: skip
+        )
         _, low, high = flown.estimate(0)
         hits += low[1] <= 1.5 <= high[1]
         wider += high[1] - low[1] > high[0] - low[0]

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.airframes import load
 from plant.errors import StoreError
 from plant.own_code import run_own_code
-from plant.scenarios import sample_scenarios
+from plant.quadrotor.airframes import load
+from plant.quadrotor.scenarios import sample_scenarios
 from tests.plant.model.plants import FILES
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.analysis.plant_step import (
@@ -93,13 +93,28 @@ def test_where_flights_do_not_differ_the_error_is_a_share_of_their_value():
 def sway(**plant):
     """Two masses and a spring of 50 rad/s at 40 ms, in which nothing is random."""
     tables = {
-        "title": "Sway", "seed": 1, "plant": {"control_period": 0.04, "parameters": {"second_frequency": 1.0}, **plant},
+        "title": "Sway",
+        "seed": 1,
+        "plant": {"control_period": 0.04, "parameters": {"second_frequency": 1.0}, **plant},
         "actuator": [{"name": "force", "low": -1e3, "high": 1e3}],
         "channel": [{"name": "place", "law": "pid", "output": "place", "to": "force", "limit": 1e3}],
-        "gains": {"place.kp": {"low": 1.0, "high": 8.0, "default": 4.0}, "place.ki": 0.0, "place.kd": 8.0, "place.t_f": 0.0},
-        "scenario": [{"name": "step", "duration": 4.0, "search": 4, "held_out": 8, "reference": {"place": {"kind": "step", "size": 1.0}}}],
+        "gains": {
+            "place.kp": {"low": 1.0, "high": 8.0, "default": 4.0},
+            "place.ki": 0.0,
+            "place.kd": 8.0,
+            "place.t_f": 0.0,
+        },
+        "scenario": [
+            {
+                "name": "step",
+                "duration": 4.0,
+                "search": 4,
+                "held_out": 8,
+                "reference": {"place": {"kind": "step", "size": 1.0}},
+            }
+        ],
         "objective": [{"metric": "iae.place"}, {"metric": "travel"}],
-    }  # fmt: skip
+    }
     return make_study(tables, "sway", plant=run_own_code(FILES["modal"]).names)
 
 

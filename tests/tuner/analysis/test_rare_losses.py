@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from objectives.flown_system import FlightBatch
 from objectives.metrics import parse
 from objectives.problem import Constraint, Objective, Problem
 from objectives.risk import Risk
-from objectives.system import FlightBatch
 from plant.seeds import generator
 from tuner.analysis.finals import Finals
 from tuner.experiments.tuning.conclusion import best_row

@@ -9,12 +9,13 @@ import pytest
 from objectives.margins.period import NO_METERS
 from objectives.metrics.noise import CUTOFF
 from objectives.problem import FlightBatch
-from plant.cascade import close_cascade
-from plant.closed_loop import close_loop
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.laws.filters import stage_share
-from plant.scenarios import HELD_OUT
-from tuner.analysis.spectrum import _recorded, command_spectrum, spectrum
+from plant.loop import Timing
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.closed_loop import close_loop
+from plant.quadrotor.scenarios import HELD_OUT
+from tuner.analysis.spectrum import command_spectrum, spectrum
 from tuner.experiments.tuning.problem import problem_of
 from tuner.study import load_study
 
@@ -49,17 +50,20 @@ def test_nothing_is_said_of_no_flights_or_of_a_few_samples():
 def test_flights_that_are_lost_are_left_out():
     """One of four flights ends; commands after it are not the controller's any more."""
 
-    class Recorder:
+    class System:
         loop = close_loop(close_cascade(LAWS["pid"], LAWS["pid"]), NO_METERS)
+        command, command_scales, nominal, timing = "pending", np.ones(4), None, Timing(H, H)
 
+    class Recorder:
         def trace(self, gains, nominal, inputs, every, traced):
             status = np.zeros((4, 5000, 1))
             status[2, 1000:] = 1.0
             return np.concatenate([WHITE[:4], status], axis=2)
 
-    recorder, drawn = cast("Any", Recorder()), cast("Any", None)
-    found = _recorded(recorder, np.zeros(1), None, drawn, "pending")
-    assert np.array_equal(found, WHITE[[0, 1, 3]])
+    found = command_spectrum(cast("Any", System()), cast("Any", Recorder()), np.zeros(1), cast("Any", None))
+    expected = spectrum(WHITE[[0, 1, 3]], H)
+    assert found is not None and expected is not None
+    assert np.array_equal(found.density, expected.density)
 
 
 @pytest.mark.slow

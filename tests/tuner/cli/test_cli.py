@@ -64,10 +64,25 @@ main.main()
 # What takes 20 ms of processor time or more to import, and a tuning run from its study to the printed answer does without. (Its figures
 # are drawn by another process, with imports of its own.)
 NOT_FOR_A_RUN = (
-    "pandas", "pyarrow.compute", "pyarrow.pandas_compat", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.interpolate",
-    "scipy.sparse.csgraph", "scipy.integrate", "matplotlib", "pymoo", "cvxpy", "control", "numba.cpython.heapq",
-    "tuner.experiments.contest.run", "tuner.experiments.inference.run", "tuner.experiments.trials.run", "tuner.exchange.registry",
-)  # fmt: skip
+    "pandas",
+    "pyarrow.compute",
+    "pyarrow.pandas_compat",
+    "scipy.stats",
+    "scipy.signal",
+    "scipy.optimize",
+    "scipy.interpolate",
+    "scipy.sparse.csgraph",
+    "scipy.integrate",
+    "matplotlib",
+    "pymoo",
+    "cvxpy",
+    "control",
+    "numba.cpython.heapq",
+    "tuner.experiments.contest.run",
+    "tuner.experiments.inference.run",
+    "tuner.experiments.trials.run",
+    "tuner.exchange.registry",
+)
 
 
 def test_a_run_imports_nothing_heavy_that_it_does_without(tmp_path):
@@ -113,9 +128,17 @@ def test_new_writes_a_study_that_loads_and_never_overwrites(tmp_path, tuner, mon
 def test_run_fly_report_one_after_the_other(tmp_path, tuner):
     folder = tmp_path / "out"
     small = [
-        "--set", "search.population=8", "--set", "search.generations=2", "--set", "scenario.0.search=4",
-        "--set", "scenario.0.held_out=16", "--set", "margin=[]",
-    ]  # fmt: skip
+        "--set",
+        "search.population=8",
+        "--set",
+        "search.generations=2",
+        "--set",
+        "scenario.0.search=4",
+        "--set",
+        "scenario.0.held_out=16",
+        "--set",
+        "margin=[]",
+    ]
     done = tuner("run", QUICKSTART, "--out", folder, "--threads", 2, *small)
     assert done.returncode == 0, done.stderr
     assert "generation 2/2" in done.stdout
@@ -152,7 +175,7 @@ def test_bad_input_is_one_line_on_stderr(tmp_path, tuner):
         (["fly", "--law", "hybird"], "did you mean 'hybrid'"),
         (["fly", "--law", "hybrid", "--airframe", "iriss"], "did you mean 'iris'"),
         (["fly", "--law", "hybrid", "--study", QUICKSTART, "--scenario", "3"], "allowed: 0 to 0"),
-        (["report", "nowhere"], "no finished results folder"),
+        (["report", "nowhere"], "there is no such results folder"),
         (["run", QUICKSTART, "--treads", "2"], "--treads"),
     ],
 )

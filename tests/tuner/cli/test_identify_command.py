@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from plant.airframes import load
+from plant.quadrotor.airframes import load
 from tests.tuner.in_process import called
 from tests.tuner.logs.written import crazyflie, truth
 from tuner.text.errors import BROKEN, USER_ERROR

@@ -31,9 +31,14 @@ def started(*arguments, code=None, **named):
     """A process that listens to Ctrl-C whoever started us, and would not hear that of our terminal."""
     words = command(*arguments) if code is None else [sys.executable, "-c", code, *map(str, arguments)]
     return subprocess.Popen(
-        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler), **named,
-    )  # fmt: skip
+        words,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        **named,
+    )
 
 
 def ended(process, number=signal.SIGINT, group=False):

@@ -53,12 +53,21 @@ def test_what_is_no_study_is_told_with_the_nearest(here):
 @pytest.mark.parametrize(
     "words",
     [
-        ["run"], ["design"], ["plan"], ["sensitivity"], ["check"], ["new", "mine", "--from"], ["fly", "--law", "pid", "--study"],
-        ["margins", "--law", "pid", "--study"], ["theory", "gains.json", "--study"], ["check", "gains.json", "--requirements"],
-        ["rejudge", "results", "--out", "other", "--study"], ["compare", "gains.json", "--study"],
+        ["run"],
+        ["design"],
+        ["plan"],
+        ["sensitivity"],
+        ["check"],
+        ["new", "mine", "--from"],
+        ["fly", "--law", "pid", "--study"],
+        ["margins", "--law", "pid", "--study"],
+        ["theory", "gains.json", "--study"],
+        ["check", "gains.json", "--requirements"],
+        ["rejudge", "results", "--out", "other", "--study"],
+        ["compare", "gains.json", "--study"],
     ],
     ids=lambda words: " ".join(words),
-)  # fmt: skip
+)
 def test_every_command_takes_a_study_by_name(here, words, monkeypatch, capsys):
     code, out, error = tuner(monkeypatch, capsys, *words, "quikstart")
     assert (code, out) == (2, "") and "did you mean 'quickstart'" in error and error.count("\n") == 1
@@ -90,7 +99,7 @@ def test_code_of_a_shipped_study_is_copied_along_and_never_written_over(here, mo
 def test_an_own_study_is_copied_with_its_paths_and_comments(here):
     (here / "far").mkdir()
     own = changed('name = "hummingbird"', 'file = "quad.toml"')
-    (here / "quad.toml").write_text((ROOT / "plant" / "airframes" / "iris.toml").read_text())
+    (here / "quad.toml").write_text((ROOT / "plant" / "quadrotor" / "airframes" / "iris.toml").read_text())
     (here / "own.toml").write_text(f"# Run it with `tuner run own.toml`; results land in results/own.\n{own}")
     copy = here / "far" / "copy.toml"
     copy.write_text(copied_study(here / "own.toml", copy))
@@ -160,13 +169,18 @@ def test_the_package_runs_as_a_module(tmp_path):
 @pytest.mark.parametrize(
     ("words", "offered"),
     [
-        (["run", "qui"], ["quickstart"]), (["new", "mine", "--from", "f4"], ["f450"]), (["fly", "--law", "hybrid_t"], ["hybrid_true_sta"]),
-        (["margins", "--airframe", "ir"], ["iris"]), (["export", "gains.json", "--to", "cr"], ["crazyflie"]),
-        (["import", "file", "--from", "px"], ["px4"]), (["list", "theo"], ["theorems"]), (["sens"], ["sensitivity"]),
+        (["run", "qui"], ["quickstart"]),
+        (["new", "mine", "--from", "f4"], ["f450"]),
+        (["fly", "--law", "hybrid_t"], ["hybrid_true_sta"]),
+        (["margins", "--airframe", "ir"], ["iris"]),
+        (["export", "gains.json", "--to", "cr"], ["crazyflie"]),
+        (["import", "file", "--from", "px"], ["px4"]),
+        (["list", "theo"], ["theorems"]),
+        (["sens"], ["sensitivity"]),
         (["check", "mi"], ["mine.toml"]),
     ],
     ids=" ".join,
-)  # fmt: skip
+)
 def test_the_shell_completes_names(here, words, offered, monkeypatch):
     (here / "mine.toml").write_text(STUDY)
     monkeypatch.setenv("_TUNER_COMPLETE", "complete_bash")

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from plant.airframes import load
-from plant.scenarios import SEARCH, sample_scenarios
+from plant.quadrotor.airframes import load
+from plant.quadrotor.scenarios import SEARCH, sample_scenarios
 from tests.tuner.in_process import called
 from tests.tuner.study.study_text import changed
 from tuner.study.build import load_study

@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,8 +15,9 @@ from tests.tuner.in_process import tuner
 from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import OBJECTIVES, fabricate
-from tuner.api.story import UnfinishedRun, story, unfinished_story
-from tuner.cli.printers.story import print_story
+from tuner.api.results import TuningResults
+from tuner.api.run_report import UnfinishedRun, report_run, unfinished_report
+from tuner.cli.printers.run_report import print_run_report
 from tuner.cli.terminal import Console
 from tuner.report.charts.text import TextLayer, legend, place_bar, scatter
 
@@ -29,7 +31,7 @@ def made_up(request, tmp_path_factory):
 
 
 def shown(folder, width, capsys):
-    print_story(story(folder), Console(width=width))
+    print_run_report(report_run(folder), Console(width=width))
     return capsys.readouterr().out
 
 
@@ -63,10 +65,11 @@ def test_two_objectives_are_plotted_and_others_listed(made_up, capsys):
     folder, objectives = made_up
     text = shown(folder, 100, capsys)
     assert ("@ recommended" in text) == (objectives == 2)
-    told = story(folder)
-    assert told.results is not None
-    tuned = next(row for row in told.document.front if row.role == "tuned")
-    assert tuned.point == told.results.tuned
+    told = report_run(folder)
+    assert isinstance(told.results, TuningResults)
+    document: Any = told.document
+    tuned = next(row for row in document["front"] if row["role"] == "tuned")
+    assert tuned["point"] == told.results.tuned
     if objectives != 2:
         assert f"{told.results.tuned} tuned" in text
 
@@ -74,17 +77,18 @@ def test_two_objectives_are_plotted_and_others_listed(made_up, capsys):
 def test_the_story_is_in_the_units_of_the_folder(made_up):
     """The report turns angles into degrees; the story takes them back."""
     folder, objectives = made_up
-    told = story(folder)
+    told = report_run(folder)
     results = told.results
-    assert results is not None
-    default = next(row for row in told.document.front if row.role == "default")
+    assert isinstance(results, TuningResults)
+    document: Any = told.document
+    default = next(row for row in document["front"] if row["role"] == "default")
     for i, entry in enumerate(results.objectives):
-        held_out = results.front.held_out[results.front.of("default")[0], i]
+        held_out = results.held_out_front.held_out[results.held_out_front.of("default")[0], i]
         factor = (
             180.0 / np.pi if OBJECTIVES[i][2] == "rad" else (180.0 / np.pi) ** 2 if "rad^2" in OBJECTIVES[i][2] else 1.0
         )
-        assert default.values[entry.label].value == pytest.approx(held_out / factor, rel=1e-12)
-    assert len(told.document.front[0].values) == objectives
+        assert default["values"][entry.label]["value"] == pytest.approx(held_out / factor, rel=1e-12)
+    assert len(document["front"][0]["values"]) == objectives
 
 
 def test_json_is_the_story_and_nothing_else(made_up, monkeypatch, capsys):
@@ -119,7 +123,7 @@ def test_an_unfinished_run_says_how_far_it_is(small_run, tmp_path, capsys):
     unsealed(folder)
     lines = (folder / "history.csv").read_text().splitlines()
     (folder / "history.csv").write_text("\n".join(lines[:3]) + "\n")
-    told = unfinished_story(folder)
+    told = unfinished_report(folder)
     assert isinstance(told, UnfinishedRun)
     assert (told.generations_done, told.generations, told.finished) == (2, 3, False)
     text = shown(folder, 60, capsys)
@@ -152,7 +156,7 @@ def test_an_inference_shows_its_sentences(tmp_path, capsys):
 def test_what_is_no_results_folder_is_refused(make, tmp_path):
     make(tmp_path / "nothing")
     with pytest.raises(StoreError, match="nothing"):
-        story(tmp_path / "nothing")
+        report_run(tmp_path / "nothing")
 
 
 def plot(*layers, width=42, height=11):

@@ -17,17 +17,23 @@ COMMANDS = {
     "check": ("check", "quickstart"),
 }
 SURROUNDINGS = {
-    "one column": {"COLUMNS": "1"}, "three columns": {"COLUMNS": "3"}, "ASCII alone": {"PYTHONIOENCODING": "ascii"},
+    "one column": {"COLUMNS": "1"},
+    "three columns": {"COLUMNS": "3"},
+    "ASCII alone": {"PYTHONIOENCODING": "ascii"},
     "plain locale": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
-}  # fmt: skip
+}
 
 
 def ended(*words, surroundings=None, closed=()):
     """Run a command as a process of its own; closed: numbers of streams that it is started without."""
     return subprocess.run(
-        [sys.executable, "-c", CODE, *map(str, words)], capture_output=True, check=False, timeout=120,
-        env={**os.environ, **(surroundings or {})}, preexec_fn=lambda: [os.close(number) for number in closed],
-    )  # fmt: skip
+        [sys.executable, "-c", CODE, *map(str, words)],
+        capture_output=True,
+        check=False,
+        timeout=120,
+        env={**os.environ, **(surroundings or {})},
+        preexec_fn=lambda: [os.close(number) for number in closed],
+    )
 
 
 @pytest.mark.parametrize(("command", "where"), list(product(COMMANDS, SURROUNDINGS)))

@@ -1,6 +1,5 @@
 """What commands print on terminals of any width: no word broken, no heading cut, nothing lost, no line too wide."""
 
-import json
 import re
 from pathlib import Path
 
@@ -103,17 +102,23 @@ def test_the_tables_at_the_end_of_a_run(small_run, tmp_path, monkeypatch, capsys
     for folder in (small_run[1], made_up):
         summary = Summary.read(folder / "summary.json")
         told = printed(
-            capsys, lambda c, s=summary: c.print(gains_table(s)), lambda c, s=summary: c.print(comparison_table(s))
+            capsys,
+            lambda c, s=summary: c.print(gains_table(s, c.width)),
+            lambda c, s=summary: c.print(comparison_table(s)),
         )
-        check_widths(told, monkeypatch)
+        check_widths(told, monkeypatch, lost=range_ends(summary))
+
+
+def range_ends(summary):
+    """Texts of the ends of ranges, which stand beside the bar where there is room alone."""
+    return {f"{end:g}" for row in summary.variables for end in (row.low, row.high)}
 
 
 @pytest.mark.parametrize("objectives", [2, 3])
 def test_show_a_run(objectives, tmp_path, monkeypatch, capsys):
     folder = fabricate(tmp_path / "made-up", objectives, ("gusts", "calm air"))
     # The ends of a range stand beside its bar where there is room, and numbers beside axes as these are.
-    summary = json.loads((folder / "summary.json").read_text())
-    ends = {f"{row[end]:g}" for row in summary["variables"] for end in ("low", "high")}
+    ends = range_ends(Summary.read(folder / "summary.json"))
     check_widths(command(monkeypatch, capsys, "show", folder), monkeypatch, lost=ends)
 
 
@@ -248,7 +253,7 @@ first-row
 second
   alpha beta  d
 """,
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(("keys", "width"), TOLD)

@@ -110,12 +110,24 @@ def test_a_hostile_title_of_a_contest_is_inert(options, tmp_path, monkeypatch, c
 @pytest.mark.parametrize(
     "words",
     [
-        ("check", "NAME"), ("run", "NAME"), ("show", "NAME"), ("validate", "NAME"), ("resume", "NAME"), ("report", "NAME"),
-        ("export", "NAME", "--to", "NAME"), ("list", "NAME"), ("NAME",), ("fly", "--law", "NAME"), ("run", "--NAME"),
-        ("run", "NAME", "--set", "NAME"), ("run", "NAME", "--dask", "NAME"), ("fly", "--seeds", "NAME"), ("schema", "NAME"),
+        ("check", "NAME"),
+        ("run", "NAME"),
+        ("show", "NAME"),
+        ("validate", "NAME"),
+        ("resume", "NAME"),
+        ("report", "NAME"),
+        ("export", "NAME", "--to", "NAME"),
+        ("list", "NAME"),
+        ("NAME",),
+        ("fly", "--law", "NAME"),
+        ("run", "--NAME"),
+        ("run", "NAME", "--set", "NAME"),
+        ("run", "NAME", "--dask", "NAME"),
+        ("fly", "--seeds", "NAME"),
+        ("schema", "NAME"),
     ],
     ids="-".join,
-)  # fmt: skip
+)
 def test_a_hostile_argument_is_inert(words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     hostile = "a\x1b[31m\u202e\x07[red]b"

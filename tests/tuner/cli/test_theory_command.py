@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from objectives.theory import THEOREMS, Setting
-from plant.cascade import AXES, close_cascade
-from plant.gains import gain_addresses
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.laws.hybrid import Gains
+from plant.quadrotor.cascade import AXES, close_cascade
+from plant.quadrotor.gains import gain_addresses
 from tests.tuner.cli.test_cli import refused
 from tuner.api.margins import theory_rows
 from tuner.gains import read_gains

@@ -50,6 +50,15 @@ def test_an_example_comes_out_byte_for_byte(name, tmp_path):
     assert DOCUMENTS[name].read(file).text() == file.read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("name", [name for name in NAMES if '"sense"' in schema_of(name)])
+def test_limits_in_the_words_of_earlier_versions_are_read_as_min_and_max(name, tmp_path):
+    now = json_text(example_of(DOCUMENTS[name]))
+    for word, old in (("max", "most"), ("min", "least")):
+        text = now.replace('"sense": "max"', f'"sense": "{word}"')
+        (tmp_path / old).write_text(text.replace(f'"sense": "{word}"', f'"sense": "{old}"'), encoding="utf-8")
+        assert DOCUMENTS[name].read(tmp_path / old).text() == text
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_the_schema_takes_what_the_model_writes(name):
     schema = json.loads(schema_of(name))

@@ -20,15 +20,16 @@ def test_each_kind_is_told_by_its_document(kind, tmp_path):
 
 
 def test_documents_and_tables_of_a_run(tmp_path):
-    opened = open_results(fabricate(tmp_path / "made-up"))
+    folder = fabricate(tmp_path / "made-up")
+    opened = open_results(folder)
     assert isinstance(opened, TuningFolder) and opened.document.shown == opened.tuned == "p0101"
     assert opened.environment.threads == 4 and opened.study.startswith("title")
     assert {"front.csv", "history.csv", "responses.parquet"} <= set(opened.tables)
-    assert len(opened.table("front.csv")) == len(opened.front.points)
+    assert len(opened.table("front.csv")) == len(opened.held_out_front.points)
     assert "median" in opened.table("responses.parquet")
     with pytest.raises(StoreError, match="nothing.csv: there is no such file"):
         opened.table("nothing.csv")
-    (opened.folder / "front.csv").write_bytes(b"\xff\xfe\x00")
+    (folder / "front.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(StoreError, match="front.csv: not a readable table"):
         opened.table("front.csv")
 

@@ -14,14 +14,16 @@ CELLS = [1.5, None, -2.0, float("nan"), None, 6.0, 7.0, None, 9.0]
 
 @pytest.mark.parametrize("part", [slice(0, 27), slice(3, 20), slice(9, 10), slice(0, 0)])
 def test_numbers_are_those_of_arrow(part):
-    whole = pa.table({
-        "broken": pa.chunked_array([pa.array(CELLS * 2), pa.array(CELLS)]),
-        "whole": pa.array(range(27)),
-        "narrow": pa.array(np.arange(27, dtype=np.float32)),
-        "short": pa.array([None, *range(26)], type=pa.int32()),
-        "tiny": pa.array([None, *range(26)], type=pa.int8()),
-        "truth": pa.array([True, None, False] * 9),
-    })  # fmt: skip
+    whole = pa.table(
+        {
+            "broken": pa.chunked_array([pa.array(CELLS * 2), pa.array(CELLS)]),
+            "whole": pa.array(range(27)),
+            "narrow": pa.array(np.arange(27, dtype=np.float32)),
+            "short": pa.array([None, *range(26)], type=pa.int32()),
+            "tiny": pa.array([None, *range(26)], type=pa.int8()),
+            "truth": pa.array([True, None, False] * 9),
+        }
+    )
     table = whole.slice(part.start, part.stop - part.start)
     expected = [table.column(name).cast("float64").to_numpy() for name in table.column_names]
     found = numbers(table, table.column_names, Path("some.parquet"))

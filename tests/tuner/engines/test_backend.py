@@ -62,9 +62,15 @@ def recorded(folder, arithmetic):
     """A results folder of which nothing is read but who flew it."""
     made = Folder.create(folder)
     record = RunRecord(
-        format="holdfast-run", version=1, kind="tuning", study="inputs/a.toml", digest="d", generations=3, model="m",
+        format="holdfast-run",
+        version=1,
+        kind="tuning",
+        study="inputs/a.toml",
+        digest="d",
+        generations=3,
+        model="m",
         arithmetic=arithmetic,
-    )  # fmt: skip
+    )
     made.write_json("run.json", record)
     made.close()
     return folder
@@ -78,8 +84,8 @@ def flying(arithmetic: str) -> Any:
 def test_what_the_processor_flew_it_flies_again(tmp_path):
     cluster = flying("lanes")
     folder = recorded(tmp_path / "lanes", "lanes")
-    assert choice.engine_again(folder, system(), 1) is None
-    assert choice.engine_again(folder, system(), 1, cluster) is cluster
+    assert choice.recorded_engine(folder, system(), 1) is None
+    assert choice.recorded_engine(folder, system(), 1, cluster) is cluster
 
 
 def test_another_arithmetic_is_never_mixed_in(monkeypatch, tmp_path):
@@ -88,13 +94,13 @@ def test_another_arithmetic_is_never_mixed_in(monkeypatch, tmp_path):
     folder = recorded(tmp_path / "card", flown)
     monkeypatch.setattr(choice, "engine_named", lambda *_: None)
     with pytest.raises(StoreError, match="sm_90.*there is none here"):
-        choice.engine_again(folder, system(), 1)
+        choice.recorded_engine(folder, system(), 1)
     other = flying(flown.replace("sm_90", "sm_80"))
     monkeypatch.setattr(choice, "engine_named", lambda *_: other)
     with pytest.raises(StoreError, match="here it is cuda-float32, sm_80"):
-        choice.engine_again(folder, system(), 1)
+        choice.recorded_engine(folder, system(), 1)
     with pytest.raises(StoreError, match="leave --dask out"):
-        choice.engine_again(folder, system(), 1, flying("lanes"))
+        choice.recorded_engine(folder, system(), 1, flying("lanes"))
     same = flying(flown)
     monkeypatch.setattr(choice, "engine_named", lambda backend, *_: same if backend == "cuda-float32" else None)
-    assert choice.engine_again(folder, system(), 1) is same
+    assert choice.recorded_engine(folder, system(), 1) is same

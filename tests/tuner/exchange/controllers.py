@@ -1,10 +1,10 @@
 """Controllers for the tests of exports."""
 
-from plant.airframes import load
-from plant.cascade import close_cascade
-from plant.gains import default_row, gain_addresses
-from plant.laws import law
-from plant.nominal import ControlOptions
+from plant.law_registry import law
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions
 from tuner.gains import Controller
 
 
@@ -24,8 +24,18 @@ def controller(
 def pid(airframe="hummingbird", **gains):
     """A PID in both loops that every autopilot's form can hold: ki below kp^2/(4 kd)."""
     values = {
-        **{f"{axis}__{name}": value for axis in ("x", "y", "z") for name, value in (("kp", 2.5), ("ki", 0.3), ("kd", 2.6))},
-        **{f"{axis}__{name}": value for axis in ("roll", "pitch") for name, value in (("kp", 90.0), ("ki", 60.0), ("kd", 15.0))},
-        "yaw__kp": 50.0, "yaw__ki": 40.0, "yaw__kd": 9.0,
-    }  # fmt: skip
+        **{
+            f"{axis}__{name}": value
+            for axis in ("x", "y", "z")
+            for name, value in (("kp", 2.5), ("ki", 0.3), ("kd", 2.6))
+        },
+        **{
+            f"{axis}__{name}": value
+            for axis in ("roll", "pitch")
+            for name, value in (("kp", 90.0), ("ki", 60.0), ("kd", 15.0))
+        },
+        "yaw__kp": 50.0,
+        "yaw__ki": 40.0,
+        "yaw__kd": 9.0,
+    }
     return controller("pid", "pid", airframe, **{**values, **gains})

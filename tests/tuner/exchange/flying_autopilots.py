@@ -161,7 +161,7 @@ def px4_acceleration_slopes(values, vehicle, curve):
 
 
 def by_address(controller):
-    from plant.gains import gain_addresses
+    from plant.quadrotor.gains import gain_addresses
 
     return {gain.address: controller.gains[gain.column] for gain in gain_addresses(controller.cascade)}
 

@@ -1,6 +1,6 @@
 """Parameter files read back, for the tests of importers."""
 
-from plant.airframes import load
+from plant.quadrotor.airframes import load
 from tuner.exchange.registry import importer, settings_of
 from tuner.exchange.target import Request
 

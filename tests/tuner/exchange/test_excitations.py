@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from plant.airframes import load
 from plant.errors import InputError, UnknownNameError
+from plant.quadrotor.airframes import load
 from tuner.analysis.flight_plan.excitation import Excitation, length_of
 from tuner.api.flight_plans import craft_of
 from tuner.exchange.ardupilot.text import read_param
@@ -14,18 +14,23 @@ NAME = "f450"
 CRAFT = craft_of(load(NAME), NAME, None, None)
 SIZES = {"angle": np.radians(12.0), "rate": np.radians(90.0), "acceleration": 3.0}
 RANGES = {
-    "chirp_lag_freq_hz": 255, "chirp_lead_freq_hz": 255, "chirp_amplitude_roll": 500, "chirp_amplitude_pitch": 500,
-    "chirp_amplitude_yaw": 500, "chirp_frequency_start_deci_hz": 1000, "chirp_frequency_end_deci_hz": 10000,
+    "chirp_lag_freq_hz": 255,
+    "chirp_lead_freq_hz": 255,
+    "chirp_amplitude_roll": 500,
+    "chirp_amplitude_pitch": 500,
+    "chirp_amplitude_yaw": 500,
+    "chirp_frequency_start_deci_hz": 1000,
+    "chirp_frequency_end_deci_hz": 10000,
     "chirp_time_seconds": 255,
-}  # fmt: skip
+}
 """Setting of Betaflight -> the largest that its command line takes (cli/settings.c of 2025.12.6)."""
 
 
 def flight_for(target):
-    ability = target.ability
+    capabilities = target.capabilities
     return [
-        Excitation(axis, quantity, SIZES[quantity], 1.0, 12.0, 14.0, shape=ability.shape)
-        for axis, quantity in ability.quantities.items()
+        Excitation(axis, quantity, SIZES[quantity], 1.0, 12.0, 14.0, shape=capabilities.shape)
+        for axis, quantity in capabilities.quantities.items()
     ]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import gain_addresses
 from tests.tuner.exchange.controllers import controller, pid
 from tuner.api.catalogue import targets
 from tuner.exchange.registry import EXPORTERS, exporter, settings_of

@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import tuner
 from plant.errors import InputError, StoreError
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import gain_addresses
 from tests.tuner.exchange.controllers import controller, pid
 from tuner.exchange.registry import settings_of
 from tuner.exchange.run import bundle_of, check_laws, export_gains
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request, number
-from tuner.exchange.verification import verify_export
+from tuner.exchange.verification import quadrotor_loops, verify_export
 from tuner.exchange.writing import sha256
 from tuner.gains import to_document
 from tuner.search.watcher import Watcher
@@ -90,20 +91,25 @@ def test_a_parameter_out_of_range_is_refused_by_name():
     bundle_of(exporter(parameters=(replace(parameter, held=0.5),)), request(pid()))
 
 
+def verified(asked, target, flights):
+    held = target.export(request(asked)).held
+    return verify_export(quadrotor_loops(asked), quadrotor_loops(held), flights, Watcher())
+
+
 def test_what_is_carried_exactly_changes_nothing():
-    found = verify_export(request(pid()), exporter().export(request(pid())), 8, Watcher())
+    found = verified(pid(), exporter(), 8)
     assert found.passed
     assert all(row.relative == 0.0 for row in found.gains)
-    assert all(row.asked == row.held for row in (*found.margins, *found.metrics))
+    assert all(row.unrounded == row.held for row in (*found.margins, *found.metrics))
     assert {row.label for row in found.margins} >= {"stable(roll)", "phase_margin(roll)", "gain_up(x)"}
 
 
 def test_rounding_shows_in_gains_margins_and_flights():
     asked = pid()
-    found = verify_export(request(asked), exporter(rounded(4.0)).export(request(asked)), 8, Watcher())
+    found = verified(asked, exporter(rounded(4.0)), 8)
     by_gain = {row.gain: row for row in found.gains}
     assert by_gain["roll.kp"].held == 88.0 and by_gain["roll.kp"].relative == pytest.approx(-2 / 90)
-    assert any(row.asked != row.held for row in found.margins)
+    assert any(row.unrounded != row.held for row in found.margins)
     assert any(row.difference != 0.0 for row in found.metrics)
 
 
@@ -116,17 +122,20 @@ def test_rounding_that_breaks_a_limit_is_said():
         gains[columns["roll.kd"]] *= 0.02
         return replace(given, gains=tuple(gains.tolist()))
 
-    found = verify_export(request(pid()), exporter(without_damping).export(request(pid())), 4, Watcher())
+    found = verified(pid(), exporter(without_damping), 4)
     assert not found.passed
     assert "stable(roll)" in found.broken and "stable(pitch)" not in found.broken
 
 
 def test_a_folder_appears_whole(tmp_path):
     gains = written(tmp_path, pid())
-    made = export_gains(gains, exporter(), (), None, tmp_path / "out", 4)
+    made = export_gains(tuner.read_gains(gains).to_export(), exporter(), (), None, tmp_path / "out", 4)
     assert sorted(p.relative_to(made.folder).as_posix() for p in made.folder.rglob("*") if p.is_file()) == [
-        "a.txt", "export.json", "gains.json", "rollback/a.txt",
-    ]  # fmt: skip
+        "a.txt",
+        "export.json",
+        "gains.json",
+        "rollback/a.txt",
+    ]
     document = json.loads((made.folder / "export.json").read_text())
     assert document["files"] == {"a.txt": sha256(b"a")}
     assert document["lossy"] == ["Nothing is filtered."]
@@ -140,7 +149,7 @@ def test_what_stands_there_is_not_touched(tmp_path):
     out.mkdir()
     (out / "mine.txt").write_text("mine")
     with pytest.raises(StoreError, match="not touched"):
-        export_gains(gains, exporter(), (), None, out, 4)
+        export_gains(tuner.read_gains(gains).to_export(), exporter(), (), None, out, 4)
     assert [p.name for p in out.iterdir()] == ["mine.txt"]
 
 
@@ -150,5 +159,5 @@ def test_a_folder_that_cannot_be_written_leaves_nothing(tmp_path):
     shut = tmp_path / "shut"
     shut.mkdir(mode=0o500)
     with pytest.raises(StoreError, match="cannot be written"):
-        export_gains(gains, exporter(), (), None, shut / "out", 4)
+        export_gains(tuner.read_gains(gains).to_export(), exporter(), (), None, shut / "out", 4)
     assert list(shut.iterdir()) == []

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import pytest
 
-from plant.airframes import load
 from plant.errors import InputError, one_line
+from plant.quadrotor.airframes import load
 from tests.clients import program
 from tests.tuner.exchange.hostile_texts import CANARY, HOSTILE
 from tests.tuner.exchange.skeleton import skeleton

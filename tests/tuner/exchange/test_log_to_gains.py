@@ -10,8 +10,8 @@ import pytest
 
 import tuner
 from objectives.problem import FlightBatch, Problem
-from plant.airframes import load
-from plant.scenarios import HELD_OUT
+from plant.quadrotor.airframes import load
+from plant.quadrotor.scenarios import HELD_OUT
 from tests.tuner.analysis.identification.known_flights import known_flights
 from tests.tuner.in_process import called
 from tuner.gains import read_gains
@@ -27,9 +27,15 @@ acceleration = { columns = ["ax", "ay", "az"], unit = "m/s2" }
 command = { columns = ["m1", "m2", "m3", "m4"], idle = 0, full = 1 }
 """
 SMALL = {
-    "search.population": 8, "search.generations": 2, "scenario.0.search": 4, "scenario.0.held_out": 16,
-    "scenario.0.duration": 2.0, "margin.0.min": 12, "margin.1.max": 5, "mission.off": "[\"rms.position\"]",
-}  # fmt: skip
+    "search.population": 8,
+    "search.generations": 2,
+    "scenario.0.search": 4,
+    "scenario.0.held_out": 16,
+    "scenario.0.duration": 2.0,
+    "margin.0.min": 12,
+    "margin.1.max": 5,
+    "mission.off": '["rms.position"]',
+}
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +59,11 @@ def test_a_log_becomes_gains_and_a_prediction_that_the_vehicle_behind_it_keeps(
     (tmp_path / "mine_study.toml").write_text(STUDY)
     small = [text for key, value in SMALL.items() for text in ("--set", f"{key}={value}")]
     more = {
-        "identify": ["--mapping", "columns.toml", "--json"], "run": [*small, "--json"], "export": ["--flights", "4", "--json"],
+        "identify": ["--mapping", "columns.toml", "--json"],
+        "run": [*small, "--json"],
+        "export": ["--flights", "4", "--json"],
         "fly": ["--seeds", "32", "--json"],
-    }  # fmt: skip
+    }
     said = {}
     for _, command, *arguments in COMMANDS:
         # There is no next log yet.
@@ -73,7 +81,7 @@ def test_a_log_becomes_gains_and_a_prediction_that_the_vehicle_behind_it_keeps(
 
 def noise_on_the_truth(vehicle, folder):
     """Noise of the gains on the vehicle of the log, whose speeds are in its own scale; no flight may be lost."""
-    study = tuner.load_study(folder / "mine_study.toml", {"scenario.0.spread": {}})
+    study = tuner.load_study(folder / "mine_study.toml", {"scenario.0.spread": {}}, kind=tuner.Study)
     known, entry = study.airframe.vehicle, study.scenarios[0]
     share = (vehicle.speed_max / known.speed_max) ** 2
     truth = vehicle._replace(speed_max=known.speed_max, thrust_coefficient=vehicle.thrust_coefficient * share)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import gain_addresses
 from tests.tuner.exchange.ardupilot.test_ardupilot import values_of as ardupilot_values
 from tests.tuner.exchange.px4.test_px4 import values_of
 from tests.tuner.exchange.reading import DIGEST, read, write
@@ -54,9 +54,17 @@ def held_values(values):
 # What PX4's own loops carry besides: all that acts in them but K and the feed of thrust.
 PX4_OWN = PX4_CARRIED | {
     *(f"MC_{axis}RATE_{term}" for axis in ("ROLL", "PITCH", "YAW") for term in ("D", "FF")),
-    "MC_RR_INT_LIM", "MC_PR_INT_LIM", "MC_YR_INT_LIM", "MPC_XY_VEL_D_ACC", "MPC_Z_VEL_D_ACC", "IMU_GYRO_CUTOFF", "IMU_DGYRO_CUTOFF",
-    "IMU_GYRO_NF0_FRQ", "IMU_GYRO_NF0_BW", "MPC_VELD_LP",
-}  # fmt: skip
+    "MC_RR_INT_LIM",
+    "MC_PR_INT_LIM",
+    "MC_YR_INT_LIM",
+    "MPC_XY_VEL_D_ACC",
+    "MPC_Z_VEL_D_ACC",
+    "IMU_GYRO_CUTOFF",
+    "IMU_DGYRO_CUTOFF",
+    "IMU_GYRO_NF0_FRQ",
+    "IMU_GYRO_NF0_BW",
+    "MPC_VELD_LP",
+}
 
 
 def imported(source, case, folder, *settings):
@@ -122,9 +130,15 @@ def test_a_px4_vehicle_in_its_own_loops_is_what_it_was(case, tmp_path):
 
 
 # ArduPilot's own rate loops carry besides: all that acts in them but the derivative of the target and the slew limit.
-ARDUPILOT_OWN = ARDUPILOT_CARRIED | {"INS_GYRO_FILTER"} | {
-    f"ATC_RAT_{axis}_{term}" for axis in ("RLL", "PIT", "YAW") for term in ("D", "FF", "IMAX", "FLTT", "FLTE", "FLTD")
-}  # fmt: skip
+ARDUPILOT_OWN = (
+    ARDUPILOT_CARRIED
+    | {"INS_GYRO_FILTER"}
+    | {
+        f"ATC_RAT_{axis}_{term}"
+        for axis in ("RLL", "PIT", "YAW")
+        for term in ("D", "FF", "IMAX", "FLTT", "FLTE", "FLTD")
+    }
+)
 
 
 @pytest.mark.parametrize("case", ardupilot_files(), ids=lambda case: case.name)
@@ -167,9 +181,13 @@ def test_a_crazyflie_is_what_it_was(case, tmp_path):
     plain = [name for name in CRAZYFLIE_CARRIED & set(case.values) if name.startswith("pid_")]
     assert {name: values[name] for name in plain} == {name: float(np.float32(case.values[name])) for name in plain}
     assert made.held.gains == pytest.approx(
-        [0.0 if gain.info.name == "t_f" else controller.gains[gain.column] for gain in gain_addresses(controller.cascade)],
-        rel=1e-6, abs=1e-12,
-    )  # fmt: skip
+        [
+            0.0 if gain.info.name == "t_f" else controller.gains[gain.column]
+            for gain in gain_addresses(controller.cascade)
+        ],
+        rel=1e-6,
+        abs=1e-12,
+    )
 
 
 def test_there_are_twenty_files_of_each():
@@ -191,7 +209,7 @@ def test_gains_imported_from_4_6_export_for_4_7(tmp_path):
 
 def tuned(controller, **changes):
     """The same controller with gains multiplied, written roll__kp=1.1."""
-    from plant.gains import gain_addresses
+    from plant.quadrotor.gains import gain_addresses
 
     row = list(controller.gains)
     for gain in gain_addresses(controller.cascade):
@@ -235,4 +253,4 @@ def test_others_can_be_switched_off(tmp_path):
     values = px4_values(made.files[px4.FILE])
     assert (values["MC_ROLLRATE_D"], values["THR_MDL_FAC"], values["MC_YAW_WEIGHT"]) == (0.0, 1.0, 1.0)
     rows = {one.name: one for one in made.parameters}
-    assert rows["MC_ROLLRATE_D"].before == pytest.approx(0.0012) and not rows["MC_ROLLRATE_D"].kept
+    assert rows["MC_ROLLRATE_D"].before == pytest.approx(0.0012) and not rows["MC_ROLLRATE_D"].is_unmanaged

@@ -1,6 +1,6 @@
 """What an export says of options that no exporter writes: notches that follow the rotors, compensation of a battery."""
 
-from plant.nominal import ControlOptions
+from plant.quadrotor.nominal import ControlOptions
 from tuner.exchange.run import battery_texts, notch_texts
 
 

@@ -7,13 +7,13 @@ from math import degrees, radians
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.gains import gain_addresses
-from plant.trim import trim_of
+from plant.quadrotor.airframes import load
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.trim import trim_of
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.in_process import tuner
 from tuner.analysis.responses import SCENARIO, system_of, usual_scenario
-from tuner.exchange.verification import fly_both
+from tuner.exchange.verification import fly_both, quadrotor_loops
 from tuner.gains import Controller, to_document
 from tuner.search.watcher import Watcher
 
@@ -50,9 +50,10 @@ def test_the_wind_leaves_a_third_of_the_tilt_limit(airframe: str, milder: bool) 
 
 def test_a_racer_loses_no_flight_of_the_verification() -> None:
     """In a fresh breeze, which which its tilt limit of 30 deg does not hold, it lost 35 of 64."""
-    flown = fly_both(on("racer5"), on("racer5"), 64, Watcher())
-    assert flown.lost == (0, 0) and "4.7 m/s" in flown.scenario
-    assert all(row.asked is not None for row in flown.rows)
+    loops = quadrotor_loops(on("racer5"))
+    metrics, lost = fly_both(loops, loops, 64, Watcher())
+    assert lost == (0, 0) and "4.7 m/s" in loops.spec.name
+    assert all(row.unrounded is not None for row in metrics)
 
 
 def falling() -> Controller:
@@ -66,15 +67,15 @@ def falling() -> Controller:
 
 
 def test_lost_flights_come_first_with_exit_code_1_and_are_in_no_mean(run, tmp_path) -> None:
-    lost = fly_both(falling(), falling(), 16, Watcher())
-    assert 0 < lost.lost[0] < 16, lost.lost
+    _, lost = fly_both(quadrotor_loops(falling()), quadrotor_loops(falling()), 16, Watcher())
+    assert 0 < lost[0] < 16, lost
     file = tmp_path / "gains.json"
     file.write_text(json.dumps(to_document(falling(), {})))
     code, told, said = run("export", file, "--to", "c99", "--out", tmp_path / "out", "--flights", "16")
     assert code == 1, said
-    assert told.splitlines()[0].startswith(f"{lost.lost[0]} of 16 flights lost")
+    assert told.splitlines()[0].startswith(f"{lost[0]} of 16 flights lost")
     part = json.loads((tmp_path / "out" / "export.json").read_text())["verification"]
-    assert part["lost_asked"] == part["lost_held"] == lost.lost[0] and not part["passed"]
+    assert part["lost_asked"] == part["lost_held"] == lost[0] and not part["passed"]
 
 
 def test_an_approach_names_lost_flights_and_expects_nothing_of_them(run, tmp_path) -> None:

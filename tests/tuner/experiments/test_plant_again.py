@@ -9,22 +9,33 @@ import pytest
 import tuner
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
-from plant.scenarios import HELD_OUT
+from plant.quadrotor.scenarios import HELD_OUT
 from tests.tuner.experiments.own_motor import write_motor
 from tests.tuner.in_process import tuner as command
 from tests.undrawn import undrawn
 from tuner.api.studies import load_study
 from tuner.experiments.compare.plan import COMPARE
+from tuner.study.plant_study import PlantStudy
 from tuner.study.tuned_loops import read_plant_row
 
 SMALL = {
-    "search.algorithm": "nsga2", "search.population": 8, "search.generations": 2, "search.racing": False, "scenario.0.search": 4,
-    "scenario.0.held_out": 32, "margin": [],
-}  # fmt: skip
+    "search.algorithm": "nsga2",
+    "search.population": 8,
+    "search.generations": 2,
+    "search.racing": False,
+    "scenario.0.search": 4,
+    "scenario.0.held_out": 32,
+    "margin": [],
+}
 ADRC = {
-    "channel.0.law": "ladrc", "channel.0.b0": 2122.0,
-    "gains": {"angle.omega_c": {"low": 10.0, "high": 40.0}, "angle.zeta": 1.0, "angle.omega_o": {"low": 40.0, "high": 120.0}},
-}  # fmt: skip
+    "channel.0.law": "ladrc",
+    "channel.0.b0": 2122.0,
+    "gains": {
+        "angle.omega_c": {"low": 10.0, "high": 40.0},
+        "angle.zeta": 1.0,
+        "angle.omega_o": {"low": 40.0, "high": 120.0},
+    },
+}
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +98,7 @@ def test_two_runs_fly_the_same_motors(runs):
     assert [row.channels for row in found.document.contenders] == [{"angle": "pid"}, {"angle": "ladrc"}]
     values = {(row.contender, row.quantity): row.value for row in found.document.estimates}
     for name, changes in (("pid", {}), ("adrc", ADRC)):
-        study = load_study(runs / "motor.toml", SMALL | changes)
+        study = load_study(runs / "motor.toml", SMALL | changes, kind=PlantStudy)
         row = read_plant_row(runs / name / "gains.json", study.system)
         problem = Problem(study.system, study.space, study.objectives, (), study.seed, 1)
         flown = problem.evaluate_gains(row[None], (FlightBatch(study.scenarios[0].spec, COMPARE, 16),)).values[0]
@@ -132,7 +143,7 @@ def test_a_plant_and_a_quadrotor_are_not_compared(runs):
 def test_gains_fly_a_scenario_of_their_own_study(runs):
     """Every mean is that of the problem of the study on the same held-out flights."""
     flown = tuner.fly(runs / "pid" / "gains.json", flights=8, threads=2)
-    study = load_study(runs / "motor.toml", SMALL)
+    study = load_study(runs / "motor.toml", SMALL, kind=PlantStudy)
     row = read_plant_row(runs / "pid" / "gains.json", study.system)
     problem = Problem(study.system, study.space, study.objectives, (), study.seed, 1)
     values = problem.evaluate_gains(row[None], (FlightBatch(study.scenarios[0].spec, HELD_OUT, 8),)).scores[0]

@@ -16,11 +16,16 @@ from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.run import TuningRun
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
+from tuner.study.plant_study import PlantStudy
 
 SMALL = {
-    "search.algorithm": "nsga2", "search.population": 8, "search.generations": 2, "search.racing": False, "scenario.0.search": 4,
+    "search.algorithm": "nsga2",
+    "search.population": 8,
+    "search.generations": 2,
+    "search.racing": False,
+    "scenario.0.search": 4,
     "scenario.0.held_out": 16,
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +36,7 @@ def file(tmp_path_factory):
 
 
 def test_a_gain_without_a_range_decides_nothing_and_samples_are_flights(file):
-    study = load_study(file)
+    study = load_study(file, kind=PlantStudy)
     found = sensitivity(study, samples=16, threads=2)
     total, names = found.analysis.indices[VALUE].total.value, [variable.name for variable in study.space.variables]
     assert np.abs(total[0, names.index("angle.ki")]) < 1e-8 < total[0, names.index("angle.kp")]
@@ -54,7 +59,7 @@ def test_the_command_writes_tables_and_figure_and_prints_one_document(file, tmp_
 
 
 def test_a_plan_counts_the_flights_that_a_run_makes(file, tmp_path):
-    study = load_study(file, {**SMALL, "margin": []})
+    study = load_study(file, {**SMALL, "margin": []}, kind=PlantStudy)
     planned: Any = plan(study, threads=2).document
     made = TuningRun(study, Folder.create(tmp_path / "r"), Watcher(), threads=2).carry_out()
     assert planned.flights.search_at_most == made.generations[-1].flights == 8 * 2 * 4

@@ -9,7 +9,7 @@ from plant.errors import StoreError
 from plant.own_code import run_own_code
 from tests.tuner.experiments.own_motor import STUDY, write_motor
 from tests.undrawn import undrawn
-from tuner.store.advice import can_be_resumed, go_on
+from tuner.store.advice import can_be_resumed, resume_hint
 from tuner.store.folder import Folder
 
 
@@ -32,7 +32,7 @@ def test_its_report_advises_a_longer_search_but_no_resumption(folder):
 
 
 def test_errors_about_its_folder_do_not_either(folder):
-    assert not can_be_resumed(folder) and "resume" not in go_on(folder)
+    assert not can_be_resumed(folder) and "resume" not in resume_hint(folder)
     with pytest.raises(StoreError) as told:
         Folder.create(folder)
     assert "resume" not in str(told.value)

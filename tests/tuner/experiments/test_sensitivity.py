@@ -11,7 +11,7 @@ from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, with_gains, write
 from tuner.analysis.sensitivity.document import sensitivity_document
 from tuner.analysis.sensitivity.indices import RANK, VALUE
-from tuner.experiments.sensitivity import budget, study_problem, study_sensitivity
+from tuner.experiments.sensitivity import analysis_cost, study_problem, study_sensitivity
 from tuner.experiments.tuning.problem import batches
 from tuner.study import load_study
 
@@ -50,7 +50,7 @@ def test_all_samples_fly_the_search_scenarios(analysed):
     assert on_flights_done == 4 * SAMPLES * 4 == len(analysis.values) * 4
     again = study_problem(study, 1).evaluate(analysis.design.points[[3, 60]], batches(study, "search"), fly_all=True)
     assert np.array_equal(again.values, analysis.values[[3, 60]])
-    expected = budget(study_problem(study, 2), study, SAMPLES)
+    expected = analysis_cost(study_problem(study, 2), study, SAMPLES)
     assert (expected.candidates, expected.flights) == (4 * SAMPLES, on_flights_done) and expected.seconds > 0.0
 
 
@@ -73,7 +73,7 @@ def test_what_a_search_would_not_fly_is_flown_and_told(tmp_path, analysed):
     margin = '\n[[margin]]\nquantity = "phase_margin"\naxis = "roll"\nmin = 120.0\n'
     study = load_study(write(tmp_path, with_gains(GAINS) + margin))
     found = study_sensitivity(study_problem(study, 2), study, SAMPLES)
-    assert found.screened_share == 1.0 and not found.kept.any()
+    assert found.screened_share == 1.0 and not found.passes_screening.any()
     assert np.array_equal(found.values, analysis.values)
     assert "100.0 % of the samples break a hard requirement" in " ".join(sensitivity_document(study, found, 1.0).notes)
 

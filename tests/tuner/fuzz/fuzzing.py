@@ -20,9 +20,13 @@ def fuzzed(examples, home):
     """Return settings under which a test sees the same files whenever and wherever it runs; home: for Hypothesis's own files."""
     configuration.set_hypothesis_home_dir(home)
     return settings(
-        max_examples=examples, derandomize=True, database=None, deadline=None, report_multiple_bugs=False,
+        max_examples=examples,
+        derandomize=True,
+        database=None,
+        deadline=None,
+        report_multiple_bugs=False,
         suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
-    )  # fmt: skip
+    )
 
 
 @contextmanager

@@ -141,8 +141,20 @@ def _nest(draw, table, here, key, path):
 
 
 CHANGES = (
-    _delete, _duplicate, _misspell, _rename, _replace, _extreme, _scale, _scale, _text, _swap, _insert, _empty, _nest,
-)  # fmt: skip
+    _delete,
+    _duplicate,
+    _misspell,
+    _rename,
+    _replace,
+    _extreme,
+    _scale,
+    _scale,
+    _text,
+    _swap,
+    _insert,
+    _empty,
+    _nest,
+)
 
 
 @st.composite

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plant.airframes import load
+from plant.quadrotor.airframes import load
 from tests.tuner.fuzz.fuzzing import STUDIES, fuzzed, outcome
 from tests.tuner.fuzz.hostile import broken, mutated
 from tests.tuner.fuzz.hostile_text import json_of, toml_of

@@ -48,7 +48,7 @@ MORE_FLOWN = {
     "sensors": {"position": 0.002, "velocity": 0.01, "attitude": 0.002, "rate": 0.01},
     "bands": {"settling": 0.05, "position": 0.1, "attitude": 0.035},
     "steady_share": 0.2,
-}  # fmt: skip
+}
 GUST = {"amplitude": 3.0, "start": 0.05, "length": 0.1}
 
 

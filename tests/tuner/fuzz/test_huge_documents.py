@@ -10,7 +10,7 @@ import pytest
 from plant.input_files import MOST_VALUES, parse_json
 from tests.tuner.experiments.trials.bench import bowls
 from tests.tuner.in_process import tuner as in_this_process
-from tuner.experiments.trials.asking import MOST_REASONS
+from tuner.experiments.trials.asking import MAX_REASONS
 
 DEEP = '{"kind": "tuning", "format": ' + "[" * 100_000 + "]" * 100_000 + "}"
 DEEP_STUDY = "a = " + "[" * 100_000 + "]" * 100_000
@@ -53,9 +53,13 @@ def test_a_huge_document_takes_little_memory_and_time(name, part, small_run, tmp
     limited = 2_500_000_000
     code = "from tuner.__main__ import run; run()"
     done = subprocess.run(
-        [sys.executable, "-c", code, "resume" if name == "run.json" else "show", results], capture_output=True, text=True,
-        timeout=30, check=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (limited, limited)),
-    )  # fmt: skip
+        [sys.executable, "-c", code, "resume" if name == "run.json" else "show", results],
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (limited, limited)),
+    )
     assert (done.returncode, done.stderr.count("\n")) == (2, 1) and name in done.stderr, done.stderr[-1000:]
 
 
@@ -72,5 +76,5 @@ def test_many_bad_lines_are_counted_and_some_are_told(tmp_path, monkeypatch, cap
     (tmp_path / "lines").write_text("x\n" * 20_000)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     code, _, err = in_this_process(monkeypatch, capsys, "tell", "r", tmp_path / "lines")
-    assert code == 2 and err.count("Refused: ") == MOST_REASONS and "20000 refused" in err
+    assert code == 2 and err.count("Refused: ") == MAX_REASONS and "20000 refused" in err
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 40_000, "kB"

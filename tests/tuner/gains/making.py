@@ -3,11 +3,11 @@
 import json
 from functools import cache
 
-from plant.airframes import load
-from plant.cascade import close_cascade
-from plant.gains import default_row
-from plant.laws import LAWS
-from plant.nominal import ControlOptions
+from plant.law_registry import LAWS
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.nominal import ControlOptions
 from tuner.gains import Controller, content_hash, to_document
 
 SECTIONS = {

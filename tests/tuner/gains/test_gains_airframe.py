@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from plant.airframes import names
 from plant.errors import InputError
-from plant.laws import LAWS
-from plant.nominal import mixer_matrix
+from plant.law_registry import LAWS
+from plant.quadrotor.airframes import names
+from plant.quadrotor.nominal import mixer_matrix
 from plant.vectors import Rotors
 from tests.tuner.gains.making import airframe, controller, document, neighbour, rehashed, written
 from tuner.gains import read_gains, to_document

@@ -157,8 +157,12 @@ def test_every_problem_is_found_at_once(tmp_path, document):
     document["study"]["seed"] = -1
     problems = examine(written(tmp_path, document)).problems
     assert {problem.key for problem in problems} == {
-        "controller.attitude", "controller.dealy", "gains.x.zeta.unit", "study.seed", "sha256"
-    }  # fmt: skip
+        "controller.attitude",
+        "controller.dealy",
+        "gains.x.zeta.unit",
+        "study.seed",
+        "sha256",
+    }
     assert all(str(tmp_path) in str(problem) and "\n" not in str(problem) for problem in problems)
 
 

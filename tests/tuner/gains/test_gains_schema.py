@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from tests.tuner.gains.making import SECTIONS, document, neighbour, whole_document
 from tuner.gains.schema import gains_schema, schema_text, validator
 
@@ -95,10 +95,13 @@ def test_it_is_a_schema_and_closed_everywhere():
             assert part["additionalProperties"] is False, path
     # "gains" alone is closed by the choice of the laws.
     open_ones = [
-        path for path in places(schema)
-        if isinstance(at(schema, path), dict) and at(schema, path).get("type") == "object"
-        and "additionalProperties" not in at(schema, path) and "if" not in path
-    ]  # fmt: skip
+        path
+        for path in places(schema)
+        if isinstance(at(schema, path), dict)
+        and at(schema, path).get("type") == "object"
+        and "additionalProperties" not in at(schema, path)
+        and "if" not in path
+    ]
     assert open_ones == [("properties", "gains")]
 
 

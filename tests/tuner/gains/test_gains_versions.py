@@ -5,8 +5,8 @@ import json
 import pytest
 
 from objectives.margins.steady_state import SteadyState
-from plant.airframes import load
 from plant.errors import InputError, UnknownNameError
+from plant.quadrotor.airframes import load
 from tests.tuner.gains.making import airframe, document, whole_document, written
 from tuner.gains import content_hash, content_sha256, read_gains, to_document
 from tuner.gains.examining import examine

@@ -112,7 +112,10 @@ def dataflash(log):
 
 
 WRITERS: dict[str, Callable[..., bytes]] = {
-    "Crazyflie SD card": crazyflie, "CSV": csv, "Betaflight blackbox as CSV": betaflight, "PX4 ULog": ulog,
+    "Crazyflie SD card": crazyflie,
+    "CSV": csv,
+    "Betaflight blackbox as CSV": betaflight,
+    "PX4 ULog": ulog,
     "ArduPilot DataFlash (.bin)": dataflash,
-}  # fmt: skip
+}
 """Kind of log -> what writes one."""

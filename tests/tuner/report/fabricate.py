@@ -27,8 +27,11 @@ VARIABLES = (
     ("attitude.delta", "delta", "rad/s", 0.01, 1.0, "log", 0.1),
     ("position.zeta", "zeta", "1", 0.4, 2.5, "linear", 1.0),
 )
-SIGNALS = (*((name, "m") for name in "xyz"), *((name, "rad") for name in ("roll", "pitch", "yaw")),
-           *((f"rotor{i}", "1") for i in range(1, 5)))  # fmt: skip
+SIGNALS = (
+    *((name, "m") for name in "xyz"),
+    *((name, "rad") for name in ("roll", "pitch", "yaw")),
+    *((f"rotor{i}", "1") for i in range(1, 5)),
+)
 GENERATIONS, POPULATION, FINALISTS = 12, 32, 14
 CHANNELS = ("x", "y", "z", "roll", "pitch", "yaw")
 # Seconds of a made-up flight, and instants recorded of it.
@@ -180,12 +183,19 @@ def table_row(made, front, i):
     half = 0.4 * (default["high"] - default["low"])
     verdict = "better" if difference + half < 0 else "worse" if difference - half > 0 else "no clear difference"
     return {
-        "label": label, "metric": metric, "definition": definition,
+        "label": label,
+        "metric": metric,
+        "definition": definition,
         "risk": "mean of the worst share 1 - `level` of the scenarios" if "cvar" in label else "mean over scenarios",
-        "scenario": made.scenarios[0] if "@" in label else None, "unit": unit, "kind": "objective", "limit": None,
-        "default": default, "tuned": tuned, "verdict": verdict,
+        "scenario": made.scenarios[0] if "@" in label else None,
+        "unit": unit,
+        "kind": "objective",
+        "limit": None,
+        "default": default,
+        "tuned": tuned,
+        "verdict": verdict,
         "difference": {"value": difference, "low": difference - half, "high": difference + half},
-    }  # fmt: skip
+    }
 
 
 CONSTRAINTS = [
@@ -207,7 +217,7 @@ CONSTRAINTS = [
 
 REQUIREMENT = {
     "label": "phase_margin", "quantity": "phase margin of every loop", "unit": "rad", "shown_unit": "deg",
-    "kind": "requirement", "limit": radians(35.0), "sense": "least", "default": {"value": None, "low": None, "high": None},
+    "kind": "requirement", "limit": radians(35.0), "sense": "min", "default": {"value": None, "low": None, "high": None},
     "tuned": {"value": radians(31.0), "low": None, "high": None}, "difference": {"value": None, "low": None, "high": None},
     "verdict": "broken",
 }  # fmt: skip
@@ -220,34 +230,69 @@ def table(made, front):
 
 def summary(made, front):
     return {
-        "title": made.title, "study": "quickstart.toml", "tuned": made.tuned,
-        "pick": {"rule": "knee", "why": "it lies deepest below the line through the ends of the front, among the "
-                 "points of the held-out front that beat the default in every objective"},
-        "flights": 16128, "wall_seconds": 72.4, "held_out": 256 * len(made.scenarios), "front_size": 11,
+        "title": made.title,
+        "study": "quickstart.toml",
+        "tuned": made.tuned,
+        "pick": {
+            "rule": "knee",
+            "why": "it lies deepest below the line through the ends of the front, among the "
+            "points of the held-out front that beat the default in every objective",
+        },
+        "flights": 16128,
+        "wall_seconds": 72.4,
+        "held_out": 256 * len(made.scenarios),
+        "front_size": 11,
         "hypervolume": 0.5471,
         "warnings": ["cvar90(itae.position) rests on 32 search scenarios; 50 would put five into its tail."],
         "variables": [
-            {"name": name, "symbol": symbol, "meaning": "", "unit": unit, "low": low, "high": high, "scale": scale,
-             "default": default, "tuned": front[1][f"gain:{name}"]}
+            {
+                "name": name,
+                "symbol": symbol,
+                "meaning": "",
+                "unit": unit,
+                "low": low,
+                "high": high,
+                "scale": scale,
+                "default": default,
+                "tuned": front[1][f"gain:{name}"],
+            }
             for name, symbol, unit, low, high, scale, default in VARIABLES
         ],
         "table": table(made, front),
         "air": [
-            {"scenario": name, "spec": "MIL-F-8785C", "intensity": "moderate", "altitude": 10.0, "mean_wind": 11.9,
-             "airspeed": 11.9, "frozen_field_ratio": 0.245, "length_u": 67.37, "sigma_u": 2.915, "tau_u": 5.66,
-             "length_v": 67.37, "sigma_v": 2.915, "tau_v": 5.66, "length_w": 10.0, "sigma_w": 1.543, "tau_w": 0.84}
+            {
+                "scenario": name,
+                "spec": "MIL-F-8785C",
+                "intensity": "moderate",
+                "altitude": 10.0,
+                "mean_wind": 11.9,
+                "airspeed": 11.9,
+                "frozen_field_ratio": 0.245,
+                "length_u": 67.37,
+                "sigma_u": 2.915,
+                "tau_u": 5.66,
+                "length_v": 67.37,
+                "sigma_v": 2.915,
+                "tau_v": 5.66,
+                "length_w": 10.0,
+                "sigma_w": 1.543,
+                "tau_w": 0.84,
+            }
             for name in made.scenarios
         ],
-    }  # fmt: skip
+    }
 
 
 def resolved(made):
     return {
-        "title": made.title, "description": "One metre steps in moderate gusts.", "seed": 2025, "digest": "9f8c01aa27",
+        "title": made.title,
+        "description": "One metre steps in moderate gusts.",
+        "seed": 2025,
+        "digest": "9f8c01aa27",
         "airframe": {"name": "hummingbird", "title": "AscTec Hummingbird"},
         "controller": {"position": "ladrc", "attitude": "hybrid", "control_period": 0.004, "plant_step": 0.001},
         "search": {"algorithm": "nsga2", "population": POPULATION, "generations": GENERATIONS},
-    }  # fmt: skip
+    }
 
 
 ENVIRONMENT = {
@@ -346,10 +391,22 @@ def write_margins(folder, made):
             loop = (rate / s) ** 2 * (1.0 + 3.0 * s / rate) / (1.0 + s / (9.0 * rate)) * np.exp(-0.01 * s)
             rows.append(
                 {
-                    "point": f"p{100 + k:04d}" if k else "default", "channel": channel, "stable": True, "gain_up": 4.0,
-                    "gain_down": None, "phase_margin": 0.7 + 0.01 * k, "delay_margin": 0.03, "ms": 1.5, "mt": 1.3, "disk": 0.8,
-                    "crossover": 3.0 * rate, "bandwidth": 2.0 * rate, "case": "", "frequency": frequency.tolist(),
-                    "real": loop.real.tolist(), "imag": loop.imag.tolist(),
+                    "point": f"p{100 + k:04d}" if k else "default",
+                    "channel": channel,
+                    "stable": True,
+                    "gain_up": 4.0,
+                    "gain_down": None,
+                    "phase_margin": 0.7 + 0.01 * k,
+                    "delay_margin": 0.03,
+                    "ms": 1.5,
+                    "mt": 1.3,
+                    "disk": 0.8,
+                    "crossover": 3.0 * rate,
+                    "bandwidth": 2.0 * rate,
+                    "case": "",
+                    "frequency": frequency.tolist(),
+                    "real": loop.real.tolist(),
+                    "imag": loop.imag.tolist(),
                 }
-            )  # fmt: skip
+            )
     pq.write_table(pa.Table.from_pylist(rows), folder / "margins.parquet")

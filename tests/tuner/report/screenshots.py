@@ -46,9 +46,12 @@ def offline_page(browser: Any, width: int, height: int = HEIGHT, scheme: str = "
     """Return an empty page without network, whose every request but for files is refused."""
     # Pages then jump where they would scroll smoothly, for seconds where they are as long as on a phone.
     context = browser.new_context(
-        viewport={"width": width, "height": height}, color_scheme=scheme, offline=True, accept_downloads=True,
+        viewport={"width": width, "height": height},
+        color_scheme=scheme,
+        offline=True,
+        accept_downloads=True,
         reduced_motion="reduce",
-    )  # fmt: skip
+    )
     page = context.new_page()
     page.route(lambda address: not address.startswith(("file:", "blob:", "data:")), lambda route: route.abort())
     return page

@@ -71,7 +71,7 @@ def test_it_can_be_given_up_at_any_time(tmp_path, begun):
 
 
 @pytest.mark.parametrize(
-    "module", ["pyarrow", "pandas", "pydantic", "objectives.problem", "plant.cascade", "unittest.mock"]
+    "module", ["pyarrow", "pandas", "pydantic", "objectives.problem", "plant.quadrotor.cascade", "unittest.mock"]
 )
 def test_it_imports_nothing_that_only_reads(module):
     """All of them take time, and the process has a core that the run could have."""

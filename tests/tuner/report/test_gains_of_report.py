@@ -11,9 +11,9 @@ from tuner.gains.examining import examine
 
 SCRIPT = Path(tuner.report.__file__).parent / "js" / "13_gains_file.js"
 GLOBALS = """
-const data = { tuned: "p0001", gains_file: process.argv[1], constraints: [], requirements: [{ label: "ms", kind: "requirement", sense: "most" }] };
-const point = { name: "p0002", gains: [7.5], held_out: [9.0], low: [8.9], high: [9.1], requirements: [1.5] };
-const byName = new Map([["p0002", { point }]]), objectives = [{ label: "mean(travel)" }], isNumber = Number.isFinite;
+const data = { tuned: "p0001", gains_file: process.argv[1], };
+const patch = [{ kind: "objective", label: "mean(travel)", tuned: { value: 9.0, low: 8.9, high: 9.1 }, verdict: "better" }];
+const point = { name: "p0002", gains: [7.5], patch }, byName = new Map([["p0002", { point }]]);
 const variables = [{ addresses: ["roll.k2", "pitch.k2"] }];
 """
 

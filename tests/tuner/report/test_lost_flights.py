@@ -68,7 +68,7 @@ def test_every_finalist_is_drawn_once(folder):
         inside = sum(count_of(bars.lines[0]) for bars in ax.containers if isinstance(bars, ErrorbarContainer))
         edge = [line for line in ax.get_lines() if str(line.get_marker()) in ("<", ">", "^", "v")]
         beyond = sum(map(count_of, edge))
-        assert beyond >= LOST and inside + beyond == len(results.front.points) == FINALISTS + 1
+        assert beyond >= LOST and inside + beyond == len(results.held_out_front.points) == FINALISTS + 1
 
 
 def test_a_run_without_lost_flights_has_no_such_marks(tmp_path):
@@ -82,12 +82,12 @@ def test_the_page_knows_and_says_how_many_each_lost(folder):
     page = Page(write_report(folder).read_text())
     points = page.data["points"]
     assert [point["lost"] for point in points] == [0] * (len(points) - LOST) + [2] * LOST
-    assert page.data["held_out"] == 256
+    assert "lost 2 of 256 held-out flights" in points[-1]["texts"]["faults"]
     assert "lost flights when held out (three points, six flights)" in page.text
 
 
 def test_an_older_folder_that_does_not_tell_is_read(tmp_path):
-    assert TuningFolder(fabricate(tmp_path / "old", old=True)).front.lost.tolist() == [0] * (FINALISTS + 1)
+    assert TuningFolder(fabricate(tmp_path / "old", old=True)).held_out_front.lost.tolist() == [0] * (FINALISTS + 1)
 
 
 def test_the_terminal_plot_marks_them_at_its_edge(tmp_path, monkeypatch, capsys):

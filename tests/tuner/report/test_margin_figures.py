@@ -12,7 +12,14 @@ from plant.loop import Timing
 from tuner.analysis.margins import mismatch
 from tuner.analysis.margins.curves import curves_of, groups
 from tuner.analysis.margins.linear import Linear
-from tuner.analysis.margins.mismatch import CRITERIA, FACTORS, extents, mismatch_map, slack, with_factors
+from tuner.analysis.margins.mismatch import (
+    CRITERIA,
+    FACTORS,
+    margin_surplus,
+    mismatch_map,
+    tolerance_ranges,
+    with_factors,
+)
 from tuner.analysis.margins.readings import subject_of
 from tuner.analysis.margins.time_response import simulate, time_responses
 from tuner.api.gains import default_gains
@@ -43,7 +50,7 @@ def model_of(subject, vehicle):
 
 
 def nominal_of(subject):
-    from plant.nominal import nominal
+    from plant.quadrotor.nominal import nominal
 
     controller = subject.controller
     return nominal(controller.airframe.vehicle, controller.options, controller.control_period)
@@ -56,12 +63,12 @@ def test_mismatch_is_what_the_eigenvalues_say(hybrid, linear, factors):
     model = model_of(hybrid, vehicle)
     for i, channel in enumerate(CHANNELS):
         sizes = [np.abs(model.realisation(hybrid.row, channel, case).poles).max() for case in model.cases]
-        assert judged.stable[i] == (max(sizes) < 1.0)
-        assert judged.growth[i] == pytest.approx(np.log(max(sizes)) / model.period, rel=1e-6)
-    assert (slack(judged, "stability", model.period) > 0.0) == bool(judged.stable.all())
+        assert judged.stable[0, i] == (max(sizes) < 1.0)
+        assert judged.growth[0, i] == pytest.approx(np.log(max(sizes)) / model.control_period, rel=1e-6)
+    assert (margin_surplus(judged, "stability", model.control_period) > 0.0) == bool(judged.stable.all())
     assert judged.stable.all() == ("mass" in factors)
     margins = model.evaluate(hybrid.row[None])
-    assert np.allclose(judged.quantities["sensitivity"], margins.sensitivity.value[0], rtol=1e-6)
+    assert np.allclose(judged.sensitivity.value, margins.sensitivity.value, rtol=1e-6)
 
 
 def test_a_vehicle_far_lighter_than_assumed_has_no_steady_flight_and_its_neighbours_on_the_map_do(linear):
@@ -70,20 +77,20 @@ def test_a_vehicle_far_lighter_than_assumed_has_no_steady_flight_and_its_neighbo
     assert [each is None for each in light] == [False, True, True]
     masses, inertias = np.array([0.1, 0.18, 0.25, 1.0]), np.array([1.0, 2.0])
     judged = linear.judge([with_factors(linear.nominal.vehicle, mass=m, inertia=i) for i in inertias for m in masses])
-    stability = np.array([slack(each, "stability", linear.period) for each in judged]).reshape(2, 4)
+    stability = np.array([margin_surplus(each, "stability", linear.control_period) for each in judged]).reshape(2, 4)
     assert np.array_equal(np.isnan(stability), [[True, True, False, False]] * 2)
-    ends = [mismatch.Extent(factor, name, None, None) for factor in FACTORS for name in CRITERIA]
-    entry = mismatch.Map("mass", "inertia", masses, inertias, stability, stability)
+    ends = [mismatch.ToleranceRange(factor, name, None, None) for factor in FACTORS for name in CRITERIA]
+    entry = mismatch.RobustnessMap("mass", "inertia", masses, inertias, stability, stability)
     mismatch_figure([entry, entry], ends).draw_without_rendering()
 
 
 def test_slack_is_zero_where_a_limit_is_met_exactly(hybrid, linear):
     (judged,) = linear.judge([linear.nominal.vehicle])
     worst = hybrid.margins.sensitivity.value[0].max()
-    limits = (mismatch.LoopLimit("ms", "most", worst),)
-    assert slack(judged, "limits", linear.period, limits) == pytest.approx(0.0, abs=1e-9)
-    assert slack(judged, "limits", linear.period) < 0.0
-    assert np.isnan(slack(None, "limits", linear.period))
+    limits = (mismatch.LoopLimit("ms", "max", worst),)
+    assert margin_surplus(judged, "limits", linear.control_period, limits) == pytest.approx(0.0, abs=1e-9)
+    assert margin_surplus(judged, "limits", linear.control_period) < 0.0
+    assert np.isnan(margin_surplus(None, "limits", linear.control_period))
 
 
 def test_a_vehicle_that_cannot_hover_is_no_vehicle(linear):
@@ -93,7 +100,7 @@ def test_a_vehicle_that_cannot_hover_is_no_vehicle(linear):
 def test_extents_end_where_stability_does(pid, monkeypatch):
     monkeypatch.setattr(mismatch, "HALVINGS", 6)
     loop = Linear(pid.controller, pid.trim)
-    ends = {(end.factor, end.criterion): end for end in extents(loop)}
+    ends = {(end.factor, end.criterion): end for end in tolerance_ranges(loop)}
     for end in ends.values():
         assert end.row().note is None or None in (end.low, end.high)
     narrow, wide = ends["inertia", "limits"], ends["inertia", "stability"]
@@ -102,16 +109,20 @@ def test_extents_end_where_stability_does(pid, monkeypatch):
     assert nearest is not None
     outwards = 1.03 if narrow.high else 0.97
     inside, outside = loop.judge([with_factors(loop.nominal.vehicle, inertia=f) for f in (nearest, nearest * outwards)])
-    assert slack(inside, "limits", loop.period) >= 0.0 > slack(outside, "limits", loop.period)
+    assert (
+        margin_surplus(inside, "limits", loop.control_period)
+        >= 0.0
+        > margin_surplus(outside, "limits", loop.control_period)
+    )
 
 
 def test_a_map_is_its_vehicles_and_the_nominal_one_is_on_it(linear):
-    ends = [mismatch.Extent(factor, name, None, None) for factor in FACTORS for name in CRITERIA]
+    ends = [mismatch.ToleranceRange(factor, name, None, None) for factor in FACTORS for name in CRITERIA]
     found = mismatch_map(linear, "mass", "inertia", ends, points=3)
     assert np.allclose(found.x, [0.25, 1.0, 4.0]) and found.stability.shape == (3, 3)
     assert np.isnan(found.stability[:, 2]).all()
     (judged,) = linear.judge([with_factors(linear.nominal.vehicle, inertia=4.0)])
-    assert found.stability[2, 1] == pytest.approx(slack(judged, "stability", linear.period))
+    assert found.stability[2, 1] == pytest.approx(margin_surplus(judged, "stability", linear.control_period))
     assert found.stability[1, 1] > 0.0 > found.stability[2, 1]
 
 
@@ -145,7 +156,7 @@ def test_simulation_agrees_with_scipy(linear):
     ours = simulate(loops, column, row, steps)
     for case in (0, len(linear.cases) - 1):
         a, b, c, d = loops.a[case], loops.b[case][:, [column]], loops.c[case][[row]], loops.d[case][row, column]
-        theirs = dlsim((a, b, c, d, linear.period), np.ones(steps))[1]
+        theirs = dlsim((a, b, c, d, linear.control_period), np.ones(steps))[1]
         assert np.allclose(ours[case], theirs[:, 0], rtol=0.0, atol=1e-9)
 
 
@@ -153,7 +164,7 @@ def test_responses_settle_and_their_area_is_the_load_index(hybrid):
     for response in time_responses(hybrid.controller, hybrid.trim, ("z", "yaw")):
         i = CHANNELS.index(response.channel)
         assert response.step[:, -1] == pytest.approx(1.0, abs=0.03)
-        area = hybrid.model.period * response.load[0].sum(axis=0)
+        area = hybrid.model.control_period * response.load[0].sum(axis=0)
         assert 1.0 / area == pytest.approx(hybrid.margins.load_index.value[0, i], rel=0.05)
 
 
@@ -180,7 +191,7 @@ def test_all_figures_are_written(hybrid, tmp_path, monkeypatch):
 def test_figures_of_loops_that_are_not_stable_can_be_drawn(tmp_path, monkeypatch):
     drawn = []
     monkeypatch.setattr(figures, "mismatch_map", lambda *_: None)
-    monkeypatch.setattr(figures, "extents", lambda *_: [])
+    monkeypatch.setattr(figures, "tolerance_ranges", lambda *_: [])
     monkeypatch.setattr(figures, "mismatch_figure", lambda *_: None)
     monkeypatch.setattr(figures, "save", lambda figure, folder, name: drawn.append((name, figure)))
     found = subject_of(default_gains("supertwisting").controller, Trim())

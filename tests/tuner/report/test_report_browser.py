@@ -13,6 +13,7 @@ import pytest
 
 from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.screenshots import browser_path, chromium, offline_page
+from tests.tuner.report.test_report_data import FACTORS
 from tuner.report import write_report
 from tuner.text.numbers import estimate, significant
 
@@ -207,8 +208,12 @@ def test_brush_in_one_view_filters_all_others(reader):
     assert page.locator("#chips button").count() == 2
     for name, picture in before.items():
         assert reader.drawn(name) != picture, name
-    bright = {name: value for trace in reader.plotted("gap-1") if "ids" in trace
-              for name, value in zip(trace["ids"], trace["marker"]["opacity"], strict=True)}  # fmt: skip
+    bright = {
+        name: value
+        for trace in reader.plotted("gap-1")
+        if "ids" in trace
+        for name, value in zip(trace["ids"], trace["marker"]["opacity"], strict=True)
+    }
     assert {name for name, value in bright.items() if value == 1} == wanted
     page.click("#clear")
     assert reader.names() == everything
@@ -299,8 +304,11 @@ def test_lost_flights_are_crossed_out_at_the_edge_of_every_view_and_told(browser
     reader = Reader(browser, folder)
     bad = reader.page.evaluate("() => getComputedStyle(document.documentElement).getPropertyValue('--bad').trim()")
     for view in ("plane", "space", "matrix", "parallel"):
-        crosses = [one for one in reader.plotted(view)
-                   if bad in (one.get("marker", {}).get("color"), one.get("marker", {}).get("line", {}).get("color"))]  # fmt: skip
+        crosses = [
+            one
+            for one in reader.plotted(view)
+            if bad in (one.get("marker", {}).get("color"), one.get("marker", {}).get("line", {}).get("color"))
+        ]
         assert bool(crosses) is bool(lost), view
         if view == "plane" and lost:
             # Forty times the others' values: in the corner at the top right.
@@ -323,8 +331,10 @@ def test_picked_point_shows_its_numbers_gains_responses_and_loops(reader):
     row = rows(folder)["p0107"]
     metrics, gains = page.inner_text("#point-metrics"), page.inner_text("#point-gains")
     for entry in reader.data()["objectives"]:
-        numbers = [float(row[f"{name}:{entry['label']}"]) * entry["factor"] for name in ("held_out", "low", "high")]
-        for text in estimate(*numbers):
+        numbers = [
+            float(row[f"{name}:{entry['label']}"]) * FACTORS[entry["unit"]] for name in ("held_out", "low", "high")
+        ]
+        for text in estimate(numbers[0], numbers[1], numbers[2]):
             assert text in metrics
     for variable in reader.data()["variables"]:
         assert significant(float(row[f"gain:{variable['name']}"])) in gains
@@ -431,8 +441,10 @@ def test_numbers_are_written_alike_in_page_and_python(reader):
     for name, text in cells:
         for entry in reader.data()["objectives"]:
             row = rows(reader.folder)[name]
-            numbers = [float(row[f"{part}:{entry['label']}"]) * entry["factor"] for part in ("held_out", "low", "high")]
-            value, interval = estimate(*numbers)
+            numbers = [
+                float(row[f"{part}:{entry['label']}"]) * FACTORS[entry["unit"]] for part in ("held_out", "low", "high")
+            ]
+            value, interval = estimate(numbers[0], numbers[1], numbers[2])
             assert value in text and interval in text
 
 

@@ -4,6 +4,7 @@ import base64
 import csv
 import json
 from math import isfinite
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -19,19 +20,9 @@ from tuner.report.charts.loops import gain_of, phase_of
 from tuner.report.charts.web import Arrays, finite, quantised
 from tuner.report.explorer_data import explorer_data
 from tuner.report.tuning_charts import LEAST, MOST, instants, kept_points
+from tuner.text.numbers import significant
 
-JUDGED = (
-    "search",
-    "held_out",
-    "low",
-    "high",
-    "gap",
-    "gap_low",
-    "gap_high",
-    "difference",
-    "difference_low",
-    "difference_high",
-)
+FACTORS = {"m": 1.0, "s": 1.0, "1/s": 1.0, "°": 180.0 / np.pi, "°² s": (180.0 / np.pi) ** 2}
 
 
 def unpacked(text, kind):
@@ -54,20 +45,37 @@ def test_points_are_those_of_the_front(folder):
         assert (str(point["front"]), str(point["feasible"])) == (row["non_dominated"], row["feasible"])
         assert point["probability"] == float(row["probability"])
         assert point["gains"] == [float(row[f"gain:{entry['name']}"]) for entry in data["variables"]]
-        for name in JUDGED:
-            assert point[name] == [float(row[f"{name}:{label}"]) for label in labels]
-        assert point["requirements"] == [number(row["requirement:phase_margin"])]
+        for name in ("held_out", "low", "high"):
+            assert point[name] == pytest.approx(
+                [
+                    float(row[f"{name}:{label}"]) * FACTORS[entry["unit"]]
+                    for label, entry in zip(labels, data["objectives"], strict=True)
+                ]
+            )
+        patch = {entry["label"]: entry for entry in point["patch"]}
+        for label in labels:
+            told = [
+                patch[label]["tuned"]["value"],
+                *[patch[label]["difference"][end] for end in ("value", "low", "high")],
+            ]
+            names = ("held_out", "difference", "difference_low", "difference_high")
+            assert told == [float(row[f"{name}:{label}"]) for name in names]
+        assert patch["phase_margin"]["tuned"]["value"] == number(row["requirement:phase_margin"])
 
 
-def test_limits_are_those_of_the_folder(folder):
+def test_limited_quantities_are_those_of_the_folder(folder):
     data, summary = read(folder).data, json.loads((folder / "summary.json").read_text())
-    by_label = {row["label"]: row for row in summary["table"]}
-    for entry in data["constraints"] + data["requirements"]:
-        assert entry["limit"] == pytest.approx(by_label[entry["label"]]["limit"], rel=1e-15)
+    assert [entry["label"] for entry in data["quantities"]] == [row["label"] for row in summary["table"]]
     with open(folder / "constraints.csv", newline="", encoding="utf-8") as file:
         found = {(row.pop("point"), row.pop("label")): list(map(float, row.values())) for row in csv.DictReader(file)}
-    labels = [entry["label"] for entry in data["constraints"]]
-    told = {(p["name"], label): v for p in data["points"] for label, v in zip(labels, p["constraints"], strict=True)}
+    told = {
+        (point["name"], row["label"]): [
+            row[key][end] for key in ("tuned", "difference") for end in ("value", "low", "high")
+        ]
+        for point in data["points"]
+        for row in point["patch"]
+        if row["kind"] == "constraint"
+    }
     assert told == found
 
 
@@ -77,11 +85,12 @@ def test_candidates_are_those_of_the_generations(folder):
         "candidate"
     )
     names = [f"objective:{entry['label']}" for entry in data["objectives"]]
+    factors = [FACTORS[entry["unit"]] for entry in data["objectives"]] + [1.0] * len(data["variables"])
     names += [f"gain:{entry['name']}" for entry in data["variables"]]
     numbers = unpacked(data["candidates"]["number"], "<u4")
     rows = table.loc[numbers]
-    for name, packed in zip(names, data["candidates"]["values"], strict=True):
-        assert unpacked(packed, "<f4") == pytest.approx(rows[name].to_numpy(), rel=1e-6)
+    for name, factor, packed in zip(names, factors, data["candidates"]["values"], strict=True):
+        assert unpacked(packed, "<f4") == pytest.approx(factor * rows[name].to_numpy(), rel=1e-6)
     assert np.array_equal(unpacked(data["candidates"]["state"], "u1") == 1, rows["feasible"])
     finalists = {100 + k for k in range(1, 15)}
     assert set(table.index) - set(numbers) == {c for c in finalists if table.feasible[c]}
@@ -131,10 +140,12 @@ def test_loops_are_those_of_the_folder(folder):
     data = read(folder).data
     rows = pq.read_table(folder / "margins.parquet").to_pylist()
     for row in rows:
-        entry = next(loop for loop in data["margins"]["points"][row["point"]] if loop["channel"] == row["channel"])
-        assert entry["values"] == {
-            quantity["name"]: row[quantity["name"]] for quantity in data["margins"]["quantities"]
-        }
+        point = next(point for point in data["points"] if point["name"] == row["point"])
+        channel, stable, *texts, _ = next(loop for loop in point["texts"]["loops"] if loop[0] == row["channel"])
+        assert (channel, stable) == (row["channel"], "yes" if row["stable"] else "no")
+        at = [name for name, _ in data["margins"]].index("phase margin [°]")
+        phase = row["phase_margin"]
+        assert texts[at] == ("∞" if phase is None else significant(np.degrees(phase), 3))
         loop = np.array(row["real"]) + 1j * np.array(row["imag"])
         wanted = {
             "gain": (row["frequency"], gain_of(loop)),
@@ -216,5 +227,6 @@ def test_a_gain_margin_is_a_factor_in_files_and_a_level_on_the_page(tmp_path):
     assert (shown.unit, is_level(shown)) == ("dB", True)
     found = [shown.limit, shown.default.value, shown.tuned.value, shown.difference.value]
     assert found == pytest.approx([6.0206, 3.52183, 12.0412, 8.51937], abs=1e-4)
-    (entry,) = explorer_data(TuningFolder(folder), {}, Arrays())["requirements"]
-    assert (entry["unit"], entry["decibel"], entry["limit"]) == ("dB", True, pytest.approx(2.0))
+    quantities: Any = explorer_data(TuningFolder(folder), {}, Arrays())["quantities"]
+    entry = quantities[-1]
+    assert (entry["unit"], entry["limit"]) == ("dB", "min 6.0206")

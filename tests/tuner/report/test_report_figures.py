@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from objectives.system import SIGNALS
 from plant.errors import InputError, StoreError
 from tests.tuner.report.fabricate import fabricate
-from tuner.analysis.responses import SIGNALS, UNITS
 from tuner.documents.tuning import TuningFolder
 from tuner.report import write_figures
 from tuner.report.figures import front_figure, write_responses
@@ -82,8 +82,8 @@ def responses():
         actual=actual,
         reference=np.full_like(actual, 2.0),
         fans=lambda: np.quantile(actual, (0.05, 0.5, 0.95), axis=0),
-        signals=SIGNALS,
-        units=UNITS,
+        signals=tuple(SIGNALS),
+        units=tuple(SIGNALS.values()),
     )
     return quantiles
 

@@ -86,7 +86,7 @@ def test_front_without_an_objective_of_the_summary(made):
     front = (made / "front.csv").read_text().replace("held_out:mean(travel)", "held_out:mean(effort)")
     (made / "front.csv").write_text(front)
     with pytest.raises(StoreError, match=r"front.csv: the column 'held_out:mean\(travel\)' is missing"):
-        _ = TuningFolder(made).front
+        _ = TuningFolder(made).held_out_front
 
 
 def test_rows_of_a_fan_need_not_be_neighbours(made):

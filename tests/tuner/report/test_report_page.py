@@ -141,7 +141,7 @@ def test_missing_margins_are_said(tmp_path):
 def test_what_is_known_of_trust_is_told(tmp_path):
     folder = fabricate(tmp_path / "made-up")
     summary = json.loads((folder / "summary.json").read_text())
-    limit = {"label": "peak", "unit": "rad", "sense": "most", "limit": 0.1, "relaxed": 0.2}
+    limit = {"label": "peak", "unit": "rad", "sense": "max", "limit": 0.1, "relaxed": 0.2}
     summary["screened"], summary["raced"] = {"candidates": 7, "flights": 224}, {"candidates": 3, "flights": 41}
     summary["costs"] = [{"limit": "peak", "objective": "mean(travel)", "unit": "rad", "with": 0.5, "without": 0.25}]
     step = {"candidate": "p0042", "share": 0.5, "limits": [limit]}
@@ -150,18 +150,38 @@ def test_what_is_known_of_trust_is_told(tmp_path):
     span = {"value": 0.62, "low": 0.51, "high": 0.7}
     index = {"scale": "rank", "output": "mean(travel)", "variable": "position.zeta", "first": span, "total": span}
     analysis = SensitivityDocument(
-        title="", study="", digest="", seed=1, base_samples=8, candidates=8, flights=8, seconds=1.0, lost_flights_percent=0.0,
-        not_worth_flying_percent=0.0, scales={}, variables=[], outputs=[], indices=[IndexRow.model_validate(index)],
-        variance=[], notes=[],
-    )  # fmt: skip
+        title="",
+        study="",
+        digest="",
+        seed=1,
+        base_samples=8,
+        candidates=8,
+        flights=8,
+        seconds=1.0,
+        lost_flights_percent=0.0,
+        not_worth_flying_percent=0.0,
+        scales={},
+        variables=[],
+        outputs=[],
+        indices=[IndexRow.model_validate(index)],
+        variance=[],
+        notes=[],
+    )
     (folder / "sensitivity.json").write_text(analysis.text())
     write_report(folder)
     text = read(folder).text
     for told in (
-        "224 flights of 7 candidates that break a hard requirement", "41 flights of 3 candidates whose race ended early",
-        "28.65", "14.32", "peak and ms", "p0042", "5.73 → 11.46 °", "0.62 [0.51, 0.70]", "raised one warning",
+        "224 flights skipped (7 candidates, hard requirement violated)",
+        "41 flights skipped (3 candidates, race decided early)",
+        "28.65",
+        "14.32",
+        "peak and ms",
+        "p0042",
+        "5.73 → 11.46 °",
+        "0.62 [0.51, 0.70]",
+        "raised one warning",
         "tuner verify made-up",
-    ):  # fmt: skip
+    ):
         assert told in text, told
 
 

@@ -7,14 +7,14 @@ import pytest
 from tuner.cli.printers.margins import reading, time_unit
 from tuner.documents.margins import Reading
 from tuner.documents.parts import Estimate
-from tuner.documents.summary import ComparedRow, PickedOn, VariableRow
+from tuner.documents.summary import ComparedRow, SelectionValues, VariableRow
 from tuner.report.answer_section import change, change_in_units
 from tuner.report.gains_section import gains_table
 from tuner.report.words import gap_words
 
 
 def picked(**lost):
-    return PickedOn(probability=0.5, objectives=[], **lost)
+    return SelectionValues(probability=0.5, objectives=[], **lost)
 
 
 @pytest.mark.parametrize(
@@ -41,10 +41,17 @@ def remark(tuned, *natural_ends):
     results: Any = type("Results", (), {"shown_as": "tuned"})()
     results.variables = [
         VariableRow(
-            name="tilt.k1", symbol="k1", unit="1", low=0.0, high=40.0, scale="linear", natural_ends=list(natural_ends),
-            default=20.0, tuned=tuned,
+            name="tilt.k1",
+            symbol="k1",
+            unit="1",
+            low=0.0,
+            high=40.0,
+            scale="linear",
+            natural_ends=list(natural_ends),
+            default=20.0,
+            tuned=tuned,
         )
-    ]  # fmt: skip
+    ]
     return gains_table(results)
 
 
@@ -65,9 +72,17 @@ def test_a_wider_range_is_advised_only_where_the_end_can_be_moved():
 )
 def test_a_change_is_told_in_per_cent_where_that_tells_something(default, difference, said):
     row = ComparedRow(
-        label="mean(rms.pan)", metric="rms.pan", definition="", risk="", unit="rad", kind="objective", verdict="worse",
-        difference=Estimate(*difference), default=Estimate(default, default, default), tuned=Estimate(1.0, 1.0, 1.0),
-    )  # fmt: skip
+        label="mean(rms.pan)",
+        metric="rms.pan",
+        definition="",
+        risk="",
+        unit="rad",
+        kind="objective",
+        verdict="worse",
+        difference=Estimate(*difference),
+        default=Estimate(default, default, default),
+        tuned=Estimate(1.0, 1.0, 1.0),
+    )
     assert change_in_units(row) == said and said[0].startswith(change(row)[0])
 
 

@@ -6,19 +6,19 @@ import sys
 import numpy as np
 
 from plant.seeds import generator
-from tuner.search.first_generation import first_generation
+from tuner.search.initial_design import initial_design
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
 
 # Two objectives for what takes them, one for what takes one; and each once at the other end of what it takes.
-CASES = [(name, 2 if entry.takes(2) else 1) for name, entry in ALGORITHMS.items()]
+CASES = [(name, 2 if entry.supports(2) else 1) for name, entry in ALGORITHMS.items()]
 MORE_CASES = [*CASES, ("nsga2", 1), ("nsga2", 3), ("nsga3", 5), ("age_moea", 3), ("random", 1), ("sobol", 1)]
 # No number of Das-Dennis directions in three objectives or more.
 POPULATION = 26
 
 
 def started(dimensions, population=POPULATION, seed=1):
-    return first_generation(np.full((1, dimensions), 0.5), population, generator(seed, "first", 0))
+    return initial_design(np.full((1, dimensions), 0.5), population, generator(seed, "first", 0))
 
 
 def run(name, objectives, problem, dimensions=4, population=POPULATION, generations=9, seed=1, first=None):

@@ -5,13 +5,13 @@ from dataclasses import replace
 import pytest
 
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.search.automatic import MOST_CANDIDATES, MOST_GAINS, MOST_OBJECTIVES, automatic
+from tuner.search.automatic import MAX_CANDIDATES, MAX_GAINS, MAX_OBJECTIVES, automatic
 from tuner.search.names import ALGORITHMS
 from tuner.store.inputs import RunRecord, as_recorded
 from tuner.study import load_study
 from tuner.study.search_reading import least_tail
 
-FEW = (MOST_GAINS, MOST_OBJECTIVES, MOST_CANDIDATES)
+FEW = (MAX_GAINS, MAX_OBJECTIVES, MAX_CANDIDATES)
 
 
 @pytest.mark.parametrize(
@@ -19,10 +19,10 @@ FEW = (MOST_GAINS, MOST_OBJECTIVES, MOST_CANDIDATES)
     [
         (FEW, "gaussian_process"),
         ((1, 1, 8), "gaussian_process"),
-        ((7, 1, MOST_CANDIDATES + 1), "cmaes"),
-        ((7, 2, MOST_CANDIDATES + 1), "nsga2"),
-        ((MOST_GAINS + 1, 3, 100), "nsga2"),
-        ((7, MOST_OBJECTIVES + 1, 100), "nsga3"),
+        ((7, 1, MAX_CANDIDATES + 1), "cmaes"),
+        ((7, 2, MAX_CANDIDATES + 1), "nsga2"),
+        ((MAX_GAINS + 1, 3, 100), "nsga2"),
+        ((7, MAX_OBJECTIVES + 1, 100), "nsga3"),
     ],
 )
 def test_a_model_where_candidates_are_few_else_an_evolution(size, name):
@@ -37,7 +37,7 @@ def test_a_model_where_candidates_are_few_else_an_evolution(size, name):
 @pytest.mark.parametrize("gains", [0, 1, 20, 50])
 @pytest.mark.parametrize("candidates", [8, 5000])
 def test_what_is_chosen_takes_the_objectives(gains, objectives, candidates):
-    assert ALGORITHMS[automatic(gains, objectives, candidates).algorithm].takes(objectives)
+    assert ALGORITHMS[automatic(gains, objectives, candidates).algorithm].supports(objectives)
 
 
 def loaded(tmp_path, search, flights=4):
@@ -49,10 +49,14 @@ def loaded(tmp_path, search, flights=4):
 @pytest.mark.parametrize(
     ("risk", "tailed", "in_tail"),
     [
-        ('risk = "mean"', False, 4), ('risk = "cvar"\nlevel = 0.5', False, 2), ('risk = "quantile"\nlevel = 0.5', False, 2),
-        ('risk = "cvar"\nlevel = 0.8', True, 1.6), ('risk = "cvar"\nlevel = 0.9', True, 0.8), ('risk = "worst"', True, 1.1),
+        ('risk = "mean"', False, 4),
+        ('risk = "cvar"\nlevel = 0.5', False, 2),
+        ('risk = "quantile"\nlevel = 0.5', False, 2),
+        ('risk = "cvar"\nlevel = 0.8', True, 1.6),
+        ('risk = "cvar"\nlevel = 0.9', True, 0.8),
+        ('risk = "worst"', True, 1.1),
     ],
-)  # fmt: skip
+)
 def test_a_study_that_leaves_it_open_gets_the_sizes_of_its_search(tmp_path, risk, tailed, in_tail):
     text = changed("population = 8\ngenerations = 2", "", changed("search = 4", "search = 32"))
     study = load_study(write(tmp_path, text.replace('risk = "cvar"\nlevel = 0.9', risk, 1)))
@@ -92,10 +96,13 @@ def test_a_large_population_gets_an_evolution_that_races(tmp_path):
 @pytest.mark.parametrize(
     ("search", "flights", "first"),
     [
-        ('algorithm = "nsga2"', 32, None), ('algorithm = "nsga2"\nfirst = 3', 32, 3), ("", 4, None), ("first = 9", 8, None),
+        ('algorithm = "nsga2"', 32, None),
+        ('algorithm = "nsga2"\nfirst = 3', 32, 3),
+        ("", 4, None),
+        ("first = 9", 8, None),
         ("first = 2", 4, 2),
     ],
-)  # fmt: skip
+)
 def test_few_flights_first(tmp_path, search, flights, first):
     found = loaded(tmp_path, search, flights)
     assert found.first == first

@@ -5,7 +5,7 @@ from math import comb
 import numpy as np
 import pytest
 
-from tuner.search.constraint_ranking import TotalViolation, best_first, power_of_two
+from tuner.search.constraint_ranking import TotalViolation, feasibility_order, power_of_two
 from tuner.search.differential_evolution import three_others
 from tuner.search.nsga3 import less_violating, reference_directions
 from tuner.search.scaling import Scaling
@@ -39,7 +39,7 @@ def test_one_broken_constraint_keeps_its_order():
 
 def test_best_first_is_feasible_first_then_less_broken_then_better():
     values, totals = np.array([5.0, 1.0, 4.0, 0.0, 4.0, -1.0]), np.array([0.0, 2.0, 0.0, 1.0, 0.0, 2.0])
-    assert best_first(values, totals).tolist() == [2, 4, 0, 3, 5, 1]
+    assert feasibility_order(values, totals).tolist() == [2, 4, 0, 3, 5, 1]
 
 
 def test_scaling_waits_for_a_feasible_candidate_and_keeps_to_it():

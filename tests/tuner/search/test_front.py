@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from tuner.search.front import hypervolume, thinned
+from tuner.search.front import hypervolume, select_subset
 
 ONE = np.ones(2)
 
@@ -20,7 +20,7 @@ def test_a_thinned_front_keeps_more_than_one_spread_evenly():
     front = dented(60)
     spread = np.linspace(0, 59, 6).round().astype(int)
     for ends in (True, False):
-        picked = thinned(front, ONE, 6, ends)
+        picked = select_subset(front, ONE, 6, ends)
         assert len(set(picked.tolist())) == 6
         assert hypervolume(front[picked], ONE) > hypervolume(front[spread], ONE)
 
@@ -35,21 +35,21 @@ def test_each_point_is_the_best_next_one(objectives):
     for _ in range(7):
         left = [row for row in range(30) if row not in picked]
         picked.append(max(left, key=lambda row: hypervolume(front[[*picked, row]], base)))
-    assert thinned(front, base, 7, ends=False).tolist() == picked
+    assert select_subset(front, base, 7, ends=False).tolist() == picked
 
 
 def test_one_after_the_other_keeps_at_least_63_percent_of_the_best_subset():
     """G. L. Nemhauser, L. A. Wolsey, M. L. Fisher, Mathematical Programming 14:265-294, 1978; here it is far above."""
     front = dented(14)
     best = max(hypervolume(front[list(rows)], ONE) for rows in combinations(range(14), 4))
-    assert hypervolume(front[thinned(front, ONE, 4, ends=False)], ONE) > 0.97 * best
+    assert hypervolume(front[select_subset(front, ONE, 4, ends=False)], ONE) > 0.97 * best
 
 
 def test_the_best_of_each_objective_stay():
     front = dented(60)
-    assert {0, 59} <= set(thinned(front, front.max(axis=0), 5).tolist())
-    assert set(thinned(front, ONE, 1).tolist()) <= {0, 59}
+    assert {0, 59} <= set(select_subset(front, front.max(axis=0), 5).tolist())
+    assert set(select_subset(front, ONE, 1).tolist()) <= {0, 59}
 
 
 def test_a_short_front_stays_as_it_is():
-    assert thinned(dented(5), ONE, 5).tolist() == [0, 1, 2, 3, 4]
+    assert select_subset(dented(5), ONE, 5).tolist() == [0, 1, 2, 3, 4]

@@ -7,8 +7,8 @@ import pytest
 
 from plant.errors import InputError, UnknownNameError
 from plant.seeds import generator
-from tuner.search.first_generation import latin_hypercube
 from tuner.search.front import feasible_front, hypervolume, non_dominated, pick, resolved_rule, weights_of
+from tuner.search.initial_design import latin_hypercube
 
 
 def test_latin_hypercube_fills_every_stratum_once():
@@ -18,9 +18,7 @@ def test_latin_hypercube_fills_every_stratum_once():
 
 
 def brute_force(values):
-    return [
-        not any((other <= row).all() and (other < row).any() for other in values) for row in values
-    ]  # fmt: skip
+    return [not any((other <= row).all() and (other < row).any() for other in values) for row in values]
 
 
 @pytest.mark.parametrize("objectives", [1, 2, 3, 4])

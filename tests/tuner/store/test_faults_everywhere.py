@@ -15,14 +15,19 @@ from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.again.killing import assert_sealed, compare, result_of
 from tests.tuner.in_process import tuner as command
 from tests.tuner.store.faults import AFTER, BEFORE, FULL, KINDS, Faults
-from tuner.report.drawing import Drawing
+from tuner.report.drawing import FigureProcess
 
 # Everything that a run writes, in the fewest flights.
 TINY = {
-    "search.algorithm": "nsga2", "search.population": 8, "search.generations": 2, "scenario.0.search": 4,
+    "search.algorithm": "nsga2",
+    "search.population": 8,
+    "search.generations": 2,
+    "scenario.0.search": 4,
     "scenario.0.held_out": 8,
-    "scenario.0.duration": 2.0, "margin": [], "constraint": [{"metric": "failure", "max": 0.5}],
-}  # fmt: skip
+    "scenario.0.duration": 2.0,
+    "margin": [],
+    "constraint": [{"metric": "failure", "max": 0.5}],
+}
 
 
 def toml(value):
@@ -104,5 +109,5 @@ def test_every_call_is_counted(whole):
 
 def test_a_fault_while_the_report_is_drawn_by_its_own_process(whole, tmp_path, monkeypatch, capsys):
     """As the command does it: the figures come from a process, which is ended with the run."""
-    monkeypatch.setattr(tuner.report, "start_figures", Drawing)
+    monkeypatch.setattr(tuner.report, "start_figures", FigureProcess)
     assert_survived(whole, whole[1] - 3, BEFORE, tmp_path / "r", monkeypatch, capsys)

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from objectives.flown_system import FlightBatch
 from objectives.memory import scenario_key
-from objectives.system import FlightBatch
-from plant.scenarios import HELD_OUT, SEARCH
+from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART
 from tuner.store.flights import RESULTS, FlightStore

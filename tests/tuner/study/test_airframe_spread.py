@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from plant.airframes import load
 from plant.errors import InputError
+from plant.quadrotor.airframes import load
+from plant.quadrotor.rigid_body import Dynamics
+from plant.quadrotor.scenarios import SEARCH, drawn_numbers, sample_scenarios
 from plant.records import paths
-from plant.rigid_body import Dynamics
-from plant.scenarios import SEARCH, drawn_numbers, sample_scenarios
 from tests.tuner.study.study_text import changed
 from tuner.study.build import load_study
 

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from objectives.problem import FlightBatch, Problem
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.tuning.test_run import FILES
@@ -23,9 +23,20 @@ from tuner.store.folder import Folder
 from tuner.study import load_study
 
 NAMES = (
-    "ardupilot", "autopilot_pid", "betaflight", "crazyflie", "crazyflie_firmware", "f450", "figure_eight", "gust_rejection", "motor_lag",
-    "payload_and_battery", "px4", "quickstart", "step_response",
-)  # fmt: skip
+    "ardupilot",
+    "autopilot_pid",
+    "betaflight",
+    "crazyflie",
+    "crazyflie_firmware",
+    "f450",
+    "figure_eight",
+    "gust_rejection",
+    "motor_lag",
+    "payload_and_battery",
+    "px4",
+    "quickstart",
+    "step_response",
+)
 # Studies whose laws the others do not fly: each pair of laws takes 10 to 20 s of compilation, so they are slow proofs.
 OWN_KERNELS = ("ardupilot", "betaflight", "crazyflie_firmware", "f450", "motor_lag", "px4")
 FLOWN = [pytest.param(name, marks=pytest.mark.slow) if name in OWN_KERNELS else name for name in NAMES]

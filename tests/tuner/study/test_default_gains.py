@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from plant.errors import InputError
-from plant.gains import gain_addresses
-from plant.nominal import ControlOptions
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.nominal import ControlOptions
 from tests.tuner.exchange.controllers import controller
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.gains import to_document

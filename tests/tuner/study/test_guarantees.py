@@ -33,7 +33,7 @@ def test_a_bound_is_worked_out_for_the_measured_rate_of_the_worst_axis(tmp_path)
     asked = study(tmp_path, HYBRID)
     (requirement,) = asked.requirements
     assert (requirement.label, requirement.unit, requirement.limit) == ("ultimate_error(tilt)", "rad", 0.1)
-    assert (requirement.sense, requirement.hard) == ("most", True)
+    assert (requirement.sense, requirement.hard) == ("max", True)
     vehicle, timing = asked.system.vehicle, asked.system.timing
     rates = disturbance_rates(asked.scenarios[0].spec, vehicle, timing, asked.seed)
     rows = np.stack([asked.default_row, 1.3 * asked.default_row])
@@ -54,7 +54,7 @@ def test_a_rate_that_is_borne_is_held_against_that_of_each_axis(tmp_path):
     vehicle, timing = asked.system.vehicle, asked.system.timing
     rates = worst_rates(tuple(entry.spec for entry in asked.scenarios), vehicle, timing, asked.seed, 0.9, 0.02)
     assert [entry.limit for entry in asked.requirements] == [rates[axis] for axis in ("roll", "pitch", "yaw")]
-    assert {entry.sense for entry in asked.requirements} == {"least"}
+    assert {entry.sense for entry in asked.requirements} == {"min"}
     assert {entry.unit for entry in asked.requirements} == {"rad/s^3"}
     assert not any(entry.hard for entry in asked.requirements)
     assert "the worst scenario" in asked.requirements[0].quantity

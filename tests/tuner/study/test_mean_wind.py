@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from objectives.flown_system import FlightBatch
 from objectives.problem import Problem
-from objectives.system import FlightBatch
-from plant.airframes import load
 from plant.errors import InputError
-from plant.scenarios import CONFIRMATION, Spread
-from tests.plant.test_trim import independent
+from plant.quadrotor.airframes import load
+from plant.quadrotor.scenarios import CONFIRMATION, Spread
+from tests.plant.quadrotor.test_trim import independent
 from tests.tuner.conftest import QUICKSTART
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.study import load_study

@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 
 import tuner
+from objectives.flown_system import FlightBatch
 from objectives.memory import scenario_key
-from objectives.system import FlightBatch
 from plant import own_code
 from plant.errors import InputError, UnnamedCodeError
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.registry import Registry
 from tests.plant.own_files import LAW, METRIC, REFERENCE, SWAY, edited, forget, line_of
 from tuner.cli.app import with_code_first
@@ -125,7 +125,7 @@ def test_a_key_or_a_file_that_is_not_there_is_told(home: Path) -> None:
     with pytest.raises(InputError, match="none.py: there is no such file"):
         own_study(home)
     rewritten(home, ('file = "own_law/none.py"', 'file = ["own_law/pid_plain.py"]'))
-    assert own_study(home).system.cascade.attitude.name == "pid_plain"
+    assert own_study(home).system.laws["attitude"].name == "pid_plain"
 
 
 @dataclass(frozen=True)
@@ -210,7 +210,7 @@ def test_workers_are_sent_no_code(home: Path) -> None:
     assert b"def step" not in sent
     brief = pickle.loads(sent)
     assert {entry.file.name for entry in brief.files} == {"pid_plain.py", "sway.py", "circle.py"}
-    assert system_of(brief).cascade.attitude.name == "pid_plain"
+    assert system_of(brief).laws["attitude"].name == "pid_plain"
     forget()
     with pytest.raises(InputError, match=r"has not been given pid_plain.py \(digest .*\), which is sent to nobody"):
         system_of(pickle.loads(sent))

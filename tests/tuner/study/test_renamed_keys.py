@@ -55,9 +55,14 @@ def test_the_page_on_what_may_change_says_when_they_go():
 
 def test_recorded_values_keep_the_names_of_the_first_recorded_runs(tmp_path):
     resolved = load_study(write(tmp_path, NEW)).resolved()
-    assert [set(resolved[key][0]) & {"most", "least", "max", "min"} for key in ("constraint", "margin", "guarantee", "cost")] == [
-        {"most"}, {"most", "least"}, {"most", "least"}, {"most"},
-    ]  # fmt: skip
+    assert [
+        set(resolved[key][0]) & {"most", "least", "max", "min"} for key in ("constraint", "margin", "guarantee", "cost")
+    ] == [
+        {"most"},
+        {"most", "least"},
+        {"most", "least"},
+        {"most"},
+    ]
 
 
 def test_a_study_that_a_run_recorded_is_read_without_a_word(tmp_path):

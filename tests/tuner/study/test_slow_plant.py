@@ -19,9 +19,8 @@ from plant.records import flatten
 from tests.clients import program
 from tests.objectives.margins.python_control import Loop, classical
 from tests.plant.model.plants import FILES, stepped
-from tuner.analysis.margins.curves import frequency_grid
 from tuner.api.studies import make_study
-from tuner.exchange.c99.plant_export import export_plant
+from tuner.exchange.c99.export import export_plant
 from tuner.experiments.tuning.tables import margin_table
 from tuner.gains.plant_document import plant_gains_document
 from tuner.store.document import json_text
@@ -37,16 +36,29 @@ def tables(
     period: float = PERIOD, plant_step: float | None = None, metrics: tuple[str, ...] = METRICS, **scenario: object
 ) -> dict:
     return {
-        "title": "A kiln", "seed": 1, "plant": {"control_period": period, **({} if plant_step is None else {"plant_step": plant_step})},
+        "title": "A kiln",
+        "seed": 1,
+        "plant": {"control_period": period, **({} if plant_step is None else {"plant_step": plant_step})},
         "actuator": [{"name": "power", "low": 0.0, "high": 1e4}],
         "channel": [{"name": "heat", "law": "pid", "output": "chamber", "to": "power", "limit": 100.0}],
-        "gains": {"heat.kp": {"low": 1.0, "high": 500.0, "default": KP}, "heat.ki": KI, "heat.kd": 0.0, "heat.t_f": 0.0},
-        "scenario": [{
-            "name": "step", "duration": HORIZON, "search": 4, "held_out": 8,
-            "reference": {"heat": {"kind": "step", "size": STEP, "time": AT}}, **scenario,
-        }],
+        "gains": {
+            "heat.kp": {"low": 1.0, "high": 500.0, "default": KP},
+            "heat.ki": KI,
+            "heat.kd": 0.0,
+            "heat.t_f": 0.0,
+        },
+        "scenario": [
+            {
+                "name": "step",
+                "duration": HORIZON,
+                "search": 4,
+                "held_out": 8,
+                "reference": {"heat": {"kind": "step", "size": STEP, "time": AT}},
+                **scenario,
+            }
+        ],
         "objective": [{"metric": f"{metric}.heat"} for metric in metrics],
-    }  # fmt: skip
+    }
 
 
 def study_of(**changes):
@@ -161,7 +173,7 @@ def test_periods_beyond_an_hour_are_refused_in_a_line():
 
 def test_its_controller_in_c_is_the_one_that_flew(tmp_path):
     study = study_of()
-    export_plant(study.system, study.default_row.tolist(), tmp_path, real="double", digest="")
+    export_plant(study.system, study.default_row.tolist(), tmp_path, real="double")
     made = subprocess.run([program("make")], cwd=tmp_path, capture_output=True, text=True)
     assert made.returncode == 0, made.stderr[-2000:]
 
@@ -183,7 +195,7 @@ def test_a_grid_begins_below_the_crossover_however_fast_the_loop_is_sampled(peri
     study = study_of(period=period, plant_step=min(period, 60.0), duration=36000.0, **QUIET)
     model = plant_margins(study.system, study.space)
     margins = model.evaluate(study.default_row[None])
-    grid, crossover = frequency_grid(model, margins, 120), margins.crossover.value[0, 0]
+    grid, crossover = model.figure_frequencies(margins, 120), margins.crossover.value[0, 0]
     assert len(grid) == 120 and grid[-1] == pytest.approx(np.pi / period)
     assert grid[0] < 0.2 * crossover if crossover > 0.0 else grid[0] == pytest.approx(1e-4 * np.pi / period)
 

@@ -241,7 +241,7 @@ def test_a_bad_gain_is_refused(lines: str, key: str | None, says: str, tmp_path:
 
 def test_overlapping_groups_of_one_size_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     # No two of today's groups of one size overlap, so one is added.
-    from plant.gains import GROUPS
+    from plant.quadrotor.gains import GROUPS
 
     monkeypatch.setitem(GROUPS, "level", ("pitch", "yaw"))
     with pytest.raises(InputError, match=r"'pitch.k1' is given by '.*' too; leave one out"):

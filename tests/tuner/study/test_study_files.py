@@ -15,13 +15,13 @@ from objectives.risk import Risk
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
-from plant.airframes import load
-from plant.closed_loop import Limits
 from plant.loop import Timing
-from plant.nominal import ControlOptions
+from plant.quadrotor.airframes import load
+from plant.quadrotor.closed_loop import Limits
+from plant.quadrotor.nominal import ControlOptions
+from plant.quadrotor.scenarios import Bands, ScenarioSpec, Spread
+from plant.quadrotor.sensors import SensorSpec
 from plant.references.steps import Steps
-from plant.scenarios import Bands, ScenarioSpec, Spread
-from plant.sensors import SensorSpec
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study import load_study
 from tuner.study.contest import Contest
@@ -92,9 +92,16 @@ def test_every_setting_arrives(tmp_path: Path):
         injection,
     )
     assert first.spec == ScenarioSpec(
-        "a", 5.0, Steps(x=1.0, y=2.0, z=0.5, yaw_deg=20.0, time=2.0), air,
-        SensorSpec(0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8), Spread(0.1, 0.2, 0.3, 0.4), Bands(0.02, 0.2, 0.3), 3.5, 0.25,
-    )  # fmt: skip
+        "a",
+        5.0,
+        Steps(x=1.0, y=2.0, z=0.5, yaw_deg=20.0, time=2.0),
+        air,
+        SensorSpec(0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8),
+        Spread(0.1, 0.2, 0.3, 0.4),
+        Bands(0.02, 0.2, 0.3),
+        3.5,
+        0.25,
+    )
     assert second.spec.recovery_from is None
     assert study.objectives[0].scenario == "b"
     assert study.objectives[0].label == "quantile95(rms.z)@b"

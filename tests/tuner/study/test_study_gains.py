@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import gain_addresses
 from tests.tuner.study.study_text import STUDY, changed, with_gains, write
 from tuner.study import Study, load_study
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
-from plant.airframes import load
+from plant.quadrotor.airframes import load
 from plant.references import REFERENCES, parameters
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study import load_study
@@ -174,6 +174,10 @@ def test_another_process_finds_the_same(tmp_path: Path):
     environment = os.environ | {"PYTHONHASHSEED": "12345", "PYTHONPATH": str(ROOT)}
     done = subprocess.run(
         [sys.executable, "-c", code, str(path)],
-        cwd=tmp_path, env=environment, capture_output=True, text=True, check=True,
-    )  # fmt: skip
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert done.stdout.strip() == json.dumps(load_study(path).resolved())

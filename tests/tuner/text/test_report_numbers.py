@@ -4,8 +4,10 @@ from math import pi
 
 import pytest
 
+from tuner.documents.parts import Estimate, in_shown_units
+from tuner.documents.summary import ComparedState, RequiredRow
 from tuner.text.numbers import count, duration, estimate, per_cent, significant
-from tuner.text.units import bracketed, in_degrees, in_shown_units, marked_up, plain
+from tuner.text.units import bracketed, in_degrees, marked_up, plain
 
 THIN = "\u202f"
 
@@ -39,9 +41,19 @@ def test_signed_numbers_carry_a_plus_but_zero_does_not():
 
 @pytest.mark.parametrize(
     ("value", "shown"),
-    [(5.0, "5"), (0.1, "0.1"), (6.10349, "6.103"), (20000.0, f"20{THIN}000"), (-3.5, "−3.5"), (0.0, "0"),
-     (1.5e-7, "1.5 × 10⁻⁷"), (3e9, "3 × 10⁹"), (999999.0, f"999{THIN}999"), (None, "–")],
-)  # fmt: skip
+    [
+        (5.0, "5"),
+        (0.1, "0.1"),
+        (6.10349, "6.103"),
+        (20000.0, f"20{THIN}000"),
+        (-3.5, "−3.5"),
+        (0.0, "0"),
+        (1.5e-7, "1.5 × 10⁻⁷"),
+        (3e9, "3 × 10⁹"),
+        (999999.0, f"999{THIN}999"),
+        (None, "–"),
+    ],
+)
 def test_significant_digits_without_trailing_zeros(value, shown):
     assert significant(value) == shown
 
@@ -56,11 +68,18 @@ def test_spans_counts_and_shares():
 @pytest.mark.parametrize(
     ("unit", "shown", "factor"),
     [
-        ("rad", "°", 180 / pi), ("rad s", "° s", 180 / pi), ("rad^2 s", "°^2 s", (180 / pi) ** 2),
-        ("rad/s", "°/s", 180 / pi), ("m", "m", 1.0), ("1/s", "1/s", 1.0), ("1", "", 1.0), ("1/rad", "1/rad", 1.0),
-        ("rad^(1/2) s^(-3/2)", "rad^(1/2) s^(-3/2)", 1.0), ("grad", "grad", 1.0),
+        ("rad", "°", 180 / pi),
+        ("rad s", "° s", 180 / pi),
+        ("rad^2 s", "°^2 s", (180 / pi) ** 2),
+        ("rad/s", "°/s", 180 / pi),
+        ("m", "m", 1.0),
+        ("1/s", "1/s", 1.0),
+        ("1", "", 1.0),
+        ("1/rad", "1/rad", 1.0),
+        ("rad^(1/2) s^(-3/2)", "rad^(1/2) s^(-3/2)", 1.0),
+        ("grad", "grad", 1.0),
     ],
-)  # fmt: skip
+)
 def test_angles_become_degrees(unit, shown, factor):
     assert in_degrees(unit) == (shown, pytest.approx(factor, rel=1e-15))
 
@@ -74,19 +93,29 @@ def test_exponents_are_raised():
 
 def test_a_row_of_a_document_is_printed_in_its_shown_unit():
     """Factors as dB, the difference as that of levels; what is infinite stays so, what has no other unit stays as it is."""
-    levels = {"default": {"value": 2.0, "low": None, "high": None}, "tuned": {"value": 4.0, "low": None, "high": None}}
-    row = {
-        "unit": "1",
-        "shown_unit": "dB",
-        "limit": 10.0,
-        **levels,
-        "difference": {"value": 2.0, "low": None, "high": None},
-    }
+    nothing = Estimate(None, None, None)
+    row = RequiredRow(
+        label="gain_margin",
+        quantity="",
+        unit="1",
+        shown_unit="dB",
+        kind="requirement",
+        limit=10.0,
+        sense="min",
+        verdict="kept",
+        default=Estimate(2.0, None, None),
+        tuned=Estimate(4.0, None, None),
+        difference=Estimate(2.0, None, None),
+        states=[ComparedState(state="hover", default=2.0, tuned=None)],
+    )
     shown = in_shown_units(row)
-    assert (shown["unit"], shown["limit"]) == ("dB", pytest.approx(20.0))
-    assert shown["tuned"]["value"] == pytest.approx(12.0412, abs=1e-4) and shown["tuned"]["low"] is None
-    assert shown["difference"]["value"] == pytest.approx(6.0206, abs=1e-4)
-    angle = in_shown_units({"unit": "rad", "shown_unit": "deg", "limit": pi / 4.0, "value": None, "kept": True})
-    assert angle == {"unit": "deg", "shown_unit": "deg", "limit": pytest.approx(45.0), "value": None, "kept": True}
-    plain_row = {"unit": "s", "limit": 2.0}
+    assert (shown.unit, shown.limit) == ("dB", pytest.approx(20.0))
+    assert shown.tuned.value == pytest.approx(12.0412, abs=1e-4) and shown.tuned.low is None
+    assert shown.difference.value == pytest.approx(6.0206, abs=1e-4)
+    assert (shown.states[0].default, shown.states[0].tuned) == (pytest.approx(6.0206, abs=1e-4), None)
+    angle = in_shown_units(
+        row.model_copy(update={"shown_unit": "deg", "limit": pi / 4.0, "tuned": nothing, "difference": nothing})
+    )
+    assert (angle.unit, angle.limit, angle.tuned) == ("deg", pytest.approx(45.0), nothing)
+    plain_row = row.model_copy(update={"shown_unit": None})
     assert in_shown_units(plain_row) is plain_row

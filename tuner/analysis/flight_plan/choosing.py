@@ -1,8 +1,8 @@
-"""Bands, amplitudes and lengths of the excitations that tell what is asked for.
+"""Bands, amplitudes and durations of excitations: greedy D-optimal input design.
 
-Amplitudes are as large as the limits allow. The band of each axis is the one that tells most of what is asked for. Lengths grow,
-axis by axis, where a second more tells most, until the intervals are as narrow as asked: a greedy design for the determinant of
-the information (Goodwin and Payne, Dynamic System Identification, 1977, chapter 6).
+Amplitudes are as large as the limits allow. The band of each axis is the most informative one for the accuracy target. Durations
+grow, axis by axis, where a second more is most informative, until the target is met (Goodwin and Payne, Dynamic System
+Identification, 1977, chapter 6).
 """
 
 from collections.abc import Mapping
@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.airframes import Airframe
+from plant.quadrotor.airframes import Airframe
 from tuner.analysis.flight_plan.excitation import Excitation, Shape
-from tuner.analysis.flight_plan.flying import FLIGHTS, Craft
-from tuner.analysis.flight_plan.foresight import information_of, told_by_flights
-from tuner.analysis.identification.fit import foreseen_covariance
+from tuner.analysis.flight_plan.expected_accuracy import identifiable_parameters, information_of
+from tuner.analysis.flight_plan.flying import FLIGHTS, SimulatedVehicle
+from tuner.analysis.identification.fit import cramer_rao_covariance
 from tuner.analysis.identification.identify import OF_OUTPUT
-from tuner.analysis.identification.parameters import Space
+from tuner.analysis.identification.parameters import ParameterSpace
 
 Array = NDArray[np.float64]
 
@@ -38,15 +38,15 @@ FIRST_TRY = {"angle": 0.1, "rate": 0.5, "acceleration": 2.0}
 RESOLUTION = {"angle": np.radians(0.1), "rate": np.radians(1.0), "acceleration": 0.05}
 """Steps of amplitudes [rad, rad/s, m/s2]: targets take no finer ones, and a pilot reads them."""
 ENOUGH = 0.1
-"""Weight of what is narrow enough already beside what is not."""
+"""Weight of intervals within their target, relative to those above it."""
 
 
 @dataclass(frozen=True)
-class Ability:
-    """The excitations that a target can fly.
+class TargetCapabilities:
+    """Excitations that an export target can fly.
 
-    quantities: axis -> what of it can be excited. waves: that it has. shape: of its chirps. alike: whether band and length are
-    the same on all axes. least: lowest frequency [Hz].
+    quantities: axis -> excited quantity. waves: that it has. shape: of its chirps. alike: band and length are the same on all
+    axes. least: lowest frequency [Hz].
     """
 
     quantities: Mapping[str, str]
@@ -63,32 +63,32 @@ class Ability:
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """The task of a plan: vehicle, numbers to find, target and limits.
+    """Inputs of a plan: vehicle, parameters, capabilities and limits.
 
     truth (n,): coordinates of the nominal vehicle. limits: by the names of `Flown.peaks`; still: what flights without excitation
     come to.
     """
 
-    craft: Craft
+    simulated: SimulatedVehicle
     airframe: Airframe
-    space: Space
+    space: ParameterSpace
     truth: Array
-    ability: Ability
+    capabilities: TargetCapabilities
     limits: Mapping[str, float]
     still: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
-    """An excitation at its largest amplitude, and the information in a second of it (n, n)."""
+class CandidateExcitation:
+    """An excitation at its largest amplitude, and its information per second (n, n)."""
 
     excitation: Excitation
     information: Array
 
 
 @dataclass(frozen=True, eq=False)
-class Wish:
-    """Coordinates that are to be known, by their places, and the largest standard deviation of each."""
+class AccuracyTarget:
+    """Indices of the coordinates to be identified, and their largest standard deviations."""
 
     places: NDArray[np.intp]
     deviations: Array
@@ -99,22 +99,22 @@ class Wish:
 
 
 @dataclass(frozen=True, eq=False)
-class Mix:
-    """A trial for each axis, and what flights of these excitations leave open."""
+class ExcitationSet:
+    """A candidate excitation for each axis, and the covariance after such flights."""
 
-    space: Space
-    trials: Mapping[str, Trial]
+    space: ParameterSpace
+    trials: Mapping[str, CandidateExcitation]
 
     def covariance(self, lengths: Mapping[str, float]) -> Array:
-        """Return the covariance (n, n) after excitations of these lengths [s]; numbers of an axis without one are not told."""
+        """Return the covariance (n, n) after excitations of these lengths [s]: 0 leaves an axis unidentified."""
         parts = (lengths[axis] * trial.information for axis, trial in self.trials.items())
         still = {name for axis, names in OF_OUTPUT.items() if not lengths.get(axis) for name in names}
-        free = told_by_flights(self.space) & np.array([name not in still for name in self.space.names])
-        return foreseen_covariance(self.space, sum(parts, np.zeros_like(self.space.covariance)), free)
+        free = identifiable_parameters(self.space) & np.array([name not in still for name in self.space.names])
+        return cramer_rao_covariance(self.space, sum(parts, np.zeros_like(self.space.covariance)), free)
 
-    def score(self, lengths: Mapping[str, float], wish: Wish) -> float:
-        """Return the mean logarithm of intervals over those that are asked for; narrow ones count little."""
-        excess = np.log(wish.excess(self.covariance(lengths)))
+    def score(self, lengths: Mapping[str, float], accuracy: AccuracyTarget) -> float:
+        """Return the mean log ratio of intervals to their targets; narrow ones count little."""
+        excess = np.log(accuracy.excess(self.covariance(lengths)))
         return float(np.mean(np.where(excess > 0.0, excess, ENOUGH * excess)))
 
     def excitations(self, lengths: Mapping[str, float]) -> tuple[Excitation, ...]:
@@ -126,87 +126,98 @@ class Mix:
         )
 
 
-def trials_of(task: Task, axis: str) -> list[Trial]:
-    """Return a trial of an axis for every wave and band that the target can fly."""
-    ability, quantity = task.ability, task.ability.quantities[axis]
+def candidate_excitations(task: Task, axis: str) -> list[CandidateExcitation]:
+    """Return a candidate of an axis for every available wave and band."""
+    capabilities, quantity = task.capabilities, task.capabilities.quantities[axis]
     tried = [
-        Excitation(axis, quantity, FIRST_TRY[quantity], *band, TRIAL, wave, ability.shape)
-        for wave in ability.waves
+        Excitation(axis, quantity, FIRST_TRY[quantity], *band, TRIAL, wave, capabilities.shape)
+        for wave in capabilities.waves
         for band in BANDS
-        if band[0] >= ability.least
+        if band[0] >= capabilities.least
     ]
-    return [_trial(task, amplified(task, entry)) for entry in tried]
+    return [_trial(task, maximize_amplitude(task, entry)) for entry in tried]
 
 
-def _trial(task: Task, excitation: Excitation) -> Trial:
-    log = task.craft.alone.flown([excitation], STREAM, 1).log(0, STREAM)
-    found = information_of(log, task.airframe, task.space, task.truth, excitation.axis)
-    return Trial(excitation, found / TRIAL)
+def _trial(task: Task, excitation: Excitation) -> CandidateExcitation:
+    log = task.simulated.alone.flown([excitation], STREAM, 1).log(0, STREAM)
+    information = information_of(log, task.airframe, task.space, task.truth, excitation.axis)
+    return CandidateExcitation(excitation, information / TRIAL)
 
 
-def amplified(task: Task, excitation: Excitation) -> Excitation:
+def maximize_amplitude(task: Task, excitation: Excitation) -> Excitation:
     """Return an excitation as strong as the limits allow.
 
-    A loop that is near linear has peaks that grow with the amplitude from those of the air; where motors saturate it has not, and
-    what keeps the limits is told from what does not by halves.
+    Peaks of a nearly linear loop grow with the amplitude from those of the disturbances; where motors saturate they do not, and
+    the amplitude is bisected.
     """
-    kept, broken = 0.0, np.inf
+    allowed, excessive = 0.0, np.inf
     for _ in range(TRIES):
         amplitude = excitation.amplitude
-        factor = min(_room(task, excitation), asked_room(excitation, task.limits))
-        kept, broken = (max(kept, amplitude), broken) if factor >= 1.0 else (kept, min(broken, amplitude))
+        factor = min(_room(task, excitation), command_headroom(excitation, task.limits))
+        if factor >= 1.0:
+            allowed = max(allowed, amplitude)
+        else:
+            excessive = min(excessive, amplitude)
         if 1.0 <= factor < CLOSE:
             break
         goal = amplitude * float(np.clip(factor, 0.1, 10.0))
-        between = kept < goal < broken
-        excitation = replace(
-            excitation, amplitude=goal if between else float(np.sqrt(max(kept, 0.01 * broken) * broken))
-        )
-    return coarse(replace(excitation, amplitude=kept) if kept else excitation)
+        if not allowed < goal < excessive:
+            goal = float(np.sqrt(max(allowed, 0.01 * excessive) * excessive))
+        excitation = replace(excitation, amplitude=goal)
+    return quantize_amplitude(replace(excitation, amplitude=allowed) if allowed else excitation)
 
 
 def _room(task: Task, excitation: Excitation) -> float:
-    """Return how much an excitation may grow until what follows it reaches a limit."""
-    flown, still = task.craft.flown([excitation], STREAM, FLIGHTS), task.still
+    """Return the headroom of an excitation's response: the factor until a limit is reached."""
+    flown, still = task.simulated.flown([excitation], STREAM, FLIGHTS), task.still
     if not flown.completed:
         return 0.0
     peaks = flown.peaks
     return min((limit - still[name]) / max(peaks[name] - still[name], 1e-9) for name, limit in task.limits.items())
 
 
-def asked_room(excitation: Excitation, limits: Mapping[str, float]) -> float:
-    """Return how much an excitation may grow until what it asks for reaches a limit, whatever follows."""
+def command_headroom(excitation: Excitation, limits: Mapping[str, float]) -> float:
+    """Return the headroom of an excitation's command: the factor until a limit is reached."""
     rooms = [limits["tilt"] / excitation.angle] if excitation.axis in ("roll", "pitch") else []
     rooms += [limits["rate"] / excitation.amplitude] if excitation.quantity == "rate" else []
     rooms += [LIFT / excitation.amplitude] if excitation.quantity == "acceleration" else []
     return min(rooms)
 
 
-def coarse(excitation: Excitation) -> Excitation:
-    """Return an excitation whose amplitude is a whole number of steps, at least one, not larger than it was otherwise."""
+def quantize_amplitude(excitation: Excitation) -> Excitation:
+    """Return an excitation with a quantized amplitude: a multiple of the step, rounded down, at least one."""
     step = RESOLUTION[excitation.quantity]
     return replace(excitation, amplitude=float(step * max(np.floor(excitation.amplitude / step + 1e-9), 1.0)))
 
 
-def best_mix(trials: Mapping[str, list[Trial]], space: Space, wish: Wish, ability: Ability) -> Mix:
-    """Return for each axis the trial that tells most of what is asked for, the others' being as they are by then."""
+def select_excitations(
+    trials: Mapping[str, list[CandidateExcitation]],
+    space: ParameterSpace,
+    accuracy: AccuracyTarget,
+    capabilities: TargetCapabilities,
+) -> ExcitationSet:
+    """Return the most informative candidate of each axis for the target: by coordinate descent."""
     chosen = {axis: tried[len(tried) // 2] for axis, tried in trials.items()}
     lengths = dict.fromkeys(chosen, TRIAL)
-    for axes in ability.groups:
-        options = [Mix(space, chosen | {axis: trials[axis][k] for axis in axes}) for k in range(len(trials[axes[0]]))]
-        chosen = dict(min(options, key=lambda option: option.score(lengths, wish)).trials)
-    return Mix(space, chosen)
+    for axes in capabilities.groups:
+        options = [
+            ExcitationSet(space, chosen | {axis: trials[axis][k] for axis in axes}) for k in range(len(trials[axes[0]]))
+        ]
+        chosen = dict(min(options, key=lambda option: option.score(lengths, accuracy)).trials)
+    return ExcitationSet(space, chosen)
 
 
-def lengths_for(mix: Mix, wish: Wish, ability: Ability) -> dict[str, float]:
-    """Return the lengths of the excitations [s], 0 of those that are not needed; the longest where even these do not suffice."""
-    lengths = dict.fromkeys(mix.trials, 0.0)
-    while np.any(wish.excess(mix.covariance(lengths)) > 1.0):
-        groups = [group for group in ability.groups if lengths[group[0]] < LONGEST]
+def required_durations(
+    selection: ExcitationSet, accuracy: AccuracyTarget, capabilities: TargetCapabilities
+) -> dict[str, float]:
+    """Return the durations of the excitations [s]: 0 if not needed, the longest where even these do not suffice."""
+    lengths = dict.fromkeys(selection.trials, 0.0)
+    while np.any(accuracy.excess(selection.covariance(lengths)) > 1.0):
+        groups = [group for group in capabilities.groups if lengths[group[0]] < LONGEST]
         if not groups:
             break
-        now = mix.score(lengths, wish)
-        gains = [_gain(mix, lengths, _longer(lengths, group), now, wish) for group in groups]
+        now = selection.score(lengths, accuracy)
+        gains = [_gain(selection, lengths, _longer(lengths, group), now, accuracy) for group in groups]
         lengths = _longer(lengths, groups[int(np.argmax(gains))])
     return lengths
 
@@ -215,6 +226,12 @@ def _longer(lengths: dict[str, float], group: tuple[str, ...]) -> dict[str, floa
     return lengths | {axis: lengths[axis] + STEP if lengths[axis] else LEAST for axis in group}
 
 
-def _gain(mix: Mix, lengths: Mapping[str, float], longer: Mapping[str, float], now: float, wish: Wish) -> float:
-    """Return what a second more tells."""
-    return (now - mix.score(longer, wish)) / (sum(longer.values()) - sum(lengths.values()))
+def _gain(
+    selection: ExcitationSet,
+    lengths: Mapping[str, float],
+    longer: Mapping[str, float],
+    now: float,
+    accuracy: AccuracyTarget,
+) -> float:
+    """Return the improvement of the score per second."""
+    return (now - selection.score(longer, accuracy)) / (sum(longer.values()) - sum(lengths.values()))

@@ -6,7 +6,7 @@ import numpy as np
 
 from tuner.analysis.flight_plan.excitation import UNITS, Excitation, begins, length_of
 from tuner.analysis.flight_plan.flying import FLIGHTS
-from tuner.analysis.flight_plan.planning import NEARLY, Experiment, half_widths, is_told
+from tuner.analysis.flight_plan.planning import NEARLY, Experiment, half_widths, is_informative
 from tuner.documents.flight_plan import FlightPlanDocument, PlannedExcitation, PlannedNumber, PlannedPeak
 from tuner.documents.parts import LawNames
 from tuner.text.numbers import per_cent
@@ -24,56 +24,79 @@ PEAKS = {
 
 def flight_plan_document(
     made: Experiment, target: str, notes: Sequence[str], files: Sequence[str]
-) -> FlightPlanDocument:  # fmt: skip
+) -> FlightPlanDocument:
     """Return the document; notes: of the target; files: names of those that are written."""
-    cascade, rows = made.task.craft.system.cascade, numbers_of(made)
+    cascade, rows = made.task.simulated.system.cascade, numbers_of(made)
     return FlightPlanDocument(
-        airframe=made.task.airframe.name, laws=LawNames(position=cascade.position.name, attitude=cascade.attitude.name),
-        scenario=made.task.craft.spec.name, target=target, duration=length_of(made.excitations), flights=FLIGHTS,
+        airframe=made.task.airframe.name,
+        laws=LawNames(position=cascade.position.name, attitude=cascade.attitude.name),
+        scenario=made.task.simulated.spec.name,
+        target=target,
+        duration=length_of(made.excitations),
+        flights=FLIGHTS,
         excitations=[
             _excitation(entry, begin) for entry, begin in zip(made.excitations, begins(made.excitations), strict=True)
         ],
-        numbers=rows, peaks=peaks_of(made), notes=list(notes), files=list(files), verdict=verdict(rows),
-    )  # fmt: skip
+        numbers=rows,
+        peaks=peaks_of(made),
+        notes=list(notes),
+        files=list(files),
+        verdict=verdict(rows),
+    )
 
 
 def _excitation(entry: Excitation, begin: float) -> PlannedExcitation:
     return PlannedExcitation(
-        axis=entry.axis, wave=entry.wave, quantity=entry.quantity, unit=UNITS[entry.quantity], amplitude=entry.amplitude,
-        first=entry.first, last=entry.last, begin=begin, duration=entry.duration,
-    )  # fmt: skip
+        axis=entry.axis,
+        wave=entry.wave,
+        quantity=entry.quantity,
+        unit=UNITS[entry.quantity],
+        amplitude=entry.amplitude,
+        first=entry.first,
+        last=entry.last,
+        begin=begin,
+        duration=entry.duration,
+    )
 
 
 def numbers_of(made: Experiment) -> list[PlannedNumber]:
     """Return the numbers of the vehicle with their intervals before and after."""
     space, fit = made.task.space, made.proof.fit
-    before, foreseen, obtained = (
+    before, expected, obtained = (
         half_widths(space, deviations)
-        for deviations in (space.deviations, made.foresight.deviations, np.sqrt(np.diag(fit.covariance)))
+        for deviations in (space.prior_std, made.expected.deviations, np.sqrt(np.diag(fit.covariance)))
     )
-    asked = {name: width for name, width in zip(space.names, _asked(made).tolist(), strict=True) if name in made.wanted}
-    off = fit.point - made.task.truth
+    targets = _target_half_widths(made).tolist()
+    target = {name: width for name, width in zip(space.names, targets, strict=True) if name in made.wanted}
+    off = fit.estimate - made.task.truth
     return [
         PlannedNumber(
-            name=entry.name, meaning=entry.meaning, unit=entry.unit, value=entry.number(float(made.task.truth[k])),
-            relative=entry.positive, asked=asked.get(entry.name), before=float(before[k]), foreseen=float(foreseen[k]),
-            obtained=float(obtained[k]), error=float(np.expm1(off[k]) if entry.positive else off[k]),
-            reason=made.foresight.reasons.get(entry.name, ""),
+            name=entry.name,
+            meaning=entry.meaning,
+            unit=entry.unit,
+            value=entry.number(float(made.task.truth[k])),
+            relative=entry.positive,
+            asked=target.get(entry.name),
+            before=float(before[k]),
+            foreseen=float(expected[k]),
+            obtained=float(obtained[k]),
+            error=float(np.expm1(off[k]) if entry.positive else off[k]),
+            reason=made.expected.reasons.get(entry.name, ""),
         )
         for k, entry in enumerate(space.parameters[: space.physical])
-    ]  # fmt: skip
+    ]
 
 
-def _asked(made: Experiment) -> np.ndarray:
-    """Return the half-widths that are asked for (n,), 0 of numbers that nobody asks for."""
-    found = np.zeros(len(made.task.space.names))
-    found[made.wish.places] = made.wish.deviations
-    return half_widths(made.task.space, found)
+def _target_half_widths(made: Experiment) -> np.ndarray:
+    """Return the target half-widths (n,), 0 of parameters without a target."""
+    std = np.zeros(len(made.task.space.names))
+    std[made.accuracy.places] = made.accuracy.deviations
+    return half_widths(made.task.space, std)
 
 
 def peaks_of(made: Experiment) -> list[PlannedPeak]:
-    """Return what the checked flights come close to."""
-    limits = made.question.limits
+    """Return the peaks of the checked flights and their limits."""
+    limits = made.request.limits
     return [
         PlannedPeak(name=name, meaning=PEAKS[name][0], unit=PEAKS[name][1], peak=peak, limit=limits.get(name))
         for name, peak in made.checked.peaks.items()
@@ -81,37 +104,37 @@ def peaks_of(made: Experiment) -> list[PlannedPeak]:
 
 
 def width_text(row: PlannedNumber, width: float) -> str:
-    """Return a number with its foreseen width and the one that is asked for."""
+    """Return a parameter with its expected and its target width."""
     if row.relative:
         return f"{row.name} ({per_cent(row.foreseen)} foreseen, {per_cent(width)} asked)"
     return f"{row.name} ({row.foreseen / width:.2g} times)"
 
 
 def verdict(rows: Sequence[PlannedNumber]) -> str:
-    """Return in words what the flight is to tell, what it misses, and what a simulated one told."""
-    asked = [(row, row.asked) for row in rows if row.asked is not None]
-    missed = [(row, width) for row, width in asked if row.foreseen > width]
-    said = [f"The flight is to tell {counted(len(asked) - len(missed), 'number')} as narrowly as asked."]
-    untold = [row for row, _ in missed if not is_told(row.foreseen, row.before)]
+    """Return sentences on the expected accuracy, missed targets, and a simulated identification."""
+    targets = [(row, row.target) for row in rows if row.target is not None]
+    missed = [(row, width) for row, width in targets if row.foreseen > width]
+    sentences = [f"The flight is to tell {counted(len(targets) - len(missed), 'number')} as narrowly as asked."]
+    untold = [row for row, _ in missed if not is_informative(row.foreseen, row.before)]
     near = [row.name for row, width in missed if row not in untold and row.foreseen <= NEARLY * width]
     if near:
-        said.append(f"A little wider than asked: {listing(near)}.")
+        sentences.append(f"A little wider than asked: {listing(near)}.")
     wide = [width_text(row, width) for row, width in missed if row not in untold and row.name not in near]
     if wide:
-        said.append(f"Wider than asked: {listing(wide)}.")
+        sentences.append(f"Wider than asked: {listing(wide)}.")
     if untold:
         names = listing([row.name for row in untold])
-        said.append(
+        sentences.append(
             f"It tells nothing of {names}: their intervals stay as wide as before. Allow more (--tilt, --rate), measure them on "
             "a test stand, or ask for the others alone (--numbers)."
         )
-    ratio = float(np.median([row.obtained / row.foreseen for row, _ in asked]))
-    said.append(
+    ratio = float(np.median([row.obtained / row.foreseen for row, _ in targets]))
+    sentences.append(
         f"Identified from a simulated log of it, intervals were {per_cent(ratio)} as wide as foreseen in the median."
     )
-    off = [row.name for row, _ in asked if abs(row.error) > 1.5 * row.obtained]
+    off = [row.name for row, _ in targets if abs(row.error) > 1.5 * row.obtained]
     if off:
-        said.append(
+        sentences.append(
             f"Of {listing(off)} the truth lay outside by more than half: at that width the sampling of the log counts."
         )
-    return " ".join(said)
+    return " ".join(sentences)

@@ -51,7 +51,7 @@ class Excitation:
     shape: Shape = Shape()
 
     def values(self, time: Array) -> Array:
-        """Return the excitation at times from its begin (n,) [s]; zero before and after."""
+        """Return the excitation at times from its begin (n,) [s]; zero outside."""
         phase = self._phase(time)
         wave = np.cos(phase) if self.shape.cosine else np.sin(phase)
         wave = np.copysign(1.0, wave) if self.wave == "doublets" else wave
@@ -80,18 +80,18 @@ def _faded(time: Array, fade: float) -> Array:
 
 
 def begins(excitations: Sequence[Excitation]) -> list[float]:
-    """Return when each of the excitations of a flight begins [s]."""
+    """Return the begins of the excitations of a flight [s]."""
     lengths = [entry.duration + PAUSE for entry in excitations]
     return [LEAD + sum(lengths[:k]) for k in range(len(lengths))]
 
 
 def length_of(excitations: Sequence[Excitation]) -> float:
-    """Return how long a flight through all of them lasts [s]."""
+    """Return the length of a flight through all excitations [s]."""
     return LEAD + sum(entry.duration + PAUSE for entry in excitations) + TAIL
 
 
 def references(excitations: Sequence[Excitation], period: float) -> Array:
-    """Return the reference (steps, 14) of a flight in attitude mode through one excitation after the other; period [s]."""
+    """Return the reference (steps, 14) of an attitude-mode flight through excitations; period [s]."""
     samples = blank(round(length_of(excitations) / period))
     samples[:, HOLD] = 0.0
     for entry, begin in zip(excitations, begins(excitations), strict=True):

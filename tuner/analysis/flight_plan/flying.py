@@ -1,4 +1,4 @@
-"""Flights through excitations in simulation: what they come close to, and the logs that they would leave."""
+"""Simulated flights through excitations: their peaks, and their logs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,17 +9,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.system import System
-from plant.attitude import euler_angles, thrust_direction
 from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.stepping import lane_of
-from plant.disturbance import Disturbance
+from plant.quadrotor.attitude import euler_angles, thrust_direction
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.rigid_body import Body, Dynamics, body_rate
+from plant.quadrotor.scenarios import ScenarioSpec
+from plant.quadrotor.sensors import Noise
 from plant.records import pack, rows, size
 from plant.references.level import Level
-from plant.rigid_body import Body, Dynamics, body_rate
-from plant.scenarios import ScenarioSpec
 from plant.seeds import generator
-from plant.sensors import Noise
 from plant.vectors import Quaternion, Rotors, Vec3, to_body
 from tuner.analysis.flight_plan.excitation import Excitation, length_of, references
 from tuner.logs.flight_log import FlightLog
@@ -33,8 +33,8 @@ FLIGHTS = 16
 
 
 @dataclass(frozen=True)
-class Craft:
-    """The craft of an experiment: a system, its gains (n,), a scenario with its air, sensors and vehicles, and a root seed."""
+class SimulatedVehicle:
+    """System, gains (n,), scenario and root seed of simulated flights."""
 
     system: System
     gains: Array
@@ -47,7 +47,7 @@ class Craft:
         return self.system.flyer()
 
     @property
-    def alone(self) -> "Craft":
+    def alone(self) -> "SimulatedVehicle":
         """The same with the nominal vehicle in every flight."""
         plain = replace(self.spec, uncertainty=None, spread=type(self.spec.spread)())
         return replace(self, spec=plain)
@@ -68,7 +68,7 @@ class Craft:
 class Flown:
     """Flights side by side; trace (flights, instants, 26): body, speeds asked for, thrusts in force, status."""
 
-    craft: Craft
+    simulated: SimulatedVehicle
     inputs: FlightInputs
     trace: Array
 
@@ -91,13 +91,13 @@ class Flown:
     @property
     def command(self) -> Array:
         """Rotor commands (flights, instants, 4), shares of full."""
-        vehicle = self.craft.system.nominal.vehicle
+        vehicle = self.simulated.system.nominal.vehicle
         thrust = self.trace[..., 21:25]
         return np.sqrt(np.maximum(thrust, 0.0) / vehicle.thrust_coefficient) / vehicle.speed_max
 
     @property
     def peaks(self) -> dict[str, float]:
-        """The most that the flights come to.
+        """Peaks over the flights.
 
         tilt [rad], rate [rad/s]; height [m]: off the hover; motors: share of the way from hover to idle or to full command;
         drift [m]: without a pilot or a position loop.
@@ -113,7 +113,7 @@ class Flown:
 
     @property
     def _reserve_used(self) -> Array:
-        nominal = self.craft.system.nominal
+        nominal = self.simulated.system.nominal
         hover = np.sqrt(nominal.hover / nominal.thrust_max)
         return np.maximum((self.command - hover) / (1.0 - hover), (hover - self.command) / hover)
 
@@ -122,7 +122,7 @@ class Flown:
 
         Of rotors, frame and low-pass in the path of the gyro the log knows nothing.
         """
-        period = self.craft.system.timing.control_period
+        period = self.simulated.system.timing.control_period
         body, noise = self.trace[flight, :, : size(Body)], self._noise(flight)
         lift = self.lift(flight) + ACCELEROMETER * self._draw(name, flight).standard_normal(len(body))
         acceleration = np.column_stack([np.zeros((len(body), 2)), lift])
@@ -131,12 +131,12 @@ class Flown:
         return FlightLog(name, "simulated", digest, period * np.arange(float(len(body))), gyro, acceleration, command)
 
     def _draw(self, name: str, flight: int) -> np.random.Generator:
-        return generator(self.craft.root, f"{name}/accelerometer", flight)
+        return generator(self.simulated.root, f"{name}/accelerometer", flight)
 
     def _noise(self, flight: int) -> Array:
         """Return the sensor errors of a flight (instants, 12)."""
         # Behind them may stand the turns of the rotors.
-        return _whole(lane_of(self.inputs, flight).noises[:, : size(Noise)], size(Noise))
+        return _pad(lane_of(self.inputs, flight).noises[:, : size(Noise)], size(Noise))
 
     def angles(self, flight: int) -> Array:
         """Return roll, pitch and yaw (3, instants) of a flight [rad]."""
@@ -148,11 +148,11 @@ class Flown:
         bind, dynamics = rebinder(), pack(Dynamics, inputs.dynamics)
         body = pack(Body, self.trace[flight, :, : size(Body)].T)
         speed = Rotors(*self.trace[flight, :, 17:21].T)
-        air = pack(Disturbance, _whole(inputs.disturbances, size(Disturbance)).T)
+        air = pack(Disturbance, _pad(inputs.disturbances, size(Disturbance)).T)
         moved = bind(body_rate)(body, speed, air, dynamics).velocity
         return bind(to_body)(body.attitude, Vec3(moved.x, moved.y, moved.z + dynamics.gravity)).z
 
 
-def _whole(columns: Array, width: int) -> Array:
-    """Return columns (n, few) with zeros for those that are left out (n, width)."""
+def _pad(columns: Array, width: int) -> Array:
+    """Return columns (n, few) padded with zeros (n, width)."""
     return np.pad(columns, [(0, 0), (0, width - columns.shape[1])])

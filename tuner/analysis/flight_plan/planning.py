@@ -1,4 +1,4 @@
-"""Plan of an experiment: chosen, checked in simulation, and proved by identifying the vehicle from a simulated log."""
+"""Plan of an identification flight: chosen, checked in simulation, and validated by identification from a simulated log."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,29 +7,22 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.airframes import Airframe
 from plant.errors import InputError, UnknownNameError
-from plant.vehicle import late_periods
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.vehicle import late_periods
+from tuner.analysis.flight_plan import choosing
 from tuner.analysis.flight_plan.choosing import (
-    LONGEST,
-    MARGIN,
-    STREAM,
-    USUAL,
-    Ability,
-    Mix,
+    AccuracyTarget,
+    CandidateExcitation,
+    ExcitationSet,
+    TargetCapabilities,
     Task,
-    Trial,
-    Wish,
-    best_mix,
-    coarse,
-    lengths_for,
-    trials_of,
 )
 from tuner.analysis.flight_plan.excitation import Excitation
-from tuner.analysis.flight_plan.flying import FLIGHTS, Craft, Flown
-from tuner.analysis.flight_plan.foresight import Foresight, foresee
+from tuner.analysis.flight_plan.expected_accuracy import ExpectedAccuracy, expected_accuracy
+from tuner.analysis.flight_plan.flying import FLIGHTS, Flown, SimulatedVehicle
 from tuner.analysis.identification.identify import GIVEN, NARROWED, OF_OUTPUT, WEIGHED, Identified, identify_vehicle
-from tuner.analysis.identification.parameters import Parameter, Space, space_of
+from tuner.analysis.identification.parameters import Parameter, ParameterSpace, space_of
 
 Array = NDArray[np.float64]
 
@@ -40,7 +33,7 @@ HEIGHT, MOTORS = 1.0, 0.9
 MOVED = {"tilt": ("roll", "pitch"), "rate": ("roll", "pitch", "yaw"), "height": ("lift",), "motors": tuple(OF_OUTPUT)}
 """Axes whose excitation moves what has a limit."""
 ROUNDS, GROWTH = 8, 1.3
-"""Times that a whole flight is flown and mended, and the least that its excitations grow by."""
+"""Times that a flight is simulated and corrected, and the least growth of its excitations."""
 STILL = 0.5
 """Share of a limit that air and noise alone may take."""
 NEARLY = 1.25
@@ -52,8 +45,8 @@ FORGIVEN = 0.8
 
 
 @dataclass(frozen=True)
-class Question:
-    """The numbers that a flight is to tell, and the limits that it keeps.
+class ExperimentSpec:
+    """Parameters to be identified by a flight, and its limits.
 
     numbers: names, empty for all that such a flight can tell so well. within: largest half-width of a 95 % interval, relative; of
     the dead time over the mean lag, of the centre of mass over the arm. tilt [rad], rate [rad/s]: limits. mass, arm: relative
@@ -82,87 +75,97 @@ class Experiment:
     """
 
     task: Task
-    question: Question
+    request: ExperimentSpec
     excitations: tuple[Excitation, ...]
-    wish: Wish
+    accuracy: AccuracyTarget
     checked: Flown
-    foresight: Foresight
+    expected: ExpectedAccuracy
     proof: Identified
 
     @property
     def wanted(self) -> tuple[str, ...]:
         """Names of the numbers that are to be known."""
-        return tuple(self.task.space.names[place] for place in self.wish.places)
+        return tuple(self.task.space.names[place] for place in self.accuracy.places)
 
 
 def plan_experiment(
-    craft: Craft, airframe: Airframe, question: Question, ability: Ability, told: Callable[[str], None]
+    simulated: SimulatedVehicle,
+    airframe: Airframe,
+    request: ExperimentSpec,
+    capabilities: TargetCapabilities,
+    on_progress: Callable[[str], None],
 ) -> Experiment:
-    """Plan the flight that answers a question; told(text) hears of progress.
+    """Plan an identification flight.
 
-    InputError where no flight can tell what is asked for, or where the limits leave no room for one.
+    InputError where no flight can reach the accuracy, or where the limits leave no room for one; on_progress: called with texts.
     """
-    space = space_of(airframe.vehicle, ["1"], question.mass, question.arm)
-    limits = {name: MARGIN * limit for name, limit in question.limits.items()}
-    told("Planning an experiment; this takes half a minute.")
-    craft = as_known(craft, space)
-    task = Task(craft, airframe, space, truth_of(space, craft), ability, limits, _still(craft, question.limits))
-    trials = {axis: trials_of(task, axis) for axis in ability.quantities}
-    wish = wish_of(task, question, trials)
-    mix = best_mix(trials, space, wish, ability)
-    excitations, checked, foresight = _settled(task, question, wish, mix.excitations(lengths_for(mix, wish, ability)))
-    check_told(question, space, wish, foresight)
-    told("Identifying the vehicle from a simulated log of it.")
-    log = craft.alone.flown(excitations, f"{STREAM}/proof", 1).log(0, "simulated flight")
-    proof = identify_vehicle([log], airframe, mass=question.mass, arm=question.arm)
-    return Experiment(task, question, excitations, wish, checked, foresight, proof)
+    space = space_of(airframe.vehicle, ["1"], request.mass, request.arm)
+    limits = {name: choosing.MARGIN * limit for name, limit in request.limits.items()}
+    on_progress("Planning an experiment; this takes half a minute.")
+    simulated = nominal_vehicle(simulated, space)
+    task = Task(
+        simulated, airframe, space, truth_of(space, simulated), capabilities, limits, _still(simulated, request.limits)
+    )
+    trials = {axis: choosing.candidate_excitations(task, axis) for axis in capabilities.quantities}
+    accuracy = accuracy_target(task, request, trials)
+    selection = choosing.select_excitations(trials, space, accuracy, capabilities)
+    excitations, checked, expected = _iterate(
+        task, request, accuracy, selection.excitations(choosing.required_durations(selection, accuracy, capabilities))
+    )
+    check_is_informative(request, space, accuracy, expected)
+    on_progress("Identifying the vehicle from a simulated log of it.")
+    log = simulated.alone.flown(excitations, f"{choosing.STREAM}/proof", 1).log(0, "simulated flight")
+    proof = identify_vehicle([log], airframe, mass=request.mass, arm=request.arm)
+    return Experiment(task, request, excitations, accuracy, checked, expected, proof)
 
 
-def is_told(after: float, before: float) -> bool:
-    """Return whether a flight narrows an interval: half-widths after and before it."""
+def is_informative(after: float, before: float) -> bool:
+    """Return true where a flight narrows an interval: half-widths after and before it."""
     return after < TELLING * before
 
 
-def check_told(question: Question, space: Space, wish: Wish, foresight: Foresight) -> None:
-    """Refuse a plan that tells nothing of a number that is named, or of none at all; raises InputError naming them."""
-    after, before = (half_widths(space, deviations) for deviations in (foresight.deviations, space.deviations))
-    untold = [space.names[k] for k in wish.places if not is_told(float(after[k]), float(before[k]))]
-    if not untold or (len(untold) < len(wish.places) and not question.numbers):
+def check_is_informative(
+    request: ExperimentSpec, space: ParameterSpace, accuracy: AccuracyTarget, expected: ExpectedAccuracy
+) -> None:
+    """Raise InputError for a plan uninformative of a named parameter, or of all."""
+    after, before = (half_widths(space, deviations) for deviations in (expected.deviations, space.prior_std))
+    untold = [space.names[k] for k in accuracy.places if not is_informative(float(after[k]), float(before[k]))]
+    if not untold or (len(untold) < len(accuracy.places) and not request.numbers):
         return
     raise InputError(
         f"no flight within these limits tells of {', '.join(untold)}: intervals would be as wide after it as before; allow more "
         "(--tilt, --rate), give gains that follow faster (--gains), or measure them on a test stand",
-        key="--numbers" if question.numbers else "--within",
+        key="--numbers" if request.numbers else "--within",
     )
 
 
-def as_known(craft: Craft, space: Space) -> Craft:
-    """Return the craft with the vehicle in the middle of what is known, which has a drag and a damping that its file may lack."""
-    numbers, vehicle = space.numbers(space.centre), craft.system.vehicle
+def nominal_vehicle(simulated: SimulatedVehicle, space: ParameterSpace) -> SimulatedVehicle:
+    """Return the simulated vehicle at the prior's center: with drag and damping, which its file may lack."""
+    numbers, vehicle = space.numbers(space.centre), simulated.system.vehicle
     drag, damping = vehicle.drag_linear, vehicle.rate_damping
-    known = vehicle._replace(
+    nominal = vehicle._replace(
         drag_linear=drag._replace(z=numbers.climb_drag),
         rate_damping=damping._replace(x=numbers.rate_damping, y=numbers.rate_damping),
     )
-    return replace(craft, system=replace(craft.system, vehicle=known))
+    return replace(simulated, system=replace(simulated.system, vehicle=nominal))
 
 
-def truth_of(space: Space, craft: Craft) -> Array:
+def truth_of(space: ParameterSpace, simulated: SimulatedVehicle) -> Array:
     """Return the coordinates (n,) of the nominal vehicle as its log shows it."""
-    period, point = craft.system.timing.control_period, space.centre
-    point[space.names.index("dead_time")] = period * late_periods(craft.system.vehicle, period)
+    period, point = simulated.system.timing.control_period, space.centre
+    point[space.names.index("dead_time")] = period * late_periods(simulated.system.vehicle, period)
     return point
 
 
-def half_widths(space: Space, deviations: Array) -> Array:
-    """Return the half-widths of 95 % intervals (n,): relative of positive numbers, in their units of the others."""
+def half_widths(space: ParameterSpace, deviations: Array) -> Array:
+    """Return the half-widths of 95 % intervals (n,): relative for positive parameters, else in their units."""
     positive = np.array([entry.positive for entry in space.parameters])
     return np.where(positive, np.expm1(QUANTILE * deviations), QUANTILE * deviations)
 
 
-def check_names(numbers: Sequence[str], space: Space) -> None:
-    """Refuse names of numbers that no flight tells."""
-    told = [name for name in space.names[: space.physical] if name not in GIVEN]
+def check_names(numbers: Sequence[str], space: ParameterSpace) -> None:
+    """Raise InputError for names of parameters that no flight identifies."""
+    identifiable = [name for name in space.names[: space.physical] if name not in GIVEN]
     for name in numbers:
         if name in GIVEN:
             instead = (
@@ -171,33 +174,37 @@ def check_names(numbers: Sequence[str], space: Space) -> None:
                 else "what the airframe says of it counts"
             )
             raise InputError(f"given {name}, which no flight tells; {instead}", key="--numbers")
-        if name not in told:
-            raise UnknownNameError("number that a flight tells", name, told, key="--numbers")
+        if name not in identifiable:
+            raise UnknownNameError("number that a flight tells", name, identifiable, key="--numbers")
 
 
-def wish_of(task: Task, question: Question, trials: Mapping[str, list[Trial]]) -> Wish:
-    """Return what is to be known; InputError where a number that is asked for cannot be known so well."""
+def accuracy_target(
+    task: Task, request: ExperimentSpec, trials: Mapping[str, list[CandidateExcitation]]
+) -> AccuracyTarget:
+    """Return the accuracy target; InputError where a requested parameter cannot reach it."""
     space, names = task.space, task.space.names[: task.space.physical]
-    largest = np.array(
-        [_largest(entry, question.within, task.airframe) for entry in space.parameters[: space.physical]]
+    largest = np.array([_largest(entry, request.within, task.airframe) for entry in space.parameters[: space.physical]])
+    longest = choosing.select_excitations(
+        trials, space, AccuracyTarget(np.arange(len(names)), largest), task.capabilities
     )
-    longest = best_mix(trials, space, Wish(np.arange(len(names)), largest), task.ability)
-    length = LONGEST if question.numbers else USUAL
+    length = choosing.LONGEST if request.numbers else choosing.USUAL
     least = np.sqrt(np.diag(longest.covariance(dict.fromkeys(trials, length))))[: len(names)]
-    told = np.array([name not in GIVEN for name in names]) & (least <= NARROWED * space.wide[: len(names)])
-    reached = told & (least <= largest)
-    asked = [names.index(name) for name in question.numbers]
-    missed = [place for place in asked if not reached[place]]
+    is_identifiable = np.array([name not in GIVEN for name in names]) & (
+        least <= NARROWED * space.initial_std[: len(names)]
+    )
+    reached = is_identifiable & (least <= largest)
+    requested = [names.index(name) for name in request.numbers]
+    missed = [place for place in requested if not reached[place]]
     if missed or not reached.any():
-        place = missed[0] if missed else int(np.argmin(np.where(told, least / largest, np.inf)))
-        text = _out_of_reach(names[place], float(least[place] / largest[place]), question, longest)
+        place = missed[0] if missed else int(np.argmin(np.where(is_identifiable, least / largest, np.inf)))
+        text = _out_of_reach(names[place], float(least[place] / largest[place]), request, longest)
         raise InputError(text, key="--numbers" if missed else "--within")
-    places = np.array(asked or np.flatnonzero(told).tolist())
-    return Wish(places, np.maximum(largest, NEARLY * least)[places])
+    places = np.array(requested or np.flatnonzero(is_identifiable).tolist())
+    return AccuracyTarget(places, np.maximum(largest, NEARLY * least)[places])
 
 
 def _largest(entry: Parameter, within: float, airframe: Airframe) -> float:
-    """Return the largest standard deviation of a coordinate whose number is to be known within a share."""
+    """Return the largest standard deviation of a coordinate for a relative half-width."""
     if entry.positive:
         return float(np.log1p(within)) / QUANTILE
     vehicle = airframe.vehicle
@@ -206,28 +213,27 @@ def _largest(entry: Parameter, within: float, airframe: Airframe) -> float:
     return within * scales.get(entry.name, abs(entry.value)) / QUANTILE
 
 
-def _out_of_reach(name: str, excess: float, question: Question, mix: Mix) -> str:
-    """Return why a number cannot be known so well: the best that can be had, and what to do."""
-    if excess > 1.0 / question.within:
+def _out_of_reach(name: str, excess: float, request: ExperimentSpec, selection: ExcitationSet) -> str:
+    """Return the reason for a missed target: the best accuracy, and the remedy."""
+    if excess > 1.0 / request.within:
         return f"{name} hardly shows in such a flight; leave it out, or allow more (--tilt, --rate)"
-    best = (
-        f"{name} comes to within {100.0 * excess * question.within:.1f} % at best, given {100.0 * question.within:g} %"
-    )
-    place = mix.space.names.index(name)
+    best = f"{name} comes to within {100.0 * excess * request.within:.1f} % at best, given {100.0 * request.within:g} %"
+    place = selection.space.names.index(name)
     given, all_of_it = (
-        mix.covariance(dict.fromkeys(mix.trials, length))[place, place] for length in (1e6 * LONGEST, LONGEST)
+        selection.covariance(dict.fromkeys(selection.trials, length))[place, place]
+        for length in (1e6 * choosing.LONGEST, choosing.LONGEST)
     )
     if given > FORGIVEN**2 * all_of_it:
         return (
-            f"{best}, for the mass is known to {100.0 * question.mass:g} % and lengths to {100.0 * question.arm:g} %; weigh and "
+            f"{best}, for the mass is known to {100.0 * request.mass:g} % and lengths to {100.0 * request.arm:g} %; weigh and "
             "measure better (--mass, --arm), or ask for less (--within)"
         )
     return f"{best}; allow more (--tilt, --rate), or ask for less (--within)"
 
 
-def _still(craft: Craft, limits: Mapping[str, float]) -> dict[str, float]:
-    """Return what flights without excitation come to; InputError where that leaves no room for one."""
-    flown = craft.flown([], STREAM, FLIGHTS)
+def _still(simulated: SimulatedVehicle, limits: Mapping[str, float]) -> dict[str, float]:
+    """Return the peaks of flights without excitation; InputError where these leave no room for one."""
+    flown = simulated.flown([], choosing.STREAM, FLIGHTS)
     peaks = flown.peaks
     name, limit = max(limits.items(), key=lambda entry: peaks[entry[0]] / entry[1])
     if peaks[name] > STILL * limit or not flown.completed:
@@ -239,52 +245,54 @@ def _still(craft: Craft, limits: Mapping[str, float]) -> dict[str, float]:
     return peaks
 
 
-def _settled(
-    task: Task, question: Question, wish: Wish, excitations: tuple[Excitation, ...]
-) -> tuple[tuple[Excitation, ...], Flown, Foresight]:
-    """Return excitations that as one flight keep the limits and tell what is asked for, and the flights that say so.
+def _iterate(
+    task: Task, request: ExperimentSpec, accuracy: AccuracyTarget, excitations: tuple[Excitation, ...]
+) -> tuple[tuple[Excitation, ...], Flown, ExpectedAccuracy]:
+    """Return excitations within limits and target, their checked flights and expected accuracy.
 
-    Where the last of them still tell a little less, that is what they come to. InputError where none keeps the limits.
+    The last iteration may still miss the target by a little. InputError where none meets the limits.
     """
-    kept = None
+    accepted = None
     for _ in range(ROUNDS):
-        checked = task.craft.flown(excitations, f"{STREAM}/check", FLIGHTS)
-        shares = {name: checked.peaks[name] / limit for name, limit in question.limits.items()}
+        checked = task.simulated.flown(excitations, f"{choosing.STREAM}/check", FLIGHTS)
+        shares = {name: checked.peaks[name] / limit for name, limit in request.limits.items()}
         if max(shares.values()) > 1.0 or not checked.completed:
-            excitations = weaker(excitations, shares)
+            excitations = reduce_amplitudes(excitations, shares)
             continue
-        log = task.craft.alone.flown(excitations, f"{STREAM}/check", 1).log(0, STREAM)
-        kept = excitations, checked, foresee(log, task.airframe, task.space, task.truth)
-        longer = _longer(task, wish, excitations, kept[2])
+        log = task.simulated.alone.flown(excitations, f"{choosing.STREAM}/check", 1).log(0, choosing.STREAM)
+        accepted = excitations, checked, expected_accuracy(log, task.airframe, task.space, task.truth)
+        longer = _longer(task, accuracy, excitations, accepted[2])
         if longer == excitations:
             break
         excitations = longer
-    if kept is None:
+    if accepted is None:
         raise InputError("no excitation was found that keeps the limits; raise them (--tilt, --rate)", key="--tilt")
-    return kept
+    return accepted
 
 
-def weaker(excitations: Sequence[Excitation], shares: Mapping[str, float]) -> tuple[Excitation, ...]:
-    """Return excitations weaker by what exceeds a limit that they move, or all of them where none moves it.
+def reduce_amplitudes(excitations: Sequence[Excitation], shares: Mapping[str, float]) -> tuple[Excitation, ...]:
+    """Return excitations reduced by the excess of the limits that they affect: all where none affects one.
 
     shares: of the limits that are taken; where none exceeds 1, a flight was lost, and all are weaker by the margin.
     """
     over = {axis: max(share for name, share in shares.items() if axis in MOVED[name]) for axis in OF_OUTPUT}
     if not any(over[entry.axis] > 1.0 for entry in excitations):
-        return tuple(_by(entry, MARGIN / max(1.0, *shares.values())) for entry in excitations)
-    return tuple(_by(entry, MARGIN / over[entry.axis]) if over[entry.axis] > 1.0 else entry for entry in excitations)
+        return tuple(_by(entry, choosing.MARGIN / max(1.0, *shares.values())) for entry in excitations)
+    return tuple(
+        _by(entry, choosing.MARGIN / over[entry.axis]) if over[entry.axis] > 1.0 else entry for entry in excitations
+    )
 
 
 def _by(excitation: Excitation, factor: float) -> Excitation:
-    return coarse(replace(excitation, amplitude=factor * excitation.amplitude))
+    return choosing.quantize_amplitude(replace(excitation, amplitude=factor * excitation.amplitude))
 
 
 def _longer(
-    task: Task, wish: Wish, excitations: tuple[Excitation, ...], foresight: Foresight
+    task: Task, accuracy: AccuracyTarget, excitations: tuple[Excitation, ...], expected: ExpectedAccuracy
 ) -> tuple[Excitation, ...]:
-    """Return excitations as long as what is still too wide asks for: of its axis, of all where it belongs to none."""
-    excess = wish.excess(foresight.fit.covariance)
-    short = {task.space.names[place] for place in wish.places[excess > 1.0]}
+    """Return excitations lengthened by the excess of the intervals: of their axes, or of all."""
+    excess = accuracy.excess(expected.fit.covariance)
+    short = {task.space.names[place] for place in accuracy.places[excess > 1.0]}
     if not short:
         return excitations
     axes = {axis for axis, names in OF_OUTPUT.items() if short & set(names)} or set(OF_OUTPUT)
@@ -296,5 +304,5 @@ def _longer(
 
 
 def _lengthened(duration: float, excess: float) -> float:
-    """Return a length at which an interval that is too wide is narrow enough: widths fall with the root of the time."""
-    return min(float(np.ceil(duration * np.clip(excess**2, GROWTH, 2.0))), LONGEST)
+    """Return the duration that narrows an interval to its target: widths fall with the root of time."""
+    return min(float(np.ceil(duration * np.clip(excess**2, GROWTH, 2.0))), choosing.LONGEST)

@@ -1,4 +1,4 @@
-"""What is wrong with a log before anything is estimated: time base, rates, units, axes, order of motors, found from physics."""
+"""Checks of a log by physics, before anything is estimated: time base, rates, units, axes, order of motors."""
 
 from collections.abc import Iterator
 from itertools import permutations, product
@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.airframes import Airframe
-from plant.nominal import mixer_matrix
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.nominal import mixer_matrix
 from tuner.analysis.identification.model import Actuator, lagging
 from tuner.analysis.identification.regression import LAGS
-from tuner.analysis.identification.samples import COMPARED_RATE, Samples, gridded
+from tuner.analysis.identification.samples import COMPARED_RATE, LogSegment, resample
 from tuner.logs.flight_log import STANDARD_GRAVITY, FlightLog
 
 Array = NDArray[np.float64]
@@ -33,17 +33,17 @@ ROTORS = ("front left", "front right", "rear left", "rear right")
 AXES = ("roll", "pitch", "yaw")
 
 
-class Finding(NamedTuple):
-    """A problem of a log: whether it makes identification useless, and a sentence with what to do."""
+class LogIssue(NamedTuple):
+    """A problem of a log: fatal to identification or not, and a sentence with the remedy."""
 
     fatal: bool
     text: str
 
 
-def check_flight(log: FlightLog, airframe: Airframe) -> tuple[Finding, ...]:
-    """Return what is wrong with the flying part of a log of a vehicle that is about the airframe, the worst first."""
+def check_flight(log: FlightLog, airframe: Airframe) -> tuple[LogIssue, ...]:
+    """Return the issues of a log's flight, the worst first: against an approximate airframe."""
     findings = [
-        *(Finding(False, text) for text in log.said),
+        *(LogIssue(False, text) for text in log.notes),
         *_time_base(log),
         *_commands(log),
         *_gravity(log, airframe),
@@ -52,36 +52,36 @@ def check_flight(log: FlightLog, airframe: Airframe) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda entry: not entry.fatal))
 
 
-def _time_base(log: FlightLog) -> Iterator[Finding]:
+def _time_base(log: FlightLog) -> Iterator[LogIssue]:
     if log.rate < SLOWEST:
-        yield Finding(
+        yield LogIssue(
             True, f"{log.rate:.0f} samples a second are too few; log gyro and motors at {COMPARED_RATE:.0f} Hz or more"
         )
     elif log.rate < SLOW:
-        yield Finding(
+        yield LogIssue(
             False, f"{log.rate:.0f} samples a second say little of lag and delay; {COMPARED_RATE:.0f} Hz or more would"
         )
     share = log.lost / (len(log.time) + log.lost)
     if share > MOST_LOST:
-        yield Finding(False, f"{log.lost:,} samples ({100.0 * share:.1f} %) are lost; use a faster card or log less")
+        yield LogIssue(False, f"{log.lost:,} samples ({100.0 * share:.1f} %) are lost; use a faster card or log less")
 
 
-def _commands(log: FlightLog) -> Iterator[Finding]:
+def _commands(log: FlightLog) -> Iterator[LogIssue]:
     outside = float(np.mean(np.any((log.command < -0.01) | (log.command > 1.01), axis=1)))
     if outside > MOST_SATURATED:
         least, most = float(log.command.min()), float(log.command.max())
-        yield Finding(
+        yield LogIssue(
             True, f"motor commands go from {least:.3g} to {most:.3g} of full; correct idle and full of their scale"
         )
     full = float(np.mean(np.any(log.command >= 0.995, axis=1)))
     if outside <= MOST_SATURATED < full:
-        yield Finding(False, f"a motor is at full command {100.0 * full:.0f} % of the time; fly with more reserve")
+        yield LogIssue(False, f"a motor is at full command {100.0 * full:.0f} % of the time; fly with more reserve")
     still = [name for name, column in zip(ROTORS, log.command.T, strict=True) if np.std(column) < 1e-4]
     if still:
-        yield Finding(True, f"the commands of {', '.join(still)} never change; log all four motors")
+        yield LogIssue(True, f"the commands of {', '.join(still)} never change; log all four motors")
 
 
-def _gravity(log: FlightLog, airframe: Airframe) -> Iterator[Finding]:
+def _gravity(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
     middle = float(np.median(log.acceleration[:, 2])) / airframe.vehicle.gravity
     low, high = HOVER
     for sign, axes in ((1.0, ""), (-1.0, "z points down (NED, FRD)")):
@@ -91,25 +91,26 @@ def _gravity(log: FlightLog, airframe: Airframe) -> Iterator[Finding]:
             (1.0 / STANDARD_GRAVITY, "m/s2 are taken for g"),
         ):
             if low <= sign * factor * middle <= high:
-                said = " and ".join(text for text in (axes, units) if text)
-                if said:
-                    yield Finding(
-                        True, f"the accelerometer reads {middle:+.2f} g along z in flight: {said}; correct axes or unit"
+                errors = " and ".join(text for text in (axes, units) if text)
+                if errors:
+                    yield LogIssue(
+                        True,
+                        f"the accelerometer reads {middle:+.2f} g along z in flight: {errors}; correct axes or unit",
                     )
                 return
-    yield Finding(
+    yield LogIssue(
         True,
         f"the accelerometer reads {middle:+.2f} g along z in flight, where a hovering vehicle has +1; check its unit and axes",
     )
 
 
-def _turning(log: FlightLog, airframe: Airframe) -> Iterator[Finding]:
-    """Compare angular accelerations with what the motors ask for, in every order of the motors and with all signs of the axes."""
+def _turning(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
+    """Compare angular accelerations with motor commands: in every order of the motors and with all signs of the axes."""
     parts = log.stretches()
     if not parts or log.rate < SLOWEST:
         return
     part = max(
-        (gridded(entry, 0, float(log.time[0]), log.duration) for entry in parts), key=lambda entry: len(entry.lift)
+        (resample(entry, 0, float(log.time[0]), log.duration) for entry in parts), key=lambda entry: len(entry.lift)
     )
     turned, best, lag = _changes(part, LAGS.tolist())
     mixer = mixer_matrix(airframe.vehicle)[1:]
@@ -119,14 +120,14 @@ def _turning(log: FlightLog, airframe: Airframe) -> Iterator[Finding]:
     calm = [name for name, share in zip(AXES[:2], size.tolist(), strict=False) if share < SIZED]
     if calm:
         text = f"{' and '.join(calm)} hardly follow the motors; excite them: short doublets of some 10 degrees"
-        yield Finding(False, text)
+        yield LogIssue(False, text)
     if not np.any(size[:2] > SHAPED):
         return
     # Yaw is weak; where it does not follow, it decides nothing.
     weight = np.where(size > SHAPED, size, 0.0)
     order, signs = _arrangement(gain, mixer, weight)
     if order != (0, 1, 2, 3) or any(sign < 0.0 and size[k] > SHAPED for k, sign in enumerate(signs)):
-        yield Finding(True, _disorder(order, signs, size))
+        yield LogIssue(True, _disorder(order, signs, size))
         return
     full = airframe.vehicle.thrust_coefficient * airframe.vehicle.speed_max**2
     ratios = [
@@ -138,28 +139,28 @@ def _turning(log: FlightLog, airframe: Airframe) -> Iterator[Finding]:
         yield from _scale(float(np.exp(np.mean(np.log(ratios)))), lag)
 
 
-def _scale(ratio: float, lag: float) -> Iterator[Finding]:
+def _scale(ratio: float, lag: float) -> Iterator[LogIssue]:
     if ratio > DEGREES / FACTOR:
-        yield Finding(
+        yield LogIssue(
             True,
             f"it turns {ratio:.0f} times as fast as the airframe could: deg/s are taken for rad/s; correct the unit of the gyro",
         )
     elif ratio < FACTOR / DEGREES:
-        yield Finding(
+        yield LogIssue(
             True,
             f"it turns {1.0 / ratio:.0f} times as slowly as the airframe would: rad/s are taken for deg/s; correct the unit",
         )
     elif not 1.0 / 1.6 < ratio < 1.6:
         how = f"{ratio:.2g} times as fast" if ratio > 1.0 else f"{1.0 / ratio:.2g} times as slowly"
-        yield Finding(
+        yield LogIssue(
             False,
             f"it turns {how} as the airframe would, with a lag of some {1000.0 * lag:.0f} ms: another vehicle, or the range of "
             "the gyro or the time base is wrong, often by 2; compare the length of the log with a clock",
         )
 
 
-def _changes(part: Samples, lags: list[float]) -> tuple[Array, Array, float]:
-    """Return angular accelerations (m, 3), squared lagging commands (m, 4) about their means, and the lag that fits best."""
+def _changes(part: LogSegment, lags: list[float]) -> tuple[Array, Array, float]:
+    """Return angular accelerations (m, 3), squared lagging commands (m, 4) and their lag: about their means, best fit."""
     width = part.share * max(round(0.03 / (part.period * part.share)), 1)
     count = len(part.lift) // width * width
     means = part.gyro[:count].reshape(-1, width, 3).mean(axis=1)
@@ -169,24 +170,24 @@ def _changes(part: Samples, lags: list[float]) -> tuple[Array, Array, float]:
     for lag in lags:
         thrust = lagging(part, [Actuator(lag, lag, 0.0)])[0][:count] ** 2
         held = thrust.reshape(-1, width, 4).mean(axis=1)
-        asked = 0.5 * (held[1:] + held[:-1])
-        asked -= asked.mean(axis=0)
-        left = turned - asked @ _gains(turned, asked).T
-        tried.append((float(np.sum(np.log(np.mean(left[:, :2] ** 2, axis=0)))), asked, lag))
-    _, asked, lag = min(tried, key=lambda entry: entry[0])
-    return turned, asked, lag
+        commands = 0.5 * (held[1:] + held[:-1])
+        commands -= commands.mean(axis=0)
+        residuals = turned - commands @ _gains(turned, commands).T
+        tried.append((float(np.sum(np.log(np.mean(residuals[:, :2] ** 2, axis=0)))), commands, lag))
+    _, commands, lag = min(tried, key=lambda trial: trial[0])
+    return turned, commands, lag
 
 
-def _gains(turned: Array, asked: Array) -> Array:
+def _gains(turned: Array, commands: Array) -> Array:
     """Return least squares (3, 4) of turning over the motors."""
-    return np.asarray(np.linalg.lstsq(asked, turned, rcond=None)[0].T, float)
+    return np.asarray(np.linalg.lstsq(commands, turned, rcond=None)[0].T, float)
 
 
 def _arrangement(gain: Array, mixer: Array, weight: Array) -> tuple[tuple[int, ...], tuple[float, ...]]:
-    """Return the order of the motors and the signs of the axes whose mixer is most like the gains; as it stands, in doubt."""
+    """Return the motor order and axis signs that match the gains best; unchanged in doubt."""
     shape = gain / np.maximum(np.linalg.norm(gain, axis=1, keepdims=True), 1e-300)
     form = mixer / np.linalg.norm(mixer, axis=1, keepdims=True)
-    best, found = -np.inf, ((0, 1, 2, 3), (1.0, 1.0, 1.0))
+    best, match = -np.inf, ((0, 1, 2, 3), (1.0, 1.0, 1.0))
     # What asks for the least change stands first, for yaw alone tells some of them apart.
     turns = ((1.0, 1.0, 1.0), (1.0, -1.0, -1.0))
     flips = sorted(product((1.0, -1.0), repeat=3), key=lambda signs: signs.count(-1.0))
@@ -194,17 +195,17 @@ def _arrangement(gain: Array, mixer: Array, weight: Array) -> tuple[tuple[int, .
     for signs, order in tried:
         likeness = float(np.sum(weight * np.array(signs) * np.sum(shape * form[:, order], axis=1)))
         if likeness > best + 1e-3:
-            best, found = likeness, (order, signs)
-    return found
+            best, match = likeness, (order, signs)
+    return match
 
 
 def _disorder(order: tuple[int, ...], signs: tuple[float, ...], size: Array) -> str:
     turned = [AXES[k] for k, sign in enumerate(signs) if sign < 0.0 and size[k] > SHAPED]
-    said = []
+    errors = []
     if order != (0, 1, 2, 3):
-        said.append(
+        errors.append(
             f"the four motors act as {', '.join(ROTORS[k] for k in order)}: give them in the order {', '.join(ROTORS)}"
         )
     if turned:
-        said.append(f"{' and '.join(turned)} turn against the motors: axes FRD taken for FLU, or a sign")
-    return "; ".join(said)
+        errors.append(f"{' and '.join(turned)} turn against the motors: axes FRD taken for FLU, or a sign")
+    return "; ".join(errors)

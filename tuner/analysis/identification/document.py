@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.airframes import Airframe
 from plant.errors import InputError
-from tuner.analysis.identification.checks import Finding
+from plant.quadrotor.airframes import Airframe
+from tuner.analysis.identification.checks import LogIssue
 from tuner.analysis.identification.identify import GIVEN, Identified
 from tuner.analysis.identification.onward import uncertainty_of
-from tuner.analysis.identification.parameters import NODES, Known, Parameter, space_of
+from tuner.analysis.identification.parameters import NODES, EarlierPosterior, Parameter, space_of
 from tuner.analysis.identification.prediction import HORIZON, cut
 from tuner.analysis.identification.samples import OUTPUTS
 from tuner.documents.identification import (
@@ -47,39 +47,51 @@ WEIGH = (
 
 
 def identification_document(
-    found: Identified, warnings: Sequence[str], file: str | None, before: Sequence[LogRow] = ()
+    identified: Identified, warnings: Sequence[str], file: str | None, before: Sequence[LogRow] = ()
 ) -> IdentificationDocument:
     """Return the document; file: of the airframe that was written; before: earlier logs, whose posterior was the prior."""
-    fit, uncertainty = found.fit, uncertainty_of(found)
+    fit, uncertainty = identified.fit, uncertainty_of(identified)
     deviations = np.sqrt(np.diag(fit.covariance)).tolist()
-    reasons = found.wider | found.reasons
-    rows = zip(found.space.parameters[: found.space.physical], fit.point.tolist(), deviations, strict=False)
+    reasons = identified.wider | identified.reasons
+    rows = zip(
+        identified.space.parameters[: identified.space.physical], fit.estimate.tolist(), deviations, strict=False
+    )
     return IdentificationDocument(
-        airframe=found.airframe.name, file=file, logs=[log_row(log) for log in found.logs],
+        airframe=identified.airframe.name,
+        file=file,
+        logs=[log_row(log) for log in identified.logs],
         numbers=[_number(entry, value, deviation, reasons.get(entry.name, "")) for entry, value, deviation in rows],
-        curve=_curve(found), uncertainty=list(uncertainty.names), deviations=list(uncertainty.deviations),
-        correlation=[list(row) for row in uncertainty.correlation], horizon=HORIZON,
-        prediction=prediction_rows(found),
+        curve=_curve(identified),
+        uncertainty=list(uncertainty.names),
+        deviations=list(uncertainty.deviations),
+        correlation=[list(row) for row in uncertainty.correlation],
+        horizon=HORIZON,
+        prediction=prediction_rows(identified),
         regressions=[
             RegressionRow(axis=axis, acceleration_on_torque=ways[0], torque_on_acceleration=ways[1])
-            for axis, ways in zip("xyz", found.regressions, strict=True)
+            for axis, ways in zip("xyz", identified.regressions, strict=True)
         ],
-        gyro_noise=gyro_noise(found.logs), warnings=list(warnings), verdict=verdict(found),
-        before=list(before), posterior=posterior_of(found),
-    )  # fmt: skip
+        gyro_noise=gyro_noise(identified.logs),
+        warnings=list(warnings),
+        verdict=verdict(identified),
+        before=list(before),
+        posterior=posterior_of(identified),
+    )
 
 
-def posterior_of(found: Identified) -> Posterior:
-    """Return what the logs tell of the coordinates of the vehicle."""
-    n = found.space.physical
+def posterior_of(identified: Identified) -> Posterior:
+    """Return the posterior of the coordinates of the vehicle."""
+    n = identified.space.physical
     return Posterior(
-        names=list(found.space.names[:n]), point=found.fit.point[:n].tolist(),
-        covariance=found.fit.covariance[:n, :n].tolist(), wide=found.space.wide[:n].tolist(),
-    )  # fmt: skip
+        names=list(identified.space.names[:n]),
+        point=identified.fit.estimate[:n].tolist(),
+        covariance=identified.fit.covariance[:n, :n].tolist(),
+        wide=identified.space.initial_std[:n].tolist(),
+    )
 
 
-def known_from(document: IdentificationDocument, airframe: Airframe, file: Path) -> Known:
-    """Return what the logs of an earlier identification tell; InputError where it is of another airframe, or cannot be used."""
+def earlier_posterior(document: IdentificationDocument, airframe: Airframe, file: Path) -> EarlierPosterior:
+    """Return the posterior of an earlier identification; InputError where it is of another airframe, or cannot be used."""
     names = [entry.name for entry in space_of(airframe.vehicle, []).parameters]
     posterior = document.posterior
     if posterior is None or document.airframe != airframe.name:
@@ -96,7 +108,7 @@ def known_from(document: IdentificationDocument, airframe: Airframe, file: Path)
             file=file,
             key="posterior",
         )
-    return Known(np.array(posterior.point), covariance, np.array(posterior.wide))
+    return EarlierPosterior(np.array(posterior.point), covariance, np.array(posterior.wide))
 
 
 def _is_square(rows: list[list[float]], size: int) -> bool:
@@ -104,7 +116,7 @@ def _is_square(rows: list[list[float]], size: int) -> bool:
 
 
 def _is_covariance(matrix: Array) -> bool:
-    """Return whether a matrix (n, n) is symmetric, and positive definite when its numbers are brought to one size."""
+    """Return true for a symmetric matrix (n, n) whose correlation matrix is positive definite."""
     sizes = np.sqrt(np.maximum(np.diag(matrix), 0.0))
     if not np.all(sizes > 0.0):
         return False
@@ -112,132 +124,153 @@ def _is_covariance(matrix: Array) -> bool:
     return bool(np.allclose(correlation, correlation.T, atol=1e-6) and np.linalg.eigvalsh(correlation)[0] > 0.0)
 
 
-def prediction_rows(found: Identified) -> list[PredictionRow]:
-    """Return how each output that the fit uses is predicted where it did not look."""
-    judging, windows = found.judging, found.windows
-    fitted_on = cut(found.problem, [part.measured for part in found.problem.samples], 1.0)
+def prediction_rows(identified: Identified) -> list[PredictionRow]:
+    """Return the held-out prediction of each output of the fit."""
+    validation, windows = identified.validation, identified.windows
+    fitted_on = cut(identified.problem, [part.measured for part in identified.problem.samples], 1.0)
     moved = np.sqrt(np.mean(windows.measured**2, axis=(0, 1)) / np.mean(fitted_on**2, axis=(0, 1)))
-    columns = zip(
-        OUTPUTS, windows.explained.tolist(), windows.errors.tolist(), UNITS, judging.covered.tolist(),
-        judging.correlated.tolist(), judging.reach.tolist(), moved.tolist(), found.problem.outputs, strict=True,
-    )  # fmt: skip
     return [
         PredictionRow(
             output=name,
-            explained=explained,
-            error=error,
-            unit=unit,
-            covered=covered,
-            correlated=correlated,
-            reach=reach,
-            moved=share,
+            explained=float(windows.explained[k]),
+            error=float(windows.errors[k]),
+            unit=UNITS[k],
+            covered=float(validation.covered[k]),
+            correlated=float(validation.correlated[k]),
+            reach=float(validation.reach[k]),
+            moved=float(moved[k]),
         )
-        for name, explained, error, unit, covered, correlated, reach, share, used in columns
-        if used
+        for k, name in enumerate(OUTPUTS)
+        if identified.problem.outputs[k]
     ]
 
 
 def log_row(log: FlightLog) -> LogRow:
     """Return the row of a log."""
     return LogRow(
-        file=log.name, kind=log.kind, sha256=log.digest, begin=float(log.time[0]), end=float(log.time[-1]), rate=log.rate,
-        lost=log.lost, said=list(log.said),
-    )  # fmt: skip
+        file=log.name,
+        kind=log.kind,
+        sha256=log.digest,
+        begin=float(log.time[0]),
+        end=float(log.time[-1]),
+        rate=log.rate,
+        lost=log.lost,
+        said=list(log.notes),
+    )
 
 
-def warnings_of(findings: Sequence[tuple[FlightLog, Finding]]) -> list[str]:
+def warnings_of(findings: Sequence[tuple[FlightLog, LogIssue]]) -> list[str]:
     """Return findings as texts with the file in front."""
     return [f"{log.name}: {finding.text}" for log, finding in findings]
 
 
 def gyro_noise(logs: Sequence[FlightLog]) -> list[float]:
-    """Return the RMS (3,) of the gyro's white noise [rad/s], from third differences, in which motion hardly counts."""
+    """Return the RMS (3,) of the gyro's white noise [rad/s]: from third differences, in which motion hardly counts."""
     third = np.concatenate([np.diff(log.gyro, n=3, axis=0) for log in logs])
     # The median leaves shocks out; 20 is the sum of the squares of 1, 3, 3 and 1.
     return (1.4826 * np.median(np.abs(third), axis=0) / np.sqrt(20.0)).tolist()
 
 
-def verdict(found: Identified) -> str:
-    """Return in words what was identified, what was not, and what to do about it."""
-    names = [entry.name for entry in found.space.parameters[: found.space.physical]]
-    told = [name for name in names if name not in found.reasons and name not in found.wider]
-    left = [name for name in names if name in found.reasons and name not in GIVEN]
-    said = (
-        [f"{len(told)} numbers identified: {', '.join(told)}."] if told else ["The data tell nothing of this vehicle."]
+def verdict(identified: Identified) -> str:
+    """Return sentences on the identified and unidentified parameters, and the remedy."""
+    names = [entry.name for entry in identified.space.parameters[: identified.space.physical]]
+    identifiable = [name for name in names if name not in identified.reasons and name not in identified.wider]
+    left = [name for name in names if name in identified.reasons and name not in GIVEN]
+    sentences = (
+        [f"{len(identifiable)} numbers identified: {', '.join(identifiable)}."]
+        if identifiable
+        else ["The data tell nothing of this vehicle."]
     )
     if left:
-        said.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
-    if found.wider:
-        said.append(f"No better known than before: {', '.join(found.wider)}.")
-    return " ".join([*said, *prediction_words(prediction_rows(found)), WEIGH])
+        sentences.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
+    if identified.wider:
+        sentences.append(f"No better known than before: {', '.join(identified.wider)}.")
+    return " ".join([*sentences, *prediction_words(prediction_rows(identified)), WEIGH])
 
 
 def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:
-    """Return in sentences how far the predictions may be believed."""
+    """Return sentences on the accuracy of the predictions."""
     if not rows:
         return []
     quiet = [row.output for row in rows if row.moved is not None and row.moved < QUIET]
     poor = [row.output for row in rows if row.explained < POOR and row.output not in quiet]
-    told = [row for row in rows if row.output not in quiet]
-    said = (
+    excited = [row for row in rows if row.output not in quiet]
+    sentences = (
         [f"Windows kept from the fit hold hardly any {listing(quiet)}: they say nothing of its prediction."]
         if quiet
         else []
     )
-    if not told:
-        return said
-    said += [
+    if not excited:
+        return sentences
+    sentences += [
         f"On windows kept from the fit, {listing(poor)} is predicted poorly: mind these numbers, and fly once more with more "
         "excitation."
         if poor
-        else f"On windows kept from the fit the model explains {per_cent(min(row.explained for row in told))} or more of what it "
-        "uses."
+        else "On windows kept from the fit the model explains "
+        f"{per_cent(min(row.explained for row in excited))} or more of what it uses."
     ]
-    narrow = [row for row in told if row.covered < LEAST_COVERED]
+    narrow = [row for row in excited if row.covered < LEAST_COVERED]
     if narrow:
         held = listing([f"{per_cent(row.covered)} of {row.output}" for row in narrow])
-        said.append(f"Its 95 % band holds only {held} there: parts of the flight are rougher than those of the fit.")
-    coloured = [row.output for row in told if row.correlated > MOST_CORRELATED]
-    said.append(
+        sentences.append(
+            f"Its 95 % band holds only {held} there: parts of the flight are rougher than those of the fit."
+        )
+    coloured = [row.output for row in excited if row.correlated > MOST_CORRELATED]
+    sentences.append(
         f"What it leaves over of {listing(coloured)} is not white: the vehicle does something there that the model lacks."
         if coloured
         else "What it leaves over is white behind the noise model."
     )
-    return said
+    return sentences
 
 
 def _number(entry: Parameter, value: float, deviation: float, reason: str) -> IdentifiedNumber:
     low, middle, high = (entry.number(value + k * QUANTILE * deviation) for k in (-1.0, 0.0, 1.0))
     before = [entry.number(entry.coordinate + k * QUANTILE * entry.deviation) for k in (-1.0, 0.0, 1.0)]
     return IdentifiedNumber(
-        name=entry.name, meaning=entry.meaning, unit=entry.unit, value=middle, low=low, high=high, prior=before[1],
-        prior_low=before[0], prior_high=before[2], identified=not reason, reason=reason,
-    )  # fmt: skip
+        name=entry.name,
+        meaning=entry.meaning,
+        unit=entry.unit,
+        value=middle,
+        low=low,
+        high=high,
+        prior=before[1],
+        prior_low=before[0],
+        prior_high=before[2],
+        identified=not reason,
+        reason=reason,
+    )
 
 
-def _curve(found: Identified) -> list[IdentifiedNumber]:
-    """Return the coefficients of the thrust curve, with intervals of the same covariance, to first order."""
-    at = found.space.names.index("thrust.30")
+def _curve(identified: Identified) -> list[IdentifiedNumber]:
+    """Return the coefficients of the thrust curve: intervals from the same covariance, to first order."""
+    at = identified.space.names.index("thrust.30")
     part = slice(at, at + len(NODES))
     inverse = np.linalg.inv(np.vander(NODES, 3, increasing=True))
-    prior = np.array([exp(entry.coordinate) for entry in found.space.parameters[part]])
-    thrust = np.exp(found.fit.point[part])
+    prior = np.array([exp(entry.coordinate) for entry in identified.space.parameters[part]])
+    thrust = np.exp(identified.fit.estimate[part])
     now, before = (
         (inverse @ nodes, np.sqrt(np.diag(inverse @ (np.outer(nodes, nodes) * matrix) @ inverse.T)))
         for nodes, matrix in (
-            (thrust, found.fit.covariance[part, part]),
-            (prior, np.diag(found.space.deviations[part] ** 2)),
+            (thrust, identified.fit.covariance[part, part]),
+            (prior, np.diag(identified.space.prior_std[part] ** 2)),
         )
     )
-    told = (
-        "" if not any(name in found.reasons for name in found.space.names[part]) else "a node of the curve is not told"
-    )
+    is_missing = any(name in identified.reasons for name in identified.space.names[part])
+    reason = "a node of the curve is not told" if is_missing else ""
     return [
         IdentifiedNumber(
-            name=f"thrust u^{k}", meaning="coefficient of the thrust of a rotor over the command", unit="N", value=now[0][k],
-            low=now[0][k] - QUANTILE * now[1][k], high=now[0][k] + QUANTILE * now[1][k], prior=before[0][k],
-            prior_low=before[0][k] - QUANTILE * before[1][k], prior_high=before[0][k] + QUANTILE * before[1][k],
-            identified=not told, reason=told,
+            name=f"thrust u^{k}",
+            meaning="coefficient of the thrust of a rotor over the command",
+            unit="N",
+            value=now[0][k],
+            low=now[0][k] - QUANTILE * now[1][k],
+            high=now[0][k] + QUANTILE * now[1][k],
+            prior=before[0][k],
+            prior_low=before[0][k] - QUANTILE * before[1][k],
+            prior_high=before[0][k] + QUANTILE * before[1][k],
+            identified=not reason,
+            reason=reason,
         )
         for k in range(3)
-    ]  # fmt: skip
+    ]

@@ -1,4 +1,4 @@
-"""Maximum likelihood of a vehicle's numbers: the model's outputs against the logs, its residuals whitened.
+"""Maximum a posteriori estimation of a vehicle's parameters, on whitened residuals of the model's outputs.
 
 Gauss-Newton on the whitened residuals and the prior; between its runs the noise of each output is fitted anew. Intervals come
 from the information of the data with the scores of blocks of time in the middle ("sandwich"; White, Econometrica 50, 1982), so
@@ -11,17 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.vehicle import Vehicle
+from plant.quadrotor.vehicle import Vehicle
 from tuner.analysis.identification.model import actuator, lagging, predicted
-from tuner.analysis.identification.parameters import Space
-from tuner.analysis.identification.samples import OUTPUTS, Samples
+from tuner.analysis.identification.parameters import ParameterSpace
+from tuner.analysis.identification.samples import OUTPUTS, LogSegment
 from tuner.analysis.identification.whitening import autoregression, whitened
 
 Array = NDArray[np.float64]
 
-ROUNDS, STEPS, SMALL = 5, 12, 0.02
-"""Fits of the noise, Gauss-Newton steps of each, and the step, in posterior standard deviations, that ends them."""
-STEP = 1e-4
+MAX_NOISE_FITS, MAX_ITERATIONS, STEP_TOLERANCE = 5, 12, 0.02
+"""Fits of the noise, Gauss-Newton iterations of each, and the step, in posterior standard deviations, that ends them."""
+DIFFERENCE_STEP = 1e-4
 """Of a difference quotient, in prior standard deviations."""
 BLOCK = 0.2
 """Length of the blocks whose scores are taken as independent [s]: whitening leaves little correlation beyond."""
@@ -29,22 +29,22 @@ BLOCK = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """Noise of each output: coefficients of its autoregression and RMS of what drives it."""
+    """Noise of each output: coefficients of its autoregression and standard deviation of its innovations."""
 
     coefficients: tuple[Array, ...]
-    drive: Array
+    innovation_std: Array
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A point and how far it is known.
+    """An estimate and its covariance.
 
-    point (n,): coordinates. free (n,): those that the data moved; others stand at their prior. covariance (n, n): of all
+    estimate (n,): coordinates. free (n,): mask of the fitted ones; others stay at their prior. covariance (n, n): of all
     coordinates. information (n, n): of the data alone. noise: of the outputs.
     """
 
-    space: Space
-    point: Array
+    space: ParameterSpace
+    estimate: Array
     free: NDArray[np.bool_]
     covariance: Array
     information: Array
@@ -53,16 +53,16 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The logs on their grids, the prior, and which samples (masks of 0 and 1) and outputs of what is compared count."""
+    """Log segments, prior, and masks (0 or 1) of the samples and outputs that count."""
 
-    space: Space
+    space: ParameterSpace
     vehicle: Vehicle
-    samples: tuple[Samples, ...]
+    samples: tuple[LogSegment, ...]
     masks: tuple[Array, ...]
     outputs: tuple[bool, ...] = (True,) * len(OUTPUTS)
 
     def residuals(self, point: Array) -> list[Array]:
-        """Return measured less predicted (m, 4) of every stretch."""
+        """Return measured less predicted outputs (m, 4) of every segment."""
         numbers = self.space.numbers(point)
         return [
             part.measured - predicted(part, lagging(part, [actuator(numbers)])[0], numbers, self.vehicle)
@@ -70,86 +70,86 @@ class Problem:
         ]
 
     def sensitivities(self, point: Array, columns: Sequence[int]) -> tuple[list[Array], list[Array]]:
-        """Return residuals (m, 4) and their negative derivatives (m, 4, columns) of every stretch."""
-        steps = STEP * self.space.deviations
+        """Return residuals (m, 4) and their negative Jacobians (m, 4, columns) of every segment."""
+        steps = DIFFERENCE_STEP * self.space.prior_std
         points = [point, *[point + steps[k] * (np.arange(len(point)) == k) for k in columns]]
         numbers = [self.space.numbers(entry) for entry in points]
         distinct = list(dict.fromkeys(actuator(entry) for entry in numbers))
-        left, slopes = [], []
+        residuals, jacobians = [], []
         for part in self.samples:
             lagged = dict(zip(distinct, lagging(part, distinct), strict=True))
             outputs = [predicted(part, lagged[actuator(entry)], entry, self.vehicle) for entry in numbers]
-            left.append(part.measured - outputs[0])
+            residuals.append(part.measured - outputs[0])
             rows = [(moved - outputs[0]) / steps[k] for k, moved in zip(columns, outputs[1:], strict=True)]
-            slopes.append(np.stack(rows, axis=-1))
-        return left, slopes
+            jacobians.append(np.stack(rows, axis=-1))
+        return residuals, jacobians
 
 
-def fitted(
-    problem: Problem, start: Array, free: NDArray[np.bool_], told: Callable[[int, int], None] | None = None
+def fit_parameters(
+    problem: Problem, start: Array, free: NDArray[np.bool_], on_progress: Callable[[int, int], None] | None = None
 ) -> Fit:
-    """Fit the free coordinates from a start; told(round, of): hears of progress."""
+    """Fit the free coordinates from a start; on_progress: called with round and number of rounds."""
     point, columns = start.copy(), np.flatnonzero(free).tolist()
     everything = list(range(len(point)))
     prior = problem.space.precision
     noise = noise_of(problem, point)
-    for k in range(ROUNDS):
-        if told is not None:
-            told(k, ROUNDS)
-        reached = _climbed(problem, point, columns, noise, prior)
+    for k in range(MAX_NOISE_FITS):
+        if on_progress is not None:
+            on_progress(k, MAX_NOISE_FITS)
+        reached = _gauss_newton(problem, point, columns, noise, prior)
         still = k > 0 and np.array_equal(reached, point)
         point, noise = reached, noise_of(problem, reached)
         if still:
             break
-    left, slopes = problem.sensitivities(point, everything)
-    information, scores = _information(problem, left, slopes, noise)
-    covariance = _covariance(problem.space, information, _middle(scores, free), free)
+    residuals, jacobians = problem.sensitivities(point, everything)
+    information, scores = _information(problem, residuals, jacobians, noise)
+    covariance = _covariance(problem.space, information, _score_covariance(scores, free), free)
     return Fit(problem.space, point, free, covariance, information, noise)
 
 
-def foreseen(problem: Problem, point: Array, free: NDArray[np.bool_]) -> Fit:
-    """Return the fit to be expected of flights of the vehicle at a point, where what is left over is noise (Cramer and Rao)."""
+def expected_fit(problem: Problem, point: Array, free: NDArray[np.bool_]) -> Fit:
+    """Return the expected fit to flights of the vehicle at a point: with the Cramer-Rao covariance."""
     noise = noise_of(problem, point)
-    left, slopes = problem.sensitivities(point, list(range(len(point))))
-    information, _ = _information(problem, left, slopes, noise)
-    return Fit(problem.space, point, free, foreseen_covariance(problem.space, information, free), information, noise)
+    residuals, jacobians = problem.sensitivities(point, list(range(len(point))))
+    information, _ = _information(problem, residuals, jacobians, noise)
+    return Fit(problem.space, point, free, cramer_rao_covariance(problem.space, information, free), information, noise)
 
 
-def foreseen_covariance(space: Space, information: Array, free: NDArray[np.bool_]) -> Array:
-    """Return the covariance (n, n) of all coordinates that data of this information leave."""
+def cramer_rao_covariance(space: ParameterSpace, information: Array, free: NDArray[np.bool_]) -> Array:
+    """Return the Cramer-Rao bound (n, n) of all coordinates for data of an information."""
     return _covariance(space, information, information[np.ix_(free, free)], free)
 
 
 def noise_of(problem: Problem, point: Array) -> Noise:
     """Fit the noise of every output at a point."""
-    left = problem.residuals(point)
-    found = [autoregression([part[:, k] for part in left], problem.masks) for k in range(len(OUTPUTS))]
-    return Noise(tuple(a for a, _ in found), np.array([drive for _, drive in found]))
+    residuals = problem.residuals(point)
+    models = [autoregression([part[:, k] for part in residuals], problem.masks) for k in range(len(OUTPUTS))]
+    return Noise(tuple(a for a, _ in models), np.array([innovation_std for _, innovation_std in models]))
 
 
 def _white(problem: Problem, series: Sequence[Array], noise: Noise) -> list[Array]:
-    """Return series (m, 4, ...) whitened, over the RMS of the noise, zero where samples do not count."""
-    found = []
+    """Return whitened series (m, 4, ...) in innovation standard deviations, 0 where masked."""
+    scaled = []
     for part, mask in zip(series, problem.masks, strict=True):
-        weights = np.array(problem.outputs) / noise.drive
+        weights = np.array(problem.outputs) / noise.innovation_std
         channels = [weights[k] * whitened(part[:, k], a) for k, a in enumerate(noise.coefficients)]
         white = np.stack(channels, axis=1)
-        found.append(white * mask.reshape(-1, *[1] * (white.ndim - 1)))
-    return found
+        scaled.append(white * mask.reshape(-1, *[1] * (white.ndim - 1)))
+    return scaled
 
 
-def _climbed(problem: Problem, point: Array, columns: list[int], noise: Noise, prior: Array) -> Array:
+def _gauss_newton(problem: Problem, point: Array, columns: list[int], noise: Noise, prior: Array) -> Array:
     """Return the point after Gauss-Newton steps, each shortened until the likelihood grows."""
     centre, cost = problem.space.centre, _cost(problem, point, noise, prior)
-    for _ in range(STEPS):
-        left, slopes = problem.sensitivities(point, columns)
-        white, steep = _white(problem, left, noise), _white(problem, slopes, noise)
-        j = np.concatenate([part.reshape(-1, len(columns)) for part in steep])
+    for _ in range(MAX_ITERATIONS):
+        residuals, jacobians = problem.sensitivities(point, columns)
+        white, whitened_jacobians = _white(problem, residuals, noise), _white(problem, jacobians, noise)
+        j = np.concatenate([part.reshape(-1, len(columns)) for part in whitened_jacobians])
         e = np.concatenate([part.ravel() for part in white])
-        own = prior[np.ix_(columns, columns)]
-        hessian = j.T @ j + own
-        step = np.linalg.solve(hessian, j.T @ e - own @ (point - centre)[columns])
-        if np.sqrt(step @ hessian @ step) < SMALL * np.sqrt(len(columns)):
+        prior_precision = prior[np.ix_(columns, columns)]
+        hessian = j.T @ j + prior_precision
+        step = np.linalg.solve(hessian, j.T @ e - prior_precision @ (point - centre)[columns])
+        if np.sqrt(step @ hessian @ step) < STEP_TOLERANCE * np.sqrt(len(columns)):
             return point
         scale = 1.0
         while True:
@@ -173,12 +173,12 @@ def _cost(problem: Problem, point: Array, noise: Noise, prior: Array) -> float:
     return cost if np.isfinite(cost) else np.inf
 
 
-def _information(problem: Problem, left: list[Array], slopes: list[Array], noise: Noise) -> tuple[Array, Array]:
+def _information(problem: Problem, residuals: list[Array], jacobians: list[Array], noise: Noise) -> tuple[Array, Array]:
     """Return the data's information (n, n), and the scores (blocks, n) of blocks of time."""
-    white, steep = _white(problem, left, noise), _white(problem, slopes, noise)
-    n = slopes[0].shape[-1]
+    white, whitened_jacobians = _white(problem, residuals, noise), _white(problem, jacobians, noise)
+    n = jacobians[0].shape[-1]
     information, scores = np.zeros((n, n)), []
-    for part, e, j in zip(problem.samples, white, steep, strict=True):
+    for part, e, j in zip(problem.samples, white, whitened_jacobians, strict=True):
         information += np.einsum("mka,mkb->ab", j, j)
         rows = np.einsum("mka,mk->ma", j, e)
         width = max(round(BLOCK / (part.period * part.share)), 1)
@@ -186,13 +186,13 @@ def _information(problem: Problem, left: list[Array], slopes: list[Array], noise
     return information, np.array([row for row in scores if row.any()])
 
 
-def _middle(scores: Array, free: NDArray[np.bool_]) -> Array:
-    """Return the sum of the squared scores (blocks, n) of the free coordinates, for as many blocks as are not used up by them."""
+def _score_covariance(scores: Array, free: NDArray[np.bool_]) -> Array:
+    """Return the covariance of scores (blocks, n) of the free coordinates: corrected for their degrees of freedom."""
     blocks = len(scores)
     return scores[:, free].T @ scores[:, free] * (blocks / max(blocks - np.count_nonzero(free), 1))
 
 
-def _covariance(space: Space, information: Array, middle: Array, free: NDArray[np.bool_]) -> Array:
+def _covariance(space: ParameterSpace, information: Array, middle: Array, free: NDArray[np.bool_]) -> Array:
     """Return the covariance (n, n) of all coordinates: what the data tell of the free ones, and the prior of the others.
 
     middle: covariance of the scores of the free ones. A free coordinate leans on those that are held: an error of the prior there

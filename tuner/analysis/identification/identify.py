@@ -1,4 +1,4 @@
-"""From logs and an airframe to a vehicle: regression, a fit that keeps windows back, what is excited, and a fit to all of it."""
+"""Identification of a vehicle from logs: regression, a fit with held-out windows, identifiability, and a fit to all data."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,21 +7,21 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.airframes import Airframe
-from plant.airframes.rules import torque_ratios
 from plant.errors import InputError
-from plant.vehicle import Vehicle
-from tuner.analysis.identification.fit import Fit, Problem, fitted
-from tuner.analysis.identification.judging import Judged, judged
-from tuner.analysis.identification.parameters import ARM, MASS, Known, Space, space_of
-from tuner.analysis.identification.prediction import Windows, fit_masks, windowed
-from tuner.analysis.identification.regression import TwoWays, both_ways, start_of
-from tuner.analysis.identification.samples import OUTPUTS, Samples, gridded
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.airframes.rules import torque_ratios
+from plant.quadrotor.vehicle import Vehicle
+from tuner.analysis.identification.fit import Fit, Problem, fit_parameters
+from tuner.analysis.identification.judging import FitValidation, validate_fit
+from tuner.analysis.identification.parameters import ARM, MASS, EarlierPosterior, ParameterSpace, space_of
+from tuner.analysis.identification.prediction import PredictionWindows, fit_masks, prediction_windows
+from tuner.analysis.identification.regression import RegressionBounds, forward_and_inverse_regression, initial_estimate
+from tuner.analysis.identification.samples import OUTPUTS, LogSegment, resample
 from tuner.logs.flight_log import FlightLog
 from tuner.text.sentences import counted, listing
 
 Array = NDArray[np.float64]
-Told = Callable[[int, int], None]
+ProgressCallback = Callable[[int, int], None]
 
 WEIGHED = ("mass", "arm")
 """Numbers that people weigh and measure themselves."""
@@ -29,10 +29,10 @@ GIVEN = {
     **dict.fromkeys(WEIGHED, "given: no log tells it"),
     "rate_damping": "given, of the rotors' inflow: a log tells it badly from lags",
 }
-"""What is not asked of a log, with the reason; errors of these go into the intervals of all others."""
+"""Parameters that are never fitted, with the reason; their errors go into the intervals of all others."""
 EXPLAINED = 0.7
-"""Share of an output's variance that the model must explain before its numbers are believed. Where air alone moves a
-vehicle, what the controller answers explains up to 0.65 of made flights; shaken axes of the same flights have 0.8 and more.
+"""Share of an output's variance that the model must explain before its parameters count. Where air alone moves a vehicle, the
+controller's answer explains up to 0.65 of simulated flights; excited axes of the same flights have 0.8 and more.
 """
 NARROWED = 0.5
 """A number counts as excited where its standard deviation falls below this share of the prior's."""
@@ -42,7 +42,7 @@ OF_OUTPUT = {
     "yaw": ("inertia_share", "torque_ratio", "rotor_inertia"),
     "lift": ("drag_linear.z", "thrust.30", "thrust.65", "thrust.100"),
 }
-"""Numbers that only one output tells of."""
+"""Parameters that are identifiable from one output only."""
 AIRBORNE, SMOOTHED, SETTLED, LEAST_FLIGHT = 0.5, 2.0, 2.0, 4.0
 """Commands above this share of hover, on average over so many seconds, count as flight, less so many at both ends; shortest
 flight [s].
@@ -53,9 +53,9 @@ flight [s].
 class Identified:
     """A vehicle out of logs.
 
-    fit: to all of the logs. early: to what was not kept back; judging: of early on what was. problem: behind early.
-    regressions: inertias about x, y, z, both ways. reasons: name of a number -> why it stays at its prior.
-    wider: name of a number -> how much wider than its prior it came out; it stays in the fit, for others hang on it.
+    fit: to all of the logs. early: without the held-out windows; validation: of early on these. problem: behind early.
+    regressions: inertias about x, y, z. reasons: name of a parameter -> why it stays at its prior.
+    wider: name of a parameter -> how much wider than its prior it came out; it stays in the fit, for others depend on it.
     """
 
     airframe: Airframe
@@ -63,18 +63,18 @@ class Identified:
     fit: Fit
     early: Fit
     problem: Problem
-    judging: Judged
-    regressions: tuple[TwoWays, ...]
+    validation: FitValidation
+    regressions: tuple[RegressionBounds, ...]
     reasons: dict[str, str]
     wider: dict[str, str]
 
     @property
-    def windows(self) -> Windows:
+    def windows(self) -> PredictionWindows:
         """Predictions on windows that were kept from the fit."""
-        return self.judging.windows
+        return self.validation.windows
 
     @property
-    def space(self) -> Space:
+    def space(self) -> ParameterSpace:
         """The coordinates."""
         return self.fit.space
 
@@ -85,81 +85,89 @@ def identify_vehicle(
     *,
     mass: float = MASS,
     arm: float = ARM,
-    known: Known | None = None,
-    told: Told | None = None,
+    earlier: EarlierPosterior | None = None,
+    on_progress: ProgressCallback | None = None,
 ) -> Identified:
-    """Identify a vehicle.
+    """Identify a vehicle; raises InputError where no log holds a flight.
 
-    logs: of flights of one vehicle. airframe: the prior. mass, arm: relative standard deviations of its mass and its lengths.
-    known: what earlier logs tell, which takes the place of the prior.
-    told(step, steps) hears of progress. Raises InputError where no log holds a flight.
+    Args:
+        logs: of flights of one vehicle.
+        airframe: the prior.
+        mass: relative standard deviation of its mass.
+        arm: relative standard deviation of its lengths.
+        earlier: posterior of earlier logs, which replaces the prior.
+        on_progress: called with step and number of steps.
     """
     flights = [airborne(log, airframe) for log in logs]
-    samples = gridded_stretches(flights)
+    samples = resample_segments(flights)
     vehicle, space = airframe.vehicle, space_of(airframe.vehicle, [str(i + 1) for i in range(len(logs))], mass, arm)
-    space = space if known is None else space.after(known)
+    space = space if earlier is None else space.with_prior(earlier)
     masks = fit_masks(samples)
-    part, whole = (Problem(space, vehicle, samples, m) for m in (masks, tuple(np.ones(len(s.time)) for s in samples)))
+    fitting, complete = (
+        Problem(space, vehicle, samples, m) for m in (masks, tuple(np.ones(len(s.time)) for s in samples))
+    )
     free = np.array([name not in GIVEN for name in space.names])
-    start = start_of(space, samples, vehicle) if known is None else space.centre
-    early = fitted(part, start, free, _share(told, 0))
-    seen = windowed(part, early.point, held_out=False)
-    reasons = {**unexcited(early, seen), **impossible(early, airframe.vehicle)}
-    part, whole = counted_outputs(part, reasons), counted_outputs(whole, reasons)
+    start = initial_estimate(space, samples, vehicle) if earlier is None else space.centre
+    early = fit_parameters(fitting, start, free, _share(on_progress, 0))
+    seen = prediction_windows(fitting, early.estimate, held_out=False)
+    reasons = {**unidentifiable(early, seen), **impossible(early, airframe.vehicle)}
+    fitting, complete = counted_outputs(fitting, reasons), counted_outputs(complete, reasons)
     free &= np.array([name not in reasons for name in space.names])
-    start = np.where(free | np.array([name in GIVEN for name in space.names]), early.point, space.centre)
-    early = fitted(part, start, free, _share(told, 1))
-    fit = fitted(whole, early.point, free, _share(told, 2))
+    start = np.where(free | np.array([name in GIVEN for name in space.names]), early.estimate, space.centre)
+    early = fit_parameters(fitting, start, free, _share(on_progress, 1))
+    fit = fit_parameters(complete, early.estimate, free, _share(on_progress, 2))
     return Identified(
         airframe,
         tuple(flights),
         fit,
         early,
-        part,
-        judged(early, part),
-        both_ways(space, fit.point, samples, vehicle),
-        {name: why for name, why in reasons.items() if name in GIVEN or name not in told_before(space)},
+        fitting,
+        validate_fit(early, fitting),
+        forward_and_inverse_regression(space, fit.estimate, samples, vehicle),
+        {name: why for name, why in reasons.items() if name in GIVEN or name not in previously_identified(space)},
         wider_than_prior(fit, free),
     )
 
 
-def gridded_stretches(flights: Sequence[FlightLog]) -> tuple[Samples, ...]:
-    """Return the stretches of flights on their grids."""
+def resample_segments(flights: Sequence[FlightLog]) -> tuple[LogSegment, ...]:
+    """Return the segments of flights on uniform grids."""
     return tuple(
-        gridded(part, i, float(log.time[0]), log.duration) for i, log in enumerate(flights) for part in log.stretches()
+        resample(stretch, i, float(log.time[0]), log.duration)
+        for i, log in enumerate(flights)
+        for stretch in log.stretches()
     )
 
 
 def counted_outputs(problem: Problem, reasons: Mapping[str, str]) -> Problem:
-    """Return the problem without outputs whose numbers all stay at the prior: these would only push the others."""
+    """Return the problem without outputs whose parameters all stay at the prior: these would only bias the others."""
     return replace(problem, outputs=tuple(not set(OF_OUTPUT[name]) <= set(reasons) for name in OUTPUTS))
 
 
-def told_before(space: Space) -> set[str]:
-    """Return the numbers that earlier logs told."""
-    narrow = space.deviations <= NARROWED * space.wide
+def previously_identified(space: ParameterSpace) -> set[str]:
+    """Return the parameters identified from earlier logs."""
+    narrow = space.prior_std <= NARROWED * space.initial_std
     return {name for name, is_narrow in zip(space.names, narrow.tolist(), strict=True) if is_narrow}
 
 
-def unexcited(fit: Fit, seen: Windows) -> dict[str, str]:
-    """Return the numbers that the data do not tell, each with the reason.
+def unidentifiable(fit: Fit, seen: PredictionWindows) -> dict[str, str]:
+    """Return the parameters that are not identifiable, each with the reason.
 
-    Outputs that the model does not explain go first; then, one by one, numbers hardly narrower than their prior, each judged with
-    those before it held. A ratio that the data tell, as of yaw torque to inertia, is left to the better known of the two.
+    Outputs that the model does not explain go first; then, one by one, parameters hardly narrower than their prior, each with
+    those before it fixed. An identifiable ratio, as of yaw torque to inertia, is attributed to the better known of the two.
     """
     space = fit.space
     reasons = dict(GIVEN)
     for output, share in zip(OUTPUTS, seen.explained.tolist(), strict=True):
         if share < EXPLAINED:
-            said = f"{output} hardly moves as commanded: {100.0 * max(share, 0.0):.0f} % of it explained"
-            reasons |= dict.fromkeys(OF_OUTPUT[output], said)
+            reason = f"{output} hardly moves as commanded: {100.0 * max(share, 0.0):.0f} % of it explained"
+            reasons |= dict.fromkeys(OF_OUTPUT[output], reason)
     while True:
         free = np.array(
             [name not in reasons for name in space.names[: space.physical]]
             + [True] * (len(space.names) - space.physical)
         )
         inverse = np.linalg.inv((fit.information + space.precision)[np.ix_(free, free)])
-        ratio = np.sqrt(np.diag(inverse)) / space.wide[free]
+        ratio = np.sqrt(np.diag(inverse)) / space.initial_std[free]
         names = [name for name, is_free in zip(space.names, free, strict=True) if is_free]
         count = int(np.count_nonzero(free[: space.physical]))
         if count == 0:
@@ -171,9 +179,9 @@ def unexcited(fit: Fit, seen: Windows) -> dict[str, str]:
 
 
 def wider_than_prior(fit: Fit, free: NDArray[np.bool_]) -> dict[str, str]:
-    """Return the fitted numbers whose interval is wider than their prior's, with the reason: they are not identified."""
+    """Return the fitted parameters with intervals wider than their prior's: they are not identified; with the reason."""
     space = fit.space
-    ratio = np.sqrt(np.diag(fit.covariance)) / space.wide
+    ratio = np.sqrt(np.diag(fit.covariance)) / space.initial_std
     return {
         name: f"its interval is {100.0 * ratio[k]:.0f} % of the prior's: no better known than before"
         for k, name in enumerate(space.names[: space.physical])
@@ -182,18 +190,18 @@ def wider_than_prior(fit: Fit, free: NDArray[np.bool_]) -> dict[str, str]:
 
 
 def impossible(fit: Fit, vehicle: Vehicle) -> dict[str, str]:
-    """Return the numbers of yaw with the reason where no vehicle can have them: something else than the rotors turns this one."""
-    numbers = fit.space.numbers(fit.point)
+    """Return physically impossible parameters of yaw, with the reason: something else than the rotors turns the vehicle."""
+    numbers = fit.space.numbers(fit.estimate)
     x, y, z = numbers.inertia
     low, high = torque_ratios(vehicle)
     if z <= x + y and low <= numbers.torque_ratio <= high:
         return {}
-    said = f"yaw would take {z / (x + y):.2f} of x + y, at most 1, and {numbers.torque_ratio:.2g} m, {low:.2g} to {high:.2g}"
-    return dict.fromkeys(OF_OUTPUT["yaw"], said)
+    reason = f"yaw would take {z / (x + y):.2f} of x + y, at most 1, and {numbers.torque_ratio:.2g} m, {low:.2g} to {high:.2g}"
+    return dict.fromkeys(OF_OUTPUT["yaw"], reason)
 
 
 def airborne(log: FlightLog, airframe: Airframe) -> FlightLog:
-    """Return the longest flight of a log, in which all rotors carry; says which one where there are others.
+    """Return the longest flight of a log: with a note where there are others.
 
     Raises InputError where there is none, or none that is long enough.
     """
@@ -222,11 +230,11 @@ def airborne(log: FlightLog, airframe: Airframe) -> FlightLog:
         f"holds {len(parts)} flights, of {texts} s; the longest is used, from {first:.1f} to {last:.1f} s, for a log counts "
         f"as one flight: give others as {log.name}@BEGIN:END"
     )
-    return replace(flight, said=(*flight.said, note))
+    return replace(flight, notes=(*flight.notes, note))
 
 
 def _no_flight(lengths: Sequence[float]) -> str:
-    """Return the reason why flights of these lengths [s] are of no use."""
+    """Return the reason why flights of these lengths [s] are too short."""
     if not lengths:
         return (
             f"holds no flight of {LEAST_FLIGHT:g} s: commands stay below {100.0 * AIRBORNE:.0f} % of the airframe's hover; "
@@ -239,5 +247,5 @@ def _no_flight(lengths: Sequence[float]) -> str:
     )
 
 
-def _share(told: Told | None, stage: int) -> Told | None:
-    return None if told is None else lambda step, steps: told(stage * steps + step, 3 * steps)
+def _share(on_progress: ProgressCallback | None, stage: int) -> ProgressCallback | None:
+    return None if on_progress is None else lambda step, steps: on_progress(stage * steps + step, 3 * steps)

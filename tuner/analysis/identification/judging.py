@@ -1,4 +1,4 @@
-"""How far a fit may be believed, from windows that it did not use: the band that it predicts, and what it leaves over.
+"""Validation of a fit on held-out windows: coverage of its predictions, and its residuals.
 
 The band holds what the posterior leaves open of the numbers and the noise that the fit's own windows had. What is left over is
 compared with what was measured frequency by frequency, and tested for being white behind the noise model (Ljung, System
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tuner.analysis.identification.fit import Fit, Problem
-from tuner.analysis.identification.prediction import Windows, cut, windowed
+from tuner.analysis.identification.prediction import PredictionWindows, cut, prediction_windows
 from tuner.analysis.identification.samples import OUTPUTS
 from tuner.analysis.identification.whitening import ORDERS, whitened
 
@@ -26,14 +26,14 @@ HALF = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Judged:
-    """A fit judged on windows kept from it.
+class FitValidation:
+    """Validation of a fit on held-out windows.
 
     windows: what was measured and predicted there. spread (w, m, 4): standard deviations of the prediction, in the units of
     the windows. correlation (lags, 4): of what the noise model leaves over, from lag 1 on. counted: samples behind each of them.
     """
 
-    windows: Windows
+    windows: PredictionWindows
     spread: Array
     correlation: Array
     counted: int
@@ -56,39 +56,39 @@ class Judged:
 
     @cached_property
     def spectra(self) -> tuple[Array, Array, Array]:
-        """Frequencies (f,) [Hz], and RMS over the square root of a Hz (f, 4) of what was measured and of what is left over."""
+        """Frequencies (f,) [Hz], and amplitude densities (f, 4) [1/sqrt(Hz)] of measurements and of residuals."""
         period = float(np.median(np.diff(self.windows.time, axis=1)))
-        measured, left = (
+        measured, residuals = (
             density(part, period) for part in (self.windows.measured, self.windows.measured - self.windows.modelled)
         )
         frequency = np.asarray(np.fft.rfftfreq(self.windows.measured.shape[1], period)[1:], np.float64)
-        return frequency, measured, left
+        return frequency, measured, residuals
 
     @property
     def reach(self) -> Array:
-        """Highest frequency (4,) [Hz] up to which the model explains more than `HALF` of the power, without a break."""
-        frequency, measured, left = self.spectra
-        good = left**2 < (1.0 - HALF) * measured**2
+        """Bandwidth (4,) [Hz]: below it the model explains more than `HALF` of the power."""
+        frequency, measured, residuals = self.spectra
+        good = residuals**2 < (1.0 - HALF) * measured**2
         ends = np.where(good.all(axis=0), len(frequency), np.argmin(good, axis=0))
         return np.where(ends > 0, frequency[np.maximum(ends - 1, 0)], 0.0)
 
 
-def judged(fit: Fit, problem: Problem) -> Judged:
-    """Judge a fit on the windows that the masks of its problem kept from it."""
-    columns = list(range(len(fit.point)))
-    left, slopes = problem.sensitivities(fit.point, columns)
-    used = cut(problem, left, 1.0)
+def validate_fit(fit: Fit, problem: Problem) -> FitValidation:
+    """Validate a fit on the held-out windows of its problem."""
+    columns = list(range(len(fit.estimate)))
+    residuals, jacobians = problem.sensitivities(fit.estimate, columns)
+    used = cut(problem, residuals, 1.0)
     noise = np.mean(used**2, axis=0)
-    steep = np.stack([cut(problem, [part[..., k] for part in slopes], 0.0) for k in columns], axis=-1)
-    numbers = np.einsum("wmka,ab,wmkb->wmk", steep, fit.covariance, steep)
-    correlation, counted = autocorrelation(fit, problem, left)
-    return Judged(windowed(problem, fit.point), np.sqrt(numbers + noise), correlation, counted)
+    window_jacobians = np.stack([cut(problem, [part[..., k] for part in jacobians], 0.0) for k in columns], axis=-1)
+    numbers = np.einsum("wmka,ab,wmkb->wmk", window_jacobians, fit.covariance, window_jacobians)
+    correlation, counted = autocorrelation(fit, problem, residuals)
+    return FitValidation(prediction_windows(problem, fit.estimate), np.sqrt(numbers + noise), correlation, counted)
 
 
-def autocorrelation(fit: Fit, problem: Problem, left: list[Array]) -> tuple[Array, int]:
-    """Return autocorrelations (lags, 4) of what the noise model leaves over where the fit did not look, and their samples."""
+def autocorrelation(fit: Fit, problem: Problem, residuals: list[Array]) -> tuple[Array, int]:
+    """Return autocorrelations (lags, 4) of the whitened held-out residuals, and the number of samples."""
     products, powers, counted = np.zeros((LAGS, len(OUTPUTS))), np.zeros(len(OUTPUTS)), 0
-    for part, mask in zip(left, problem.masks, strict=True):
+    for part, mask in zip(residuals, problem.masks, strict=True):
         white = np.column_stack([whitened(part[:, k], a) for k, a in enumerate(fit.noise.coefficients)])
         chosen = (mask == 0.0) & (np.arange(len(mask)) >= ORDERS[-1])
         powers += np.sum(white[chosen] ** 2, axis=0)
@@ -100,7 +100,7 @@ def autocorrelation(fit: Fit, problem: Problem, left: list[Array]) -> tuple[Arra
 
 
 def density(series: Array, period: float) -> Array:
-    """Return the RMS over the square root of a Hz (f, 4) of windows (w, m, 4), without the mean, with Hann's weights."""
+    """Return the amplitude density (f, 4) [1/sqrt(Hz)] of windows (w, m, 4): Hann-weighted, without the mean."""
     weights = np.hanning(series.shape[1] + 2)[1:-1]
     transform = np.fft.rfft(series * weights[:, None], axis=1)[:, 1:]
     return np.sqrt(2.0 * period * np.mean(np.abs(transform) ** 2, axis=0) / np.sum(weights**2))

@@ -1,4 +1,4 @@
-"""Two flight logs side by side: what the rotors were asked for and how the vehicle shook, with intervals.
+"""Comparison of two flight logs: rotor commands and vibration, with intervals.
 
 Values are means over blocks of a second, taken as independent; their logarithms are near normal, so a ratio has an interval by
 Student's t with the smaller number of blocks.
@@ -76,26 +76,26 @@ def ratio_of(after: Spread, before: Spread) -> tuple[float, float, float]:
     return ratio, ratio * float(np.exp(-wide)), ratio * float(np.exp(wide))
 
 
-def _blocks(part: FlightLog, whole: FlightLog) -> Mapping[str, Array]:
-    """Return the mean of each measure over the blocks of a part without pauses; the last block takes what is left."""
+def _blocks(part: FlightLog, log: FlightLog) -> Mapping[str, Array]:
+    """Return block means of each measure over a part without pauses; the last block takes the remainder."""
     count = int(part.duration / BLOCK)
     block = np.minimum((part.time - part.time[0]) // BLOCK, count - 1).astype(int)
     samples = np.bincount(block, minlength=count)
-    return {name: np.bincount(block, values, count) / samples for name, values in _series(part, whole).items()}
+    return {name: np.bincount(block, values, count) / samples for name, values in _series(part, log).items()}
 
 
-def _series(part: FlightLog, whole: FlightLog) -> Mapping[str, Array]:
-    """Return what is averaged of each measure (n,) in a part, about the means of the whole log."""
-    thrust = part.command**2 / np.mean(whole.command**2)
-    rates = part.gyro - whole.gyro.mean(axis=0)
-    lift = part.acceleration[:, 2] - whole.acceleration[:, 2].mean()
+def _series(part: FlightLog, log: FlightLog) -> Mapping[str, Array]:
+    """Return the series (n,) of each measure in a part: about the means of the log."""
+    thrust = part.command**2 / np.mean(log.command**2)
+    rates = part.gyro - log.gyro.mean(axis=0)
+    lift = part.acceleration[:, 2] - log.acceleration[:, 2].mean()
     moved = np.abs(np.diff(thrust, axis=0, prepend=thrust[:1])).sum(axis=1) / part.period
     squares = {f"rate.{axis}": rates[:, k] ** 2 for k, axis in enumerate(("roll", "pitch", "yaw"))}
     return {"noise": np.mean(_fast(thrust, part.period) ** 2, axis=1), "travel": moved, **squares, "lift": lift**2}
 
 
 def _fast(thrust: Array, period: float) -> Array:
-    """Return what the metric `noise` leaves of commands (n, 4)."""
+    """Return high-passed commands (n, 4), as in the metric `noise`."""
     # It takes a second to import.
     from scipy.signal import lfilter
 

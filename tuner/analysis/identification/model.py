@@ -1,7 +1,7 @@
 """The vehicle as the logs see it: motor commands to rotors that lag, thrusts, angular acceleration and lift.
 
 A rotor's speed is its command after a lag, up and down of its own, times the speed at full command; the thrust curve takes
-the lagging command, as the plant's square law takes the speed. The body turns as in `plant.rigid_body`; what air does to it is
+the lagging command, as the plant's square law takes the speed. The body turns as in `rigid_body.py`; what air does to it is
 left to the noise.
 """
 
@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.vehicle import Vehicle
-from tuner.analysis.identification.parameters import Numbers
-from tuner.analysis.identification.samples import Samples, compared
+from plant.quadrotor.vehicle import Vehicle
+from tuner.analysis.identification.parameters import PhysicalParameters
+from tuner.analysis.identification.samples import LogSegment, model_outputs
 
 Array = NDArray[np.float64]
 
@@ -25,19 +25,19 @@ LONGEST_DECAY = 5.0
 
 
 class Actuator(NamedTuple):
-    """What decides the lagging commands: time constants and dead time [s]."""
+    """Time constants and dead time of the rotors [s]."""
 
     lag_up: float
     lag_down: float
     dead_time: float
 
 
-def actuator(numbers: Numbers) -> Actuator:
+def actuator(numbers: PhysicalParameters) -> Actuator:
     """Return the actuator of a point."""
     return Actuator(numbers.lag_up, numbers.lag_down, numbers.dead_time)
 
 
-def lagging(samples: Samples, actuators: Sequence[Actuator]) -> list[Array]:
+def lagging(samples: LogSegment, actuators: Sequence[Actuator]) -> list[Array]:
     """Return the lagging commands (n, 4) of a stretch for each actuator.
 
     The stretch is cut into windows that run side by side, each run in from the commands before it.
@@ -49,32 +49,32 @@ def lagging(samples: Samples, actuators: Sequence[Actuator]) -> list[Array]:
     count = -(-len(command) // width)
     index = np.clip(np.arange(before + width)[:, None] + width * np.arange(count) - before, 0, len(command) - 1)
     # (time, actuators, windows, rotors)
-    asked = np.stack([_delayed(command, entry.dead_time / period)[index] for entry in actuators], axis=1)
+    delayed = np.stack([_delay(command, entry.dead_time / period)[index] for entry in actuators], axis=1)
     rise, fall = (
         -np.expm1(-period / np.array([getattr(entry, name) for entry in actuators]))[:, None, None]
         for name in ("lag_up", "lag_down")
     )
-    state, found = asked[0].copy(), np.empty((width, *asked.shape[1:]))
+    state, out = delayed[0].copy(), np.empty((width, *delayed.shape[1:]))
     for k in range(before + width):
         if k >= before:
-            found[k - before] = state
-        gap = asked[k] - state
+            out[k - before] = state
+        gap = delayed[k] - state
         state += gap * np.where(gap > 0.0, rise, fall)
-    return [found[:, i].transpose(1, 0, 2).reshape(-1, 4)[: len(command)] for i in range(len(actuators))]
+    return [out[:, i].transpose(1, 0, 2).reshape(-1, 4)[: len(command)] for i in range(len(actuators))]
 
 
-def _delayed(command: Array, periods: float) -> Array:
-    """Return commands delayed by a number of periods, also between whole ones; before the first and after the last it holds."""
-    whole = int(np.floor(periods))
-    share = periods - whole
-    at = np.arange(len(command)) - whole
+def _delay(command: Array, periods: float) -> Array:
+    """Return commands delayed by a number of periods: linearly interpolated, held at both ends."""
+    n_periods = int(np.floor(periods))
+    share = periods - n_periods
+    at = np.arange(len(command)) - n_periods
     late = command[np.clip(at, 0, len(command) - 1)]
     later = command[np.clip(at - 1, 0, len(command) - 1)]
     return (1.0 - share) * late + share * later
 
 
-def turning(samples: Samples, lagged: Array, numbers: Numbers, vehicle: Vehicle) -> tuple[Array, Array]:
-    """Return angular acceleration (n, 3) [rad/s2] and lift (n,) [m/s2] of a stretch with these lagging commands."""
+def turning(samples: LogSegment, lagged: Array, numbers: PhysicalParameters, vehicle: Vehicle) -> tuple[Array, Array]:
+    """Return angular acceleration (n, 3) [rad/s2] and lift (n,) [m/s2] of a segment."""
     curve, inertia = numbers.curve, numbers.inertia
     left = (1.0 - numbers.sag[samples.log] * samples.age)[:, None]
     thrust = (curve[0] + lagged * (curve[1] + lagged * curve[2])) * left
@@ -97,7 +97,7 @@ def turning(samples: Samples, lagged: Array, numbers: Numbers, vehicle: Vehicle)
 
 
 def climbing(lift: Array, period: float, rate: float) -> Array:
-    """Return the lift (n,) less the drag of the climb that it makes: v' = lift - mean - rate v, from rest; rate [1/s].
+    """Return the lift (n,) less the drag of its climb: v' = lift - mean - rate v, from rest; rate [1/s].
 
     Level flight is assumed, so what tilt takes away is in the mean.
     """
@@ -108,16 +108,16 @@ def climbing(lift: Array, period: float, rate: float) -> Array:
     powers = keep ** np.arange(1, width + 1)
     for first in range(0, len(lift), width):
         part = push[first : first + width]
-        own = powers[: len(part)]
-        run = own * (speed + np.cumsum(part / own))
+        decay = powers[: len(part)]
+        run = decay * (speed + np.cumsum(part / decay))
         climb[first : first + width] = run
         speed = run[-1]
     return lift - climb
 
 
-def predicted(samples: Samples, lagged: Array, numbers: Numbers, vehicle: Vehicle) -> Array:
-    """Return what is compared (m, 4) as the model has it."""
+def predicted(samples: LogSegment, lagged: Array, numbers: PhysicalParameters, vehicle: Vehicle) -> Array:
+    """Return the outputs (m, 4) of the model."""
     turned, lift = turning(samples, lagged, numbers, vehicle)
     steps = 0.5 * samples.period * (turned[1:] + turned[:-1])
     rates = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
-    return compared(rates, lift, samples.share)
+    return model_outputs(rates, lift, samples.share)

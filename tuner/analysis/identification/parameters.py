@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Vec3
-from plant.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class Parameter(NamedTuple):
         return exp(coordinate) if self.positive else coordinate
 
 
-class Numbers(NamedTuple):
+class PhysicalParameters(NamedTuple):
     """Physical numbers of a point, SI units.
 
     mass; arm: factor on the places of the rotors; inertia; thrust (3,) at `NODES`; lag_up, lag_down; dead_time; centre: of mass
@@ -92,24 +92,24 @@ NUISANCES = 3
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
-    """What earlier logs tell of a vehicle's coordinates: point (n,), covariance (n, n), and deviations (n,) before them."""
+class EarlierPosterior:
+    """Posterior of earlier logs: mean (n,), covariance (n, n), and standard deviations (n,) before any log."""
 
     point: Array
     covariance: Array
-    wide: Array
+    initial_std: Array
 
 
 @dataclass(frozen=True, eq=False)
-class Space:
-    """The coordinates for a vehicle and a number of logs; the last of them are nuisances, `NUISANCES` for each log.
+class ParameterSpace:
+    """Coordinates of a vehicle and its logs, with their prior; the last are nuisances, `NUISANCES` for each log.
 
-    known: what earlier logs tell, None where there are none.
+    earlier: posterior of earlier logs, None where there are none.
     """
 
     parameters: tuple[Parameter, ...]
     logs: int
-    known: Known | None = None
+    earlier: EarlierPosterior | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -122,58 +122,69 @@ class Space:
         return np.array([entry.coordinate for entry in self.parameters])
 
     @property
-    def deviations(self) -> Array:
+    def prior_std(self) -> Array:
         """The prior's standard deviations (n,) of the coordinates."""
         return np.array([entry.deviation for entry in self.parameters])
 
     @cached_property
     def covariance(self) -> Array:
         """The prior's covariance (n, n)."""
-        found = np.diag(self.deviations**2)
-        if self.known is not None:
-            found[: self.physical, : self.physical] = self.known.covariance
-        return found
+        covariance = np.diag(self.prior_std**2)
+        if self.earlier is not None:
+            covariance[: self.physical, : self.physical] = self.earlier.covariance
+        return covariance
 
     @cached_property
     def precision(self) -> Array:
         """The inverse (n, n) of the prior's covariance."""
-        if self.known is None:
-            return np.diag(self.deviations**-2.0)
+        if self.earlier is None:
+            return np.diag(self.prior_std**-2.0)
         return np.asarray(np.linalg.inv(self.covariance), np.float64)
 
     @property
-    def wide(self) -> Array:
-        """Standard deviations (n,) before any log, by which it is judged whether a log tells a number."""
-        found = self.deviations
-        if self.known is not None:
-            found[: self.physical] = self.known.wide
-        return found
+    def initial_std(self) -> Array:
+        """Standard deviations (n,) before any log, against which identifiability is judged."""
+        std = self.prior_std
+        if self.earlier is not None:
+            std[: self.physical] = self.earlier.initial_std
+        return std
 
-    def after(self, known: Known) -> "Space":
-        """Return the space whose prior is what earlier logs tell."""
-        deviations = np.sqrt(np.diag(known.covariance)).tolist()
+    def with_prior(self, earlier: EarlierPosterior) -> "ParameterSpace":
+        """Return the space with the posterior of earlier logs as its prior."""
+        prior_std = np.sqrt(np.diag(earlier.covariance)).tolist()
         first = [
             entry._replace(value=entry.number(value), deviation=deviation)
-            for entry, value, deviation in zip(self.parameters, known.point.tolist(), deviations, strict=False)
+            for entry, value, deviation in zip(self.parameters, earlier.point.tolist(), prior_std, strict=False)
         ]
-        return Space((*first, *self.parameters[self.physical :]), self.logs, known)
+        return ParameterSpace((*first, *self.parameters[self.physical :]), self.logs, earlier)
 
     @property
     def physical(self) -> int:
-        """Number of coordinates that belong to the vehicle and not to a log."""
+        """Number of coordinates of the vehicle, without those of logs."""
         return len(self.parameters) - NUISANCES * self.logs
 
-    def numbers(self, point: Array) -> Numbers:
-        """Return the physical numbers of a point (n,)."""
+    def numbers(self, point: Array) -> PhysicalParameters:
+        """Return the physical parameters of a point (n,)."""
         v = [entry.number(value) for entry, value in zip(self.parameters, point.tolist(), strict=True)]
         biases = np.array(v[self.physical :]).reshape(self.logs, NUISANCES)
-        return Numbers(
-            v[0], v[1], Vec3(v[2], v[3], v[4] * (v[2] + v[3])), np.array(v[5:8]), v[8], v[9], v[10], (v[11], v[12]), v[13], v[14],
-            v[15], v[16], *biases.T,
-        )  # fmt: skip
+        return PhysicalParameters(
+            v[0],
+            v[1],
+            Vec3(v[2], v[3], v[4] * (v[2] + v[3])),
+            np.array(v[5:8]),
+            v[8],
+            v[9],
+            v[10],
+            (v[11], v[12]),
+            v[13],
+            v[14],
+            v[15],
+            v[16],
+            *biases.T,
+        )
 
 
-def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: float = ARM) -> Space:
+def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: float = ARM) -> ParameterSpace:
     """Return the coordinates for a vehicle; logs: their names; mass, arm: relative standard deviations of the two."""
     full = vehicle.thrust_coefficient * vehicle.speed_max**2
     lever = hypot(vehicle.rotor_x.r1, vehicle.rotor_y.r1)
@@ -205,14 +216,7 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
         Parameter("dead_time", "s", 0.0, DEAD_TIME, False, "from a logged command to the rotor, less that of the gyro"),
         *[Parameter(f"centre.{a}", "m", 0.0, CENTRE * lever, False, f"centre of mass along {a}") for a in "xy"],
         Parameter("torque_ratio", "m", vehicle.torque_ratio, WIDE, True, "yaw torque of a rotor per thrust"),
-        Parameter(
-            "drag_linear.z",
-            "N s/m",
-            climb_drag,
-            LAG,
-            True,
-            "drag of a climb",
-        ),
+        Parameter("drag_linear.z", "N s/m", climb_drag, LAG, True, "drag of a climb"),
         Parameter("rate_damping", "N m s", damping, INFLOW, True, "damping of roll and pitch"),
         Parameter("rotor_inertia", "1", 1.0, ROTOR, True, "factor on the inertia of a rotor"),
     ]
@@ -222,4 +226,4 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
             Parameter(f"yaw_bias({name})", "N m", 0.0, torque, False, "constant yaw torque"),
             Parameter(f"sag({name})", "1", 0.0, SAG, False, "share of the thrust lost from begin to end"),
         ]
-    return Space(tuple(entries), len(logs))
+    return ParameterSpace(tuple(entries), len(logs))

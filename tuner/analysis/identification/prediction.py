@@ -1,4 +1,4 @@
-"""How well a point predicts what was measured, over short windows, and which windows are kept from the fit for it."""
+"""Prediction over short windows, and the windows that are held out of the fit for it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 
 from tuner.analysis.identification.fit import Problem
 from tuner.analysis.identification.model import actuator, lagging, predicted
-from tuner.analysis.identification.samples import Samples
+from tuner.analysis.identification.samples import LogSegment
 
 Array = NDArray[np.float64]
 
 HORIZON = 0.5
 """Length of a window [s]: at its begin the rates are given, and a constant disturbance over it is not held against the model."""
-KEPT_FROM_FIT, OF = 1, 5
-"""Of so many parts of `PART` seconds, those that are kept from the fit."""
+HELD_OUT, OF = 1, 5
+"""Of so many parts of `PART` seconds, those that are held out of the fit."""
 PART = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Windows:
+class PredictionWindows:
     """Windows of prediction: times (w, m) [s], measured and modelled (w, m, 4): rates [rad/s], lift [m/s2], about their means."""
 
     time: Array
@@ -29,10 +29,9 @@ class Windows:
 
     @property
     def explained(self) -> Array:
-        """Share (4,) of the variance of each output that the model explains; below 0 where it is worse than nothing."""
-        left = np.sum((self.measured - self.modelled) ** 2, axis=(0, 1))
-        whole = np.sum(self.measured**2, axis=(0, 1))
-        return 1.0 - left / np.maximum(whole, 1e-300)
+        """Share (4,) of the variance of each output that the model explains; negative where it predicts worse than the mean."""
+        residual = np.sum((self.measured - self.modelled) ** 2, axis=(0, 1))
+        return 1.0 - residual / np.maximum(np.sum(self.measured**2, axis=(0, 1)), 1e-300)
 
     @property
     def errors(self) -> Array:
@@ -40,47 +39,50 @@ class Windows:
         return np.sqrt(np.mean((self.measured - self.modelled) ** 2, axis=(0, 1)))
 
 
-def fit_masks(samples: Sequence[Samples]) -> tuple[Array, ...]:
-    """Return masks (m,) of what the fit may use: 0 on every `OF`-th part of `PART` seconds."""
-    return tuple(((part.time - part.begin) // PART % OF >= KEPT_FROM_FIT).astype(float) for part in samples)
+def fit_masks(samples: Sequence[LogSegment]) -> tuple[Array, ...]:
+    """Return masks (m,) of the samples of the fit: 0 on every `OF`-th part of `PART` seconds."""
+    return tuple(((part.time - part.begin) // PART % OF >= HELD_OUT).astype(float) for part in samples)
 
 
-def windowed(problem: Problem, point: Array, held_out: bool = True) -> Windows:
-    """Return the windows that lie whole in what the masks leave out, or all of them."""
+def prediction_windows(problem: Problem, point: Array, held_out: bool = True) -> PredictionWindows:
+    """Return the windows that lie in held-out samples, or all of them."""
     numbers = problem.space.numbers(point)
     model = [
         predicted(part, lagging(part, [actuator(numbers)])[0], numbers, problem.vehicle) for part in problem.samples
     ]
     inside = 0.0 if held_out else None
     measured = [part.measured for part in problem.samples]
-    return Windows(_times(problem, inside), *[cut(problem, series, inside) for series in (measured, model)])
+    return PredictionWindows(_times(problem, inside), *[cut(problem, series, inside) for series in (measured, model)])
 
 
 def cut(problem: Problem, series: Sequence[Array], inside: float | None) -> Array:
-    """Return the windows (w, m, 4) of what is compared (m, 4) where the masks are whole `inside`, 0 or 1; None: all of them.
+    """Return the windows (w, m, 4) where masks are `inside`: 0 or 1 throughout; None: all. series: outputs (m, 4).
 
     Changes of rates are summed up, without a straight line; lift stands without its mean.
     """
-    found = [_window(part[chosen]) for part, chosen in zip(series, _places(problem, inside), strict=True)]
-    # Stretches of logs of different rates have windows of different lengths.
-    least = min(entry.shape[1] for entry in found)
-    return np.concatenate([entry[:, :least] for entry in found])
+    return _concatenate([_window(part[chosen]) for part, chosen in zip(series, _places(problem, inside), strict=True)])
 
 
 def _times(problem: Problem, inside: float | None) -> Array:
-    found = [part.time[chosen] for part, chosen in zip(problem.samples, _places(problem, inside), strict=True)]
-    least = min(entry.shape[1] for entry in found)
-    return np.concatenate([entry[:, :least] for entry in found])
+    return _concatenate(
+        [part.time[chosen] for part, chosen in zip(problem.samples, _places(problem, inside), strict=True)]
+    )
+
+
+def _concatenate(windows: list[Array]) -> Array:
+    # Segments of logs of different rates have windows of different lengths.
+    width = min(window.shape[1] for window in windows)
+    return np.concatenate([window[:, :width] for window in windows])
 
 
 def _places(problem: Problem, inside: float | None) -> list[NDArray[np.intp]]:
-    """Return for each stretch the indices (w, m) of its windows."""
-    found = []
+    """Return for each segment the indices (w, m) of its windows."""
+    places = []
     for part, mask in zip(problem.samples, problem.masks, strict=True):
         width = max(int(HORIZON / (part.period * part.share)), 2)
         index = np.arange(len(mask) // width * width).reshape(-1, width)
-        found.append(index if inside is None else index[np.all(mask[index] == inside, axis=1)])
-    return found
+        places.append(index if inside is None else index[np.all(mask[index] == inside, axis=1)])
+    return places
 
 
 def _window(series: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Ordinary least squares, both ways: where a fit starts, and what point estimates of this kind are worth.
+"""Forward and inverse ordinary least squares: the start of a fit, and bounds of the inertias.
 
 Angular acceleration is regressed on torque and torque on angular acceleration. Noise in the regressor makes either too small, so
 the true inertia lies between the two, and their distance shows the error that a single regression hides.
@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.vehicle import Vehicle
+from plant.quadrotor.vehicle import Vehicle
 from tuner.analysis.identification.model import Actuator, lagging, predicted
-from tuner.analysis.identification.parameters import NODES, Space
-from tuner.analysis.identification.samples import Samples
+from tuner.analysis.identification.parameters import NODES, ParameterSpace
+from tuner.analysis.identification.samples import LogSegment
 
 Array = NDArray[np.float64]
 
@@ -24,34 +24,38 @@ SMOOTHED = 0.04
 LEAST_SHARE = 0.2
 
 
-class TwoWays(NamedTuple):
-    """An inertia [kg m2] from regressing acceleration on torque, and torque on acceleration."""
+class RegressionBounds(NamedTuple):
+    """Inertia [kg m2] from forward and from inverse regression."""
 
     acceleration_on_torque: float
     torque_on_acceleration: float
 
 
-def start_of(space: Space, samples: tuple[Samples, ...], vehicle: Vehicle) -> Array:
-    """Return a point to start from: the lag whose thrusts explain lift and turning best, thrust curve and inertias with it."""
+def initial_estimate(space: ParameterSpace, samples: tuple[LogSegment, ...], vehicle: Vehicle) -> Array:
+    """Return an initial estimate: the lag that explains lift and turning best, thrust curve and inertias with it."""
     tried = [_point(space, samples, vehicle, lag) for lag in LAGS.tolist()]
     return max(tried, key=lambda entry: entry[1])[0]
 
 
-def both_ways(space: Space, point: Array, samples: tuple[Samples, ...], vehicle: Vehicle) -> tuple[TwoWays, ...]:
-    """Return the inertias about x, y and z of both regressions with the rotors of a point."""
+def forward_and_inverse_regression(
+    space: ParameterSpace, point: Array, samples: tuple[LogSegment, ...], vehicle: Vehicle
+) -> tuple[RegressionBounds, ...]:
+    """Return the inertias about x, y and z from both regressions: with the rotors of a point."""
     numbers = space.numbers(point)
     actuator = Actuator(numbers.lag_up, numbers.lag_down, numbers.dead_time)
     pairs = [_smoothed(part, predicted(part, lagging(part, [actuator])[0], numbers, vehicle)) for part in samples]
-    found = []
+    bounds = []
     for k, inertia in enumerate(numbers.inertia):
-        turned, asked = (np.concatenate([pair[i][:, k] for pair in pairs]) for i in (0, 1))
-        both = float(turned @ asked)
-        found.append(TwoWays(inertia * float(asked @ asked) / both, inertia * both / float(turned @ turned)))
-    return tuple(found)
+        measured, model = (np.concatenate([pair[i][:, k] for pair in pairs]) for i in (0, 1))
+        product = float(measured @ model)
+        bounds.append(
+            RegressionBounds(inertia * float(model @ model) / product, inertia * product / float(measured @ measured))
+        )
+    return tuple(bounds)
 
 
-def _point(space: Space, samples: tuple[Samples, ...], vehicle: Vehicle, lag: float) -> tuple[Array, float]:
-    """Return the point of a lag, and how much of lift and turning it explains."""
+def _point(space: ParameterSpace, samples: tuple[LogSegment, ...], vehicle: Vehicle, lag: float) -> tuple[Array, float]:
+    """Return the point of a lag, and its explained share of lift and turning."""
     point, names = space.centre, space.names
     at = {name: k for k, name in enumerate(names)}
     point[[at["lag_up"], at["lag_down"]]] = np.log(lag)
@@ -63,18 +67,19 @@ def _point(space: Space, samples: tuple[Samples, ...], vehicle: Vehicle, lag: fl
     ]
     explained = 0.0
     for k, axis in enumerate("xy"):
-        turned, asked = (np.concatenate([pair[i][:, k] for pair in pairs]) for i in (0, 1))
-        both, mine, own = float(turned @ asked), float(asked @ asked), float(turned @ turned)
-        if both > 0.0:
-            share = both**2 / (mine * own)
-            # Between the two regressions.
-            point[at[f"inertia.{axis}"]] += np.clip(0.5 * np.log(mine / own), -1.5, 1.5) if share > 0.2 else 0.0
+        measured, model = (np.concatenate([pair[i][:, k] for pair in pairs]) for i in (0, 1))
+        product, model_square, measured_square = measured @ model, float(model @ model), float(measured @ measured)
+        if product > 0.0:
+            share = float(product) ** 2 / (model_square * measured_square)
+            # Geometric mean of the two regressions.
+            change = np.clip(0.5 * np.log(model_square / measured_square), -1.5, 1.5)
+            point[at[f"inertia.{axis}"]] += change if share > 0.2 else 0.0
             explained += share
     return point, explained + _lift_share(samples, lagged)
 
 
-def _curve(space: Space, samples: tuple[Samples, ...], lagged: list[Array]) -> Array:
-    """Return logarithms of the thrusts at the nodes over those of the prior, from a parabola through the lift."""
+def _curve(space: ParameterSpace, samples: tuple[LogSegment, ...], lagged: list[Array]) -> Array:
+    """Return log ratios of the thrusts at the nodes to the prior's: from a parabola through the lift."""
     numbers = space.numbers(space.centre)
     columns = np.concatenate([np.column_stack([np.full(len(x), 4.0), x.sum(1), (x * x).sum(1)]) for x in lagged])
     lift = numbers.mass * np.concatenate([part.lift for part in samples])
@@ -89,15 +94,15 @@ def _curve(space: Space, samples: tuple[Samples, ...], lagged: list[Array]) -> A
     return np.log(np.clip(form @ coefficients / numbers.thrust, LEAST_SHARE, 1.0 / LEAST_SHARE))
 
 
-def _lift_share(samples: tuple[Samples, ...], lagged: list[Array]) -> float:
+def _lift_share(samples: tuple[LogSegment, ...], lagged: list[Array]) -> float:
     total = np.concatenate([(x * x).sum(1) for x in lagged])
     lift = np.concatenate([part.lift for part in samples])
     spread = float(np.std(total) * np.std(lift))
     return float(np.mean((total - total.mean()) * (lift - lift.mean())) / spread) ** 2 if spread > 0.0 else 0.0
 
 
-def _smoothed(part: Samples, model: Array) -> tuple[Array, Array]:
-    """Return measured and modelled changes of the rates over `SMOOTHED`, without their means."""
+def _smoothed(part: LogSegment, model: Array) -> tuple[Array, Array]:
+    """Return measured and modeled changes of the rates over `SMOOTHED`: without their means."""
     width = max(round(SMOOTHED / (part.period * part.share)), 1)
     count = len(model) // width * width
     pair = [series[:count, :3].reshape(-1, width, 3).sum(axis=1) for series in (part.measured, model)]

@@ -19,8 +19,8 @@ OUTPUTS = ("roll", "pitch", "yaw", "lift")
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    """A stretch of a log on a grid.
+class LogSegment:
+    """A segment of a log on a uniform grid.
 
     log: index of the log. age (n,): share of the log's time that has passed. begin: time of the first sample [s]. period: of the
     grid [s]. share: samples in a mean. gyro (n, 3) [rad/s], lift (n,): specific force along z [m/s2], command (n, 4).
@@ -37,18 +37,18 @@ class Samples:
 
     @property
     def measured(self) -> Array:
-        """What is compared (m, 4): changes of the body rates from mean to mean [rad/s], and means of the lift [m/s2]."""
-        return compared(self.gyro, self.lift, self.share)
+        """Measured outputs (m, 4): changes of the body rates from mean to mean [rad/s], and means of the lift [m/s2]."""
+        return model_outputs(self.gyro, self.lift, self.share)
 
     @property
     def time(self) -> Array:
-        """Times of what is compared (m,) [s]."""
+        """Times of the outputs (m,) [s]."""
         count = len(self.lift) // self.share - 1
         return self.begin + self.period * self.share * np.arange(1.0, count + 1.0)
 
 
-def gridded(stretch: FlightLog, log: int, begin: float, duration: float) -> Samples:
-    """Return a stretch on a grid of its own rate: commands held, measurements straight between samples.
+def resample(stretch: FlightLog, log: int, begin: float, duration: float) -> LogSegment:
+    """Return a stretch on a uniform grid: commands held, measurements linearly interpolated.
 
     begin, duration: of its log [s].
     """
@@ -59,15 +59,17 @@ def gridded(stretch: FlightLog, log: int, begin: float, duration: float) -> Samp
     gyro = np.column_stack([np.interp(time, stretch.time, column) for column in stretch.gyro.T])
     lift = np.interp(time, stretch.time, stretch.acceleration[:, 2])
     share = max(round(rate / COMPARED_RATE), 1)
-    return Samples(log, (time - begin) / duration, float(time[0]), 1.0 / rate, share, gyro, lift, stretch.command[held])
+    return LogSegment(
+        log, (time - begin) / duration, float(time[0]), 1.0 / rate, share, gyro, lift, stretch.command[held]
+    )
 
 
-def compared(rates: Array, lift: Array, share: int) -> Array:
-    """Return changes of the mean rates and mean lift (..., m, 4) of rates (..., n, 3) and lift (..., n)."""
+def model_outputs(rates: Array, lift: Array, share: int) -> Array:
+    """Return changes of mean rates, and mean lift (..., m, 4): of rates (..., n, 3) and lift (..., n)."""
     return np.concatenate([np.diff(_means(rates, share), axis=-2), _means(lift[..., None], share)[..., 1:, :]], axis=-1)
 
 
 def _means(series: Array, share: int) -> Array:
     count = series.shape[-2] // share
-    kept = series[..., : count * share, :]
-    return kept.reshape(*series.shape[:-2], count, share, series.shape[-1]).mean(axis=-2)
+    used = series[..., : count * share, :]
+    return used.reshape(*series.shape[:-2], count, share, series.shape[-1]).mean(axis=-2)

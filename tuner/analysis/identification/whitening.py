@@ -1,8 +1,6 @@
-"""Noise as an autoregressive process: what makes the residuals of an output white.
+"""Whitening of residuals by a long autoregression.
 
-Air, vibration and the gyro's noise colour what the model leaves over. A long autoregression whitens it; without it a fit of a
-closed loop is biased, for the controller answers to the noise, and its intervals are too narrow (Ljung, System Identification,
-2nd ed., section 13.4).
+Without it, a fit in closed loop is biased and its intervals are too narrow (Ljung, System Identification, 2nd ed., section 13.4).
 """
 
 from collections.abc import Sequence
@@ -17,7 +15,7 @@ ORDERS = (2, 4, 8, 16, 32)
 
 
 def autoregression(series: Sequence[Array], weights: Sequence[Array]) -> tuple[Array, float]:
-    """Fit x_t = sum a_i x_(t-i) + e_t to stretches (n,) of one output.
+    """Fit an autoregression to segments (n,) of an output: x_t = sum a_i x_(t-i) + e_t.
 
     weights (n,): 1 where a sample counts, 0 elsewhere. Returns (a (order,), RMS of e).
     """
@@ -42,12 +40,12 @@ def autoregression(series: Sequence[Array], weights: Sequence[Array]) -> tuple[A
 
 
 def whitened(series: Array, a: Array) -> Array:
-    """Return x_t - sum a_i x_(t-i) along the first axis, its first samples, which lack a past, as zeros."""
-    found = series.copy()
+    """Return x_t - sum a_i x_(t-i) along the first axis; zeros for the first samples, which lack a past."""
+    white = series.copy()
     for i, share in enumerate(a.tolist(), start=1):
-        found[i:] -= share * series[:-i]
-    found[: ORDERS[-1]] = 0.0
-    return found
+        white[i:] -= share * series[:-i]
+    white[: ORDERS[-1]] = 0.0
+    return white
 
 
 def _lags(series: Array, order: int) -> Array:

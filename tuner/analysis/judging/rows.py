@@ -19,9 +19,9 @@ from tuner.study.study import TuningStudy
 Array = np.ndarray
 REPLICATES = 2000
 PASS, UNCERTAIN, FAIL = "pass", "not certain", "fail"
-REPORTED, KEPT, MISSED = "reported", "target kept", "target missed"
+REPORTED, MET, MISSED = "reported", "target kept", "target missed"
 # Kept by the value, broken by the value, but for a target that nothing depends on.
-HARD, SOFT = (PASS, FAIL), (KEPT, MISSED)
+HARD, SOFT = (PASS, FAIL), (MET, MISSED)
 
 
 def judged_rows(study: TuningStudy, problem: Problem, gains: Array, evaluation: Evaluation) -> list[JudgedRow]:
@@ -36,12 +36,12 @@ def judged_rows(study: TuningStudy, problem: Problem, gains: Array, evaluation: 
         if not entry.floor
     ]
     states = worst_states(problem.screens, gains)
-    known = [
+    requirement_rows = [
         known_row(entry, float(evaluation.requirements[0, i]), states.get(entry.label))
         for i, entry in enumerate(problem.requirements)
     ]
     objectives = [flown_row(entry, None, evaluation, i, study.seed) for i, entry in enumerate(study.objectives)]
-    return [*constraints, *known, *objectives]
+    return [*constraints, *requirement_rows, *objectives]
 
 
 def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, index: int, root: int) -> JudgedRow:
@@ -55,7 +55,7 @@ def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, i
         kind="objective" if most is None else "constraint",
         quantity=metric.definition,
         unit=quantity.metric.unit,
-        sense="most",
+        sense="max",
         limit=most,
         value=value,
         low=low,
@@ -67,7 +67,7 @@ def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, i
 
 
 def verdict(most: float | None, value: float, high: float | None) -> str:
-    """Return what a value with an interval up to `high` says of a limit; of a worst case no draw says more than itself."""
+    """Return the verdict on a limit: within `most` it is uncertain where `high`, the interval's upper end, is not."""
     if most is None:
         return REPORTED
     if value > most:
@@ -86,8 +86,8 @@ def interval(quantity: Objective, scores: Array, draw: np.random.Generator) -> t
 
 def known_row(requirement: Requirement, value: float, worst: WorstState | None = None) -> JudgedRow:
     """Return the row of a requirement that is known without flying; a soft one is a target and fails nothing."""
-    kept, broken = HARD if requirement.hard else SOFT
-    said = kept if requirement.kept(np.array([value]))[0] else broken
+    met, broken = HARD if requirement.hard else SOFT
+    phrase = met if requirement.is_satisfied(np.array([value]))[0] else broken
     row = JudgedRow(
         label=requirement.label,
         kind="requirement",
@@ -99,7 +99,7 @@ def known_row(requirement: Requirement, value: float, worst: WorstState | None =
         low=None,
         high=None,
         flights=0,
-        verdict=said,
+        verdict=phrase,
     )
     return row if worst is None else row.model_copy(update={"state": worst.name})
 
@@ -107,4 +107,4 @@ def known_row(requirement: Requirement, value: float, worst: WorstState | None =
 def overall(rows: list[JudgedRow]) -> str:
     """Return the verdict on all rows: the worst of theirs."""
     verdicts = {row.verdict for row in rows}
-    return next((said for said in (FAIL, UNCERTAIN) if said in verdicts), PASS)
+    return next((phrase for phrase in (FAIL, UNCERTAIN) if phrase in verdicts), PASS)

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from math import inf, isfinite
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,10 +14,10 @@ from objectives.margins.results import Worst
 from objectives.margins.steady_state import HOVER, SteadyState
 from objectives.margins.trim import Trim
 from objectives.scales import units_of
-from plant.cascade import AXES
 from plant.errors import InputError
 from plant.loop import Timing
-from plant.nominal import nominal
+from plant.quadrotor.cascade import AXES
+from plant.quadrotor.nominal import nominal
 from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import Loops, PlantSubject, Subject, subject_of
 from tuner.documents.margins import (
@@ -43,6 +43,9 @@ from tuner.gains import Controller
 from tuner.study.margins import MarginAnalysis, margin_requirement
 from tuner.study.plant_study import PlantStudy, margin_values, margins_asked
 from tuner.study.study import Study
+
+if TYPE_CHECKING:
+    from objectives.certificates import Certificate
 
 UNSTABLE, WITHOUT_END = "the loop is not stable", "no bound"
 
@@ -71,7 +74,7 @@ def plant_margins_document(subject: PlantSubject, requirements: list[LimitRow]) 
         plant=system.plant.name,
         channel_laws={channel.name: channel.law.name for channel in system.plan.channels},
         control_period=Measure(value=system.timing.control_period, unit="s"),
-        limit_cycles=limit_cycle_rows(subject) if subject.model.at_one_rate else None,
+        limit_cycles=limit_cycle_rows(subject),
         **_loops(subject, requirements),
     )
 
@@ -105,18 +108,18 @@ def _loops(subject: Loops, requirements: list[LimitRow]) -> dict[str, Any]:
         "channels": [_channel(subject, channel) for channel in subject.looped],
         "multiloop": _multiloop(subject),
         "requirements": requirements,
-        "passed": all(row.kept for row in requirements if row.hard),
+        "passed": all(row.is_satisfied for row in requirements if row.hard),
     }
 
 
 def default_requirements(subject: Loops, limits: tuple[LoopLimit, ...] = LIMITS) -> list[LimitRow]:
-    """Return how every loop stands to the limits: stable, each limit as a hard requirement, each target as a soft one."""
+    """Return a row for each limit of every loop: stability, hard limits, targets as soft ones."""
     rows = []
     for channel in subject.looped:
         stable = float(subject.margins.stable[0, subject.place(channel)])
         rows.append(
             requirement_row(
-                f"stable({channel})", "stable", {"unit": "1"}, stable, 1.0, stable == 1.0, "least", channel=channel
+                f"stable({channel})", "stable", {"unit": "1"}, stable, 1.0, stable == 1.0, "min", channel=channel
             )
         )
         for limit in limits:
@@ -138,7 +141,7 @@ def default_requirements(subject: Loops, limits: tuple[LoopLimit, ...] = LIMITS)
 
 
 def requirements_in(controller: Controller, trim: Trim) -> list[LimitRow]:
-    """Return how loops stand to the usual limits: in a trim, or at hover and in the steady states that the gains are for.
+    """Return the rows of the usual limits: in a trim, or at hover and in the gains' own steady states.
 
     Raises InputError where there is no steady flight.
     """
@@ -158,7 +161,7 @@ def worst_rows(by_state: dict[str, list[LimitRow]]) -> list[LimitRow]:
 
 def _worst_of(rows: dict[str, LimitRow]) -> LimitRow:
     sizes = {state: inf if row.value is None else row.value for state, row in rows.items()}
-    least = next(iter(rows.values())).sense == "least"
+    least = next(iter(rows.values())).sense == "min"
     worst = min(sizes, key=sizes.__getitem__) if least else max(sizes, key=sizes.__getitem__)
     each = [StateValue(state=state, value=row.value) for state, row in rows.items()]
     return rows[worst].model_copy(update={"state": worst, "states": each})
@@ -166,17 +169,24 @@ def _worst_of(rows: dict[str, LimitRow]) -> LimitRow:
 
 def limited_row(
     label: str, entry: MarginQuantity, value: float, limit: LoopLimit, hard: bool, channel: str | None = None
-) -> LimitRow:  # fmt: skip
-    """Return how a value in SI units stands to a limit in the quantity's unit of limits."""
-    kept, least = limit.kept(float(entry.to_limit(value))), float(entry.from_limit(limit.limit))
+) -> LimitRow:
+    """Return the row of a limit, in its unit of limits, and a value in SI units."""
+    is_satisfied, in_si = limit.is_satisfied(float(entry.to_limit(value))), float(entry.from_limit(limit.limit))
     units = units_of(entry.limit_unit, entry.limited)
-    return requirement_row(label, entry.name, units, value, least, kept, limit.sense, hard, channel)
+    return requirement_row(label, entry.name, units, value, in_si, is_satisfied, limit.sense, hard, channel)
 
 
 def requirement_row(
-    label: str, quantity: str, units: dict[str, str], value: float, limit: float, kept: bool, sense: str, hard: bool = True,
+    label: str,
+    quantity: str,
+    units: dict[str, str],
+    value: float,
+    limit: float,
+    is_satisfied: bool,
+    sense: str,
+    hard: bool = True,
     channel: str | None = None,
-) -> LimitRow:  # fmt: skip
+) -> LimitRow:
     """Return one requirement in SI units; channel: the column of the table that it is about, None for several loops at once."""
     row = LimitRow(
         label=label,
@@ -187,7 +197,7 @@ def requirement_row(
         limit=limit,
         sense=sense,
         hard=hard,
-        kept=kept,
+        kept=is_satisfied,
         note=None if isfinite(value) else WITHOUT_END,
     )
     return row.model_copy(update=units)
@@ -244,7 +254,7 @@ def _finite(value: float) -> float | None:
 
 
 def study_requirements(study: Study, controller: Controller, trim: Trim | None = None) -> list[LimitRow] | None:
-    """Return how gains stand to the [[margin]] tables of a study, on the study's vehicle; None where it has none.
+    """Return the rows of a study's [[margin]] tables: gains on the study's vehicle; None where it has none.
 
     trim: where they are judged; by default in every steady state of the study.
 
@@ -267,24 +277,26 @@ def study_requirements(study: Study, controller: Controller, trim: Trim | None =
 
 
 def plant_requirements(study: PlantStudy, row: np.ndarray) -> list[LimitRow] | None:
-    """Return how a gains row (g,) stands to the [[margin]] tables of a study of its plant; None where it has none."""
-    asked = margins_asked(study.table.margin, study.path, study.system)
-    if not asked:
+    """Return the rows of a plant study's [[margin]] tables for a gains row (g,); None where it has none."""
+    requirements = margins_asked(study.table.margin, study.path, study.system)
+    if not requirements:
         return None
-    return limited_rows(asked, margin_values(asked, study.path, study.system, study.space).values(row[None]))
+    return limited_rows(
+        requirements, margin_values(requirements, study.path, study.system, study.space).values(row[None])
+    )
 
 
 def limited_rows(
     requirements: Sequence[MarginRequirement], values: np.ndarray, states: tuple[str, ...] = ("",)
 ) -> list[LimitRow]:
-    """Return how values (states, requirements), in the units of limits, stand to requirements on margins."""
+    """Return the rows of requirements for values (states, requirements) in the units of limits."""
     return [_worst_row(entry, values[:, i], states) for i, entry in enumerate(requirements)]
 
 
 def _worst_row(entry: MarginRequirement, values: np.ndarray, states: tuple[str, ...]) -> LimitRow:
     """Return the row of a requirement with values (states,) in the worst of the states."""
     quantity, si = entry.quantity, [float(entry.quantity.from_limit(value)) for value in values]
-    worst = int(np.argmin(values) if quantity.sense == "least" else np.argmax(values))
+    worst = int(np.argmin(values) if quantity.sense == "min" else np.argmax(values))
     limit = LoopLimit(quantity.name, quantity.sense, entry.limit)
     row = limited_row(entry.label, quantity, si[worst], limit, entry.hard)
     if len(states) == 1:
@@ -294,21 +306,24 @@ def _worst_row(entry: MarginRequirement, values: np.ndarray, states: tuple[str, 
 
 
 def certificate_rows(controller: Controller) -> list[CertificateRow]:
-    """Return what each certificate that applies to an axis proves of it; value None where it proves nothing."""
+    """Return the certificates of every axis that they apply to; value None where nothing is proved."""
     # What proves them takes a second to import.
     from objectives.certificates import CERTIFICATES, axis_loop
 
-    known = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
+    assumed = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
     timing = Timing(controller.control_period, controller.plant_step)
-    rows = []
-    for axis in AXES:
-        loop = axis_loop(controller.cascade, controller.gains, known, timing, axis)
-        for info in CERTIFICATES.values():
-            if info.applies_to(loop):
-                found = info.run(loop)
-                row = CertificateRow(
-                    axis=axis, name=info.name, title=info.title, value=found.value, unit=found.unit,
-                    verified=found.verified, why=found.why, source=info.source,
-                )  # fmt: skip
-                rows.append(row)
-    return rows
+    loops = {axis: axis_loop(controller.cascade, controller.gains, assumed, timing, axis) for axis in AXES}
+    return [
+        certificate_row(axis, info.name, info.title, info.source, info.run(loop))
+        for axis, loop in loops.items()
+        for info in CERTIFICATES.values()
+        if info.applies_to(loop)
+    ]
+
+
+def certificate_row(axis: str, name: str, title: str, source: str, certificate: "Certificate") -> CertificateRow:
+    """Return a certificate of an axis as a row of margins.json."""
+    value, unit, is_verified, why = certificate.value, certificate.unit, certificate.verified, certificate.why
+    return CertificateRow(
+        axis=axis, name=name, title=title, value=value, unit=unit, verified=is_verified, why=why, source=source
+    )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 class LoopLimit:
     """A limit of one quantity of every loop.
 
-    quantity: name in `objectives.margins.quantities`; sense: "least" or "most"; target: what
+    quantity: name in `objectives.margins.quantities`; sense: "min" or "max"; target: what
     should be kept besides, None for nothing more.
     """
 
@@ -22,29 +22,28 @@ class LoopLimit:
     limit: float
     target: float | None = None
 
-    def kept(self, value: float) -> bool:
-        """Whether a value keeps the limit."""
+    def is_satisfied(self, value: float) -> bool:
+        """True if a value keeps the limit."""
         return _keeps(value, self.limit, self.sense)
 
     def reached(self, value: float) -> bool:
-        """Whether a value reaches the target, or the limit where there is none."""
+        """True if a value reaches the target, or the limit where there is none."""
         return _keeps(value, self.limit if self.target is None else self.target, self.sense)
 
     @property
     def text(self) -> str:
         """Limit in words, the target in brackets."""
-        sign = ">=" if self.sense == "least" else "<="
-        return f"{sign}{self.limit:g}" + ("" if self.target is None else f" ({self.target:g})")
+        return f"{self.sense} {self.limit:g}" + ("" if self.target is None else f" ({self.target:g})")
 
 
 def _keeps(value: float, limit: float, sense: str) -> bool:
-    return value >= limit if sense == "least" else value <= limit
+    return value >= limit if sense == "min" else value <= limit
 
 
 LIMITS = (
-    LoopLimit("gain_up", "least", 6.0),
-    LoopLimit("gain_down", "least", 6.0),
-    LoopLimit("phase_margin", "least", 35.0, target=45.0),
-    LoopLimit("delay_periods", "least", 2.0),
-    LoopLimit("ms", "most", 2.0, target=1.7),
+    LoopLimit("gain_up", "min", 6.0),
+    LoopLimit("gain_down", "min", 6.0),
+    LoopLimit("phase_margin", "min", 35.0, target=45.0),
+    LoopLimit("delay_periods", "min", 2.0),
+    LoopLimit("ms", "max", 2.0, target=1.7),
 )

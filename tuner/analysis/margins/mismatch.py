@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from objectives.margins.quantities import QUANTITIES
-from plant.nominal import vary
-from plant.vehicle import Vehicle
+from objectives.margins.results import Margins
+from plant.quadrotor.nominal import vary
+from plant.quadrotor.vehicle import Vehicle
 from tuner.analysis.margins.limits import LIMITS, LoopLimit
-from tuner.analysis.margins.linear import Judged, Linear
+from tuner.analysis.margins.linear import Linear
 from tuner.documents.margins import MismatchRow
 
 Array = np.ndarray
@@ -28,7 +29,7 @@ NOWHERE = np.nan
 
 
 @dataclass(frozen=True)
-class Map:
+class RobustnessMap:
     """A grid of vehicles: two factors with their values (a,) and (b,), and for each vehicle (b, a) the slack of stability and of
     the limits, above 0 where kept; NaN where no steady flight is found.
     """
@@ -42,7 +43,7 @@ class Map:
 
 
 @dataclass(frozen=True)
-class Extent:
+class ToleranceRange:
     """Range of a factor around 1, by itself, in which the vehicle can fly and a criterion is kept.
 
     criterion: "stability" or "limits"; low, high: last factors that keep it, None where all that were tried do, both 1 where the
@@ -65,71 +66,78 @@ def with_factors(vehicle: Vehicle, **factors: float) -> Vehicle:
     return vary(vehicle, *[factors.get(name, 1.0) for name in FACTORS])
 
 
-def slack(judged: Judged | None, criterion: str, h: float, limits: tuple[LoopLimit, ...] = LIMITS) -> float:
-    """Return by how much a criterion is kept in the worst loop, above 0 where it is; h: control period [s].
+def margin_surplus(
+    margins: Margins | None, criterion: str, control_period: float, limits: tuple[LoopLimit, ...] = LIMITS
+) -> float:
+    """Return the surplus of a criterion in the worst loop, above 0 where it is satisfied; control_period [s].
 
     "limits": as a share of the limit; "stability": a measure of the decay rate.
     """
-    if judged is None:
+    if margins is None:
         return NOWHERE
     if criterion == "stability":
         # Growth ranges over decades on either side of 0, and contours are interpolated.
-        return float(-np.arcsinh(judged.growth.max(axis=0) * 2.0))
-    return min(_slack_of(judged, limit, h) for limit in limits)
+        return float(-np.arcsinh(margins.growth.max() * 2.0))
+    return min(_surplus(margins, limit, control_period) for limit in limits)
 
 
-def _slack_of(judged: Judged, limit: LoopLimit, h: float) -> float:
+def _surplus(margins: Margins, limit: LoopLimit, control_period: float) -> float:
     quantity = QUANTITIES[limit.quantity]
-    values = judged.quantities[quantity.field]
-    worst = np.max(values, axis=0) if limit.sense == "most" else np.min(values, axis=0)
+    values = getattr(margins, quantity.field).value
+    worst = np.max(values) if limit.sense == "max" else np.min(values)
     # Of the quantities that are limited here one alone counts in control periods.
-    found = float(worst / h if quantity.name == "delay_periods" else quantity.to_limit(worst))
-    return limit.limit / found - 1.0 if limit.sense == "most" else min(found / limit.limit - 1.0, 1.0)
+    reached = float(worst / control_period if quantity.name == "delay_periods" else quantity.to_limit(worst))
+    return limit.limit / reached - 1.0 if limit.sense == "max" else min(reached / limit.limit - 1.0, 1.0)
 
 
-def mismatch_map(linear: Linear, across: str, up: str, ends: list[Extent], points: int | None = None) -> Map:
+def mismatch_map(
+    linear: Linear, across: str, up: str, ends: list[ToleranceRange], points: int | None = None
+) -> RobustnessMap:
     """Return the map over two factors; their own ends are points of the grid too, so that its borders start from there."""
     x, y = (_axis(factor, ends, points or POINTS) for factor in (across, up))
     base = linear.nominal.vehicle
     judged = linear.judge([with_factors(base, **{across: a, up: b}) for b in y for a in x])
-    grids = [np.array([slack(j, name, linear.period) for j in judged]).reshape(len(y), len(x)) for name in CRITERIA]
-    return Map(across, up, x, y, *grids)
+    grids = [
+        np.array([margin_surplus(j, name, linear.control_period) for j in judged]).reshape(len(y), len(x))
+        for name in CRITERIA
+    ]
+    return RobustnessMap(across, up, x, y, *grids)
 
 
-def _axis(factor: str, ends: list[Extent], points: int) -> Array:
-    own = [end for each in ends if each.factor == factor for end in (each.low, each.high) if end is not None]
-    return np.unique(np.concatenate([np.geomspace(1.0 / REACH, REACH, points), own]))
+def _axis(factor: str, ends: list[ToleranceRange], points: int) -> Array:
+    limits = [end for each in ends if each.factor == factor for end in (each.low, each.high) if end is not None]
+    return np.unique(np.concatenate([np.geomspace(1.0 / REACH, REACH, points), limits]))
 
 
-def extents(linear: Linear) -> list[Extent]:
-    """Return how far each factor may go by itself, for each criterion."""
-    found = []
+def tolerance_ranges(linear: Linear) -> list[ToleranceRange]:
+    """Return the tolerance range of each factor by itself, for each criterion."""
+    ranges = []
     for factor in FACTORS:
         ends = [_ends(linear, factor, way) for way in (-1.0, 1.0)]
-        found += [Extent(factor, name, *[end[name] for end in ends]) for name in CRITERIA]
-    return found
+        ranges += [ToleranceRange(factor, name, *[end[name] for end in ends]) for name in CRITERIA]
+    return ranges
 
 
 def _ends(linear: Linear, factor: str, way: float) -> dict[str, float | None]:
     """Walk outwards from 1 until a criterion is lost, then halve the last step, in the logarithm of the factor."""
     exponents = way * np.log(REACH) * np.arange(STEPS + 1) / STEPS
-    kept = _kept(linear, factor, np.exp(exponents))
-    found: dict[str, float | None] = {}
+    is_inside = _satisfied_limits(linear, factor, np.exp(exponents))
+    last: dict[str, float | None] = {}
     for name in CRITERIA:
-        lost = next((i for i, good in enumerate(kept[name]) if not good), None)
+        lost = next((i for i, good in enumerate(is_inside[name]) if not good), None)
         if lost is None or lost == 0:
-            found[name] = None if lost is None else 1.0
+            last[name] = None if lost is None else 1.0
             continue
         inside, outside = exponents[lost - 1], exponents[lost]
         for _ in range(HALVINGS):
             middle = 0.5 * (inside + outside)
-            good = _kept(linear, factor, np.exp([middle]))[name][0]
+            good = _satisfied_limits(linear, factor, np.exp([middle]))[name][0]
             inside, outside = (middle, outside) if good else (inside, middle)
-        found[name] = float(np.exp(inside))
-    return found
+        last[name] = float(np.exp(inside))
+    return last
 
 
-def _kept(linear: Linear, factor: str, values: Array) -> dict[str, list[bool]]:
+def _satisfied_limits(linear: Linear, factor: str, values: Array) -> dict[str, list[bool]]:
     base = linear.nominal.vehicle
     judged = linear.judge([with_factors(base, **{factor: float(value)}) for value in values])
-    return {name: [slack(each, name, linear.period) >= 0.0 for each in judged] for name in CRITERIA}
+    return {name: [margin_surplus(each, name, linear.control_period) >= 0.0 for each in judged] for name in CRITERIA}

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from objectives.certificates import CERTIFICATES, Certificate
-from objectives.certificates.certificate import nothing
+from objectives.certificates.certificate import inconclusive
 from objectives.certificates.channel_model import MODELLED, closed_loop, is_stable
 from objectives.certificates.linear_bound import smallest_sum
 from objectives.certificates.peak_gain import disturbed
@@ -14,9 +14,10 @@ from objectives.certificates.plant_axis import PlantAxis
 from objectives.certificates.supertwisting import RATE_UNIT, largest_rate
 from objectives.margins.describing import Case
 from objectives.plant_system import PlantSystem
-from plant.laws import law
+from plant.law_registry import law
 from plant.model.plant_model import PlantModel
 from plant.records import paths
+from tuner.analysis.margins.document import certificate_row
 from tuner.analysis.margins.readings import PlantSubject
 from tuner.documents.margins import CertificateRow
 
@@ -26,32 +27,32 @@ SMALL = Case(0.0)
 
 
 def plant_certificate_rows(subject: PlantSubject) -> list[CertificateRow]:
-    """Return what each certificate proves of each channel; value None where it proves nothing, with the reason."""
+    """Return the certificates of every channel; value None with the reason where nothing is proved."""
     return [row for name in subject.system.plan.names for row in _rows(subject, name)]
 
 
 def _rows(subject: PlantSubject, name: str) -> Iterator[CertificateRow]:
     pushes = disturbances_of(subject.system)
     axes = [PlantAxis(subject.system, tuple(map(float, subject.row)), name, push) for push in pushes]
-    law_name, known = axes[0].law, CERTIFICATES["supertwisting"]
-    if law_name in known.laws and isinstance(subject.system.plant, PlantModel):
-        yield _row(name, known.name, known.title, known.source, supertwisting(axes[0]))
+    law_name, on_rates = axes[0].law, CERTIFICATES["supertwisting"]
+    if law_name in on_rates.laws and isinstance(subject.system.plant, PlantModel):
+        yield certificate_row(name, on_rates.name, on_rates.title, on_rates.source, supertwisting(axes[0]))
         if law_name not in MODELLED:
             return
     why = axes[0].refused(peak_of(subject, name))
     if why:
         title = "what every certificate rests on"
-        yield _row(name, ASSUMPTIONS, title, "", nothing("1", f"nothing is proved: {why}"))
+        yield certificate_row(name, ASSUMPTIONS, title, "", inconclusive("1", f"nothing is proved: {why}"))
         return
     for info in CERTIFICATES.values():
         if law_name in info.laws and info.name in PROOFS:
             for axis in axes if info.name == "peak_gain" else axes[:1]:
-                found = PROOFS[info.name](axis)
-                yield _row(name, info.name, TITLES.get(info.name, info.title), info.source, found)
+                certificate = PROOFS[info.name](axis)
+                yield certificate_row(name, info.name, TITLES.get(info.name, info.title), info.source, certificate)
 
 
 def disturbances_of(system: PlantSystem) -> tuple[str, ...]:
-    """Return what can push a plant: the fields of its Disturbance, or its inputs where it has none."""
+    """Return the disturbances of a plant: the fields of its Disturbance, or its inputs without one."""
     return tuple(paths(system.plant.Disturbance)) or tuple(actuator.name for actuator in system.plan.actuators)
 
 
@@ -64,11 +65,11 @@ def peak_of(subject: PlantSubject, name: str) -> float:
 
 def peak_gain(axis: PlantAxis) -> Certificate:
     """Certify where |output| ends for each unit of a disturbance."""
-    found, plant = bound_of(axis), axis.system.plant
+    bound, plant = bound_of(axis), axis.system.plant
     kind = "Disturbance" if axis.disturbance in paths(plant.Disturbance) else "Input"
     unit = per(plant.unit(f"Output.{axis.channel.output}"), plant.unit(f"{kind}.{axis.disturbance}"))
     why = f"|{axis.channel.output}| ends within this times the size of {axis.disturbance}, whatever that does"
-    return Certificate(found.value, unit, found.verified, why if found.verified else found.why, found.data)
+    return Certificate(bound.value, unit, bound.verified, why if bound.verified else bound.why, bound.data)
 
 
 def per(unit: str, other: str) -> str:
@@ -80,11 +81,11 @@ def bound_of(axis: PlantAxis) -> Certificate:
     """Return the ultimate bound of the output, by whichever method speaks of the law, with what answers at once."""
     loop, at_once = disturbed(axis, "bounded", "value"), abs(float(closed_loop(axis).d[0, 1]))
     if loop.kappa > 0.0 or not is_stable(loop.a):
-        found = CERTIFICATES["peak_gain"].run(axis)
-        return found if found.value is None else replace(found, value=found.value + at_once)
+        certificate = CERTIFICATES["peak_gain"].run(axis)
+        return certificate if certificate.value is None else replace(certificate, value=certificate.value + at_once)
     bound = smallest_sum(loop)
     if bound is None:
-        return nothing("", "the eigenvalues confirmed no ellipsoid")
+        return inconclusive("", "the eigenvalues confirmed no ellipsoid")
     return Certificate(bound + at_once, "", True, "")
 
 
@@ -92,22 +93,22 @@ def supertwisting(axis: PlantAxis) -> Certificate:
     """Certify the largest disturbance rate of a plant whose second derivative is what the command moves at once."""
     unit = RATE_UNIT.replace("{y}", axis.system.plant.unit(f"Output.{axis.channel.output}"))
     if not axis.gain > 0.0:
-        return nothing(
+        return inconclusive(
             unit, "S' = u + d asks for an input that moves the output's acceleration at once, with the sign of b0"
         )
     term = law(axis.law).super_twisting
     assert term is not None, axis.law
-    found = largest_rate(axis.gain * getattr(axis.gains, term.k1), axis.gain * getattr(axis.gains, term.k2))
-    return Certificate(found.value, unit, found.verified, found.why, found.data)
+    largest = largest_rate(axis.gain * getattr(axis.gains, term.k1), axis.gain * getattr(axis.gains, term.k2))
+    return Certificate(largest.value, unit, largest.verified, largest.why, largest.data)
 
 
 def common_lyapunov(axis: PlantAxis) -> Certificate:
     """Certify the largest spread of the gain with which the plant answers the channel's command."""
-    found = CERTIFICATES["common_lyapunov"].run(axis, varied=("inertia",))
-    if not found.verified:
-        return nothing(found.unit, "the plant as assumed does not decay")
+    spread = CERTIFICATES["common_lyapunov"].run(axis, varied=("inertia",))
+    if not spread.verified:
+        return inconclusive(spread.unit, "the plant as assumed does not decay")
     why = "one Lyapunov function holds while the plant answers with 1/(1 + x) to 1/(1 - x) of the gain assumed, x this"
-    return Certificate(found.value, found.unit, True, why, found.data)
+    return Certificate(spread.value, spread.unit, True, why, spread.data)
 
 
 PROOFS: dict[str, Callable[[PlantAxis], Certificate]] = {
@@ -117,10 +118,3 @@ PROOFS: dict[str, Callable[[PlantAxis], Certificate]] = {
 }
 """Certificate on matrices -> how it speaks of a channel of a plant, by its name in CERTIFICATES."""
 TITLES = {"common_lyapunov": "largest spread of the gain of the command with one Lyapunov function"}
-
-
-def _row(axis: str, name: str, title: str, source: str, found: Certificate) -> CertificateRow:
-    return CertificateRow(
-        axis=axis, name=name, title=title, value=found.value, unit=found.unit, verified=found.verified, why=found.why,
-        source=source,
-    )  # fmt: skip

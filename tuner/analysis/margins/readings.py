@@ -4,14 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from objectives.margins.margins import MarginModel
+from objectives.margins.loop_margins import LoopMargins
 from objectives.margins.plant_margins import PlantMargins
 from objectives.margins.quantities import MarginQuantity
 from objectives.margins.results import Margins
 from objectives.margins.trim import Trim
 from objectives.plant_system import PlantSystem
 from plant.loop import Timing
-from plant.nominal import nominal
+from plant.quadrotor.nominal import nominal
 from tuner.gains import Controller
 from tuner.study.margins import nominal_margins
 
@@ -25,7 +25,7 @@ class Loops:
     """Loops whose margins are judged: the gains row (g,) that closes them, their margin model, and the margins of that row."""
 
     row: Array
-    model: MarginModel | PlantMargins
+    model: LoopMargins
     margins: Margins
 
     @property
@@ -39,7 +39,7 @@ class Loops:
         return self.margins.channels.index(channel)
 
     def swept(self, channel: str) -> bool:
-        """Whether the loop of a channel depends on amplitude."""
+        """True if the loop of a channel depends on amplitude."""
         return bool(self.margins.sensitivity.case[0, self.place(channel)] >= 0)
 
     def value(self, quantity: MarginQuantity, channel: str) -> float:
@@ -59,16 +59,15 @@ class Subject(Loops):
 class PlantSubject(Loops):
     """The loops of a plant of the user's own, at rest."""
 
-    model: PlantMargins
     system: PlantSystem
 
 
 def subject_of(controller: Controller, trim: Trim) -> Subject:
     """Judge a controller on its own airframe; raises InputError where there is no steady flight in this trim."""
     vehicle, row = controller.airframe.vehicle, np.array(controller.gains)
-    known = nominal(vehicle, controller.options, controller.control_period)
+    assumed = nominal(vehicle, controller.options, controller.control_period)
     timing = Timing(controller.control_period, controller.plant_step)
-    model = nominal_margins(controller.cascade, known, timing, vehicle, trim)
+    model = nominal_margins(controller.cascade, assumed, timing, vehicle, trim)
     return Subject(row, model, model.evaluate(row[None]), controller, trim)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.trim import Trim
-from plant.cascade import ATTITUDE_AXES
+from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.analysis.margins.linear import Linear
 from tuner.gains import Controller
 
@@ -45,13 +45,13 @@ def time_responses(controller: Controller, trim: Trim, channels: tuple[str, ...]
 
 def _responses(channel: str, linear: Linear) -> LinearResponses:
     loops, i, stable = linear.closed(channel)
-    steps = round(LONGEST["attitude" if channel in ATTITUDE_AXES else "position"] / linear.period)
+    steps = round(LONGEST["attitude" if channel in ATTITUDE_AXES else "position"] / linear.control_period)
     step, load = [
         np.where(stable[:, None], simulate(loops, start.start + i, loops.output.start + i, steps), np.nan)
         for start in (loops.reference, loops.load)
     ]
     count = max(_until_settled(step), _until_settled(load))
-    return LinearResponses(channel, linear.period * np.arange(count), step[:, :count], load[:, :count])
+    return LinearResponses(channel, linear.control_period * np.arange(count), step[:, :count], load[:, :count])
 
 
 def simulate(loops: LinearLoops, column: int, row: int, steps: int) -> Array:
@@ -66,10 +66,10 @@ def simulate(loops: LinearLoops, column: int, row: int, steps: int) -> Array:
 
 
 def _until_settled(response: Array) -> int:
-    """Return how many samples pass until all cases stay near where they end, and a little more."""
-    kept = response[np.isfinite(response).all(axis=1)]
-    if not len(kept):
+    """Return the settling time of all cases in samples, and a little more."""
+    bounded = response[np.isfinite(response).all(axis=1)]
+    if not len(bounded):
         return response.shape[1]
-    away = np.abs(kept - kept[:, -1:]) > SETTLED * np.abs(kept).max(axis=None)
+    away = np.abs(bounded - bounded[:, -1:]) > SETTLED * np.abs(bounded).max(axis=None)
     last = int(np.nonzero(away.any(axis=0))[0].max(initial=0))
     return min(int(1.3 * last) + 2, response.shape[1])

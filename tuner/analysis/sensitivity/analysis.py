@@ -1,4 +1,4 @@
-"""A sensitivity analysis of anything that can be evaluated at points of the unit cube: sample, evaluate in batches, judge."""
+"""Sensitivity analysis of any function on the unit cube: sample, evaluate in batches, estimate."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ import numpy as np
 
 from plant.seeds import generator
 from tuner.analysis.sensitivity.design import SobolDesign, sobol_design
-from tuner.analysis.sensitivity.indices import RANK, VALUE, Indices, held_to_completed, ranks, sobol_spans
-from tuner.analysis.sensitivity.variance import TwoWay, two_way
+from tuner.analysis.sensitivity.indices import RANK, VALUE, Indices, clip_to_completed, ranks, sobol_spans
+from tuner.analysis.sensitivity.variance import TwoWayAnova, two_way_anova
 
 Array = np.ndarray
 # Points evaluated at once: the meters of 256 candidates in 64 scenarios take some 40 MB.
@@ -19,13 +19,13 @@ BATCH = 256
 class Sampled(NamedTuple):
     """Results of evaluating n points.
 
-    values (n, q): outputs; failures (n,): share of flights lost; kept (n,): whether a search would fly the candidate, for it
-    keeps every hard requirement; scores: for each output (n, flights) what it was made of.
+    values (n, q): outputs; failures (n,): share of failed flights; passes_screening (n,): mask of candidates that satisfy every
+    hard requirement, so that a search would fly them; scores: for each output those of the flights (n, flights).
     """
 
     values: Array
     failures: Array
-    kept: Array
+    passes_screening: Array
     scores: tuple[Array, ...]
 
 
@@ -33,17 +33,17 @@ class Sampled(NamedTuple):
 class Analysis:
     """Result of a sensitivity analysis.
 
-    values (n, q), failures (n,), kept (n,): at all points of the design. indices: by scale, of the outputs and then of the share
-    of failures. variance: for each output gains against scenarios, over the independent candidates without failures; None where
-    there are fewer than two of them or fewer than two flights. candidates: how many those are.
+    values (n, q), failures (n,), passes_screening (n,): at all points of the design. indices: by scale, of the outputs and then
+    of the share of failures. variance: of each output, gains against scenarios, over the independent candidates without failures;
+    None where there are fewer than two of them or fewer than two flights. candidates: their number.
     """
 
     design: SobolDesign
     values: Array
     failures: Array
-    kept: Array
+    passes_screening: Array
     indices: dict[str, Indices]
-    variance: tuple[TwoWay | None, ...]
+    variance: tuple[TwoWayAnova | None, ...]
     candidates: int
 
     @property
@@ -53,44 +53,46 @@ class Analysis:
 
     @property
     def screened_share(self) -> float:
-        """Share of the samples that a search would not fly, for they break a hard requirement."""
-        return float(np.mean(~self.kept, axis=0))
+        """Share of the samples that fail pre-screening by a hard requirement."""
+        return float(np.mean(~self.passes_screening, axis=0))
 
 
-def analyse(base: int, dimensions: int, evaluate: Callable[[Array], Sampled], root: int) -> Analysis:
-    """Evaluate a design of `base` samples, a power of two, and judge it; every draw follows from the root seed."""
+def analyze(base: int, dimensions: int, evaluate: Callable[[Array], Sampled], root: int) -> Analysis:
+    """Analyze a function by a design of `base` samples: a power of two; seeds follow from the root."""
     design = sobol_design(base, dimensions, generator(root, "sensitivity/points", 0))
-    values, failures, kept, scores = [], [], [], []
+    values, failures, passes_screening, scores = [], [], [], []
     for first in range(0, len(design.points), BATCH):
         part = evaluate(design.points[first : first + BATCH])
         values.append(part.values)
         failures.append(part.failures)
-        kept.append(part.kept)
+        passes_screening.append(part.passes_screening)
         # Only A and B are a sample of independent candidates.
         inside = max(min(design.independent - first, BATCH), 0)
         scores.append([entry[:inside] for entry in part.scores])
-    return judged(
-        design, np.concatenate(values), np.concatenate(failures), np.concatenate(kept),
-        [np.concatenate(entry) for entry in zip(*scores, strict=True)], root,
-    )  # fmt: skip
+    return estimate(
+        design,
+        np.concatenate(values),
+        np.concatenate(failures),
+        np.concatenate(passes_screening),
+        [np.concatenate(entry) for entry in zip(*scores, strict=True)],
+        root,
+    )
 
 
-def judged(
-    design: SobolDesign, values: Array, failures: Array, kept: Array, scores: list[Array], root: int
+def estimate(
+    design: SobolDesign, values: Array, failures: Array, passes_screening: Array, scores: list[Array], root: int
 ) -> Analysis:
     """Return the analysis of values (n, q) at a design; scores: for each output those of the independent points (2 base, s)."""
-    scales = {RANK: ranks(values), VALUE: held_to_completed(values, failures)}
+    scales = {RANK: ranks(values), VALUE: clip_to_completed(values, failures)}
     # One stream for both scales: the same resamples, so that they differ by the scale alone.
     indices = {
-        name: sobol_spans(
-            design, np.column_stack([scaled, failures]), generator(root, "sensitivity/bootstrap", 0)
-        )
+        name: sobol_spans(design, np.column_stack([scaled, failures]), generator(root, "sensitivity/bootstrap", 0))
         for name, scaled in scales.items()
-    }  # fmt: skip
+    }
     complete = failures[: design.independent] == 0.0
-    variance = tuple(_decomposed(entry[complete]) for entry in scores)
-    return Analysis(design, values, failures, kept, indices, variance, int(complete.sum(axis=0)))
+    variance = tuple(_anova(entry[complete]) for entry in scores)
+    return Analysis(design, values, failures, passes_screening, indices, variance, int(complete.sum(axis=0)))
 
 
-def _decomposed(scores: Array) -> TwoWay | None:
-    return two_way(scores) if min(scores.shape) >= 2 else None
+def _anova(scores: Array) -> TwoWayAnova | None:
+    return two_way_anova(scores) if min(scores.shape) >= 2 else None

@@ -31,11 +31,11 @@ class SobolDesign:
 
     @property
     def independent(self) -> int:
-        """Number of leading points, those of A and B, that do not depend on each other."""
+        """Number of independent points: the leading ones, of A and B."""
         return 2 * self.base
 
     def split(self, values: Array) -> tuple[Array, Array, Array]:
-        """Return values (n (d + 2), q) at the points as f_A (q, n), f_B (q, n) and f_AB (d, q, n)."""
+        """Return values (n (d + 2), q) split: into f_A (q, n), f_B (q, n) and f_AB (d, q, n)."""
         blocks = np.moveaxis(values.reshape(self.dimensions + 2, self.base, -1), -1, 1)
         return blocks[0], blocks[1], blocks[2:]
 
@@ -51,7 +51,7 @@ def checked_base(base: int) -> int:
 
 
 def sobol_design(base: int, dimensions: int, draw: np.random.Generator) -> SobolDesign:
-    """Return the design of `base` samples, a power of two, of so many variables."""
+    """Return the design of `base` samples: a power of two."""
     from scipy.stats import qmc
 
     # "seed", because SciPy before 1.15 knows no "rng".

@@ -1,12 +1,10 @@
 """The results of a sensitivity analysis, as data for JSON and as tables for CSV."""
 
-from typing import Any
-
 import numpy as np
 
 from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.indices import RANK, SCALES, VALUE, Spans
-from tuner.analysis.sensitivity.variance import Shares
+from tuner.analysis.sensitivity.variance import VarianceComponents
 from tuner.documents.parts import SampledValue
 from tuner.documents.sensitivity import IndexRow, SensitivityDocument, SensitivityVariable, VarianceRow, VarianceShares
 from tuner.store.columns import Columns, columns_of
@@ -20,7 +18,7 @@ SCALE_WORDS = {
 
 
 def sensitivity_document(study: TuningStudy, analysis: Analysis, seconds: float) -> SensitivityDocument:
-    """Return everything found, in shares of 1 and in percent where a key says so."""
+    """Return the document: in shares of 1, or in percent where a key says so."""
     flights = sum(entry.search for entry in study.scenarios)
     return SensitivityDocument(
         title=study.title,
@@ -43,15 +41,15 @@ def sensitivity_document(study: TuningStudy, analysis: Analysis, seconds: float)
 
 
 def outputs(study: TuningStudy) -> list[str]:
-    """Return the names of what is explained, in order."""
+    """Return the names of the outputs, in order."""
     return [*[objective.label for objective in study.objectives], FAILURE]
 
 
 def variables(study: TuningStudy) -> list[SensitivityVariable]:
     """Return every variable with unit, range and scale; it is uniform on that scale."""
-    known = {gain.column: gain for gain in study.system.gains}
+    gains = {gain.column: gain for gain in study.system.gains}
     return [
-        SensitivityVariable(name=v.name, unit=known[columns[0]].unit, low=v.low, high=v.high, scale=v.scale)
+        SensitivityVariable(name=v.name, unit=gains[columns[0]].unit, low=v.low, high=v.high, scale=v.scale)
         for v, columns in zip(study.space.variables, study.space.columns, strict=True)
     ]
 
@@ -78,59 +76,61 @@ def span(spans: Spans, output: int, variable: int) -> SampledValue:
 
 
 def variance_rows(study: TuningStudy, analysis: Analysis) -> list[VarianceRow]:
-    """Return a row for each objective: what gains, scenario and interaction make of the variance of its metric, in percent."""
+    """Return a row of variance components for each objective, in percent."""
     return [
         VarianceRow(
             objective=objective.label,
             metric=objective.metric.text,
             unit=objective.metric.unit,
             candidates=analysis.candidates,
-            components_percent=None if found is None else percent(found.of_components),
-            turbulence_percent=None if found is None else 100.0 * found.of_components.turbulence,
-            sum_of_squares_percent=None if found is None else percent(found.of_squares),
+            components_percent=None if anova is None else percent(anova.of_components),
+            turbulence_percent=None if anova is None else 100.0 * anova.of_components.turbulence,
+            sum_of_squares_percent=None if anova is None else percent(anova.of_squares),
         )
-        for objective, found in zip(study.objectives, analysis.variance, strict=True)
+        for objective, anova in zip(study.objectives, analysis.variance, strict=True)
     ]
 
 
-def percent(shares: Shares) -> VarianceShares:
+def percent(shares: VarianceComponents) -> VarianceShares:
     """Return shares in percent."""
     return VarianceShares(**{name: 100.0 * share for name, share in shares._asdict().items()})
 
 
 def notes(study: TuningStudy, analysis: Analysis) -> list[str]:
-    """Return what has to be known to read the figures."""
-    said = []
+    """Return notes on the interpretation of the figures."""
+    sentences = []
     if analysis.failed_share > 0.0:
-        said.append(
+        sentences.append(
             f"{100.0 * analysis.failed_share:.1f} % of the samples lost at least one flight; on the scale of ranks they count "
             "as bad, not as far off."
         )
     if analysis.screened_share > 0.0:
-        said.append(
+        sentences.append(
             f"{100.0 * analysis.screened_share:.1f} % of the samples break a hard requirement; a search would not fly them, "
             "here they were flown, for the indices need all of the ranges. Narrower ranges give indices of what a search sees."
         )
     if analysis.candidates < 2:
-        said.append("Fewer than two independent samples completed every flight, so no variance could be decomposed.")
+        sentences.append(
+            "Fewer than two independent samples completed every flight, so no variance could be decomposed."
+        )
     constant = [
         output
         for output, column in zip(outputs(study), np.column_stack([analysis.values, analysis.failures]).T, strict=True)
         if np.ptp(column, axis=0) == 0.0
     ]
     if constant:
-        said.append(f"The same for every sample, so nothing explains it: {', '.join(constant)}.")
-    return said
+        sentences.append(f"The same for every sample, so nothing explains it: {', '.join(constant)}.")
+    return sentences
 
 
 def index_table(study: TuningStudy, analysis: Analysis) -> Columns:
-    """Return `index_rows` as a table, the parts of an interval in columns of their own."""
+    """Return `index_rows` as a table: a column for each part of an interval."""
     rows = []
     for row in index_rows(study, analysis):
         ends = {
             f"{order}_{part}": value
-            for order, found in (("first", row.first), ("total", row.total))
-            for part, value in found.content().items()
+            for order, index in (("first", row.first), ("total", row.total))
+            for part, value in index.content().items()
         }
         rows.append({"scale": row.scale, "output": row.output, "variable": row.variable, **ends})
     return columns_of(rows)
@@ -153,7 +153,7 @@ def sample_table(study: TuningStudy, analysis: Analysis) -> Columns:
     names = [variable.name for variable in study.space.variables]
     blocks = ["A", "B", *[f"AB:{name}" for name in names]]
     gains = study.space.values(analysis.design.points)
-    columns: dict[str, Any] = {"block": [block for block in blocks for _ in range(analysis.design.base)]}
+    columns: Columns = {"block": [block for block in blocks for _ in range(analysis.design.base)]}
     columns |= {f"gain:{name}": gains[:, i] for i, name in enumerate(names)}
     columns |= {f"objective:{o.label}": analysis.values[:, i] for i, o in enumerate(study.objectives)}
-    return columns | {"failures": analysis.failures, "kept": analysis.kept}
+    return columns | {"failures": analysis.failures, "kept": analysis.passes_screening}

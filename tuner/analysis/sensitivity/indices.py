@@ -1,21 +1,18 @@
-"""Sobol indices: how much of the variance of an output each input explains, alone and with all its interactions.
+"""Sobol indices: shares of the variance of an output that each input explains, alone and with its interactions.
 
 First order S_i = V[E(y | x_i)] / V[y]; total T_i = 1 - V[E(y | all but x_i)] / V[y]. Estimators (b) and (f) of Table 2 in
-Saltelli et al. 2010 (see `tuner.analysis.sensitivity.design`), as implemented by `scipy.stats.sobol_indices`. An estimate may
-lie a little below 0 or above 1; its interval then says how little is known.
+Saltelli et al. 2010 (see `tuner.analysis.sensitivity.design`), as implemented by `scipy.stats.sobol_indices`. Estimates may
+lie a little below 0 or above 1.
 
-The intervals are percentile bootstraps over the base samples, which are taken as independent. Those of a Sobol sequence are
-spread more evenly than that, so the intervals are rather too wide. SciPy's own bootstrap takes no seed and is not used.
+The intervals are percentile bootstraps over the base samples, taken as independent; for a Sobol sequence they are conservative.
+SciPy's own bootstrap takes no seed and is not used.
 
-The variance is explained on two scales. A failed flight costs more than any completed one, a hundred times the usual value and
-more (`objectives.metrics.evaluate`): the plain variance over the ranges of the gains is then that of the failures, and its
-indices say which gains lose flights.
+A failed flight costs more than any completed one (`objectives.metrics.evaluate`) and would dominate the
+variance; hence two scales:
 
-- rank: a candidate's place among all samples, 0 the best and 1 the worst. It is monotone, bounded and the same whatever a
-  failure is said to cost, and it is what a search by dominance sees; so these are the indices to read first. Interactions that
-  only bend the scale are not seen (A. Saltelli, I. M. Sobol, Reliability Engineering & System Safety 50(3):225-239, 1995).
-- value: the objective in its own unit, held to the largest value of any sample that lost no flight. Without failures it is
-  the objective itself.
+- rank: a candidate's place among all samples, 0 the best and 1 the worst; independent of the cost of failures. Interactions that
+  only bend the scale do not show (A. Saltelli, I. M. Sobol, Reliability Engineering & System Safety 50(3):225-239, 1995).
+- value: the objective in its unit, clipped to the largest value of any sample without failures.
 """
 
 from typing import NamedTuple
@@ -32,7 +29,7 @@ SCALES = (RANK, VALUE)
 
 
 class Spans(NamedTuple):
-    """Indices (q, d) of q outputs to d inputs with the ends of their 95 % intervals."""
+    """Indices (q, d) of outputs to inputs, with 95 % intervals."""
 
     value: Array
     low: Array
@@ -47,16 +44,16 @@ class Indices(NamedTuple):
 
 
 def sobol_spans(design: SobolDesign, values: Array, draw: np.random.Generator, replicates: int = REPLICATES) -> Indices:
-    """Return the indices of outputs `values` (n (d + 2), q), finite, at the points of a design."""
+    """Return the Sobol indices of outputs (n (d + 2), q), finite: at a design's points."""
     from scipy.stats import sobol_indices
 
     f_a, f_b, f_ab = design.split(values)
-    found = sobol_indices(func={"f_A": f_a, "f_B": f_b, "f_AB": f_ab}, n=design.base)
+    estimates = sobol_indices(func={"f_A": f_a, "f_B": f_b, "f_AB": f_ab}, n=design.base)
     shape = values.shape[1], design.dimensions
     # Rounding makes the variance of equal numbers 1e-33 instead of 0.
     changes = (np.ptp(values, axis=0) > 0.0)[:, None]
     ends = _bootstrap(f_a, f_b, f_ab, draw, replicates)
-    points = (np.reshape(order, shape) for order in (found.first_order, found.total_order))
+    points = (np.reshape(order, shape) for order in (estimates.first_order, estimates.total_order))
     first, total = (
         Spans(*(np.where(changes, part, 0.0) for part in (point, *end)))
         for point, end in zip(points, ends, strict=True)
@@ -96,7 +93,7 @@ def places(values: Array) -> Array:
     return (np.cumsum(count) - 0.5 * (count - 1))[which]
 
 
-def held_to_completed(values: Array, failures: Array) -> Array:
-    """Return values (n, q) held to the largest among the samples whose share of failures (n,) is 0; all kept if none is."""
+def clip_to_completed(values: Array, failures: Array) -> Array:
+    """Return values (n, q) clipped to the largest ones without failures (n,), if any."""
     complete = failures == 0.0
     return np.minimum(values, values[complete].max(axis=0)) if complete.any() else values

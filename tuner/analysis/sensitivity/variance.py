@@ -1,4 +1,4 @@
-"""How much of the variance of a metric is gains, how much is the air, and how much is gains that answer the same air differently.
+"""Two-way analysis of variance of a metric: gains, turbulence, and their interaction.
 
 Scores of g candidates through the same s scenarios are a two-way table without replication. With row means r_i, column means c_j
 and grand mean m the sums of squares are exact and add up:
@@ -7,9 +7,8 @@ and grand mean m the sums of squares are exact and add up:
 
 Both gains and scenarios are samples, so the table is one of random effects, and the variance components follow from the mean
 squares: interaction = MS_e, gains = (MS_g - MS_e) / s, scenario = (MS_s - MS_e) / g, where a negative estimate counts as 0.
-S. R. Searle, G. Casella, C. E. McCulloch, "Variance Components", Wiley, 1992, section 4.3. Unlike shares of the sums of squares
-the components do not depend on how many scenarios were flown; without replication they cannot tell interaction from noise, but a
-flight has no noise of its own: gains and scenario decide it.
+S. R. Searle, G. Casella, C. E. McCulloch, "Variance Components", Wiley, 1992, section 4.3. Unlike shares of the sums of squares,
+the components do not depend on the number of scenarios. A flight is deterministic, so the interaction holds no noise.
 """
 
 from typing import NamedTuple
@@ -19,8 +18,8 @@ import numpy as np
 Array = np.ndarray
 
 
-class Shares(NamedTuple):
-    """Shares of a whole; they add up to 1, or are all 0 where nothing varies."""
+class VarianceComponents(NamedTuple):
+    """Shares of the variance; they add up to 1, or are all 0 where nothing varies."""
 
     gains: float
     scenario: float
@@ -28,19 +27,19 @@ class Shares(NamedTuple):
 
     @property
     def turbulence(self) -> float:
-        """What would not be there in one and the same air: scenario and interaction."""
+        """Share of the turbulence: scenario and interaction."""
         return self.scenario + self.interaction
 
 
-class TwoWay(NamedTuple):
-    """Sums of squares in the metric's unit squared, shares of their total, and shares of the variance components."""
+class TwoWayAnova(NamedTuple):
+    """Two-way analysis of variance: sums of squares [unit^2], their shares, and shares of the components."""
 
     sums: tuple[float, float, float]
-    of_squares: Shares
-    of_components: Shares
+    of_squares: VarianceComponents
+    of_components: VarianceComponents
 
 
-def two_way(scores: Array) -> TwoWay:
+def two_way_anova(scores: Array) -> TwoWayAnova:
     """Decompose scores (g, s) of g >= 2 candidates in s >= 2 scenarios."""
     g, s = scores.shape
     assert g >= 2 and s >= 2, "a decomposition needs two candidates and two scenarios"
@@ -55,13 +54,13 @@ def two_way(scores: Array) -> TwoWay:
     within = of_rest / ((g - 1) * (s - 1))
     component_g = max(of_gains / (g - 1) - within, 0.0) / s
     component_s = max(of_scenario / (s - 1) - within, 0.0) / g
-    return TwoWay(
+    return TwoWayAnova(
         (of_gains, of_scenario, of_rest),
         _shares(of_gains, of_scenario, of_rest),
         _shares(component_g, component_s, within),
     )
 
 
-def _shares(*parts: float) -> Shares:
-    whole = sum(parts)
-    return Shares(*(part / whole if whole > 0.0 else 0.0 for part in parts))
+def _shares(*parts: float) -> VarianceComponents:
+    total = sum(parts)
+    return VarianceComponents(*(part / total if total > 0.0 else 0.0 for part in parts))

@@ -8,6 +8,7 @@ from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console
 from tuner.documents.approach import Expected, StepOfApproach
 from tuner.documents.margins import ChannelMargins, LimitRow
+from tuner.text.sentences import BOUNDS
 
 if TYPE_CHECKING:
     from tuner.api.approaching import Approach
@@ -47,7 +48,7 @@ def steps_table(steps: list[StepOfApproach]) -> TerminalTable:
 
 
 def name_of(k: int, steps: list[StepOfApproach]) -> str:
-    """Return what a step is called."""
+    """Return the name of a step."""
     return f"{k}, flies now" if k == 0 else f"{k}, tuned" if k == len(steps) - 1 else str(k)
 
 
@@ -58,9 +59,9 @@ def change_of(step: StepOfApproach) -> str:
 
 def worst_of(step: StepOfApproach, name: str) -> tuple[str, float | None, ChannelMargins]:
     """Return a margin of the loop that has least of it, in the unit of files; None where nothing limits any loop."""
-    least = QUANTITIES[name].sense == "least"
-    known = [each for each in step.channels if each.quantities[name].value is not None]
-    loop = (min if least else max)(known or step.channels, key=lambda each: each.quantities[name].value or 0.0)
+    least = QUANTITIES[name].sense == "min"
+    limited = [each for each in step.channels if each.quantities[name].value is not None]
+    loop = (min if least else max)(limited or step.channels, key=lambda each: each.quantities[name].value or 0.0)
     return name, loop.quantities[name].value, loop
 
 
@@ -78,7 +79,7 @@ def ring_of(step: StepOfApproach) -> str:
 
 
 def expected_table(steps: list[StepOfApproach], where: str) -> TerminalTable:
-    """Return what the flights of each step that are not lost measure: median, and the range of 90 % of them."""
+    """Return the measurements of completed flights of each step: median, and the range of 90 % of them."""
     table = TerminalTable(f"What to expect: {where}, median and 90 % of them", keys=1)
     table.columns_of("step", *[f"{each.metric} [{each.unit}]".replace(" [1]", "") for each in steps[0].expected])
     for k, step in enumerate(steps):
@@ -93,18 +94,17 @@ def range_of(row: Expected) -> str:
 
 
 def said_of(row: LimitRow) -> str:
-    """Return what falls short."""
+    """Return a limit that a step falls short of, in a sentence."""
     quantity = QUANTITIES[row.quantity or ""]
     value = "none" if row.value is None else f"{quantity.to_limit(row.value):.4g}"
-    bound = "at least" if row.sense == "least" else "at most"
     return (
-        f"{row.label} is {value}, {bound} {quantity.to_limit(row.limit):.4g} {quantity.limit_unit} is allowed: the limit, or the "
-        "worse of both ends. Take more steps, or gains between which it does not fall."
+        f"{row.label} is {value}, {BOUNDS[row.sense]} {quantity.to_limit(row.limit):.4g} {quantity.limit_unit} is allowed: "
+        "the limit, or the worse of both ends. Take more steps, or gains between which it does not fall."
     )
 
 
 def advice(made: "Approach") -> list[str]:
-    """Return how to fly the steps and how to go back."""
+    """Return instructions to fly the steps and to go back."""
     last = len(made.gains) - 1
     lines = [
         f"Fly steps 1 to {last} in turn, each in calm air first: hover, then a small step in every axis.",

@@ -1,5 +1,6 @@
 """Printers of what is known of a file without flying, and of verdicts on gains."""
 
+from collections.abc import Callable
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
@@ -26,17 +27,15 @@ def print_checked(checked: "Checked", _: Console) -> None:
         print(f"{checked.examined.path}: valid: {sentence(checked.examined)}")
     elif "breaches" in checked.content:
         print_own(checked.content)
-    elif isinstance(checked.document, StudyPreview):
-        show_study(checked.document, wide_console())
-    elif isinstance(checked.document, PlantPreview):
-        print_figures(_figures(checked) | {"plant_step": checked.document.plant_step.words})
+    elif type(checked.document) in PREVIEWS:
+        PREVIEWS[type(checked.document)](checked.document)
     else:
-        print_figures(_figures(checked))
+        print_figures(figures_of(checked.content))
 
 
-def _figures(checked: "Checked") -> Row:
-    """Return what a file holds but for automatic limits, which are among the sentences."""
-    return {key: value for key, value in checked.content.items() if key != "automatic_limits"}
+def figures_of(content: Row) -> Row:
+    """Return the figures of a document but for automatic limits, which are among the sentences."""
+    return {key: value for key, value in content.items() if key != "automatic_limits"}
 
 
 def print_own(content: Row) -> None:
@@ -73,6 +72,10 @@ def shown(value: Any) -> str:
 def sentence(examined: "Examined") -> str:
     """Say what a valid file holds."""
     document, given = examined.document, examined.given
+    if "plant" in document:
+        laws = ", ".join(f"{channel['law']} ({channel['name']})" for channel in document["channels"])
+        loops = f"{laws} for plant {document['plant']['name']}"
+        return f"{given['format']} {given['version']}, {loops}, {len(document['gains'])} gains"
     laws = f"{document['controller']['position']} / {document['controller']['attitude']}"
     words = [
         f"holdfast-gains {given['version']}",
@@ -86,28 +89,38 @@ def sentence(examined: "Examined") -> str:
     return ", ".join(words)
 
 
-def show_study(found: StudyPreview, console: Console) -> None:
+def show_plant(preview: PlantPreview) -> None:
+    """Print what would fly of a plant, with its steps."""
+    print_figures(figures_of(preview.content()) | {"plant_step": preview.plant_step.words})
+
+
+def show_study(preview: StudyPreview) -> None:
     """Print it: what would fly, the vehicle, its trim, the default's margins, and what stands in the way."""
+    console = wide_console()
     table = TerminalTable(box=None, show_header=False)
     table.add_column("", no_wrap=True)
     table.add_column("")
-    most = "at most " if found.stop == CONVERGED else ""
+    most = "at most " if preview.stop == CONVERGED else ""
     for key in ("title", "variables", "objectives", "constraints", "requirements", "search_flights", "digest"):
-        value = getattr(found, key)
+        value = getattr(preview, key)
         before = most if key == "search_flights" else ""
         table.add_row(key, ", ".join(value) if isinstance(value, list) else f"{before}{value}")
-    table.add_row("vehicle", vehicle_text(found.vehicle))
-    table.add_row("plant step", found.plant_step.words)
-    for row in found.trim:
+    table.add_row("vehicle", vehicle_text(preview.vehicle))
+    table.add_row("plant step", preview.plant_step.words)
+    for row in preview.trim:
         table.add_row("trim", trim_text(row))
     console.print(table)
-    for text in found.told:
+    for text in preview.notes:
         console.print(text)
-    if found.default:
-        console.print(default_table(found.default))
-    for text in found.problems:
+    if preview.default:
+        console.print(default_table(preview.default))
+    for text in preview.problems:
         console.print(f"Problem: {text}", style="red")
-    console.warn(found.warnings)
+    console.warn(preview.warnings)
+
+
+PREVIEWS: dict[type, Callable[..., None]] = {StudyPreview: show_study, PlantPreview: show_plant}
+"""Type of a preview -> what prints it; any other document is printed line by line."""
 
 
 def vehicle_text(row: VehicleRow) -> str:
@@ -148,7 +161,7 @@ def _cell(row: DefaultRow | None) -> str:
     if row is None:
         return ""
     value = "no bound" if row.value is None else f"{row.value:.3g}"
-    return value if row.kept else f"{value} {'!' if row.hard else '~'}"
+    return value if row.is_satisfied else f"{value} {'!' if row.hard else '~'}"
 
 
 def print_judgement(judgement: "Judgement", console: Console) -> None:
@@ -159,12 +172,12 @@ def print_judgement(judgement: "Judgement", console: Console) -> None:
     for row in map(in_shown_units, document.rows):
         table.add_row(*cells(row), style=STYLES.get(row.verdict))
     console.print(table)
-    console.print(said(document))
+    console.print(judgement_text(document))
 
 
 def cells(row: JudgedRow) -> list[str]:
     """Return the texts of one row."""
-    limit = "" if row.limit is None else bound_text(row)
+    limit = bound_text(row)
     unit = unit_text(row.unit)
     if row.low is None or row.high is None or row.value is None:
         value = "unbounded" if row.value is None else f"{row.value:.4g}"
@@ -176,7 +189,7 @@ def cells(row: JudgedRow) -> list[str]:
     return [row.label, limit, digits(row.value, room), ends, unit, row.verdict]
 
 
-def said(document: JudgementDocument) -> str:
+def judgement_text(document: JudgementDocument) -> str:
     """Return the verdict in a sentence, with the names of what decides it."""
     named = {
         verdict: ", ".join(row.label for row in document.rows if row.verdict == verdict)

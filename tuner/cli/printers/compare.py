@@ -7,7 +7,7 @@ from rich.text import Text
 
 from tuner.cli.printers.tuning import print_ending, with_count
 from tuner.cli.tables import TerminalTable, say_files
-from tuner.cli.terminal import Console, difference, estimate, limit_text, unit_text
+from tuner.cli.terminal import Console, bound_text, difference, estimate, unit_text
 from tuner.documents.contest_document import ComparisonDocument, DifferenceRow, QuantityRow
 
 if TYPE_CHECKING:
@@ -21,39 +21,42 @@ def print_compared(results: "ComparisonResults", console: Console) -> None:
         say_files(console, Report=results.folder / "report.html", Figures=results.folder / "figures")
 
 
-def print_comparison(found: ComparisonDocument, console: Console) -> None:
+def print_comparison(document: ComparisonDocument, console: Console) -> None:
     """Print a table for each quantity, the sentences and the warnings of a comparison.json."""
-    flights = sum(entry.flights for entry in found.compared_on)
-    console.print(f"{found.title}  (seed {found.seed})", style="bold")
-    print_ending(found.ending, console)
+    flights = sum(entry.flights for entry in document.compared_on)
+    console.print(f"{document.title}  (seed {document.seed})", style="bold")
+    print_ending(document.ending, console)
     console.print(
-        f"Each flew the same {flights:,} flights; 95 % intervals; behind each value its difference to {found.first}, "
+        f"Each flew the same {flights:,} flights; 95 % intervals; behind each value its difference to {document.first}, "
         "paired flight by flight.",
-    )  # fmt: skip
-    for quantity, rows in blocks(found):
+    )
+    for quantity, rows in blocks(document):
         console.print(f"\n{heading(quantity)}", style="bold")
         console.print(block_table(rows, console.width))
     console.print()
-    console.bullets(found.words)
-    console.warn(found.warnings)
-    console.print(f"{found.flights:,} flights in {found.wall_seconds:.1f} s.")
+    console.bullets(document.words)
+    console.warn(document.warnings)
+    console.print(f"{document.flights:,} flights in {document.wall_seconds:.1f} s.")
 
 
-def blocks(found: ComparisonDocument) -> Iterator[tuple[QuantityRow, list[list[str]]]]:
+def blocks(document: ComparisonDocument) -> Iterator[tuple[QuantityRow, list[list[str]]]]:
     """Yield each quantity with a row for each contender: name, value, difference to the first, verdict."""
-    values = {(row.contender, row.quantity): row for row in found.estimates}
-    apart = {(r.second, r.quantity): r for r in found.differences if r.first == found.first}
-    for quantity in found.quantities:
-        keys = [(contender.name, quantity.label) for contender in found.contenders]
+    values = {(row.contender, row.quantity): row for row in document.estimates}
+    differences = {(r.second, r.quantity): r for r in document.differences if r.first == document.first}
+    for quantity in document.quantities:
+        keys = [(contender.name, quantity.label) for contender in document.contenders]
         yield (
             quantity,
-            [[key[0], with_count(estimate(values[key]), values[key].count), *against(apart.get(key))] for key in keys],
+            [
+                [key[0], with_count(estimate(values[key]), values[key].count), *against(differences.get(key))]
+                for key in keys
+            ],
         )
 
 
 def heading(quantity: QuantityRow) -> str:
     """Return label, unit and limit of a quantity."""
-    limit = "" if quantity.limit is None else f", {limit_text(quantity)}"
+    limit = "" if quantity.limit is None else f", {bound_text(quantity)}"
     return f"{quantity.label}{unit_text(quantity.unit, ' [{}]')}{limit}"
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from tuner.cli.printers.tuning import print_ending, with_count
 from tuner.cli.tables import TerminalTable, say_files
-from tuner.cli.terminal import Console, digits, estimate, limit_text, unit_text
+from tuner.cli.terminal import Console, bound_text, digits, estimate, unit_text
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.experiments.contest.words import flights_of
 
@@ -15,34 +15,34 @@ if TYPE_CHECKING:
 
 def print_contest(results: "ContestResults", console: Console) -> None:
     """Print what a contest found."""
-    print_found(results.document, results.home, console)
+    print_estimates(results.document, results.home, console)
 
 
-def print_found(found: ContestDocument | ComparisonDocument, folder: Path, console: Console) -> None:
+def print_estimates(document: ContestDocument | ComparisonDocument, folder: Path, console: Console) -> None:
     """Print the tables, sentences and warnings of a contest.json."""
-    print_ending(found.ending, console)
-    console.print(estimates_table(found))
-    if found.published:
-        console.print(published_table(found))
-    console.bullets(found.words)
-    console.warn(found.warnings)
+    print_ending(document.ending, console)
+    console.print(estimates_table(document))
+    if document.published:
+        console.print(published_table(document))
+    console.bullets(document.words)
+    console.warn(document.warnings)
     page = folder / "report.html"
-    console.print(f"{found.flights:,} flights in {found.wall_seconds:.1f} s.")
+    console.print(f"{document.flights:,} flights in {document.wall_seconds:.1f} s.")
     say_files(console, **({"Report": page} if page.exists() else {"Results": folder}))
 
 
-def estimates_table(found: ContestDocument | ComparisonDocument) -> TerminalTable:
+def estimates_table(document: ContestDocument | ComparisonDocument) -> TerminalTable:
     """Return contenders down, objectives and constraints across, each value over its interval."""
-    flights = sum(entry.flights for entry in found.compared_on)
-    table = TerminalTable(f"On {flights} {flights_of(found.stream)} each, 95 % intervals", keys=1)
+    flights = sum(entry.flights for entry in document.compared_on)
+    table = TerminalTable(f"On {flights} {flights_of(document.stream)} each, 95 % intervals", keys=1)
     table.add_column("", no_wrap=True)
-    judged = [quantity for quantity in found.quantities if quantity.kind in ("objective", "constraint")]
+    judged = [quantity for quantity in document.quantities if quantity.kind in ("objective", "constraint")]
     for quantity in judged:
-        limit = "" if quantity.limit is None else f"{limit_text(quantity)} "
+        limit = "" if quantity.limit is None else f"{bound_text(quantity)} "
         table.add_column(f"{quantity.label}\n{limit}{unit_text(quantity.unit)}".rstrip(), justify="right")
     table.add_column("instructions\na step", justify="right")
-    values = {(entry.contender, entry.quantity): entry for entry in found.estimates}
-    for contender in found.contenders:
+    values = {(entry.contender, entry.quantity): entry for entry in document.estimates}
+    for contender in document.contenders:
         cells = [with_count(estimate(row), row.count) for row in (values[contender.name, q.label] for q in judged)]
         processor = contender.cost.processor
         counted = f"{processor.instructions_step:.0f}\n{processor.target}" if processor else ""
@@ -51,13 +51,13 @@ def estimates_table(found: ContestDocument | ComparisonDocument) -> TerminalTabl
     return table
 
 
-def published_table(found: ContestDocument | ComparisonDocument) -> TerminalTable:
+def published_table(document: ContestDocument | ComparisonDocument) -> TerminalTable:
     """Return the printed numbers beside ours, contender by contender."""
     table = TerminalTable("Printed numbers and our flights")
     ours = ("printed", "ours, mean", "95 % of our flights", "percentile")
     table.columns_of("quantity", *ours, left=("quantity",), wrap=ours)
-    for contender in found.contenders:
-        cells = [cell for cell in found.published if cell.contender == contender.name]
+    for contender in document.contenders:
+        cells = [cell for cell in document.published if cell.contender == contender.name]
         if cells:
             table.add_section()
             table.add_row(contender.name, style="bold")
@@ -65,8 +65,10 @@ def published_table(found: ContestDocument | ComparisonDocument) -> TerminalTabl
             mark = "" if cell.inside else " outside"
             width = cell.p97_5 - cell.p2_5
             table.add_row(
-                f"  {cell.metric} {cell.unit}{' (fitted)' if cell.fitted else ''}", f"{cell.printed:g}",
-                digits(cell.mean, width), f"{digits(cell.p2_5, width)} to {digits(cell.p97_5, width)}",
+                f"  {cell.metric} {cell.unit}{' (fitted)' if cell.fitted else ''}",
+                f"{cell.printed:g}",
+                digits(cell.mean, width),
+                f"{digits(cell.p2_5, width)} to {digits(cell.p97_5, width)}",
                 f"{cell.percentile:.1f}{mark}",
-            )  # fmt: skip
+            )
     return table

@@ -4,7 +4,7 @@ import sys
 from math import degrees
 from typing import TYPE_CHECKING
 
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import gain_addresses
 from tuner.cli.tables import TerminalTable, say_files, wide_console
 from tuner.cli.terminal import Console, bound_text, unit_text
 from tuner.documents.export import ExportDocument, ExportedParameter, RoundedMargin, VerificationPart
@@ -12,7 +12,6 @@ from tuner.documents.parts import in_shown_units
 
 if TYPE_CHECKING:
     from tuner.api.exporting import Exported, Imported
-    from tuner.api.plants import ExportedPlant
 
 # Options that an exporter has where a vehicle can be known.
 VEHICLE_OPTIONS = ("others",)
@@ -20,16 +19,9 @@ VEHICLE_OPTIONS = ("others",)
 SLOWNESS = 0.225
 
 
-def print_export_of_plant(made: "ExportedPlant", _: Console) -> None:
-    """Print where the controller of a plant lies."""
-    print(f"Controller in C99, {made.precision}: {', '.join(made.files)}")
-    print(f"{made.folder}: `make` there compares it with what flew")
-
-
 def print_export(made: "Exported", _: Console) -> None:
     """Print files, parameters, margins and flights after rounding, and what the target adds or lacks."""
     console, document = wide_console(), made.document
-    laws = f"{document.laws.position} / {document.laws.attitude}"
 
     def say(text: str) -> None:
         console.print(text, soft_wrap=not console.is_terminal)
@@ -37,7 +29,7 @@ def print_export(made: "Exported", _: Console) -> None:
     verification = document.verification
     for sentence in lost_flights(verification):
         say(sentence)
-    say(f"{document.target_version}: {laws} for {made.made.airframe}")
+    say(f"{document.target_version}: {laws_of(document)} for {made.made.airframe}")
     if document.experimental:
         say(f"Experimental: {document.experimental}")
     if document.parameters:
@@ -55,30 +47,37 @@ def print_export(made: "Exported", _: Console) -> None:
     say(f"{made.folder}: {', '.join([*document.files, 'rollback/', 'export.json', 'gains.json'])}")
 
 
+def laws_of(document: ExportDocument) -> str:
+    """Return the laws in words."""
+    if document.laws is not None:
+        return f"{document.laws.position} / {document.laws.attitude}"
+    return ", ".join(f"{law} ({channel})" for channel, law in (document.channel_laws or {}).items())
+
+
 def parameters_table(rows: list[ExportedParameter]) -> TerminalTable:
     """Return the parameters as the target holds them, beside those on the vehicle, or the target's defaults where nobody said."""
     table = TerminalTable("Parameters", keys=1)
-    known = any(row.before is not None for row in rows)
-    compared = ("vehicle", "new", "change") if known else ("default", "new")
+    has_vehicle_values = any(row.before is not None for row in rows)
+    compared = ("vehicle", "new", "change") if has_vehicle_values else ("default", "new")
     table.columns_of("name", *compared, "allowed", "unit", left=("name", "unit"), wrap=("unit",))
     for row in rows:
-        new, old = f"{row.held:.6g}", row.before if known else row.usual
-        cells = ["" if old is None else f"{old:.6g}", new, *([change_text(row)] if known else [])]
+        new, old = f"{row.held:.6g}", row.before if has_vehicle_values else row.usual
+        cells = ["" if old is None else f"{old:.6g}", new, *([change_text(row)] if has_vehicle_values else [])]
         table.add_row(row.name, *cells, _allowed(row), unit_text(row.unit))
     return table
 
 
 def change_text(row: ExportedParameter) -> str:
-    """Return what an export changes on the vehicle: nothing, a percentage, or from or to 0 as it is."""
+    """Return the change on the vehicle: nothing, a percentage, or from or to 0 as it is."""
     if row.before is None or row.change is None:
         return "not in its file"
     if row.change == 0.0:
-        return "kept" if row.kept else "same"
+        return "kept" if row.is_unmanaged else "same"
     return f"{row.change:+.4g}" if row.before == 0.0 else f"{100.0 * row.change / abs(row.before):+.2g} %"
 
 
 def said_of_before(document: ExportDocument) -> str:
-    """Return what the parameters are compared with, and how to compare them with the vehicle's own."""
+    """Return the origin of the values compared with, and the way to compare with the vehicle's."""
     origin = document.before
     if origin is None:
         return (
@@ -103,26 +102,26 @@ def _allowed(row: ExportedParameter) -> str:
 
 
 def changes_table(verification: VerificationPart) -> TerminalTable:
-    """Return what the target changes in the digits shown: limits and metrics as tuned and as held."""
+    """Return limits and metrics whose shown digits the target changes, as tuned and as held."""
     flights, scenario = verification.flights, verification.scenario
     title = f"As tuned, and as the target holds it; metrics over {flights} flights, {scenario}"
     table = TerminalTable(title, keys=1)
     table.columns_of("", "unit", "limit", "tuned", "held", left=("", "unit"))
     for row in map(in_shown_units, changed_margins(verification)):
-        table.add_row(row.label, row.unit, bound_text(row), _shown(row.asked), _shown(row.held))
+        table.add_row(row.label, row.unit, bound_text(row), _shown(row.unrounded), _shown(row.held))
     for row in verification.metrics:
         table.add_row(
-            f"mean({row.metric})", row.unit, "", *("-" if x is None else _shown(x) for x in (row.asked, row.held))
+            f"mean({row.metric})", row.unit, "", *("-" if x is None else _shown(x) for x in (row.unrounded, row.held))
         )
     return table
 
 
 def lost_flights(verification: VerificationPart) -> list[str]:
     """Return a sentence on flights that are lost, nothing where none is."""
-    asked, held = verification.lost_asked or 0, verification.lost_held or 0
-    if not asked and not held:
+    tuned, held = verification.lost_asked or 0, verification.lost_held or 0
+    if not tuned and not held:
         return []
-    count = str(asked) if asked == held else f"{asked} as tuned and {held} as the target holds it"
+    count = str(tuned) if tuned == held else f"{tuned} as tuned and {held} as the target holds it"
     return [f"{count} of {verification.flights} flights lost in {verification.scenario}: do not fly these gains."]
 
 
@@ -131,7 +130,7 @@ def changed_margins(verification: VerificationPart) -> list[RoundedMargin]:
     return [
         row
         for row in verification.margins
-        if _shown(row.asked) != _shown(row.held) or not (row.kept_asked and row.kept_held)
+        if _shown(row.unrounded) != _shown(row.held) or not (row.kept_asked and row.kept_held)
     ]
 
 
@@ -140,11 +139,11 @@ def said_of_margins(verification: VerificationPart) -> str:
     rows = verification.margins
     if not rows:
         return "No margins: this controller holds no steady hover."
-    differing = sum(_shown(row.asked) != _shown(row.held) for row in rows)
-    kept = sum(row.kept_held for row in rows)
+    differing = sum(_shown(row.unrounded) != _shown(row.held) for row in rows)
+    satisfied = sum(row.kept_held for row in rows)
     changed = f"{differing} of them change in five digits, see above" if differing else "none changes in five digits"
     return (
-        f"After rounding alone the loops keep {kept} of {len(rows)} limits on margins at hover; {changed}. Rates and "
+        f"After rounding alone the loops keep {satisfied} of {len(rows)} limits on margins at hover; {changed}. Rates and "
         "delays of the target, and filters of it that are none of these gains, are not in these figures."
     )
 
@@ -154,7 +153,7 @@ def said_of_filter(verification: VerificationPart) -> list[str]:
     gyro = verification.gyro_filter
     if gyro is None or not gyro.rows:
         return []
-    source = "as the vehicle has it" if gyro.known else "the default"
+    source = "as the vehicle has it" if gyro.is_from_vehicle_file else "the default"
     rows = sorted(gyro.rows, key=lambda row: row.theirs)
     taken = ", ".join(f"{row.loop} {degrees(row.taken):.2g} of {degrees(row.spare):.2g}" for row in rows)
     sentences = [

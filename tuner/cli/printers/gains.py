@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 SPARKS = "▁▂▃▄▅▆▇█"
 # Letters of a line that stand beside its blocks: name, range and unit.
-BESIDE = 36
+LABEL_LETTERS = 36
 # Lost flights that are printed.
 MOST_LOST = 10
 
@@ -40,8 +40,8 @@ def print_losses(flown: "Flights", console: Console) -> None:
 
 def metrics_table(flown: "Flights") -> TerminalTable:
     """Return the metrics."""
-    sortie, seeds = flown.sortie, flown.count
-    table = TerminalTable(f"{sortie.laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", keys=2)
+    setup, seeds = flown.flight_setup, flown.count
+    table = TerminalTable(f"{setup.laws}: {setup.spec.name}, {seeds} flights of {setup.spec.duration:g} s", keys=2)
     table.columns_of("metric", "unit", "mean +- 95 %", "median", "95 % of them", "worst", left=("metric", "unit"))
     for row in flown.document.metrics:
         half = 0.5 * (row.high - row.low)
@@ -50,16 +50,20 @@ def metrics_table(flown: "Flights") -> TerminalTable:
         if row.count is not None:
             mean = row.count.words if row.count.events == 0 else f"{row.mean:.2g} [{row.low:.2g}, {row.high:.2g}]"
         table.add_row(
-            row.metric, row.unit, mean,
-            digits(row.median, scale), digits(row.q95, scale), digits(row.worst, scale),
-        )  # fmt: skip
+            row.metric,
+            row.unit,
+            mean,
+            digits(row.median, scale),
+            digits(row.q95, scale),
+            digits(row.worst, scale),
+        )
     return table
 
 
 def print_sparks(flown: "Flights", console: Console) -> None:
     """Print the median response of each axis as a line of blocks, with its range."""
     _, median, _ = flown.recorded.fans()
-    blocks = min(max(console.width - BESIDE, 16), 64)
+    blocks = min(max(console.width - LABEL_LETTERS, 16), 64)
     columns = np.linspace(0, len(median) - 1, blocks).astype(int)
     flights = flown.recorded
     # Commands follow nothing.
@@ -77,12 +81,12 @@ def print_sparks(flown: "Flights", console: Console) -> None:
 
 def print_theory(theory: "Theory", console: Console) -> None:
     """Print the rows as a table, or say that theory has nothing to say."""
-    rows, told = theory.document.theorems, theory.document
+    rows, document = theory.document.theorems, theory.document
     if not rows:
         console.print("No theorem speaks of these laws; `tuner list theorems` shows which it speaks of.")
         return
-    scenarios = ", ".join(told.scenarios)
-    origin = f"measured in {scenarios}: {100.0 * told.level:g} % quantile over {theory.control_period:g} s"
+    scenarios = ", ".join(document.scenarios)
+    origin = f"measured in {scenarios}: {100.0 * document.level:g} % quantile over {theory.control_period:g} s"
     table = TerminalTable(f"What theory guarantees; disturbance rate {origin}", keys=2)
     table.columns_of("axis", "theorem", "value", "disturbance rate", "holds", left=("axis", "theorem", "holds"))
     words = {True: "yes", False: "no", None: "a bound"}
@@ -106,17 +110,21 @@ def print_costs(cost: "Cost", console: Console) -> None:
     table.columns_of("attitude law", "attitude\nloops", "whole\ncascade", speed, *sizes, left=("attitude law",))
     for row in rows:
         table.add_row(
-            row.attitude, f"{row.instructions_attitude:.0f}, {row.most_attitude}",
-            f"{row.instructions_step:.0f}, {row.most_step}", f"{1e-6 * row.instructions_per_second:.3f}",
-            str(row.text_bytes), str(row.state_bytes), str(row.stack_bytes),
-        )  # fmt: skip
+            row.attitude,
+            f"{row.instructions_attitude:.0f}, {row.most_attitude}",
+            f"{row.instructions_step:.0f}, {row.most_step}",
+            f"{1e-6 * row.instructions_per_second:.3f}",
+            str(row.text_bytes),
+            str(row.state_bytes),
+            str(row.stack_bytes),
+        )
     console.print(table)
     console.print(f"Counted: {cost.document.meaning}.")
     console.print(f"Tools: {first.compiler} ({first.flags}), {first.emulator}; {origin(first)}")
 
 
 def origin(row: "CostRow") -> str:
-    """Return where a row comes from."""
+    """Return the source of a row."""
     if row.measured:
         return "counted just now."
     return f"from the packaged table, at default gains and {1e3 * CONTROL_PERIOD:g} ms; --measure counts these gains."

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 FLY = 'Written: {}; fly it with file = "..." in [airframe] and from = "airframe" in [scenario.spread].'
 
 
-def print_identification(found: "Identification", console: Console) -> None:
+def print_identification(identification: "Identification", console: Console) -> None:
     """Print the numbers with intervals, the prediction, both regressions and the verdict."""
-    document = found.document
+    document = identification.document
     for row in document.logs:
         console.print(log_text(row))
     table = TerminalTable("95 % intervals", keys=1)
@@ -34,9 +34,9 @@ def print_identification(found: "Identification", console: Console) -> None:
         console.print(FLY.format(document.file))
 
 
-def print_log_comparison(found: "LogComparison", console: Console) -> None:
+def print_log_comparison(comparison: "LogComparison", console: Console) -> None:
     """Print each measure of both logs, their ratio, what was predicted, and the verdict."""
-    document = found.document
+    document = comparison.document
     for row in (document.before, document.after):
         console.print(log_text(row))
     table = TerminalTable("After over before, 95 % intervals", keys=1)
@@ -45,7 +45,7 @@ def print_log_comparison(found: "LogComparison", console: Console) -> None:
         ratio, interval = estimate(row.ratio.value, row.ratio.low, row.ratio.high)
         limit = "" if row.predicted is None else f"<= {significant(row.predicted, 3)}"
         values = (significant(row.before.value, 3), significant(row.after.value, 3))
-        table.add_row(row.name, *values, f"{ratio} {interval}", row.told, limit, unit_text(row.unit))
+        table.add_row(row.name, *values, f"{ratio} {interval}", row.change, limit, unit_text(row.unit))
     console.print(table)
     console.print(document.verdict)
 
@@ -63,9 +63,9 @@ def print_log_check(checked: "LogCheck", console: Console) -> None:
     console.print("The logs can be used." if checked.usable else "A log is of no use as it stands.")
 
 
-def print_estimate(found: "EstimatedAirframe", console: Console) -> None:
+def print_estimate(estimated: "EstimatedAirframe", console: Console) -> None:
     """Print the numbers with intervals and sources, and what to do next."""
-    document: EstimateDocument = found.document
+    document: EstimateDocument = estimated.document
     table = TerminalTable("95 % ranges", keys=1)
     table.columns_of("", "value", "95 % range", "unit", left=("", "unit"))
     for row in document.numbers:
@@ -92,7 +92,7 @@ def number_cells(row: IdentifiedNumber) -> list[str]:
 
 
 def prediction_table(document: IdentificationDocument) -> TerminalTable:
-    """Return how well windows that were kept from the fit are predicted."""
+    """Return the prediction of windows that the fit did not see."""
     table = TerminalTable(f"Prediction over {document.horizon:g} s on windows kept from the fit", keys=1)
     table.columns_of("", "explained", "RMS error", "unit", "in 95 % band", "up to", left=("", "unit"))
     for row in document.prediction:

@@ -10,9 +10,12 @@ from tuner.cli.tables import TerminalTable, wide_console
 
 # Columns that --json carries and a terminal has no room for.
 WIDE = {
-    "airframes": {"frame"}, "laws": {"title", "source", "scale", "symbol"}, "studies": {"file", "shipped"},
-    "targets": {"experimental", "attitude", "position"}, "theorems": {"quantity", "rates", "assumes", "source"},
-}  # fmt: skip
+    "airframes": {"frame"},
+    "laws": {"title", "source", "scale", "symbol"},
+    "studies": {"file", "shipped"},
+    "targets": {"experimental", "attitude", "position"},
+    "theorems": {"quantity", "rates", "assumes", "source"},
+}
 
 
 # Column whose values stand as lines of their own above the rows that share them.
@@ -53,12 +56,12 @@ def print_listing(what: str, containing: str | None, as_json: bool) -> None:
         if group and row[group] != before:
             before = row[group]
             table.add_row(Text(before, style="bold"))
-        first, *others = [_told(row[column]) for column in columns]
+        first, *others = [_cell_text(row[column]) for column in columns]
         table.add_row(Text(f"  {first}" if group else first), *map(Text, others))
     wide_console().print(table)
 
 
-def _told(cell: Any) -> str:
+def _cell_text(cell: Any) -> str:
     """Return a value of a row as a person reads it."""
     if isinstance(cell, bool):
         return "yes" if cell else "no"

@@ -18,7 +18,6 @@ from tuner.documents.summary import RequiredRow
 if TYPE_CHECKING:
     from tuner.api.designing import Design
     from tuner.api.margins import Margins
-    from tuner.api.plant_designing import PlantDesign
 
 
 # Times from which on they are printed in seconds, and in minutes [s].
@@ -30,14 +29,14 @@ def print_margins(margins: "Margins", console: Console) -> None:
     """Print the table of all loops, the requirements and, where they are there, extents and certificates."""
     document, from_study = margins.document, margins.from_study
     console.print(margins_table(document, from_study))
-    whole = document.multiloop.disk
+    disk = document.multiloop.disk
     bound = document.multiloop.disk_range
-    if whole.value is not None:
+    if disk.value is not None:
         console.print(
-            f"All plant inputs at once: disk margin {whole.value:.2f}, so every gain may change by a factor of "
+            f"All plant inputs at once: disk margin {disk.value:.2f}, so every gain may change by a factor of "
             f"{shown(bound.low, 2)} to {shown(bound.high, 2)} or every phase by "
             f"{degrees(bound.phase.value or 0.0):.0f} deg, all together.",
-        )  # fmt: skip
+        )
     if from_study:
         console.print(requirements_table(document.requirements))
     print_states(console, document.requirements if from_study else by_quantity(document.requirements))
@@ -96,7 +95,7 @@ def marks_of(requirements: list[LimitRow]) -> dict[tuple[str, str], str]:
     """Return the mark of each cell (channel, quantity): ! for a broken limit, ~ for a missed target."""
     marks: dict[tuple[str, str], str] = {}
     for row in requirements:
-        if not row.kept and row.channel is not None and row.quantity is not None:
+        if not row.is_satisfied and row.channel is not None and row.quantity is not None:
             place = row.channel, row.quantity
             marks[place] = "!" if row.hard or marks.get(place) == "!" else "~"
     return marks
@@ -158,7 +157,7 @@ def requirements_table(rows: list[LimitRow]) -> TerminalTable:
     table = TerminalTable("Required by the study", keys=1)
     table.columns_of("requirement", "value", "limit", "unit", "", left=("requirement", "unit", ""))
     for row in map(in_shown_units, rows):
-        verdict = "kept" if row.kept else "BROKEN" if row.hard else "missed"
+        verdict = "kept" if row.is_satisfied else "BROKEN" if row.hard else "missed"
         value = "inf" if row.value is None else f"{row.value:.4g}"
         table.add_row(row.label, value, bound_text(row), unit_text(row.unit), verdict)
     return table
@@ -221,11 +220,11 @@ def print_certificates(console: Console, document: MarginsDocument) -> None:
 
 def print_verdict(console: Console, document: MarginsDocument) -> None:
     """Print whether the hard requirements are kept."""
-    open_ones = [row for row in document.requirements if not row.kept]
+    open_ones = [row for row in document.requirements if not row.is_satisfied]
     broken = [row.label for row in open_ones if row.hard]
     # A target says nothing more where the limit itself is broken.
-    said = {(row.channel, row.quantity) for row in open_ones if row.hard and row.channel}
-    missed = [r.label for r in open_ones if not r.hard and (r.channel, r.quantity) not in said]
+    unmet = {(row.channel, row.quantity) for row in open_ones if row.hard and row.channel}
+    missed = [r.label for r in open_ones if not r.hard and (r.channel, r.quantity) not in unmet]
     if broken:
         console.print(f"BROKEN (!): {', '.join(broken)}", style="red")
     else:
@@ -235,25 +234,17 @@ def print_verdict(console: Console, document: MarginsDocument) -> None:
 
 
 def print_design(design: "Design", console: Console) -> None:
-    """Print gains and margins of default and design."""
+    """Print gains and margins of default and design, and the table of a study of a plant that starts from the design."""
     console.print(gains_table(design))
     console.print(both_margins(design.margins))
     console.warn(design.warnings)
+    if design.toml:
+        console.print(f"\n{design.toml}\n", markup=False, soft_wrap=True)
     if design.gains.path is not None:
         say_files(console, Gains=design.gains.path)
 
 
-def print_plant_design(design: "PlantDesign", console: Console) -> None:
-    """Print gains and margins of default and design of a plant, and the table of a study that starts from the design."""
-    console.print(gains_table(design))
-    console.print(both_margins(design.margins))
-    console.warn(design.warnings)
-    console.print(f"\n{design.toml}\n", markup=False, soft_wrap=True)
-    if design.path is not None:
-        say_files(console, Gains=design.path)
-
-
-def gains_table(design: "Design | PlantDesign") -> TerminalTable:
+def gains_table(design: "Design") -> TerminalTable:
     """Return the gains of default and design, axis by axis."""
     table = TerminalTable("Gains")
     table.columns_of("gain", "default", "design", "unit", left=("gain", "unit"))
@@ -275,6 +266,6 @@ def both_margins(margins: dict[str, MarginsDocument]) -> TerminalTable:
             cells = [
                 mark(reading(c.quantities[name], name, per_unit), marks[who].get((c.channel, name)))
                 for c in document.channels
-            ]  # fmt: skip
+            ]
             table.add_row(heading(name, unit) if who == "default" else "", who, *cells)
     return table

@@ -1,5 +1,6 @@
 """A plan, and a sensitivity analysis, for a person."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from tuner.analysis.sensitivity.document import FAILURE, outputs
@@ -15,10 +16,7 @@ if TYPE_CHECKING:
 
 def print_plan(plan: "Plan", console: Console) -> None:
     """Print the plan of a study or of a contest."""
-    if isinstance(plan.document, ContestPlanDocument):
-        show_contest(plan.document, console)
-    else:
-        show(plan.document, console)
+    PLANS[type(plan.document)](plan.document, console)
     for text in plan.notes:
         print(text)
 
@@ -34,9 +32,10 @@ def show_contest(document: ContestPlanDocument, console: Console) -> None:
         flights, seconds = run.flights.total_at_most, run.seconds.total_at_most
         table.add_row(f"tuning {name}", f"{flights:,} flights", f"{seconds:.0f} s")
     table.add_row(
-        f"comparison of {compared.points_at_most} points on fresh scenarios", f"{compared.flights_at_most:,} flights",
+        f"comparison of {compared.points_at_most} points on confirmation scenarios",
+        f"{compared.flights_at_most:,} flights",
         f"{compared.seconds_at_most:.0f} s",
-    )  # fmt: skip
+    )
     table.add_row("all of it", f"{total.flights_at_most:,} flights", f"{total.seconds_at_most:.0f} s")
     table.add_row("compilation, once", "", done_or(total.compilation_seconds))
     table.add_row("results folder", f"{1e-6 * total.disk_bytes_at_most:,.0f} MB", "")
@@ -57,6 +56,10 @@ def show(document: PlanDocument, console: Console) -> None:
     console.warn(document.warnings)
 
 
+PLANS: dict[type, Callable[..., None]] = {ContestPlanDocument: show_contest, PlanDocument: show}
+"""Type of a plan -> what prints it."""
+
+
 def cost_table(document: PlanDocument) -> TerminalTable:
     """Return flights, time, memory and disk."""
     flights, seconds = document.flights, document.seconds
@@ -65,14 +68,15 @@ def cost_table(document: PlanDocument) -> TerminalTable:
         ("search", f"{flights.search_at_most:,} flights", f"{seconds.search:.0f} s"),
         (
             f"held-out check of {flights.finalists_at_most} finalists",
-            f"{flights.held_out_at_most:,} flights", f"{seconds.held_out_at_most:.0f} s",
+            f"{flights.held_out_at_most:,} flights",
+            f"{seconds.held_out_at_most:.0f} s",
         ),
         ("responses, figures, report", "", f"{seconds.writing:.0f} s"),
         ("all of it", f"{flights.total_at_most:,} flights", f"{seconds.total_at_most:.0f} s"),
         ("compilation, once", "", done_or(seconds.compilation)),
         ("memory", f"{1e-6 * document.memory_bytes:,.0f} MB", ""),
         ("results folder", f"{1e-6 * document.disk_bytes_at_most:,.0f} MB", ""),
-    )  # fmt: skip
+    )
     for row in rows:
         table.add_row(*row)
     return table
@@ -88,7 +92,7 @@ def plain_table(title: str) -> TerminalTable:
 
 
 def done_or(seconds: float | None) -> str:
-    """Return how long the compilation took."""
+    """Return the time of the compilation."""
     return "done before" if seconds is None else f"{seconds:.0f} s, done now"
 
 
@@ -103,9 +107,12 @@ def precision_table(document: PlanDocument) -> TerminalTable:
         value = digits(row.default, row.width.held_out or row.default)
         needed = "-" if row.scenarios_needed is None else f"{row.scenarios_needed:,}"
         table.add_row(
-            row.label, f"{value}{unit_text(row.unit, ' {}')}", width(row, "search"), width(row, "held_out"),
+            row.label,
+            f"{value}{unit_text(row.unit, ' {}')}",
+            width(row, "search"),
+            width(row, "held_out"),
             f"{needed} / {row.flights.held_out:,}",
-        )  # fmt: skip
+        )
     return table
 
 
@@ -119,37 +126,37 @@ def width(row: PlannedObjective, stream: str) -> str:
     )
 
 
-def print_sensitivity(found: "Sensitivity", console: Console) -> None:
+def print_sensitivity(sensitivity: "Sensitivity", console: Console) -> None:
     """Print both tables and the notes."""
-    for output, name in enumerate(outputs(found.study)):
-        if found.analysis.indices[RANK].total.value[output].any():
-            console.print(index_table_of(found, output, name))
-    document = found.document
+    for output, name in enumerate(outputs(sensitivity.study)):
+        if sensitivity.analysis.indices[RANK].total.value[output].any():
+            console.print(index_table_of(sensitivity, output, name))
+    document = sensitivity.document
     console.print(variance_table_of(document.variance))
     for note in document.notes:
         console.print(f"Note: {note}", style="yellow")
     console.print(f"{document.flights:,} flights in {document.seconds:.1f} s.")
-    if found.folder is not None:
-        print(f"Tables and chart: {found.folder}")
+    if sensitivity.folder is not None:
+        print(f"Tables and chart: {sensitivity.folder}")
 
 
-def index_table_of(found: "Sensitivity", output: int, name: str) -> TerminalTable:
+def index_table_of(sensitivity: "Sensitivity", output: int, name: str) -> TerminalTable:
     """Return the indices of one output, the variable that decides most first."""
     what = name if name == FAILURE else f"rank of {name}"
     table = TerminalTable(f"{what}: shares of its variance, 95 % intervals", keys=1)
     table.columns_of("variable", "alone (first order)", "with all others (total)", left=("variable",))
-    orders = found.analysis.indices[RANK]
+    orders = sensitivity.analysis.indices[RANK]
     for i in (-orders.total.value[output]).argsort(kind="stable"):
         cells = [
             f"{spans.value[output, i]:.2f} [{spans.low[output, i]:.2f}, {spans.high[output, i]:.2f}]"
             for spans in orders
-        ]  # fmt: skip
-        table.add_row(found.study.space.variables[i].name, *cells)
+        ]
+        table.add_row(sensitivity.study.space.variables[i].name, *cells)
     return table
 
 
 def variance_table_of(rows: list[VarianceRow]) -> TerminalTable:
-    """Return what gains and air make of the variance of each metric."""
+    """Return the shares of gains and air in the variance of each metric."""
     count = rows[0].candidates
     title = f"Variance of a single flight's metric, over {count:,} samples that completed every flight [%]"
     table = TerminalTable(title, keys=1)

@@ -5,14 +5,18 @@ from typing import TYPE_CHECKING
 
 from tuner.cli.printers.margins import print_states
 from tuner.cli.tables import TerminalTable, say_files
-from tuner.cli.terminal import Console, estimate, limit_text, unit_text
+from tuner.cli.terminal import Console, bound_text, estimate, unit_text
 from tuner.documents.parts import ShareCount, in_shown_units
-from tuner.documents.summary import ComparedRow, RequiredRow, Summary, gains_name
-from tuner.report.words import loss_words, uncertainty_words
+from tuner.documents.summary import Summary, gains_name
+from tuner.report.charts.text import place_bar
+from tuner.report.words import loss_words, search_texts, uncertainty_words
 
 if TYPE_CHECKING:
     from tuner.api.results import TuningResults
     from tuner.experiments.again.verify import Verdict
+
+BAR, PLAIN_WIDTH = 16, 72
+"""Length of the bar of a range, and columns from which on there is room for it."""
 
 
 def print_verdict(verdict: "Verdict", console: Console) -> None:
@@ -24,39 +28,30 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
     """Print what a tuning run or a second judgement found."""
     summary = results.document
     print_ending(summary.ending, console)
-    console.print(gains_table(summary))
-    console.print(comparison_table(summary))
-    print_states(console, [row for row in summary.table if isinstance(row, RequiredRow)])
+    print_tables_of_run(summary, console)
     if results.feasible:
         console.print(f"Recommended: {summary.tuned}: {summary.pick.why}.")
     console.warn(summary.warnings)
-    for text in (*loss_words(summary), *summary.remarks, *map(uncertainty_words, summary.uncertainty)):
+    for text in (*finding_texts(summary), *search_texts(summary)):
         console.print(text)
-    if summary.search:
-        console.print(summary.search)
-    screened = summary.screened
-    if any(row.kind == "requirement" for row in summary.table):
-        console.print(
-            f"Skipped without simulation (hard requirement violated): {screened.candidates:,} candidates; "
-            f"{screened.flights:,} flights saved.",
-        )
-    raced = summary.raced
-    if raced.candidates:
-        console.print(
-            f"Races that ended early: {raced.candidates:,} candidates; {raced.flights:,} flights saved.",
-        )
-    settled = summary.settled
-    if settled.candidates:
-        console.print(
-            f"Held-out flights ended early, for their place was settled: {settled.candidates:,} finalists; {settled.flights:,} "
-            "flights saved.",
-        )
     made, flights = results.flights_made, summary.flights
     now = "" if made in (None, flights) else f" ({made:,} flights flown now, the others were there)"
     took = "" if summary.wall_seconds is None else f" in {summary.wall_seconds:.1f} s"
     console.print(f"{flights:,} flights{now}{took}.")
     files = {"Gains" if results.feasible else "Gains (infeasible)": results.home / gains_name(results.feasible)}
     say_files(console, Report=results.home / "report.html", **files)
+
+
+def finding_texts(summary: Summary) -> list[str]:
+    """Return the sentences on lost flights, limits and the vehicle's numbers."""
+    return [*loss_words(summary), *summary.remarks, *map(uncertainty_words, summary.uncertainty)]
+
+
+def print_tables_of_run(summary: Summary, console: Console) -> None:
+    """Print gains, Default / Tuned and margins by steady state."""
+    console.print(gains_table(summary, console.width))
+    console.print(comparison_table(summary))
+    print_states(console, summary.required)
 
 
 def print_ending(ending: Sequence[str], console: Console) -> None:
@@ -73,14 +68,13 @@ def comparison_table(summary: Summary) -> TerminalTable:
     )
     table.columns_of("", "default", shown, f"{shown} - default", left=("",), wrap=("",))
     for row in map(in_shown_units, summary.table):
-        limit = "" if row.limit is None else f"{limit_text(row)} "
-        limit = f"automatic, {limit}" if getattr(row, "automatic", "") else limit
+        limit = "" if row.limit is None else f"{bound_text(row)} "
+        source = f" (automatic: {row.automatic})" if row.automatic else ""
         parts = [estimate(getattr(row, key)) for key in ("default", "tuned", "difference")]
         parts[2] = f"{row.verdict}: {parts[2]}"
-        if isinstance(row, ComparedRow):
-            parts = [*map(with_count, parts, (row.default_count, row.tuned_count, None))]
+        parts = [*map(with_count, parts, (*row.counts, None))]
         label = row.label.replace("@", "\n@")
-        table.add_row(f"{label}\n{limit}{unit_text(row.unit)}".rstrip(), *parts)
+        table.add_row(f"{label}\n{limit}{unit_text(row.unit)}{source}".rstrip(), *parts)
     return table
 
 
@@ -89,13 +83,16 @@ def with_count(text: str, count: ShareCount | None) -> str:
     return text if count is None else f"{text}\n{count.words}"
 
 
-def gains_table(summary: Summary) -> TerminalTable:
-    """Return the searched gains, default and tuned."""
-    table = TerminalTable("Gains")
-    table.columns_of("gain", "unit", "default", summary.shown_as, "range", left=("gain", "unit"), wrap=("unit",))
-    for entry in summary.variables:
-        table.add_row(
-            entry.name, entry.unit, f"{entry.default:.4g}", f"{entry.tuned:.4g}",
-            f"{entry.low:g} to {entry.high:g}",
-        )  # fmt: skip
+def gains_table(summary: Summary, room: int = PLAIN_WIDTH) -> TerminalTable:
+    """Return the searched gains, default (D) and tuned (@), with their places in the range; room: columns of the terminal."""
+    table = TerminalTable(f"Gains (D default, @ {summary.shown_as})")
+    table.columns_of(
+        "gain", "unit", "default", summary.shown_as, "range", left=("gain", "unit", "range"), wrap=("unit",)
+    )
+    # The bar is longer than the ends of the range where there is room, else it goes.
+    wide = room >= PLAIN_WIDTH
+    for row in summary.variables:
+        bar = place_bar(row.place(row.tuned), row.place(row.default), BAR if wide else BAR // 2)
+        ends = f"{row.low:g} {bar} {row.high:g}" if wide else bar
+        table.add_row(row.name, unit_text(row.unit), f"{row.default:.4g}", f"{row.tuned:.4g}", ends)
     return table

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from distributed import Client
 
 LOCAL, ADDRESSES = "local:", ("tcp://", "tls://")
-# Seconds in which a scheduler must answer and a first worker must be there; processes started on one machine; differences told.
-ANSWER, MOST, TOLD = 20.0, 256, 8
+# Seconds in which a scheduler must answer and a first worker must be there; processes started on one machine; differences listed.
+ANSWER, MOST, MAX_DIFFERENCES = 20.0, 256, 8
 # Where local:N listens: whoever reaches a scheduler can run code there.
 LOOPBACK = "127.0.0.1"
 Say = Callable[[str], None]
@@ -31,7 +31,7 @@ def engine_at(where: str | None, study: TuningStudy, threads: int | None, say: S
     if where is None:
         yield None
         return
-    local = asked(where)
+    local = required(where)
     require_package("distributed", "dask", key=KEY)
     from tuner.engines.cluster.engine import DaskEngine
 
@@ -39,11 +39,11 @@ def engine_at(where: str | None, study: TuningStudy, threads: int | None, say: S
     with quiet(), local_client(local, threads, files) if local else remote_client(where) as client:
         refuse_unlike(client)
         refuse_without(client, files)
-        say(told(client, bool(local)))
+        say(cluster_description(client, bool(local)))
         yield DaskEngine(client, study.system, study.seed)
 
 
-def asked(where: str) -> int:
+def required(where: str) -> int:
     """Return the number of processes of local:N, 0 for an address; InputError where it is neither."""
     if where.startswith(ADDRESSES):
         return 0
@@ -68,13 +68,16 @@ def local_client(processes: int, threads: int | None, files: Sequence[OwnFile] =
     each = max((threads or available_threads()) // processes, 1)
     with (
         LocalCluster(
-            n_workers=processes, threads_per_worker=each, host=LOOPBACK, dashboard_address=f"{LOOPBACK}:0",
+            n_workers=processes,
+            threads_per_worker=each,
+            host=LOOPBACK,
+            dashboard_address=f"{LOOPBACK}:0",
             silence_logs=logging.CRITICAL,
             preload=["tuner.engines.cluster.preload"],
             preload_argv=["--driven", *[part for entry in files for part in ("--code", str(entry.file.resolve()))]],
         ) as cluster,
         Client(cluster) as client,
-    ):  # fmt: skip
+    ):
         client.wait_for_workers(processes, timeout=5.0 * ANSWER)
         yield client
 
@@ -106,13 +109,13 @@ def refuse_unlike(client: "Client") -> None:
     """Refuse workers that would fly other bits: InputError with worker, name, theirs and ours."""
     reports: dict[str, Any] = client.run(report_for, compiled_for(), on_error="return")  # pyright: ignore[reportAssignmentType]
     broken = [f"{worker}: {error}" for worker, error in sorted(reports.items()) if isinstance(error, Exception)]
-    there = {worker: report for worker, report in reports.items() if not isinstance(report, Exception)}
-    unlike = [*broken, *differences(machine_report(), there)]
+    by_worker = {worker: report for worker, report in reports.items() if not isinstance(report, Exception)}
+    unlike = [*broken, *differences(machine_report(), by_worker)]
     if unlike:
-        rest = "" if len(unlike) <= TOLD else f"; and {len(unlike) - TOLD} more"
+        rest = "" if len(unlike) <= MAX_DIFFERENCES else f"; and {len(unlike) - MAX_DIFFERENCES} more"
         raise InputError(
-            f"these workers would not fly the same bits as this machine: {'; '.join(unlike[:TOLD])}{rest}. Install the same "
-            f"there, see docs/cluster.md",
+            "these workers would not fly the same bits as this machine: "
+            f"{'; '.join(unlike[:MAX_DIFFERENCES])}{rest}. Install the same there, see docs/cluster.md",
             key=KEY,
         )
 
@@ -121,15 +124,15 @@ def refuse_without(client: "Client", files: Sequence[OwnFile]) -> None:
     """Refuse workers that were not given a file of the user's own: InputError with worker, file and digest."""
     if not files:
         return
-    asked = [entry.digest for entry in files]
-    missing: dict[str, list[str]] = client.run(not_here, asked)  # pyright: ignore[reportAssignmentType]
+    required = [entry.digest for entry in files]
+    missing: dict[str, list[str]] = client.run(not_here, required)  # pyright: ignore[reportAssignmentType]
     for worker, digests in sorted(missing.items()):
         for entry in files:
             if entry.digest in digests:
                 raise InputError(f"the worker {worker} has not been given {entry.missing}", key=KEY)
 
 
-def told(client: "Client", local: bool) -> str:
+def cluster_description(client: "Client", local: bool) -> str:
     """Return the number of workers and threads, and the dashboard's address where there is one: here, if bokeh is."""
     workers: dict[str, int] = client.nthreads()  # pyright: ignore[reportAssignmentType]
     try:

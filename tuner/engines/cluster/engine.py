@@ -17,7 +17,7 @@ import numpy as np
 from distributed import Client, Future
 
 from objectives.engine import LANES, Engine, OnFlightsDone
-from objectives.system import FlightBatch
+from objectives.flown_system import FlightBatch
 from plant.backends import lanes
 from tuner.engines.cluster.brief import brief_of
 from tuner.engines.cluster.watch import LOOK, PATIENCE, Watch
@@ -118,7 +118,7 @@ class DaskEngine(Engine):
         return next(iter([*self.stream([gains], batch, first, last, on_flights_done)]))
 
     def ready(self, batch: FlightBatch) -> bool:
-        """Return whether every worker finds the kernel in its cache."""
+        """Return True if every worker has the kernel in its cache."""
         return all(self._everywhere(is_compiled, self._brief(batch)))
 
     def warm_up(self, gains: np.ndarray, batch: FlightBatch) -> None:
@@ -183,7 +183,7 @@ class DaskEngine(Engine):
         return self._sent[batch]
 
     def _everywhere(self, task: Callable[..., Any], *arguments: Any) -> list[Any]:
-        """Return what a task gives on each worker; on another one where its worker is lost."""
+        """Return a task's results of each worker; of another one where its worker is lost."""
         workers: dict[str, int] = self._client.nthreads()  # pyright: ignore[reportAssignmentType]
         tasks = [
             self._client.submit(task, *arguments, pure=False, workers=[worker], allow_other_workers=True)

@@ -12,7 +12,7 @@ PACKAGES = ("holdfast", "numpy", "numba", "llvmlite", "scipy")
 
 
 def machine_report() -> Report:
-    """Return what decides the bits here, by name.
+    """Return the properties of this machine that decide the bits, by name.
 
     sources: `objectives.memory.model_key`; libc: draws take logarithms from it; target: processor and features that LLVM
     compiles for (NUMBA_CPU_NAME and NUMBA_CPU_FEATURES change them), numpy-simd: features that NumPy chose its loops by, both

@@ -45,11 +45,11 @@ class Watch:
             )
 
     def gone(self) -> InputError:
-        """Return what a person is told when the scheduler does not answer."""
+        """Return the error where the scheduler does not answer."""
         return InputError(f"the scheduler does not answer any more; start it again, for {RESUME}", key="--dask")
 
     def result(self, future: Future) -> Any:
-        """Return what a task gave, however long that takes; InputError where it ended its workers or none is left."""
+        """Return a task's result, however long that takes; InputError where it ended its workers or none is left."""
         while True:
             try:
                 return future.result(timeout=5.0 * LOOK)

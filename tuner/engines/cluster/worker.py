@@ -13,10 +13,10 @@ import numpy as np
 from distributed import WorkerPlugin
 
 from plant.backends.flyer import FlightInputs, Flyer
-from tuner.engines.cluster.brief import Brief, system_of
+from tuner.engines.cluster.brief import BatchSpec, system_of
 
 # Bytes of drawn scenarios that a process keeps; at 10 s and 250 Hz one takes 0.3 MB of wind and noise.
-KEPT = 400_000_000
+MAX_BYTES = 400_000_000
 # Pickled briefs by key, as the plugin of each brought them.
 BRIEFS: dict[str, bytes] = {}
 
@@ -24,7 +24,7 @@ BRIEFS: dict[str, bytes] = {}
 class BriefPlugin(WorkerPlugin):
     """Brings a brief to every worker, once to each, and to those that join later."""
 
-    def __init__(self, brief: Brief) -> None:
+    def __init__(self, brief: BatchSpec) -> None:
         self.name = f"holdfast-{brief.key}"
         self._key = brief.key
         # Opened by the first task: what it imports would hold up the heartbeat of the worker.
@@ -42,32 +42,32 @@ class Drawn:
         self._most = most
         self._guard = Lock()
         self._locks: dict[Hashable, Lock] = {}
-        self._kept: OrderedDict[Hashable, FlightInputs] = OrderedDict()
+        self._cached: OrderedDict[Hashable, FlightInputs] = OrderedDict()
 
-    def inputs(self, brief: Brief, system: Any, first: int, last: int) -> FlightInputs:
+    def inputs(self, brief: BatchSpec, system: Any, first: int, last: int) -> FlightInputs:
         """Return the scenarios of a batch of a system from `first` to before `last`."""
         key = (brief.key, first, last)
         with self._guard:
             lock = self._locks.setdefault(key, Lock())
         with lock:
-            inputs = self._known(key)
+            inputs = self._lookup(key)
             if inputs is None:
                 indices = range(first, last)
                 inputs = system.sample(brief.spec, brief.root, brief.stream, indices)
                 self._keep(key, inputs)
         return inputs
 
-    def _known(self, key: Hashable) -> FlightInputs | None:
+    def _lookup(self, key: Hashable) -> FlightInputs | None:
         with self._guard:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-            return self._kept.get(key)
+            if key in self._cached:
+                self._cached.move_to_end(key)
+            return self._cached.get(key)
 
     def _keep(self, key: Hashable, inputs: FlightInputs) -> None:
         with self._guard:
-            self._kept[key] = inputs
-            while len(self._kept) > 1 and sum(map(size_of, self._kept.values())) > self._most:
-                self._locks.pop(self._kept.popitem(last=False)[0], None)
+            self._cached[key] = inputs
+            while len(self._cached) > 1 and sum(map(size_of, self._cached.values())) > self._most:
+                self._locks.pop(self._cached.popitem(last=False)[0], None)
 
 
 def size_of(inputs: FlightInputs) -> int:
@@ -78,7 +78,7 @@ def size_of(inputs: FlightInputs) -> int:
 class Desk:
     """A system built from a brief, with its kernel; a block flies in the one thread that took it."""
 
-    def __init__(self, brief: Brief) -> None:
+    def __init__(self, brief: BatchSpec) -> None:
         self.system: Any = system_of(brief)
         self.brief, system = brief, self.system
         self._nominal = system.nominal
@@ -90,7 +90,7 @@ class Desk:
         return self._flyer.fly(gains, self._nominal, inputs)
 
 
-DRAWN = Drawn(KEPT)
+DRAWN = Drawn(MAX_BYTES)
 DESKS: dict[str, Desk] = {}
 _opening = Lock()
 
@@ -110,5 +110,5 @@ def fly_block(key: str, gains: np.ndarray, first: int, last: int) -> np.ndarray:
 
 
 def is_compiled(key: str) -> bool:
-    """Return whether the kernel of a brief was in this machine's cache when it was asked for first."""
+    """Return True if a batch's kernel was in this machine's cache at first use."""
     return desk_of(key).cached

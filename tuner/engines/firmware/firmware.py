@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from plant.airframes.actuation import Actuation
 from plant.backends.instants import Instant
 from plant.laws.channel import Measured, Setpoint
+from plant.quadrotor.airframes.actuation import Actuation
 
 Commands = tuple[float, float, float, float]
 """Motor commands (0 to 1) in our order of the rotors."""
@@ -20,14 +20,14 @@ Commands = tuple[float, float, float, float]
 class Board(Protocol):
     """A firmware that runs; it is powered up when it is made."""
 
-    def arm(self, asked: Instant, throttle: float, held: Commands) -> None:
+    def arm(self, initial: Instant, throttle: float, held: Commands) -> None:
         """Arm it on the bench, at rest, for a flight that begins with this instant and throttle (0 to 1).
 
         held: motor commands that hold the vehicle there, in its mean wind, to which a board brings its integrals if it can.
         """
         ...
 
-    def step(self, asked: Instant, throttle: float) -> Commands:
+    def step(self, setpoints: Instant, throttle: float) -> Commands:
         """Run one control period; return the motor commands."""
         ...
 
@@ -56,7 +56,7 @@ class Firmware:
     name, title: short, and as people say it. target: of the export whose file it takes, file: that file. law: of the attitude
     loops that it flies as they are. heading: model function (constants of the law, Setpoint, Measured) -> rate of yaw that the
     pilot asks for; None where the firmware closes the heading itself and is given the angle. curve: of thrust over its motor
-    commands, see `plant.airframes.actuation.Actuation`. check(control_period) raises InputError naming a period at which its
+    commands, see `airframes.actuation.Actuation`. check(control_period) raises InputError naming a period at which its
     loops cannot run. program(what --binary names) -> the file of it whose digest is told. install(bench, content of the file)
     -> what powers a board up; it raises InputError naming what the firmware refuses. lockstep: whether it is in step with
     the plant, so that equal flights should be equal to the last bit. loses: sentences on what is rounded on the way in and out.

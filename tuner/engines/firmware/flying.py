@@ -6,14 +6,15 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from objectives.system import FlightBatch, System
-from plant.airframes.actuation import Actuation, actuation
+from objectives.flown_system import FlightBatch
+from objectives.system import System
 from plant.backends.flyer import FlightInputs
 from plant.backends.instants import Stepper
 from plant.backends.lanes import LANES
 from plant.backends.stepping import lane_of
 from plant.errors import InputError
-from plant.piloted import angle, close_piloted, pilot_of
+from plant.quadrotor.airframes.actuation import Actuation, actuation
+from plant.quadrotor.piloted import angle, close_piloted, pilot_of
 from tuner.engines.firmware.firmware import Board, Commands, Firmware
 
 OnFlight = Callable[[int], None]
@@ -60,11 +61,11 @@ class FirmwareFlights:
         board = power_up()
         try:
             first, second, third, fourth = (throttle_for(thrust, self._rotors) for thrust in flight.held)
-            begin = flight.asked
+            begin = flight.pilot_command
             board.arm(begin, throttle_for(begin.lift, self._rotors), (first, second, third, fourth))
             while not flight.over and not flight.lost:
-                asked = flight.asked
-                commands = board.step(asked, throttle_for(asked.lift, self._rotors))
+                pilot_command = flight.pilot_command
+                commands = board.step(pilot_command, throttle_for(pilot_command.lift, self._rotors))
                 flight.fly(thrusts_of(commands, self._rotors, self._firmware))
         finally:
             board.close()

@@ -8,9 +8,9 @@ first frequency and both fades.
 from collections.abc import Mapping, Sequence
 from math import degrees
 
-from tuner.analysis.flight_plan.choosing import Ability
+from tuner.analysis.flight_plan.choosing import TargetCapabilities
 from tuner.analysis.flight_plan.excitation import Excitation, Shape
-from tuner.analysis.flight_plan.flying import Craft
+from tuner.analysis.flight_plan.flying import SimulatedVehicle
 from tuner.exchange.ardupilot.text import write_param
 from tuner.exchange.excitation_target import ExcitationTarget
 
@@ -20,9 +20,9 @@ SHAPE = Shape(dwell=2.0, fade_in=1.0, fade_out=0.5)
 """Two periods at the first frequency are the mode's own."""
 
 
-def parameters(excitation: Excitation, craft: Craft) -> dict[str, float]:
+def parameters(excitation: Excitation, simulated: SimulatedVehicle) -> dict[str, float]:
     """Return the parameters of an excitation by name."""
-    vehicle = craft.system.vehicle
+    vehicle = simulated.system.vehicle
     full = 4.0 * vehicle.thrust_coefficient * vehicle.speed_max**2
     lift = excitation.amplitude * vehicle.mass / full
     return {
@@ -36,15 +36,15 @@ def parameters(excitation: Excitation, craft: Craft) -> dict[str, float]:
     }
 
 
-def files(excitations: Sequence[Excitation], craft: Craft) -> Mapping[str, bytes]:
+def files(excitations: Sequence[Excitation], simulated: SimulatedVehicle) -> Mapping[str, bytes]:
     """Return a parameter file for each axis."""
     return {
         f"{k}_{entry.axis}.param": write_param(
-            parameters(entry, craft),
+            parameters(entry, simulated),
             "comma",
             (
                 f"{entry.axis}: load it, hover, switch to SYSTEMID, and back when it is over",
-                f"begin with half the amplitude: SID_MAGNITUDE {0.5 * parameters(entry, craft)['SID_MAGNITUDE']:g}",
+                f"begin with half the amplitude: SID_MAGNITUDE {0.5 * parameters(entry, simulated)['SID_MAGNITUDE']:g}",
             ),
         )
         for k, entry in enumerate(excitations, start=1)
@@ -53,7 +53,7 @@ def files(excitations: Sequence[Excitation], craft: Craft) -> Mapping[str, bytes
 
 EXCITATIONS = ExcitationTarget(
     "ardupilot",
-    Ability({"roll": "angle", "pitch": "angle", "yaw": "rate", "lift": "acceleration"}, shape=SHAPE),
+    TargetCapabilities({"roll": "angle", "pitch": "angle", "yaw": "rate", "lift": "acceleration"}, shape=SHAPE),
     files,
     (
         "SYSTEMID flies one axis each time it is switched on; load the next file in the air, with the sticks in the middle.",

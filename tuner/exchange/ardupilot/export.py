@@ -1,20 +1,19 @@
 """ArduPilot Copter 4.6 and 4.7: our PID as a parameter file `.param`.
 
 Angle loop P around rate loop PI, horizontal position P around velocity PI, vertical position P around velocity P around
-acceleration PI (`ardupilot.map`). Rate gains are normalised by ArduPilot's fixed motor factors of +-0.5. Where the vehicle is
-not known every parameter that acts in these loops is written, also where it only switches something off.
-libraries/AC_PID/AC_PID.cpp,
-AC_AttitudeControl/AC_PosControl.cpp, AP_Motors/AP_MotorsMatrix.cpp.
+acceleration PI (`ardupilot.map`). Rate gains are normalized by ArduPilot's fixed motor factors of +-0.5. For an unknown vehicle
+every parameter of these loops is written. libraries/AC_PID/AC_PID.cpp, AC_AttitudeControl/AC_PosControl.cpp,
+AP_Motors/AP_MotorsMatrix.cpp.
 """
 
 from dataclasses import replace
 from pathlib import Path
 
-from plant.airframes.actuation import Actuation, actuation
-from plant.airframes.scales import Motors, is_plus, motors_text
-from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
-from tuner.exchange.aboard import DERIVATIVE, OTHERS, Aboard, aboard
+from plant.quadrotor.airframes.actuation import Actuation, actuation
+from plant.quadrotor.airframes.scales import Motors, is_plus, motors_text
+from plant.quadrotor.cascade import ATTITUDE_AXES
+from tuner.exchange.aboard import DERIVATIVE, OTHERS, VehicleParameters, vehicle_parameters
 from tuner.exchange.ardupilot.import_ import IMPORTER
 from tuner.exchange.ardupilot.map import ArduPilot
 from tuner.exchange.ardupilot.ranges import (
@@ -69,7 +68,7 @@ def export(request: Request) -> Bundle:
     ardupilot = ArduPilot(
         dialect.flying(request.controller.cascade), vehicle, actuation(vehicle, curve(request.settings))
     )
-    present = _aboard(request, dialect)
+    present = _vehicle_parameters(request, dialect)
     about = f"For {dialect.name} and no other version: a vehicle ignores names that it does not know."
     return ardupilot.export(
         request,
@@ -79,9 +78,9 @@ def export(request: Request) -> Bundle:
     )
 
 
-def _aboard(request: Request, dialect: Dialect) -> Aboard | None:
-    """Return what is on the vehicle, in the dialect of the export."""
-    present = aboard(request, "ardupilot", lambda file: _previous(file, dialect))
+def _vehicle_parameters(request: Request, dialect: Dialect) -> VehicleParameters | None:
+    """Return the vehicle's parameters in the dialect of the export."""
+    present = vehicle_parameters(request, "ardupilot", lambda file: _previous(file, dialect))
     record = request.controller.vehicle
     if present is None or request.previous is not None or record is None:
         return present
@@ -101,13 +100,13 @@ def _previous(file: Path, dialect: Dialect) -> dict[str, float]:
 
 
 def _frame(rotors: Actuation) -> str:
-    """Return the frame that the vehicle must be set up with, as a comment."""
+    """Return the vehicle's required frame, as a comment."""
     kind = FRAME_TYPES[is_plus(rotors), rotors.rotors[0].spin > 0.0]
     return f"The vehicle must be a quad (FRAME_CLASS 1) of {kind}: {motors_text(rotors, MOTORS)}."
 
 
 def _differences(
-    ardupilot: ArduPilot, controller: Controller, values: Values, present: Aboard | None
+    ardupilot: ArduPilot, controller: Controller, values: Values, present: VehicleParameters | None
 ) -> tuple[str, ...]:
     dialect, thrust_max = ardupilot.version, ardupilot.rotors.thrust_max
     accel = ardupilot.vertical(values).accel
@@ -134,7 +133,7 @@ def _differences(
 
 
 def _unfiltered(controller: Controller, axes: tuple[str, ...]) -> str:
-    """Return what becomes of the derivative filters of axes that fly our PID."""
+    """Return the sentence on the derivative filters of our PID's axes."""
     lost = f"Our derivative filters ({rate_filters(controller, axes)}) are not carried: "
     if "roll" not in axes:
         return f"{lost}the velocity loops see what the estimator gives."
@@ -145,7 +144,7 @@ def _unfiltered(controller: Controller, axes: tuple[str, ...]) -> str:
 
 
 def _integrals(dialect: Dialect, values: Values) -> str:
-    """Return how integrals differ from ours."""
+    """Return the sentence on the differences of the integrals."""
     if "roll" not in dialect.names:
         return (
             "Anti-windup of the velocity loops differs: ArduPilot lets an integral only shrink while its output is limited, ours "
@@ -176,8 +175,8 @@ def _switched_off(values: Values, dialect: Dialect) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _older(controller: Controller, present: Aboard | None) -> tuple[str, ...]:
-    """Return a sentence where the vehicle had a firmware that does not know these names."""
+def _older(controller: Controller, present: VehicleParameters | None) -> tuple[str, ...]:
+    """Return a sentence where the vehicle's firmware was too old."""
     record = controller.vehicle
     if present is None or record is None or OLDER not in record.target_version:
         return ()

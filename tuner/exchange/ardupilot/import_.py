@@ -6,19 +6,12 @@ Files of Copter 3.3 to 4.5 are read as 4.6, under the names that the firmware's 
 from collections.abc import Mapping
 from pathlib import Path
 
-from plant.airframes import Airframe
-from plant.airframes.actuation import actuation
 from plant.errors import InputError
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.airframes.actuation import actuation
 from tuner.exchange.aboard import DERIVATIVE
 from tuner.exchange.ardupilot.map import ArduPilot
-from tuner.exchange.ardupilot.ranges import (
-    AROUND,
-    DIALECTS,
-    FIRMWARES,
-    SHORT,
-    Dialect,
-    check_names,
-)
+from tuner.exchange.ardupilot.ranges import AROUND, DIALECTS, FIRMWARES, SHORT, Dialect, check_names
 from tuner.exchange.ardupilot.text import OLDER, WHAT, Modern, modernised, read_param
 from tuner.exchange.autopilot.assembly import (
     ATTITUDE_FILTER,
@@ -58,7 +51,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     modern = modernised(plain, file)
     check_age(modern, dialect, file)
     given, target = modern.values, _target(dialect, modern)
-    asked, settings = settings, _timed(settings, given, file)
+    requested, settings = settings, _timed(settings, given, file)
     cascade = cascade_for(dialect, settings)
     ardupilot = ArduPilot(dialect.flying(cascade), airframe.vehicle, actuation(airframe.vehicle, curve(settings)))
     values = ardupilot.completed(given)
@@ -74,25 +67,21 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *_old_notes(modern),
         *absent_note(given, defaults(dialect.table), dialect.name),
         f"The PI on the vertical acceleration has K = {accel:.3g}; our z gains have the same poles without it.",
-        *_rate_note(asked, given),
+        *_rate_note(requested, given),
     )
     later_notes = (
         *unused_note(values, feed, "Feed-forward is left out"),
         *unused_note(values, filters, "Low-pass filters of errors [Hz] are left out"),
-        *unused_note(
-            values,
-            dialect.named("vz_i", "vz_d", "az_d"),
-            "Terms that our law has not are left out",
-        ),
+        *unused_note(values, dialect.named("vz_i", "vz_d", "az_d"), "Terms that our law has not are left out"),
     )
-    known = [name for name in given if name in dialect.table or name.startswith(AROUND)]
-    told = asked[PERIOD] == OF_FILE and LOOP_RATE in given
-    described = ParameterFile(file, given, target, known, notes, later_notes, tells_period=told)
+    loop_parameters = [name for name in given if name in dialect.table or name.startswith(AROUND)]
+    has_period = requested[PERIOD] == OF_FILE and LOOP_RATE in given
+    described = ParameterFile(file, given, target, loop_parameters, notes, later_notes, tells_period=has_period)
     return imported(ardupilot, described, airframe, cascade, settings, values)
 
 
 def _timed(settings: Mapping[str, str], given: Mapping[str, float], file: Path) -> Mapping[str, str]:
-    """Return the settings with the control period of the file's loop rate, where no period is set."""
+    """Return the settings with the file's control period, where none is set."""
     if settings[PERIOD] != OF_FILE:
         return settings
     rate = given.get(LOOP_RATE, USUAL_RATE)
@@ -105,14 +94,14 @@ def _timed(settings: Mapping[str, str], given: Mapping[str, float], file: Path) 
     return {**settings, PERIOD: f"{1.0 / rate:.9g}"}
 
 
-def _rate_note(asked: Mapping[str, str], given: Mapping[str, float]) -> tuple[str, ...]:
+def _rate_note(requested: Mapping[str, str], given: Mapping[str, float]) -> tuple[str, ...]:
     """Return a sentence on the loop rate of the file."""
     if LOOP_RATE not in given:
         return ()
     rate = f"{LOOP_RATE} = {given[LOOP_RATE]:g} Hz"
-    if asked[PERIOD] == OF_FILE:
+    if requested[PERIOD] == OF_FILE:
         return (f"The control period is that of {rate}.",)
-    return (f"The control period is {asked[PERIOD]} s as set, and {rate} of the file is not.",)
+    return (f"The control period is {requested[PERIOD]} s as set, and {rate} of the file is not.",)
 
 
 def check_version(version: str | None, dialect: Dialect, file: Path) -> None:
@@ -128,7 +117,7 @@ def check_version(version: str | None, dialect: Dialect, file: Path) -> None:
 
 
 def check_age(modern: Modern, dialect: Dialect, file: Path) -> None:
-    """Refuse names from before 4.0 where the file is to be of 4.7."""
+    """Raise InputError for names from before 4.0 in a file of 4.7."""
     if modern.renamed and dialect.firmware != "4.6":
         old = next(iter(modern.renamed))
         message = "is a name from before Copter 4.0; give --firmware 4.6, whose names and units it is turned into"
@@ -136,7 +125,7 @@ def check_age(modern: Modern, dialect: Dialect, file: Path) -> None:
 
 
 def _target(dialect: Dialect, modern: Modern) -> str:
-    """Return what the file is, as a record keeps it."""
+    """Return the name of the file's version in records."""
     return f"ArduPilot Copter {OLDER} as {dialect.firmware}" if modern.renamed else dialect.name
 
 
@@ -144,9 +133,9 @@ def _old_notes(modern: Modern) -> tuple[str, ...]:
     """Return sentences on names of older versions."""
     notes = []
     if modern.renamed:
-        there = ", ".join(f"{old} -> {' and '.join(new)} = {value:g}" for old, (value, new) in modern.renamed.items())
+        renames = ", ".join(f"{old} -> {' and '.join(new)} = {value:g}" for old, (value, new) in modern.renamed.items())
         notes.append(
-            f"Names from before Copter 4.0 are read as the firmware's own update turns them: {there}. Rate gains of 3.3 are "
+            f"Names from before Copter 4.0 are read as the firmware's own update turns them: {renames}. Rate gains of 3.3 are "
             "multiplied by 0.9 (frames X, V, H) or 1.27; defaults of what is missing are those of 4.6, not of that version."
         )
     if modern.unknown:

@@ -17,14 +17,14 @@ from math import degrees, radians
 
 import numpy as np
 
-from plant.airframes.scales import ardupilot_factors, command_slope, hover_share, torque_scale
-from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
 from plant.laws.pid import Gains
+from plant.quadrotor.airframes.scales import ardupilot_factors, command_slope, hover_share, torque_scale
+from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.ardupilot.ranges import ACCEL_GAIN, EXPO, SEPARATOR, SHORT, TILT, YAW_FILTER, Dialect, check_arming
 from tuner.exchange.ardupilot.text import write_param
 from tuner.exchange.autopilot.cascade import Autopilot
-from tuner.exchange.autopilot.parameters import Values, misfit
+from tuner.exchange.autopilot.parameters import Values, range_violation
 from tuner.exchange.autopilot.pid import SAME, axis_gains, held_tilt, same_feedback
 from tuner.exchange.target import number
 from tuner.gains import Controller
@@ -51,9 +51,9 @@ class Vertical:
 
 
 def vertical_loops(gains: Gains, accel: float, present: Vertical | None = None) -> tuple[Vertical, ...]:
-    """Return every form of the vertical loop with K = accel, fastest acceleration loop first; none where there is none.
+    """Return every form of the vertical loop with K = accel: fastest first.
 
-    present: the form on the vehicle; where it gives these gains it is the only one, otherwise the one nearest to it comes first.
+    present: the form on the vehicle; where it gives these gains it is the only one, else the nearest to it comes first.
     """
     if present is not None and present.accel == accel and same_feedback(vertical_gains(present, gains.t_f), gains):
         return (present,)
@@ -62,15 +62,15 @@ def vertical_loops(gains: Gains, accel: float, present: Vertical | None = None) 
     mass = 1.0 + accel
     roots = np.roots([accel, mass * gains.kd, mass * gains.kp, mass * gains.ki])
     real = sorted(float(root.real) for root in roots if abs(root.imag) <= REAL * np.max(np.abs(roots), axis=0))
-    found = []
+    forms = []
     for root in real:
         p = mass * gains.kd / accel + root
         product = mass * gains.kp / accel + root * p
         if p > 0.0 and product >= 0.0:
-            found.append(Vertical(accel, -root * accel, product / p, p))
+            forms.append(Vertical(accel, -root * accel, product / p, p))
     if present is None or present.accel <= 0.0:
-        return tuple(found)
-    return tuple(sorted(found, key=lambda loop: abs(loop.accel_i / loop.accel - present.accel_i / present.accel)))
+        return tuple(forms)
+    return tuple(sorted(forms, key=lambda loop: abs(loop.accel_i / loop.accel - present.accel_i / present.accel)))
 
 
 def vertical_gains(loop: Vertical, t_f: float) -> Gains:
@@ -87,7 +87,7 @@ class ArduPilot(Autopilot):
     version: Dialect
 
     def units(self, values: Values) -> dict[str, float]:
-        """Return what one unit of the inner P makes of a rate or speed, in ours [1/s], by axis but z; values: complete."""
+        """Return the unit of the inner P in ours [1/s]: by axis but z; values: complete."""
         slope = command_slope(self.rotors, values[EXPO])
         torques = torque_scale(self.rotors, ardupilot_factors(self.rotors), slope, "ArduPilot")
         turning = {
@@ -97,7 +97,7 @@ class ArduPilot(Autopilot):
         return turning | {"x": self.vehicle.gravity / GRAVITY}
 
     def climb(self, values: Values) -> float:
-        """Return the acceleration for one unit of the acceleration gains and 1 m/s2 [1]; values: complete."""
+        """Return the unit of the acceleration gains in ours [1]; values: complete."""
         climb = 4.0 * command_slope(self.rotors, values[EXPO]) / self.vehicle.mass
         return self.version.acceleration * climb
 
@@ -108,22 +108,22 @@ class ArduPilot(Autopilot):
         return Vertical(scale * accel, scale * accel_i, outer, p)
 
     def accel_share(self, model: float, share: float) -> dict[str, float]:
-        """Return the P gain on the measured acceleration as a share of the hover throttle per 10 m/s2; model: MOT_THST_EXPO."""
+        """Return the acceleration P gain of a share: of hover throttle per 10 m/s2; model: MOT_THST_EXPO."""
         (name,) = self.version.named("az_p")
         return {name: 0.1 * share * hover_share(self.rotors, model) / self.version.acceleration}
 
     def to_parameters(
-        self, controller: Controller, beside: Values, present: Values | None = None, counted: bool = False
+        self, controller: Controller, others: Values, present: Values | None = None, counted: bool = False
     ) -> dict[str, float]:
         """Return the parameters that our loops carry; PSC_ANGLE_MAX is missing where the vehicle's other limit is ours."""
-        values = super().to_parameters(controller, beside, present, counted)
-        return values | self._vertical_parameters(controller, beside, present)
+        values = super().to_parameters(controller, others, present, counted)
+        return values | self._vertical_parameters(controller, others, present)
 
-    def _vertical_parameters(self, controller: Controller, beside: Values, present: Values | None) -> dict[str, float]:
+    def _vertical_parameters(self, controller: Controller, others: Values, present: Values | None) -> dict[str, float]:
         """Return the vertical loop; of several forms the one nearest to the vehicle's, or that fits its ranges best."""
-        scale, (az_p, *names) = self.climb(beside), self.version.named("az_p", "z_p", "vz_p", "az_i")
+        scale, (az_p, *names) = self.climb(others), self.version.named("az_p", "z_p", "vz_p", "az_i")
         theirs = None if present is None else self.vertical(self.completed(present))
-        accel = scale * beside[az_p]
+        accel = scale * others[az_p]
         candidates = [
             dict(zip(names, (loop.outer, loop.p, loop.accel_i / scale), strict=True))
             for loop in vertical_loops(axis_gains(controller, "z"), accel, theirs)
@@ -134,7 +134,7 @@ class ArduPilot(Autopilot):
                 "kd that damps more, or another --set accel_gain",
                 key="z.kd",
             )
-        return candidates[0] if theirs else min(candidates, key=lambda found: misfit(self.version.table, found))
+        return candidates[0] if theirs else min(candidates, key=lambda form: range_violation(self.version.table, form))
 
     def to_gains(self, values: Values, filters: Mapping[str, float], counted: bool = False) -> dict[str, Gains]:
         """Return our gains; see `Autopilot.to_gains`."""
@@ -149,13 +149,13 @@ class ArduPilot(Autopilot):
         return radians(unit * values.get(name, usual)), name
 
     def written_tilt(self, limit: float, present: Values | None) -> dict[str, float]:
-        """Return PSC_ANGLE_MAX [deg]: as it is on the vehicle where our limit [rad] is what we hold of the vehicle's."""
+        """Return PSC_ANGLE_MAX [deg]: unchanged where our limit [rad] follows from the vehicle's."""
         if present is not None and abs(held_tilt(self.tilt_limit(present)[0]) - limit) <= SAME * limit:
             return {TILT: present[TILT]} if TILT in present else {}
         return {TILT: degrees(limit)}
 
     def switched_off(self, settings: Mapping[str, str]) -> dict[str, float]:
-        """Return what ArduPilot has beside what our loops carry such that it flies what ours fly."""
+        """Return ArduPilot's other parameters at values with which it flies our loops."""
         version, curve = self.version, self.rotors.curve
         terms = ("D", "FF", "D_FF", "FLTE", "SMAX")
         values = {f"ATC_RAT_{short}_{term}": 0.0 for short in SHORT.values() for term in terms}
@@ -163,15 +163,15 @@ class ArduPilot(Autopilot):
         for short in SHORT.values():
             values |= {f"ATC_RAT_{short}_IMAX": 1.0, f"ATC_RAT_{short}_FLTT": 50.0 if short == "YAW" else 100.0}
         values |= dict.fromkeys(version.named(*OFF_ROLES), 0.0)
-        limits = (version.metre * HORIZONTAL_LIMIT, version.whole)
+        limits = (version.metre * HORIZONTAL_LIMIT, version.full_scale)
         values |= dict(zip(version.named("vxy_imax", "az_imax"), limits, strict=True))
         values |= {EXPO: curve, "MOT_THST_HOVER": hover_share(self.rotors, curve)}
         return values | self.accel_share(curve, accel_gain(settings) or 1.0)
 
-    def chosen(self, settings: Mapping[str, str], kept: dict[str, float]) -> dict[str, float]:
-        """Return what stays on a vehicle, with the gain on the acceleration that the options choose."""
+    def chosen(self, settings: Mapping[str, str], unchanged: dict[str, float]) -> dict[str, float]:
+        """Return a vehicle's unchanged parameters, with the acceleration gain of the options."""
         share = accel_gain(settings)
-        return kept if share is None else kept | self.accel_share(self.completed(kept)[EXPO], share)
+        return unchanged if share is None else unchanged | self.accel_share(self.completed(unchanged)[EXPO], share)
 
     def check(self, values: Values) -> None:
         """Refuse parameters with which a vehicle does not arm."""
@@ -183,5 +183,5 @@ class ArduPilot(Autopilot):
 
 
 def accel_gain(settings: Mapping[str, str]) -> float | None:
-    """Return the option as a share of the hover throttle per 10 m/s2 [1]; None for what is on the vehicle."""
+    """Return the option: a share of hover throttle per 10 m/s2 [1]; None for the vehicle's value."""
     return None if settings[ACCEL_GAIN] == "vehicle" else number(settings, ACCEL_GAIN, 0.2, 5.0, "1")

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from plant.errors import InputError
 from tuner.exchange.autopilot.cascade import CascadeNames, ParameterSet
-from tuner.exchange.autopilot.own_loops import OwnLaw
+from tuner.exchange.autopilot.native_loops import NativeLaw
 from tuner.exchange.autopilot.parameters import ParameterInfo, Values
 
 TORQUE = "normalised torque"
@@ -45,7 +45,7 @@ class Dialect(ParameterSet):
     roles: Mapping[str, str]
     acceleration: float
     metre: float
-    whole: float
+    full_scale: float
 
     def named(self, *roles: str) -> tuple[str, ...]:
         """Return the parameters of roles."""
@@ -100,7 +100,7 @@ RANGES_47 = {
 }  # fmt: skip
 
 
-OWN_ATTITUDE = OwnLaw(
+NATIVE_ATTITUDE = NativeLaw(
     "ardupilot",
     {
         axis: {
@@ -109,8 +109,14 @@ OWN_ATTITUDE = OwnLaw(
             **{
                 gain: f"ATC_RAT_{short}_{term}"
                 for gain, term in (
-                    ("p", "P"), ("i", "I"), ("d", "D"), ("ff", "FF"), ("i_limit", "IMAX"), ("target_cutoff", "FLTT"),
-                    ("error_cutoff", "FLTE"), ("d_cutoff", "FLTD"),
+                    ("p", "P"),
+                    ("i", "I"),
+                    ("d", "D"),
+                    ("ff", "FF"),
+                    ("i_limit", "IMAX"),
+                    ("target_cutoff", "FLTT"),
+                    ("error_cutoff", "FLTE"),
+                    ("d_cutoff", "FLTD"),
                 )
             },
         }
@@ -118,7 +124,7 @@ OWN_ATTITUDE = OwnLaw(
     },
     frozenset({"p", "i", "d", "ff", "i_limit"}),
     {},
-)  # fmt: skip
+)
 
 
 def _rate(name: str, ours: str, p: tuple[float, float, float], i: tuple[float, float, float]) -> list[ParameterInfo]:
@@ -146,12 +152,12 @@ def _dialect(
     ranges: Mapping[str, tuple[float, float, float]],
     scale: float,
     metre: float,
-    whole: float,
+    full_scale: float,
 ) -> Dialect:
     gain = "throttle per m/s2" if scale == 1.0 else "1/10 throttle per m/s2"
     units = ROLES | {"az_p": (gain, "the airframe or --set accel_gain"), "az_i": (f"{gain} and s", VERTICAL_GAINS)}
     units |= {"vxy_imax": ("m/s2" if metre == 1.0 else "cm/s2", "nothing: it is 10 m/s2")}
-    units |= {"az_imax": ("throttle" if whole == 1.0 else "1/1000 throttle", "nothing: it is the whole throttle")}
+    units |= {"az_imax": ("throttle" if full_scale == 1.0 else "1/1000 throttle", "nothing: it is the whole throttle")}
     position = [ParameterInfo(names[role], units[role][0], *ranges[role], units[role][1]) for role in names]
     attitude = [
         *_rate("RLL", "roll", (0.01, 0.5, 0.135), (0.01, 2.0, 0.135)),
@@ -167,7 +173,7 @@ def _dialect(
         axis: CascadeNames(f"ATC_ANG_{short}_P", *(f"ATC_RAT_{short}_{term}" for term in "PID"))
         for axis, short in SHORT.items()
     } | {"x": CascadeNames(*(names[role] for role in ("xy_p", "vxy_p", "vxy_i", "vxy_d")))}
-    own_table = [
+    native_table = [
         ParameterInfo("INS_GYRO_FILTER", "Hz", 0.0, 256.0, 20.0, "attitude.gyro_cutoff"),
         *(
             ParameterInfo(
@@ -176,7 +182,7 @@ def _dialect(
             for axis, short in SHORT.items()
         ),
     ]
-    own = {name for entries in cascades.values() for name in entries[:3]} | {names[role] for role in VERTICAL}
+    carried_names = {name for entries in cascades.values() for name in entries[:3]} | {names[role] for role in VERTICAL}
     return Dialect(
         target="ardupilot",
         name=f"ArduPilot Copter {firmware}",
@@ -184,7 +190,7 @@ def _dialect(
         table={entry.name: entry for entry in (*attitude, *position, *common)},
         names=cascades,
         # The P gain on the acceleration is free, and so not among them.
-        carried=frozenset(own | {TILT, YAW_FILTER}),
+        carried=frozenset(carried_names | {TILT, YAW_FILTER}),
         scaling=(EXPO, *(names[role] for role in SCALING)),
         yaw_filter=YAW_FILTER,
         gyro="INS_GYRO_FILTER",
@@ -193,37 +199,46 @@ def _dialect(
         roles=names,
         acceleration=scale,
         metre=metre,
-        whole=whole,
-        own=(OWN_ATTITUDE,),
-        own_table={entry.name: entry for entry in own_table},
+        full_scale=full_scale,
+        native=(NATIVE_ATTITUDE,),
+        native_table={entry.name: entry for entry in native_table},
     )
 
 
 # What acts in or around these loops and is never written begins with one of these: an import names it where a file has it.
 AROUND = (
-    "ATC_", "PSC_", "MOT_", "INS_GYRO_FILTER", "INS_HNTCH_", "INS_HNTC2_", "SCHED_LOOP_RATE", "ANGLE_MAX", "ACRO_BAL_",
-    "FRAME_CLASS", "FRAME_TYPE",
-)  # fmt: skip
+    "ATC_",
+    "PSC_",
+    "MOT_",
+    "INS_GYRO_FILTER",
+    "INS_HNTCH_",
+    "INS_HNTC2_",
+    "SCHED_LOOP_RATE",
+    "ANGLE_MAX",
+    "ACRO_BAL_",
+    "FRAME_CLASS",
+    "FRAME_TYPE",
+)
 
 
 def translated(values: Values, source: Dialect, target: Dialect) -> dict[str, float]:
-    """Return parameters of one dialect under the names and in the units of another; raises nothing, other names stay."""
+    """Return parameters with names and units of another dialect; unknown names stay."""
     if source.firmware == target.firmware:
         return dict(values)
     units = {
         **dict.fromkeys(("az_p", "az_i", "az_d", "az_ff"), source.acceleration / target.acceleration),
         "vxy_imax": target.metre / source.metre,
-        "az_imax": target.whole / source.whole,
+        "az_imax": target.full_scale / source.full_scale,
     }
     roles = {name: role for role, name in source.roles.items()}
-    found = {
+    translated_values = {
         target.roles[roles[name]] if name in roles else name: units.get(roles.get(name, ""), 1.0) * value
         for name, value in values.items()
     }
     for name, (other, unit) in LEAN_ANGLE[target.firmware].items():
-        if other in found:
-            found[name] = unit * found.pop(other)
-    return found
+        if other in translated_values:
+            translated_values[name] = unit * translated_values.pop(other)
+    return translated_values
 
 
 # Firmware -> its name of the lean angle -> the other's, and what one unit of that is in its own.
@@ -257,7 +272,7 @@ BALANCE = {"ACRO_BAL_ROLL": "ATC_ANG_RLL_P", "ACRO_BAL_PITCH": "ATC_ANG_PIT_P"}
 
 
 def check_arming(values: Values, dialect: Dialect) -> None:
-    """Refuse parameters with which a vehicle does not arm; values: what it has with the file; raises InputError naming one."""
+    """Raise InputError for parameters that prevent arming; values: of the vehicle with the file."""
     for name in positive_names(values, dialect):
         if name in values and not values[name] >= SMALLEST:
             raise InputError(
@@ -275,7 +290,7 @@ def check_arming(values: Values, dialect: Dialect) -> None:
 
 
 def positive_names(values: Values, dialect: Dialect) -> list[str]:
-    """Return what must be above 0; P and I of a rate loop may be 0 where it has feed-forward."""
+    """Return the names that must be above 0; P and I of a rate loop may be 0 with feed-forward."""
     names = [*dialect.named(*POSITIVE_ROLES), *(f"ATC_ANG_{short}_P" for short in SHORT.values())]
     for short in SHORT.values():
         if not values.get(f"ATC_RAT_{short}_FF", 0.0) >= SMALLEST:

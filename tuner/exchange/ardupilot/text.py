@@ -74,12 +74,12 @@ IMAX_SCALE, THROTTLE_SCALE = 1.0 / 4500.0, 0.001
 
 def _renamed() -> dict[str, tuple[str, ...]]:
     """Return old name -> names since 4.0."""
-    found: dict[str, tuple[str, ...]] = {"THR_MID": ("MOT_THST_HOVER",)}
+    modern: dict[str, tuple[str, ...]] = {"THR_MID": ("MOT_THST_HOVER",)}
     for short in SHORTS:
         rate = f"ATC_RAT_{short}"
         filters = (f"{rate}_FLTE",) if short == "YAW" else (f"{rate}_FLTD", f"{rate}_FLTT")
-        found |= {f"RATE_{short}_{term}": (f"{rate}_{term}",) for term in ("P", "I", "D", "IMAX")}
-        found |= {f"STB_{short}_P": (f"ATC_ANG_{short}_P",), f"RATE_{short}_FILT_HZ": filters, f"{rate}_FILT": filters}
+        modern |= {f"RATE_{short}_{term}": (f"{rate}_{term}",) for term in ("P", "I", "D", "IMAX")}
+        modern |= {f"STB_{short}_P": (f"ATC_ANG_{short}_P",), f"RATE_{short}_FILT_HZ": filters, f"{rate}_FILT": filters}
     for old, new, terms in (
         ("POS_XY", "PSC_POSXY", ("P",)),
         ("POS_Z", "PSC_POSZ", ("P",)),
@@ -87,10 +87,10 @@ def _renamed() -> dict[str, tuple[str, ...]]:
         ("VEL_Z", "PSC_VELZ", ("P",)),
         ("ACCEL_Z", "PSC_ACCZ", ("P", "I", "D", "IMAX")),
     ):
-        found |= {f"{old}_{term}": (f"{new}_{term}",) for term in terms}
+        modern |= {f"{old}_{term}": (f"{new}_{term}",) for term in terms}
     for old, new in (("VEL_XY", "PSC_VELXY"), ("ACCEL_Z", "PSC_ACCZ")):
-        found |= {f"{old}_FILT_HZ": (f"{new}_FLTE",), f"{new}_FILT": (f"{new}_FLTE",)}
-    return found
+        modern |= {f"{old}_FILT_HZ": (f"{new}_FLTE",), f"{new}_FILT": (f"{new}_FLTE",)}
+    return modern
 
 
 RENAMED = _renamed()
@@ -103,7 +103,7 @@ FOREIGN = re.compile(
 
 @dataclass(frozen=True)
 class Modern:
-    """values: under the names of 4.6; renamed: old name -> (value, new names); unknown: old names that nobody knows."""
+    """values: by the names of 4.6; renamed: old name -> (value, new names); unknown: unsupported old names."""
 
     values: dict[str, float]
     renamed: dict[str, tuple[float, tuple[str, ...]]]
@@ -111,26 +111,26 @@ class Modern:
 
 
 def modernised(values: Mapping[str, float], file: Path) -> Modern:
-    """Return parameters of any version before 4.7 under the names and in the units of 4.6.
+    """Return parameters of versions before 4.7 in names and units of 4.6.
 
     Raises InputError where a parameter stands there under its old and its new name with different values.
     """
     gain = CROSSED_SCALE if values.get("FRAME", USUAL_FRAME) in CROSSED else OTHER_SCALE
-    found = {name: value for name, value in values.items() if name not in RENAMED}
+    modern = {name: value for name, value in values.items() if name not in RENAMED}
     renamed = {}
     for name in values:
         for new in RENAMED.get(name, ()):
             value = _scale(name, gain) * values[name]
-            if found.setdefault(new, value) != value:
+            if modern.setdefault(new, value) != value:
                 message = f"stands there as {name} too, which is {value:.9g} in its unit; leave one of the two out"
                 raise InputError(message, file=file, key=new)
             renamed[name] = (value, RENAMED[name])
-    unknown = tuple(name for name in found if FOREIGN.fullmatch(name))
-    return Modern({name: value for name, value in found.items() if name not in unknown}, renamed, unknown)
+    unknown = tuple(name for name in modern if FOREIGN.fullmatch(name))
+    return Modern({name: value for name, value in modern.items() if name not in unknown}, renamed, unknown)
 
 
 def _scale(name: str, gain: float) -> float:
-    """Return what one unit of an old parameter is in the new; gain: of the rate gains."""
+    """Return the factor from an old parameter to the new; gain: of the rate gains."""
     if name.startswith("RATE_") and name.endswith(("_P", "_I", "_D")):
         return gain
     if name.startswith("RATE_") and name.endswith("_IMAX"):

@@ -6,15 +6,15 @@ from math import degrees
 from pathlib import Path
 from typing import Any
 
-from plant.airframes import Airframe
-from plant.cascade import ATTITUDE_AXES, AXES, Cascade, close_cascade
 from plant.errors import InputError, shortened
-from plant.gains import default_row, gain_addresses
 from plant.input_files import read_input
-from plant.laws import law
+from plant.law_registry import law
 from plant.laws.pid import Gains
 from plant.laws.slower import MOST_PERIODS
-from plant.nominal import ControlOptions
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, Cascade, close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions
 from tuner.exchange.aboard import plain_name
 from tuner.exchange.autopilot.pid import held_tilt, with_gains
 from tuner.exchange.target import Option, number
@@ -30,11 +30,11 @@ ATTITUDE_FILTER = Option(
 POSITION_FILTER = Option(
     "position_filter", "time constant t_f of our derivative filter in the position loops, s", default="0.01"
 )
-OWN_LOOPS, OUR_LOOPS = "own", "pid"
+NATIVE_LOOPS, OUR_LOOPS = "own", "pid"
 LOOPS = Option(
     "loops",
     "own: the autopilot's own loops, filters included, parameter by parameter; pid: our PID with the same feedback, without them",
-    (OUR_LOOPS, OWN_LOOPS),
+    (OUR_LOOPS, NATIVE_LOOPS),
     OUR_LOOPS,
 )
 POSITION_EVERY = Option(
@@ -43,7 +43,7 @@ POSITION_EVERY = Option(
 
 
 def position_every(settings: Mapping[str, str]) -> int:
-    """Return how often own position loops step [control periods]."""
+    """Return the period of native position loops [control periods]."""
     every = number(settings, POSITION_EVERY.name, 1.0, MOST_PERIODS, "1")
     if every != int(every):
         raise InputError(
@@ -53,7 +53,7 @@ def position_every(settings: Mapping[str, str]) -> int:
 
 
 def control_period(default: str) -> Option:
-    """Return the option of the control period with the target's usual one [s]."""
+    """Return the option of the control period, with the target's default [s]."""
     return Option("control_period", "period of our controller, s", default=default)
 
 
@@ -70,7 +70,7 @@ def filters(settings: Mapping[str, str]) -> dict[str, float]:
 
 
 def assumed_note(settings: Mapping[str, str], tells_period: bool = False) -> str:
-    """Return the sentence about what a parameter file does not tell; tells_period: it has our control period."""
+    """Return the sentence on what a parameter file lacks; tells_period: it has our control period."""
     period = "" if tells_period else f"our control period (taken as {settings['control_period']} s) and "
     return (
         f"The file does not tell {period}our derivative filters "
@@ -97,20 +97,20 @@ def by_default(airframe: Airframe, cascade: Cascade, tilt: float, settings: Mapp
     return Controller(airframe, cascade, options, period, usual_timing(period, airframe).plant_step, row)
 
 
-def filled(found: Controller, gains: Mapping[str, Any], file: Path) -> Controller:
-    """Return the controller with the gains of some axes; raises InputError naming file and gain where a law does not take one."""
-    found = with_gains(found, gains)
-    for gain in gain_addresses(found.cascade):
+def filled(controller: Controller, gains: Mapping[str, Any], file: Path) -> Controller:
+    """Return the controller with the gains of some axes; raises InputError naming file and invalid gain."""
+    controller = with_gains(controller, gains)
+    for gain in gain_addresses(controller.cascade):
         try:
-            check_value(gain.address, gain, found.gains[gain.column], found.control_period)
+            check_value(gain.address, gain, controller.gains[gain.column], controller.control_period)
         except InputError as error:
             raise error.located(file=file) from None
-    return found
+    return controller
 
 
 def version_note(version: str | None, target: str, read_as: Collection[str]) -> tuple[str, ...]:
-    """Return a sentence where a file names another version than those that it is read as; version: as it says, None if silent."""
-    if version is None or any(version == own or version.startswith(f"{own}.") for own in read_as):
+    """Return a sentence where a file names an unexpected version; version: as stated, None if not."""
+    if version is None or any(version == prefix or version.startswith(f"{prefix}.") for prefix in read_as):
         return ()
     return (
         f"The file says version {shortened(version)}, and is read with the names, units and defaults of {target}: check what "
@@ -127,30 +127,32 @@ def tilt_note(tilt: float, name: str) -> tuple[str, ...]:
 
 
 def absent_note(values: Mapping[str, float | str], wanted: Mapping[str, float | str], target: str) -> tuple[str, ...]:
-    """Return a sentence that names what the file lacks and the defaults that are taken instead."""
-    missing = [f"{name} = {_text(value)}" for name, value in wanted.items() if name not in values]
-    return (f"Not in the file, so at the default of {target}: {', '.join(missing)}.",) if missing else ()
+    """Return a sentence on missing parameters and their defaults."""
+    given = {name: value if isinstance(value, str) else f"{value:g}" for name, value in wanted.items()}
+    missing = {name: text for name, text in given.items() if name not in values}
+    return settings_note(f"Not in the file, so at the default of {target}", missing)
 
 
-def _text(value: float | str) -> str:
-    return value if isinstance(value, str) else f"{value:g}"
+def settings_note(what: str, settings: Mapping[str, str], end: str = "") -> tuple[str, ...]:
+    """Return a sentence that lists settings, none without settings."""
+    text = ", ".join(f"{name} = {value}" for name, value in settings.items())
+    return (f"{what}: {text}{end}.",) if settings else ()
 
 
 def inertia_note(shares: Mapping[str, float], counted: bool) -> tuple[str, ...]:
     """Return a sentence on derivative gains; shares: parameter -> share of the inertia that its gain adds [1]."""
-    there = [f"{name} ({100.0 * share:.3g} %)" for name, share in shares.items() if share != 0.0]
-    if not there:
+    entries = [f"{name} ({100.0 * share:.3g} %)" for name, share in shares.items() if share != 0.0]
+    if not entries:
         return ()
     what = "count as added inertia or mass" if counted else "are left out"
     return (
-        f"Our law has no derivative on the acceleration: {what}, with the inertia or mass that they add: {', '.join(there)}.",
+        f"Our law has no derivative on the acceleration: {what}, with the inertia or mass that they add: {', '.join(entries)}.",
     )
 
 
 def unused_note(values: Mapping[str, float], names: Iterable[str], what: str) -> tuple[str, ...]:
-    """Return a sentence that names the parameters among some that are not 0."""
-    there = [f"{name} = {values[name]:g}" for name in names if values.get(name, 0.0) != 0.0]
-    return (f"{what}: {', '.join(there)}.",) if there else ()
+    """Return a sentence on the parameters that are not 0."""
+    return settings_note(what, {name: f"{values[name]:g}" for name in names if values.get(name, 0.0) != 0.0})
 
 
 def record_of(
@@ -159,24 +161,20 @@ def record_of(
     version: str,
     settings: Mapping[str, str],
     given: Mapping[str, float],
-    known: Collection[str],
+    loop_parameters: Collection[str],
     carried: Collection[str],
 ) -> VehicleRecord:
-    """Return the record of a file; given: all of its parameters; known: those that act in the loops, of which ours carry some."""
-    there = {name: given[name] for name in known if name in given}
-    kept = tuple(name for name in there if name not in carried)
+    """Return the record of a file; given: all parameters; loop_parameters: those that act in the loops."""
+    entries = {name: given[name] for name in loop_parameters if name in given}
+    untuned = tuple(name for name in entries if name not in carried)
     digest = hashlib.sha256(read_input(file)).hexdigest()
-    return VehicleRecord(target, version, plain_name(file), digest, dict(settings), there, kept)
+    return VehicleRecord(target, version, plain_name(file), digest, dict(settings), entries, untuned)
 
 
-def kept_notes(record: VehicleRecord, untouched: Collection[str]) -> tuple[str, ...]:
-    """Return sentences that name what our loops cannot carry, and count what has nothing to do with them."""
-    notes = []
-    if record.kept:
-        there = ", ".join(f"{name} = {record.parameters[name]:g}" for name in record.kept)
-        notes.append(
-            f"Our loops cannot carry these, so nothing tunes them and an export leaves them as they are: {there}."
-        )
+def untuned_notes(record: VehicleRecord, untouched: Collection[str]) -> tuple[str, ...]:
+    """Return sentences on parameters that our loops cannot carry, or unrelated."""
+    what = "Our loops cannot carry these, so nothing tunes them and an export leaves them as they are"
+    notes = [*settings_note(what, {name: f"{record.parameters[name]:g}" for name in record.kept})]
     if untouched:
         notes.append(
             f"{len(untouched)} other parameter{'s' if len(untouched) > 1 else ''} of the file do not act in these loops; "

@@ -1,8 +1,8 @@
-"""Autopilots that hold our PID as parameters of a cascade: their loops in our units, and a parameter file written or read.
+"""Autopilots with our PID as parameters of a cascade: loops in our units, parameter files written and read.
 
 An angle loop P around a rate loop PI in normalised torque, a position loop P around a velocity loop PI: the form that
-`autopilot.pid` gives our PID. Parameters that our loops do not carry scale them or act beside them. On a vehicle that is known
-(`aboard`) they stay as they are; otherwise they are chosen so that the autopilot flies what ours fly.
+`autopilot.pid` gives our PID. Other parameters scale these loops or act in addition. On a known vehicle (`aboard`) they stay
+unchanged; otherwise they are chosen such that the autopilot flies our loops.
 """
 
 from abc import ABC, abstractmethod
@@ -11,13 +11,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
-from plant.airframes import Airframe
-from plant.airframes.actuation import Actuation
-from plant.cascade import AXES, Cascade, close_cascade
-from plant.laws import law
+from plant.law_registry import law
 from plant.laws.pid import Gains
-from plant.vehicle import Vehicle
-from tuner.exchange.aboard import DERIVATIVE, KEEP, OTHERS, Aboard, said_of_others
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.airframes.actuation import Actuation
+from plant.quadrotor.cascade import AXES, Cascade, close_cascade
+from plant.quadrotor.vehicle import Vehicle
+from tuner.exchange.aboard import DERIVATIVE, KEEP, OTHERS, VehicleParameters, describe_unmanaged
 from tuner.exchange.autopilot.assembly import (
     LOOPS,
     OUR_LOOPS,
@@ -26,12 +26,12 @@ from tuner.exchange.autopilot.assembly import (
     filled,
     filters,
     inertia_note,
-    kept_notes,
     position_every,
     record_of,
     tilt_note,
+    untuned_notes,
 )
-from tuner.exchange.autopilot.own_loops import LIKE, OwnLaw, flown, with_authorities
+from tuner.exchange.autopilot.native_loops import LIKE, NativeLaw, flown, with_authorities
 from tuner.exchange.autopilot.parameters import ParameterInfo, Values, defaults, parameters, single
 from tuner.exchange.autopilot.pid import (
     RateLoop,
@@ -69,8 +69,8 @@ class ParameterSet:
 
     target: its name in the registry; name: with the version; file: name of the file that is written. table: every parameter that
     is written, in the order of the file. names: by axis of ours, y goes with x. carried: parameters that our loops carry;
-    scaling: those beside them that turn our gains into its units. yaw_filter: low-pass on yaw torque [Hz]; gyro, gyro_cutoff:
-    low-pass of the gyro and its default [Hz]. own: laws that are its own loops; own_table: parameters that act in those alone.
+    scaling: others that turn our gains into its units. yaw_filter: low-pass on yaw torque [Hz]; gyro, gyro_cutoff: low-pass of
+    the gyro and its default [Hz]. native: laws of its own loops; native_table: parameters that act in those alone.
     """
 
     target: str
@@ -83,35 +83,35 @@ class ParameterSet:
     yaw_filter: str
     gyro: str
     gyro_cutoff: float
-    own: tuple[OwnLaw, ...] = field(default=(), kw_only=True)
-    own_table: Mapping[str, ParameterInfo] = field(default_factory=dict[str, ParameterInfo], kw_only=True)
+    native: tuple[NativeLaw, ...] = field(default=(), kw_only=True)
+    native_table: Mapping[str, ParameterInfo] = field(default_factory=dict[str, ParameterInfo], kw_only=True)
 
     def flying(self, cascade: Cascade) -> Self:
-        """Return the set for a cascade, some loops of which may be the autopilot's own."""
-        laws = flown(self.own, cascade)
+        """Return the set for a cascade with some native loops."""
+        laws = flown(self.native, cascade)
         axes = {axis for entry in laws for axis in entry.names}
         foreign = {name for axis in axes if axis in self.names for name in self.names[axis][:3]}
-        own = frozenset(name for entry in laws for name in entry.parameters)
+        native = frozenset(name for entry in laws for name in entry.parameters)
         # A gain of its own loops has another name than the one of our PID that a parameter otherwise follows from.
         sources = {name: address for entry in laws for name, address in entry.addresses.items()}
-        known = {**self.table, **{name: entry for name, entry in self.own_table.items() if name in own}}
+        entries = {**self.table, **{name: entry for name, entry in self.native_table.items() if name in native}}
         return replace(
             self,
-            table={name: replace(entry, source=sources.get(name, entry.source)) for name, entry in known.items()},
+            table={name: replace(entry, source=sources.get(name, entry.source)) for name, entry in entries.items()},
             names={axis: names for axis, names in self.names.items() if axis not in axes},
-            carried=(self.carried - foreign) | own,
-            own=laws,
+            carried=(self.carried - foreign) | native,
+            native=laws,
         )
 
     @property
     def filters_gyro(self) -> bool:
-        """Whether its low-pass on the gyro is none of what our loops carry."""
+        """True where our loops carry no low-pass on its gyro."""
         return self.gyro not in self.carried
 
 
 @dataclass(frozen=True)
 class Autopilot(ABC):
-    """A version of an autopilot on the vehicle and the rotors of an airframe; "complete" values hold every parameter of it."""
+    """A version of an autopilot on an airframe: "complete" values hold every parameter of it."""
 
     version: ParameterSet
     vehicle: Vehicle
@@ -119,7 +119,7 @@ class Autopilot(ABC):
 
     @abstractmethod
     def units(self, values: Values) -> dict[str, float]:
-        """Return what one unit of the inner P makes of a rate or speed, in ours [1/s], by axis; values: complete."""
+        """Return the unit of the inner P in ours [1/s], by axis; values: complete."""
 
     @abstractmethod
     def tilt_limit(self, values: Values) -> tuple[float, str]:
@@ -127,15 +127,15 @@ class Autopilot(ABC):
 
     @abstractmethod
     def written_tilt(self, limit: float, present: Values | None) -> dict[str, float]:
-        """Return the tilt limit [rad] as a parameter, as it is on the vehicle where ours is what we hold of that."""
+        """Return the tilt limit [rad] as a parameter: unchanged where ours follows from the vehicle's."""
 
     @abstractmethod
     def switched_off(self, settings: Mapping[str, str]) -> dict[str, float]:
-        """Return what it has beside what our loops carry such that it flies what ours fly."""
+        """Return the other parameters at values with which it flies our loops."""
 
     @abstractmethod
-    def chosen(self, settings: Mapping[str, str], kept: dict[str, float]) -> dict[str, float]:
-        """Return what stays on a vehicle, with what the options choose anew."""
+    def chosen(self, settings: Mapping[str, str], unchanged: dict[str, float]) -> dict[str, float]:
+        """Return a vehicle's unchanged parameters, updated by the options."""
 
     @abstractmethod
     def written(self, values: Values, settings: Mapping[str, str], comments: Sequence[str]) -> bytes:
@@ -143,15 +143,15 @@ class Autopilot(ABC):
 
     @abstractmethod
     def check(self, values: Values) -> None:
-        """Refuse parameters with which a vehicle does not arm; values: what it has with the file."""
+        """Raise InputError for parameters that prevent arming; values: of the vehicle with the file."""
 
     @property
     def filters_yaw(self) -> bool:
-        """Whether its low-pass on yaw is a part of its own loops, beside which ours has none."""
-        return any(self.version.yaw_filter in entry.parameters for entry in self.version.own)
+        """True where its low-pass on yaw is part of its native loops."""
+        return any(self.version.yaw_filter in entry.parameters for entry in self.version.native)
 
     def yaw_cutoff(self, values: Values) -> float:
-        """Return the low-pass on yaw torque beside the loops as our controller holds it [Hz]; values: complete."""
+        """Return the low-pass on yaw torque outside of the loops [Hz]; values: complete."""
         return 0.0 if self.filters_yaw else held_cutoff(values[self.version.yaw_filter])
 
     def completed(self, values: Values) -> dict[str, float]:
@@ -159,12 +159,12 @@ class Autopilot(ABC):
         return {**defaults(self.version.table), **values}
 
     def added_inertia(self, values: Values) -> dict[str, float]:
-        """Return the share of inertia or mass that the gain on the acceleration adds, by axis [1]; values: complete."""
+        """Return the relative inertia or mass added by acceleration gains [1]; values: complete."""
         units = self.units(values)
         return {axis: values[names.d] * units[axis] for axis, names in self.version.names.items()}
 
     def weights(self, values: Values, counted: bool) -> dict[str, float]:
-        """Return by axis how many times heavier its loop has it than ours: 1, or with the added inertia where that counts."""
+        """Return the factor on inertia or mass by axis: 1, or with the added inertia where it counts."""
         return {axis: 1.0 + counted * share for axis, share in self.added_inertia(values).items()}
 
     def loops(self, values: Values) -> dict[str, RateLoop]:
@@ -176,16 +176,21 @@ class Autopilot(ABC):
         }
 
     def to_parameters(
-        self, controller: Controller, beside: Values, present: Values | None = None, counted: bool = False
+        self, controller: Controller, others: Values, present: Values | None = None, counted: bool = False
     ) -> dict[str, float]:
         """Return the parameters that our loops carry, unrounded.
 
-        beside: complete, what they act with. present: what is on the vehicle. counted: gains on acceleration count as inertia.
         Raises InputError where the gains have no such form.
+
+        Args:
+            controller: with our gains.
+            others: complete other parameters.
+            present: those on the vehicle.
+            counted: gains on acceleration count as inertia.
         """
         theirs = {} if present is None else self.loops(self.completed(present))
-        heavier, units, values = self.weights(beside, counted), self.units(beside), dict[str, float]()
-        for entry in self.version.own:
+        heavier, units, values = self.weights(others, counted), self.units(others), dict[str, float]()
+        for entry in self.version.native:
             values |= entry.to_parameters(controller, units)
         for axis, names in self.version.names.items():
             loop = rate_loop(weighted(axis_gains(controller, axis), heavier[axis]), axis, theirs.get(axis))
@@ -203,69 +208,69 @@ class Autopilot(ABC):
         }
         return gains | ({"y": gains["x"]._replace(t_f=filters["y"])} if "x" in gains else {})
 
-    def own_gains(self, values: Values, controller: Controller) -> dict[str, Any]:
-        """Return the gains of the loops that are its own, with the authorities of a controller; values: complete."""
+    def native_gains(self, values: Values, controller: Controller) -> dict[str, Any]:
+        """Return the gains of the native loops, with a controller's authorities; values: complete."""
         units = self.units(values)
         return {
             axis: gains
-            for entry in self.version.own
+            for entry in self.version.native
             for axis, gains in entry.to_gains(values, units, controller).items()
         }
 
-    def held(self, asked: Controller, values: Values, counted: bool) -> Controller:
+    def held(self, requested: Controller, values: Values, counted: bool) -> Controller:
         """Return the controller that it flies with rounded parameters; our derivative filters stay as asked."""
-        own = {axis for entry in self.version.own for axis in entry.names}
-        plain = [axis for axis in AXES if LIKE.get(axis, axis) not in own]
+        native = {axis for entry in self.version.native for axis in entry.names}
+        plain = [axis for axis in AXES if LIKE.get(axis, axis) not in native]
         gains: dict[str, Any] = {
-            **self.to_gains(values, {axis: axis_gains(asked, axis).t_f for axis in plain}, counted),
-            **self.own_gains(values, asked),
+            **self.to_gains(values, {axis: axis_gains(requested, axis).t_f for axis in plain}, counted),
+            **self.native_gains(values, requested),
         }
         tilt, cutoff = held_tilt(self.tilt_limit(values)[0]), self.yaw_cutoff(values)
-        options = replace(asked.options, tilt_limit=tilt, yaw_torque_cutoff=cutoff)
-        return replace(with_gains(asked, gains), options=options)
+        options = replace(requested.options, tilt_limit=tilt, yaw_torque_cutoff=cutoff)
+        return replace(with_gains(requested, gains), options=options)
 
-    def beside(self, settings: Mapping[str, str], present: Aboard | None) -> dict[str, float]:
-        """Return what is written beside what our loops carry: as it is on the vehicle, or such that nothing else acts."""
+    def others(self, settings: Mapping[str, str], present: VehicleParameters | None) -> dict[str, float]:
+        """Return the other written parameters: as on the vehicle, or such that nothing else acts."""
         if present is None or settings[OTHERS.name] != KEEP:
             off = self.switched_off(settings)
             return {name: value for name, value in off.items() if name not in self.version.carried}
-        kept = {
+        unchanged = {
             name: value
             for name, value in present.values.items()
             if name in self.version.table and name not in self.version.carried
         }
-        return self.chosen(settings, kept)
+        return self.chosen(settings, unchanged)
 
     def export(
-        self, request: Request, present: Aboard | None, setup: tuple[str, str], differences: Differences
+        self, request: Request, present: VehicleParameters | None, setup: tuple[str, str], differences: Differences
     ) -> Bundle:
         """Return the parameter file; present: what is on the vehicle; setup: comments on the version and the vehicle.
 
         Raises InputError where the gains have no such form or leave the documented ranges.
         """
         gyro = self.version.gyro
-        asked, settings = (
+        requested, settings = (
             with_measured_rates(request.controller, yaw_filter=not self.filters_yaw),
             request.settings,
         )
         if "x" in self.version.names:
-            check_horizontal(asked, self.version.name)
+            check_horizontal(requested, self.version.name)
         before = {} if present is None else present.values
-        beside = self.beside(settings, present)
-        complete, counted = self.completed(beside), settings[DERIVATIVE.name] == "inertia"
-        carried = self.to_parameters(asked, complete, None if present is None else before, counted)
-        wanted = {name: {**carried, **beside}[name] for name in self.version.table if name in carried or name in beside}
-        kept = [name for name, value in beside.items() if before.get(name) == value]
-        written = parameters(self.version.table, wanted, single, self.version.name, before, kept)
+        others = self.others(settings, present)
+        complete, counted = self.completed(others), settings[DERIVATIVE.name] == "inertia"
+        carried = self.to_parameters(requested, complete, None if present is None else before, counted)
+        wanted = {name: {**carried, **others}[name] for name in self.version.table if name in carried or name in others}
+        unchanged = [name for name, value in others.items() if before.get(name) == value]
+        written = parameters(self.version.table, wanted, single, self.version.name, before, unchanged)
         values = {parameter.name: parameter.held for parameter in written}
         self.check({**before, **values})
-        assumed = {name: complete[name] for name in self.version.scaling if name not in beside}
+        assumed = {name: complete[name] for name in self.version.scaling if name not in others}
         return Bundle(
             files={self.version.file: self.written(values, settings, (*heading(request, parameter_comment), *setup))},
             rollback={self.version.file: self.rollback(request, values, present)},
-            held=self.held(asked, {**before, **complete, **values}, counted),
+            held=self.held(requested, {**before, **complete, **values}, counted),
             differences=(
-                *said_of_others(present, {name: beside[name] for name in kept}, assumed),
+                *describe_unmanaged(present, {name: others[name] for name in unchanged}, assumed),
                 *differences(values, complete),
             ),
             target_version=self.version.name,
@@ -275,8 +280,8 @@ class Autopilot(ABC):
             else None,
         )
 
-    def rollback(self, request: Request, values: Values, present: Aboard | None) -> bytes:
-        """Return the file that restores the previous parameters; those that are not known are the defaults."""
+    def rollback(self, request: Request, values: Values, present: VehicleParameters | None) -> bytes:
+        """Return the file that restores the previous parameters, or the defaults."""
         before, usual = {} if present is None else present.values, defaults(self.version.table)
         missing = [name for name in values if name not in before]
         source = (
@@ -294,27 +299,26 @@ class Autopilot(ABC):
 class ParameterFile:
     """A parameter file as read.
 
-    values: as given, by the names that the autopilot has for them. target: what a record calls the autopilot. known: parameters
-    that act in the loops. notes, later_notes: what the autopilot has to say of the file, before and after the added inertia.
-    tells_period: whether the control period is the file's.
+    values: as given, by the autopilot's names. target: its name in records. loop_parameters: those that act in the loops. notes,
+    later_notes: before and after that on the added inertia. tells_period: the control period is the file's.
     """
 
     path: Path
     values: Values
     target: str
-    known: Collection[str]
+    loop_parameters: Collection[str]
     notes: tuple[str, ...]
     later_notes: tuple[str, ...]
     tells_period: bool = False
 
 
 def cascade_for(version: ParameterSet, settings: Mapping[str, str]) -> Cascade:
-    """Return the cascade that a file is read into: our PID, or those of the autopilot's own loops that are known."""
+    """Return the cascade that a file is read into: our PID, or native loops."""
     if settings.get(LOOPS.name, OUR_LOOPS) == OUR_LOOPS:
         return close_cascade(law("pid"), law("pid"))
-    own = {"attitude" if "roll" in entry.names else "position": entry.law for entry in version.own}
-    every = position_every(settings) if "position" in own else 1
-    return close_cascade(law(own.get("position", "pid")), law(own.get("attitude", "pid")), every)
+    native = {"attitude" if "roll" in entry.names else "position": entry.law for entry in version.native}
+    every = position_every(settings) if "position" in native else 1
+    return close_cascade(law(native.get("position", "pid")), law(native.get("attitude", "pid")), every)
 
 
 def imported(
@@ -325,14 +329,21 @@ def imported(
     settings: Mapping[str, str],
     values: Values,
 ) -> ImportedController:
-    """Return the controller of a parameter file; cascade: of `cascade_for`; values: complete; raises InputError naming file and
-    gain.
+    """Return the controller of a parameter file; raises InputError naming file and gain.
+
+    cascade: of `cascade_for`; values: complete.
     """
     counted = settings[DERIVATIVE.name] == "inertia"
     shares = {autopilot.version.names[axis].d: share for axis, share in autopilot.added_inertia(values).items()}
     tilt, tilt_name = autopilot.tilt_limit(values)
     record = record_of(
-        read.path, autopilot.version.target, read.target, settings, read.values, read.known, autopilot.version.carried
+        read.path,
+        autopilot.version.target,
+        read.target,
+        settings,
+        read.values,
+        read.loop_parameters,
+        autopilot.version.carried,
     )
     untouched = tuple(name for name in read.values if name not in record.parameters)
     notes = (
@@ -340,11 +351,11 @@ def imported(
         *inertia_note(shares, counted),
         *read.later_notes,
         *tilt_note(tilt, tilt_name),
-        *kept_notes(record, untouched),
+        *untuned_notes(record, untouched),
         *((assumed_note(settings, read.tells_period),) if "x" in autopilot.version.names else ()),
     )
-    found = with_authorities(by_default(airframe, cascade, tilt, settings), autopilot.units(values))
-    gains = {**autopilot.to_gains(values, filters(settings), counted), **autopilot.own_gains(values, found)}
-    found = filled(found, gains, read.path)
-    options = replace(found.options, yaw_torque_cutoff=autopilot.yaw_cutoff(values))
-    return ImportedController(replace(found, options=options, vehicle=record), notes, untouched)
+    controller = with_authorities(by_default(airframe, cascade, tilt, settings), autopilot.units(values))
+    gains = {**autopilot.to_gains(values, filters(settings), counted), **autopilot.native_gains(values, controller)}
+    controller = filled(controller, gains, read.path)
+    options = replace(controller.options, yaw_torque_cutoff=autopilot.yaw_cutoff(values))
+    return ImportedController(replace(controller, options=options, vehicle=record), notes, untouched)

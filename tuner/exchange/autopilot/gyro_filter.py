@@ -13,8 +13,8 @@ from math import isfinite, pi, radians, sqrt
 
 from objectives.margins.period import CHANNELS
 from objectives.margins.trim import Trim
-from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
+from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.vectors import Vec3
 from tuner.analysis.margins.limits import LIMITS
 from tuner.analysis.margins.readings import Subject, subject_of
@@ -30,9 +30,7 @@ MOST_SHARE = 0.9
 
 
 def filter_rows(controller: Controller, gyro: GyroFilter) -> list[FilteredLoop]:
-    """Return phase margin [rad] of every loop with our derivative filter and with the target's, and what was spare; none where
-    the filter is off or nothing hovers.
-    """
+    """Return phase margins [rad] with our filter and the target's; none where it is off or nothing hovers."""
     if gyro.cutoff <= 0.0:
         return []
     still = Vec3(0.0, 0.0, 0.0)
@@ -55,8 +53,9 @@ def with_filter(controller: Controller, subject: Subject, cutoff: float) -> Cont
 
 
 def equal_lag(crossover: float, cutoff: float) -> float:
-    """Return the time constant [s] of a low-pass of first order that lags at a crossover [rad/s] as a Butterworth one of second
-    order does; cutoff [Hz].
+    """Return the time constant [s] of a first-order low-pass of equal lag: at a crossover [rad/s].
+
+    cutoff [Hz]: of a second-order Butterworth low-pass.
     """
     corner = 2.0 * pi * cutoff
     share = min(crossover / corner, MOST_SHARE)
@@ -70,6 +69,12 @@ def _phase(subject: Subject, channel: str) -> float:
 def _row(before: Subject, after: Subject, channel: str) -> FilteredLoop:
     ours, theirs = _phase(before, channel), _phase(after, channel)
     return FilteredLoop(
-        loop=channel, unit="rad", limit=LIMIT, ours=ours, theirs=theirs, taken=ours - theirs, spare=ours - LIMIT,
+        loop=channel,
+        unit="rad",
+        limit=LIMIT,
+        ours=ours,
+        theirs=theirs,
+        taken=ours - theirs,
+        spare=ours - LIMIT,
         breaks=ours >= LIMIT > theirs,
-    )  # fmt: skip
+    )

@@ -32,7 +32,7 @@ def single(value: float) -> float:
 
 
 def positional(value: float) -> str:
-    """Return the shortest text with a dot and no exponent that reads back as the same float32; value must be finite."""
+    """Return the shortest decimal text of a finite float32: with a dot, without exponent."""
     assert isfinite(value), value
     return np.format_float_positional(np.float32(value + 0.0), unique=True, trim="0")
 
@@ -60,28 +60,28 @@ def read_lines(file: Path, what: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Stated:
-    """Stack and version of the autopilot that the comments of a parameter file name, None where they do not."""
+    """Stack and version of the autopilot in a file's comments, or None."""
 
     stack: str | None = None
     version: str | None = None
 
 
 def stated(file: Path, what: str) -> Stated:
-    """Return what the comments of a file say: those of QGroundControl, or a banner of the firmware."""
-    found = Stated()
+    """Return stack and version from a file's comments: of QGroundControl, or a firmware banner."""
+    source = Stated()
     for line in read_lines(file, what):
         if match := STATED.match(line):
-            found = replace(found, **{match[1].lower(): match[2]})
-        elif (match := BANNER.match(line)) and found.version is None:
-            found = Stated("ArduPilot", match[1])
-    return found
+            source = replace(source, **{match[1].lower(): match[2]})
+        elif (match := BANNER.match(line)) and source.version is None:
+            source = Stated("ArduPilot", match[1])
+    return source
 
 
 def check_stack(file: Path, what: str, stack: str) -> None:
     """Refuse a file that says to be of another autopilot; raises InputError naming it."""
-    said = stated(file, what).stack
-    if said is not None and not said.lower().startswith(stack.lower()):
-        message = f"is a file of {shortened(said)}, not of {stack}; give {what}"
+    source = stated(file, what).stack
+    if source is not None and not source.lower().startswith(stack.lower()):
+        message = f"is a file of {shortened(source)}, not of {stack}; give {what}"
         raise InputError(message, file=file, key="# Stack")
 
 
@@ -127,47 +127,58 @@ def parameters(
     rounding: Rounding,
     target: str,
     before: Values = NOTHING,
-    kept: Collection[str] = (),
+    unchanged: Collection[str] = (),
 ) -> tuple[HeldParameter, ...]:
-    """Return every value with its entry, rounded; target: name and version, for the messages; before: what is on the vehicle;
-    kept: names that stay as they are there.
+    """Return every value with its entry, rounded.
 
-    Raises InputError naming the parameter where a value is not finite or leaves the documented range: nothing on the vehicle
-    would say so, for no autopilot checks ranges when a file is loaded. What the vehicle has already is no concern of ours.
+    Raises InputError naming the parameter where a value is not finite or leaves the documented range: no autopilot checks ranges
+    when a file is loaded. Values that are on the vehicle already are not checked.
+
+    Args:
+        table: entries of the parameters.
+        values: to be written, unrounded.
+        rounding: of the vehicle.
+        target: name and version, for the messages.
+        before: values on the vehicle.
+        unchanged: names that stay as they are there.
     """
-    found = [_parameter(table[name], value, rounding, before.get(name), name in kept) for name, value in values.items()]
-    outside = [parameter for parameter in found if not fits(parameter)]
+    rounded = [
+        _parameter(table[name], value, rounding, before.get(name), name in unchanged) for name, value in values.items()
+    ]
+    outside = [parameter for parameter in rounded if not fits(parameter)]
     if outside:
-        further = [f"{parameter.name} {_outside(table[parameter.name], parameter.asked)}" for parameter in outside[1:]]
+        further = [
+            f"{parameter.name} {_outside(table[parameter.name], parameter.unrounded)}" for parameter in outside[1:]
+        ]
         raise InputError(
-            f"{_outside(table[outside[0].name], outside[0].asked)}; {target} documents these ranges"
+            f"{_outside(table[outside[0].name], outside[0].unrounded)}; {target} documents these ranges"
             + "".join(f"; {text}" for text in further),
             key=outside[0].name,
         )
-    return tuple(found)
+    return tuple(rounded)
 
 
 def fits(parameter: HeldParameter) -> bool:
-    """Return whether a value lies in its documented range, or is on the vehicle already."""
+    """Return true for a value in its documented range, or unchanged."""
     return parameter.low <= parameter.held <= parameter.high or parameter.held == parameter.before
 
 
 def _parameter(
-    entry: ParameterInfo, asked: float, rounding: Rounding, before: float | None, kept: bool
+    entry: ParameterInfo, unrounded: float, rounding: Rounding, before: float | None, unchanged: bool
 ) -> HeldParameter:
-    held = rounding(asked) if isfinite(asked) else asked
+    held = rounding(unrounded) if isfinite(unrounded) else unrounded
     low, high = single(entry.low), single(entry.high)
-    return HeldParameter(entry.name, entry.unit, asked, held, low, high, entry.usual, before, kept)
+    return HeldParameter(entry.name, entry.unit, unrounded, held, low, high, entry.usual, before, unchanged)
 
 
-def _outside(entry: ParameterInfo, asked: float) -> str:
+def _outside(entry: ParameterInfo, unrounded: float) -> str:
     unit = after_number(entry.unit)
     limit = f"at least {entry.low:g}" if entry.high == MOST else f"{entry.low:g} to {entry.high:g}"
-    return f"works out at {asked:.6g}{unit}, allowed {limit}{unit}: change {entry.source}"
+    return f"works out at {unrounded:.6g}{unit}, allowed {limit}{unit}: change {entry.source}"
 
 
-def misfit(table: Mapping[str, ParameterInfo], values: Values) -> float:
-    """Return how far values leave their documented ranges, each in widths of its range, added up; 0 where all fit."""
+def range_violation(table: Mapping[str, ParameterInfo], values: Values) -> float:
+    """Return the total violation of documented ranges, in widths of the ranges; 0 where all fit."""
     return sum(_overshoot(table[name], value) for name, value in values.items())
 
 

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 from math import sqrt
 
 from plant.errors import InputError
-from plant.gains import gain_addresses
 from plant.laws.pid import Gains
-from plant.nominal import LEAST_CUTOFF, MOST_CUTOFF
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.nominal import LEAST_CUTOFF, MOST_CUTOFF
 from tuner.gains import Controller
 
 # Gains this close to each other, relatively, are one: both ways of the conversion round.
@@ -65,7 +65,7 @@ def rate_loop(gains: Gains, axis: str, present: RateLoop | None = None) -> RateL
 
 
 def same_feedback(one: Gains, other: Gains) -> bool:
-    """Return whether two sets of gains are one but for rounding; the filter does not count."""
+    """Return true for gains that are equal but for rounding; filters do not count."""
     return all(abs(a - b) <= SAME * max(abs(a), abs(b)) for a, b in zip(one[:3], other[:3], strict=True))
 
 
@@ -98,8 +98,9 @@ def with_gains(controller: Controller, gains: Mapping[str, Gains]) -> Controller
 
 
 def with_measured_rates(controller: Controller, yaw_filter: bool = False) -> Controller:
-    """Return the controller with gyro and velocity as rates, which is all that autopilots have; yaw_filter: whether the target
-    has a low-pass on yaw torque, which is left out otherwise.
+    """Return the controller with gyro and velocity as rates: as autopilots have them.
+
+    yaw_filter: the target has a low-pass on yaw torque, which is left out otherwise.
     """
     cutoff = controller.options.yaw_torque_cutoff if yaw_filter else 0.0
     options = replace(controller.options, attitude_rate="measured", position_rate="measured", yaw_torque_cutoff=cutoff)
@@ -120,7 +121,7 @@ def check_horizontal(controller: Controller, target: str) -> None:
 
 
 def rate_sources(controller: Controller, yaw_filter: bool = False) -> tuple[str, ...]:
-    """Return a sentence for each loop that was tuned on observed rates, and one on a low-pass on yaw torque that is lost."""
+    """Return sentences on observed rates, and on a lost yaw low-pass."""
     options, cutoff = controller.options, controller.options.yaw_torque_cutoff
     loops = (("attitude", options.attitude_rate, "the gyro"), ("position", options.position_rate, "estimated velocity"))
     lost = f"The low-pass on yaw torque at {cutoff:g} Hz has no counterpart; what is verified flies without it."
@@ -133,7 +134,7 @@ def rate_sources(controller: Controller, yaw_filter: bool = False) -> tuple[str,
 
 
 def setpoint_weights(weights: Mapping[str, float]) -> str:
-    """Return the sentence on how much of the reference reaches the proportional action."""
+    """Return the sentence on the setpoint weights."""
     shares = ", ".join(f"{axis} {100.0 * weight:.0f} %" for axis, weight in weights.items())
     return (
         "The reference enters through the outer loop alone: feedback and margins are the same, but the proportional action gets "
@@ -152,16 +153,16 @@ def held_tilt(tilt: float) -> float:
 
 
 def held_cutoff(cutoff: float) -> float:
-    """Return the low-pass on a vehicle's yaw torque as our controller holds it [Hz], 0 for none."""
+    """Return a vehicle's yaw low-pass within our range [Hz], 0 for none."""
     return min(max(cutoff, LEAST_CUTOFF), MOST_CUTOFF) if cutoff > 0.0 else 0.0
 
 
 def written_cutoff(controller: Controller, present: float | None) -> float:
-    """Return the low-pass on yaw torque for the vehicle [Hz]: its own where ours is what we hold of it."""
+    """Return the low-pass on yaw torque for the vehicle [Hz]: unchanged where ours follows from it."""
     cutoff = controller.options.yaw_torque_cutoff
     return present if present is not None and abs(held_cutoff(present) - cutoff) <= SAME * cutoff else cutoff
 
 
 def weighted(gains: Gains, factor: float) -> Gains:
-    """Return the gains of a loop on so many times the inertia or mass."""
+    """Return a loop's gains for a multiple of inertia or mass."""
     return Gains(factor * gains.kp, factor * gains.ki, factor * gains.kd, gains.t_f)

@@ -11,28 +11,17 @@ so bandwidths carry over as numbers and by their meaning, not the loops. src/mai
 from dataclasses import replace
 from math import degrees
 
-from plant.airframes.actuation import Actuation, actuation
-from plant.airframes.scales import motors_text
-from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
-from plant.gains import gain_addresses
+from plant.quadrotor.airframes.actuation import Actuation, actuation
+from plant.quadrotor.cascade import ATTITUDE_AXES
+from plant.quadrotor.gains import gain_addresses
 from tuner.exchange.autopilot.assembly import curve
 from tuner.exchange.autopilot.parameters import parameters
-from tuner.exchange.betaflight.export import (
-    LOADING,
-    MOTORS,
-    OPTIONS,
-    nearest,
-    rollback,
-    settings,
-)
-from tuner.exchange.betaflight.map import ADRC_SWITCHES, ADRC_TABLE, betaflight_torque, reversed_yaw
-from tuner.exchange.betaflight.text import profile, write_cli
+from tuner.exchange.betaflight.export import LOADING, OPTIONS, bundle, nearest
+from tuner.exchange.betaflight.map import ADRC_SWITCHES, ADRC_TABLE, betaflight_torque
 from tuner.exchange.target import Bundle, ExportTarget, Request
-from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
 
-FILE = "holdfast.betaflight.txt"
 NAME = "Betaflight pull request 15400 (6317fe2)"
 EXPERIMENTAL = (
     "Betaflight's ADRC is open pull request 15400, in no release; settings and law may change; its loop is on the rate."
@@ -43,24 +32,14 @@ ZETA, SAME = 1.0, 1e-9
 
 def export(request: Request) -> Bundle:
     """Return the file; raises InputError where the gains have no counterpart or leave the ranges."""
-    asked = request.controller
-    check_damping(asked)
-    rotors = actuation(asked.airframe.vehicle, curve(request.settings))
-    written = parameters(ADRC_TABLE, to_adrc(asked, rotors), nearest, NAME)
+    requested = request.controller
+    check_damping(requested)
+    rotors = actuation(requested.airframe.vehicle, curve(request.settings))
+    written = parameters(ADRC_TABLE, to_adrc(requested, rotors), nearest, NAME)
     values = {parameter.name: parameter.held for parameter in written}
-    about = (
-        *heading(request, parameter_comment),
-        f"For {NAME}. EXPERIMENTAL: {EXPERIMENTAL} {LOADING}",
-        f"Expected of the vehicle: {motors_text(rotors, MOTORS)}; yaw_motors_reversed = {reversed_yaw(rotors)}.",
-    )
-    return Bundle(
-        files={FILE: write_cli(settings(values, ADRC_SWITCHES), profile(request.settings), about)},
-        rollback={FILE: rollback(request, ADRC_TABLE, ADRC_SWITCHES, values)},
-        held=held_controller(asked, values),
-        differences=_differences(asked, values, rotors),
-        target_version=NAME,
-        parameters=written,
-    )
+    about = f"For {NAME}. EXPERIMENTAL: {EXPERIMENTAL} {LOADING}"
+    held, differences = held_controller(requested, values), _differences(requested, values, rotors)
+    return bundle(request, rotors, NAME, about, ADRC_TABLE, ADRC_SWITCHES, written, held, differences)
 
 
 def check_damping(controller: Controller) -> None:
@@ -88,14 +67,14 @@ def to_adrc(controller: Controller, rotors: Actuation) -> dict[str, float]:
     return values | {"adrc_hover_throttle": 100.0 * rotors.hover_command, "adrc_sigma_decay": 0.0}
 
 
-def held_controller(asked: Controller, values: dict[str, float]) -> Controller:
+def held_controller(requested: Controller, values: dict[str, float]) -> Controller:
     """Return the controller with the bandwidths that the settings hold."""
     names = {"omega_c": "adrc_wc", "omega_o": "adrc_wo"}
-    row = list(asked.gains)
-    for gain in gain_addresses(asked.cascade):
+    row = list(requested.gains)
+    for gain in gain_addresses(requested.cascade):
         if gain.loop == "attitude" and gain.info.name in names:
             row[gain.column] = values[f"{names[gain.info.name]}_{gain.axis}"]
-    return replace(asked, gains=tuple(row))
+    return replace(requested, gains=tuple(row))
 
 
 def _differences(controller: Controller, values: dict[str, float], rotors: Actuation) -> tuple[str, ...]:
@@ -118,7 +97,7 @@ def _differences(controller: Controller, values: dict[str, float], rotors: Actua
         f"Theirs caps the observer at wo dt = 0.5 with dt of its own loop, 0.125 to 1 ms; ours runs each "
         f"{1000.0 * controller.control_period:g} ms.",
         "The position loops are not carried: the pilot, or a computer that takes the pilot's place, gives tilt and throttle.",
-    )  # fmt: skip
+    )
 
 
 TARGET = ExportTarget(

@@ -8,9 +8,9 @@ alike where both its frequencies are the same.
 from collections.abc import Mapping, Sequence
 from math import ceil, degrees
 
-from tuner.analysis.flight_plan.choosing import Ability
+from tuner.analysis.flight_plan.choosing import TargetCapabilities
 from tuner.analysis.flight_plan.excitation import Excitation, Shape
-from tuner.analysis.flight_plan.flying import Craft
+from tuner.analysis.flight_plan.flying import SimulatedVehicle
 from tuner.exchange.autopilot.parameters import as_bytes
 from tuner.exchange.excitation_target import ExcitationTarget
 
@@ -39,7 +39,7 @@ def settings(excitations: Sequence[Excitation]) -> dict[str, int]:
     }
 
 
-def files(excitations: Sequence[Excitation], craft: Craft) -> Mapping[str, bytes]:  # noqa: ARG001
+def files(excitations: Sequence[Excitation], simulated: SimulatedVehicle) -> Mapping[str, bytes]:  # noqa: ARG001
     """Return the lines to paste into the command line."""
     lines = [f"set {name} = {value}" for name, value in settings(excitations).items()]
     return {"chirp.txt": as_bytes([*HEAD, *lines, "save"])}
@@ -47,7 +47,7 @@ def files(excitations: Sequence[Excitation], craft: Craft) -> Mapping[str, bytes
 
 EXCITATIONS = ExcitationTarget(
     "betaflight",
-    Ability(
+    TargetCapabilities(
         dict.fromkeys(AXES, "rate"),
         shape=Shape(dwell=0.0, fade_in=0.0, fade_out=0.0, cosine=True),
         alike=True,

@@ -8,20 +8,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import degrees
 
-from plant.airframes.actuation import Actuation, actuation
-from plant.airframes.scales import Motors, command_slope, motors_text
-from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError, shortened
+from plant.quadrotor.airframes.actuation import Actuation, actuation
+from plant.quadrotor.airframes.scales import Motors, command_slope, motors_text
+from plant.quadrotor.cascade import ATTITUDE_AXES
+from tuner.exchange.autopilot import pid
 from tuner.exchange.autopilot.assembly import CURVE, curve
 from tuner.exchange.autopilot.parameters import ParameterInfo, defaults, parameters
-from tuner.exchange.autopilot.pid import (
-    axis_gains,
-    rate_filters,
-    rate_sources,
-    setpoint_weights,
-    with_gains,
-    with_measured_rates,
-)
+from tuner.exchange.betaflight import native_loops
 from tuner.exchange.betaflight.import_ import IMPORTER
 from tuner.exchange.betaflight.map import (
     ANGLE_LIMIT,
@@ -35,16 +29,8 @@ from tuner.exchange.betaflight.map import (
     tilt_limit,
     to_betaflight,
 )
-from tuner.exchange.betaflight.own_loops import (
-    OWN_TABLE,
-    is_own,
-    own_differences,
-    own_held,
-    own_settings,
-    own_switches,
-)
 from tuner.exchange.betaflight.rpm_filter import with_notches
-from tuner.exchange.betaflight.text import profile, read_cli, read_release, read_selected, whole, write_cli
+from tuner.exchange.betaflight.text import parse_integer, profile, read_cli, read_release, read_selected, write_cli
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request
 from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
@@ -59,68 +45,67 @@ LOADING = (
     "Load all of it on the command line: it is stored whole or not at all. An error is a line that begins with three hash signs; "
     "nothing is stored then, and 'exit' brings back what was."
 )
+ABOUT = f"For {NAME} to 2026.12. {LOADING}"
 
-OPTIONS = (
-    CURVE,
-    Option("profile", "PID profile that is written, 0 to 3", default="0"),
-)
+OPTIONS = (CURVE, Option("profile", "PID profile that is written, 0 to 3", default="0"))
 
 
 def export(request: Request) -> Bundle:
     """Return the file; raises InputError where the gains have no form in Betaflight or leave its ranges."""
-    asked = with_measured_rates(request.controller)
-    rotors = actuation(asked.airframe.vehicle, curve(request.settings))
-    if is_own(asked):
-        return own_export(request, asked, rotors)
-    before = aboard(request)
-    check_level(asked, rotors, before)
-    wanted = to_betaflight(asked, rotors, before)
-    kept = stays(wanted, before)
-    written = parameters(TABLE, {name: wanted[name] for name in wanted if name not in kept}, nearest, NAME)
+    requested = pid.with_measured_rates(request.controller)
+    rotors = actuation(requested.airframe.vehicle, curve(request.settings))
+    if native_loops.is_native(requested):
+        return native_export(request, requested, rotors)
+    before = previous_parameters(request)
+    check_level(requested, rotors, before)
+    wanted = to_betaflight(requested, rotors, before)
+    unchanged = stays(wanted, before)
+    written = parameters(TABLE, {name: wanted[name] for name in wanted if name not in unchanged}, nearest, NAME)
     check_rounding(written)
-    values = {parameter.name: parameter.held for parameter in written}
-    switches = {name: choice for name, choice in SWITCHES.items() if name not in kept}
-    about = (
-        *heading(request, parameter_comment),
-        f"For {NAME} to 2026.12. {LOADING}",
-        f"Expected of the vehicle: {motors_text(rotors, MOTORS)}; yaw_motors_reversed = {reversed_yaw(rotors)}.",
-    )
-    return Bundle(
-        files={FILE: write_cli(settings(values, switches), profile(request.settings), about)},
-        rollback={FILE: rollback(request, TABLE, switches, values)},
-        held=held_controller(asked, values, rotors, before),
-        differences=_differences(asked, written, rotors, before, kept, request),
-        target_version=NAME,
-        parameters=written,
-    )
+    held = held_controller(requested, {parameter.name: parameter.held for parameter in written}, rotors, before)
+    differences = _differences(requested, written, rotors, before, unchanged, request)
+    switches = {name: choice for name, choice in SWITCHES.items() if name not in unchanged}
+    return bundle(request, rotors, NAME, ABOUT, TABLE, switches, written, held, differences)
 
 
-def own_export(request: Request, asked: Controller, rotors: Actuation) -> Bundle:
+def native_export(request: Request, requested: Controller, rotors: Actuation) -> Bundle:
     """Return the file of Betaflight's own loops; raises InputError where a gain leaves the range of its setting."""
-    aboard(request)
-    wanted = {**own_settings(asked, rotors), ANGLE_LIMIT: degrees(asked.options.tilt_limit)}
-    written = parameters(OWN_TABLE, wanted, nearest, NAME)
+    previous_parameters(request)
+    wanted = {**native_loops.native_settings(requested, rotors), ANGLE_LIMIT: degrees(requested.options.tilt_limit)}
+    written = parameters(native_loops.NATIVE_TABLE, wanted, nearest, NAME)
     check_rounding(written)
     values = {parameter.name: parameter.held for parameter in written}
-    held, switches = own_held(asked, values, rotors), own_switches(asked)
-    about = (
+    held, switches = native_loops.native_held(requested, values, rotors), native_loops.native_switches(requested)
+    held = replace(held, options=replace(with_notches(requested.options, values), tilt_limit=tilt_limit(values)))
+    differences = (*pid.rate_sources(request.controller), *native_loops.native_differences(requested))
+    written_file = bundle(request, rotors, NAME, ABOUT, native_loops.NATIVE_TABLE, switches, written, held, differences)
+    return replace(written_file, notches=True)
+
+
+def bundle(
+    request: Request,
+    rotors: Actuation,
+    name: str,
+    about: str,
+    table: Mapping[str, ParameterInfo],
+    switches: Mapping[str, tuple[str, str]],
+    written: tuple[HeldParameter, ...],
+    held: Controller,
+    differences: tuple[str, ...],
+) -> Bundle:
+    """Return the file of rounded parameters and switches, with its rollback."""
+    values = {parameter.name: parameter.held for parameter in written}
+    comments = (
         *heading(request, parameter_comment),
-        f"For {NAME} to 2026.12. {LOADING}",
+        about,
         f"Expected of the vehicle: {motors_text(rotors, MOTORS)}; yaw_motors_reversed = {reversed_yaw(rotors)}.",
     )
-    return Bundle(
-        files={FILE: write_cli(settings(values, switches), profile(request.settings), about)},
-        rollback={FILE: rollback(request, OWN_TABLE, switches, values)},
-        held=replace(held, options=replace(with_notches(asked.options, values), tilt_limit=tilt_limit(values))),
-        differences=(*rate_sources(request.controller), *own_differences(asked)),
-        target_version=NAME,
-        parameters=written,
-        notches=True,
-    )
+    files = {FILE: write_cli(settings(values, switches), profile(request.settings), comments)}
+    return Bundle(files, {FILE: rollback(request, table, switches, values)}, held, differences, name, written)
 
 
-def aboard(request: Request) -> dict[str, float]:
-    """Return the numbers that a vehicle holds by its own file, nothing where none is given.
+def previous_parameters(request: Request) -> dict[str, float]:
+    """Return a vehicle's numbers from its file, nothing where none is given.
 
     Raises InputError where the file is of a release with other names, or has what no PID of ours is.
     """
@@ -138,11 +123,11 @@ def aboard(request: Request) -> dict[str, float]:
         law = "integrated yaw is another law than PID"
         message = f"given {shortened(integrated)}; {law}: set it OFF on the vehicle and give its file again"
         raise InputError(message, file=file, key="use_integrated_yaw")
-    return defaults(TABLE) | {name: whole(text, name, file) for name, text in texts.items() if name in TABLE}
+    return defaults(TABLE) | {name: parse_integer(text, name, file) for name, text in texts.items() if name in TABLE}
 
 
 def stays(wanted: Mapping[str, float], before: Mapping[str, float]) -> tuple[str, ...]:
-    """Return the settings that a known vehicle keeps: terms that our law has not, and a tilt limit beyond the largest of ours."""
+    """Return the settings that a vehicle retains: terms that our law lacks, and a tilt limit beyond ours."""
     if not before:
         return ()
     beyond = before[ANGLE_LIMIT] > wanted[ANGLE_LIMIT] >= nearest(degrees(MOST_TILT))
@@ -176,7 +161,7 @@ def rollback(
     for name, default in usual.items():
         back[name] = before.get(name, default)
         if name in table and request.previous is not None:
-            whole(back[name], name, request.previous)
+            parse_integer(back[name], name, request.previous)
     missing = [name for name in usual if name not in before]
     source = "the previous settings" if before else f"the defaults of {NAME}: no previous settings were given"
     about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}. {LOADING}"]
@@ -187,7 +172,7 @@ def rollback(
 
 
 def check_level(controller: Controller, rotors: Actuation, before: Mapping[str, float]) -> None:
-    """Refuse roll and pitch whose angle loops differ by more than the resolution of the one level strength for both."""
+    """Raise InputError where angle loops of roll and pitch differ beyond the resolution."""
     forms = loops(controller, rotors, before)
     roll, pitch = (forms[axis].outer for axis in ("roll", "pitch"))
     if nearest(LEVEL * roll) != nearest(LEVEL * pitch):
@@ -201,63 +186,68 @@ def check_level(controller: Controller, rotors: Actuation, before: Mapping[str, 
 def check_rounding(written: tuple[HeldParameter, ...]) -> None:
     """Refuse gains that round to nothing: a loop without damping or without integral is another law."""
     for parameter in written:
-        if parameter.held == 0.0 and parameter.asked > 0.0:
-            factor = 1.0 / parameter.asked
+        if parameter.held == 0.0 and parameter.unrounded > 0.0:
+            factor = 1.0 / parameter.unrounded
             raise InputError(
-                f"works out at {parameter.asked:.3g} and rounds to 0; {NAME} holds whole numbers: raise "
-                f"{OWN_TABLE[parameter.name].source} about {factor:.2g} times, or take a target with finer gains",
+                f"works out at {parameter.unrounded:.3g} and rounds to 0; {NAME} holds whole numbers: raise "
+                f"{native_loops.NATIVE_TABLE[parameter.name].source} about {factor:.2g} times, or take a target with finer gains",
                 key=parameter.name,
             )
 
 
 def held_controller(
-    asked: Controller, values: Mapping[str, float], rotors: Actuation, before: Mapping[str, float]
+    requested: Controller, values: Mapping[str, float], rotors: Actuation, before: Mapping[str, float]
 ) -> Controller:
     """Return the controller that flies with rounded settings; heading loop, position loops and filters stay as asked."""
-    filters = {axis: axis_gains(asked, axis).t_f for axis in ATTITUDE_AXES}
-    heading_loop = loops(asked, rotors, before)["yaw"].outer
-    gains = from_betaflight(values, asked.airframe.vehicle, rotors, filters, heading_loop)
-    tilt = tilt_limit(values) if ANGLE_LIMIT in values else asked.options.tilt_limit
-    return replace(with_gains(asked, gains), options=replace(asked.options, tilt_limit=tilt))
+    filters = {axis: pid.axis_gains(requested, axis).t_f for axis in ATTITUDE_AXES}
+    heading_loop = loops(requested, rotors, before)["yaw"].outer
+    gains = from_betaflight(values, requested.airframe.vehicle, rotors, filters, heading_loop)
+    tilt = tilt_limit(values) if ANGLE_LIMIT in values else requested.options.tilt_limit
+    return replace(pid.with_gains(requested, gains), options=replace(requested.options, tilt_limit=tilt))
 
 
 def _differences(
-    controller: Controller, written: tuple[HeldParameter, ...], rotors: Actuation, before: Mapping[str, float],
-    kept: tuple[str, ...], request: Request,
-) -> tuple[str, ...]:  # fmt: skip
+    controller: Controller,
+    written: tuple[HeldParameter, ...],
+    rotors: Actuation,
+    before: Mapping[str, float],
+    unchanged: tuple[str, ...],
+    request: Request,
+) -> tuple[str, ...]:
     cascade = loops(controller, rotors, before)
     weights = {axis: cascade[axis].setpoint_weight for axis in ("roll", "pitch")}
     rounded = ", ".join(
-        f"{one.name} {one.asked:.4g} -> {one.held:.0f} ({100.0 * (one.held / one.asked - 1.0):+.1f} %)"
+        f"{one.name} {one.unrounded:.4g} -> {one.held:.0f} ({100.0 * (one.held / one.unrounded - 1.0):+.1f} %)"
         for one in written
-        if one.name[:2] in ("p_", "i_") and one.asked > 0.0
+        if one.name[:2] in ("p_", "i_") and one.unrounded > 0.0
     )
     level = next(one for one in written if one.name == "angle_p_gain")
     return (
-        *rate_sources(request.controller),
+        *pid.rate_sources(request.controller),
         "The position loops are not carried: in Betaflight the pilot, or a computer that takes the pilot's place, gives tilt and "
         "throttle; what is verified flies them as tuned.",
         f"The heading loop of yaw ({cascade['yaw'].outer:.4g} 1/s) is not carried: Betaflight controls the yaw rate, not the "
         "heading; what is verified has it.",
-        f"Gains are whole numbers: {rounded}; angle_p_gain {level.asked:.4g} -> {level.held:.0f}, the same for roll and pitch.",
-        setpoint_weights(weights),
+        f"Gains are whole numbers: {rounded}; angle_p_gain {level.unrounded:.4g} -> {level.held:.0f}, "
+        "the same for roll and pitch.",
+        pid.setpoint_weights(weights),
         f"Thrust does not follow the command: one unit of output is worth {command_slope(rotors, 0.0):.4g} N of each rotor "
         "for the whole motor range, the slope at hover, so loop gains grow with the throttle; the range above "
         "dshot_idle_value (default 5.5 %) counts as the whole, and battery compensation is taken as off.",
-        f"Our derivative filters ({rate_filters(controller, ATTITUDE_AXES)}) are not carried: the loops see the gyro through its "
-        "low-pass (gyro_lpf2, default 500 Hz), notch and RPM filters, and angles through the filter of angle mode.",
+        f"Our derivative filters ({pid.rate_filters(controller, ATTITUDE_AXES)}) are not carried: the loops see the gyro through "
+        "its low-pass (gyro_lpf2, default 500 Hz), notch and RPM filters, and angles through the filter of angle mode.",
         f"Every loop of ours runs each {1000.0 * controller.control_period:g} ms; Betaflight runs its loops at the gyro rate "
         "over pid_process_denom, 0.125 to 1 ms, with less delay.",
         "Anti-windup differs: Betaflight clips the integral at iterm_windup (default 80 %) of pidsum_limit (default 500 of "
         "1000, yaw 400), so at 400, yaw 320, ours back-calculates with ki/kp; outputs are limited to pidsum_limit. Neither is "
         "changed.",
-        _extra(before, kept, request),
+        _extra(before, unchanged, request),
         "Rates are limited by the rate profile, tilt by angle_limit through the stick; ours are limited by the position "
         "loops alone.",
-    )  # fmt: skip
+    )
 
 
-def _extra(before: Mapping[str, float], kept: tuple[str, ...], request: Request) -> str:
+def _extra(before: Mapping[str, float], unchanged: tuple[str, ...], request: Request) -> str:
     """Return the sentence on the terms that our law has not."""
     if request.previous is None:
         return (
@@ -266,11 +256,13 @@ def _extra(before: Mapping[str, float], kept: tuple[str, ...], request: Request)
             "as our gains are. With --previous they stay as the vehicle has them."
         )
     texts = read_cli(request.previous, profile(request.settings))
-    standing = {name: f"{before[name]:.0f}" if name in before else texts.get(name, SWITCHES[name][1]) for name in kept}
-    there = ", ".join(f"{name} = {text}" for name, text in standing.items() if text not in ("0", "OFF"))
+    standing = {
+        name: f"{before[name]:.0f}" if name in before else texts.get(name, SWITCHES[name][1]) for name in unchanged
+    }
+    active = ", ".join(f"{name} = {text}" for name, text in standing.items() if text not in ("0", "OFF"))
     return (
         f"Our law has no such terms, so they are not written, stay as the vehicle has them and are not in what is verified: "
-        f"{there or 'none is on'}."
+        f"{active or 'none is on'}."
     )
 
 

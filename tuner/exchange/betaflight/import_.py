@@ -9,11 +9,11 @@ from dataclasses import replace
 from math import degrees
 from pathlib import Path
 
-from plant.airframes import Airframe
-from plant.airframes.actuation import Actuation, actuation
-from plant.cascade import ATTITUDE_AXES, close_cascade
 from plant.errors import InputError
-from plant.laws import law
+from plant.law_registry import law
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.airframes.actuation import Actuation, actuation
+from plant.quadrotor.cascade import ATTITUDE_AXES, close_cascade
 from tuner.exchange.aboard import DERIVATIVE
 from tuner.exchange.autopilot.assembly import (
     ATTITUDE_FILTER,
@@ -32,6 +32,7 @@ from tuner.exchange.autopilot.assembly import (
     filters,
     inertia_note,
     position_every,
+    settings_note,
     tilt_note,
     unused_note,
 )
@@ -51,9 +52,9 @@ from tuner.exchange.betaflight.map import (
     reversed_yaw,
     tilt_limit,
 )
-from tuner.exchange.betaflight.own_loops import OWN, OWN_SWITCHES, OWN_TABLE, own_read
+from tuner.exchange.betaflight.native_loops import NATIVE_LAW, NATIVE_SWITCHES, NATIVE_TABLE, native_read
 from tuner.exchange.betaflight.rpm_filter import rpm_read
-from tuner.exchange.betaflight.text import profile, read_cli, read_mixer, read_release, whole
+from tuner.exchange.betaflight.text import parse_integer, profile, read_cli, read_mixer, read_release
 from tuner.exchange.target import ImportedController, Importer, Option, number
 
 # Output per setting D and deg/s2, src/main/flight/pid.h.
@@ -64,7 +65,7 @@ OLDEST = RELEASES["4.3"].renamed
 MIXERS = ("QUADX", "QUADP")
 HEADING = Option("heading_gain", "angle loop around the yaw rate, which Betaflight has not, 1/s", default="2")
 # Kinds of I-term relax that our law has, the default first.
-KNOWN_RELAX = {"iterm_relax": ("RP", "RPY", "OFF"), "iterm_relax_type": ("SETPOINT",)}
+SUPPORTED_RELAX = {"iterm_relax": ("RP", "RPY", "OFF"), "iterm_relax_type": ("SETPOINT",)}
 PROFILE = Option("profile", "PID profile that is read, 0 to 3", default="0")
 
 
@@ -74,7 +75,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     release = stated or RELEASES[USUAL]
     texts = renamed(read_cli(file, profile(settings)), release, stated is not None, file)
     check_law(texts, read_mixer(file), file)
-    given = {name: whole(text, name, file) for name, text in texts.items() if name in TABLE}
+    given = {name: parse_integer(text, name, file) for name, text in texts.items() if name in TABLE}
     usual = defaults(TABLE) | {name: float(text) for name, text in release.usual.items() if name in TABLE}
     values = lower_d(usual | given, release)
     vehicle = airframe.vehicle
@@ -112,39 +113,35 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     )
     if settings[LOOPS.name] == OUR_LOOPS:
         return ImportedController(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
-    every = defaults(OWN_TABLE) | values
-    every |= {name: whole(text, name, file) for name, text in texts.items() if name in OWN_TABLE}
-    found = by_default(airframe, close_cascade(law("pid"), law(OWN.law), position_every(settings)), tilt, settings)
-    found = filled(own_read(found, every, texts, rotors), {}, file)
-    options, notch_notes = rpm_read(found.options, every, texts)
-    own_notes = (
+    every = defaults(NATIVE_TABLE) | values
+    every |= {name: parse_integer(text, name, file) for name, text in texts.items() if name in NATIVE_TABLE}
+    native_controller = by_default(
+        airframe, close_cascade(law("pid"), law(NATIVE_LAW.law), position_every(settings)), tilt, settings
+    )
+    native_controller = filled(native_read(native_controller, every, texts, rotors), {}, file)
+    options, notch_notes = rpm_read(native_controller.options, every, texts)
+    native_notes = (
         notes[0],
         *(note for note in (*_turning(texts, rotors), *_others(texts, release))),
         *_not_first_order(texts),
         *_other_relax(texts),
         *notch_notes,
     )
-    return ImportedController(replace(found, options=options), own_notes)
+    return ImportedController(replace(native_controller, options=options), native_notes)
 
 
 def _not_first_order(texts: Mapping[str, str]) -> tuple[str, ...]:
-    """Return a sentence on low-passes of another order than ours, and on notches that ours has not."""
-    kinds = {name: (usual,) for name, (_, usual) in OWN_SWITCHES.items() if name.endswith(("lpf1_type", "lpf2_type"))}
-    others = {"gyro_notch2_hz": ("0",), "dterm_notch_hz": ("0",)}
-    there = [
-        f"{name} = {texts[name]}" for name, usual in (kinds | others).items() if texts.get(name, usual[0]) != usual[0]
-    ]
-    return (
-        (f"Our low-passes are of first order, and there is one notch: {', '.join(there)} flies otherwise.",)
-        if there
-        else ()
-    )
+    """Return a sentence on unsupported low-passes and notches."""
+    usual = {name: text for name, (_, text) in NATIVE_SWITCHES.items() if name.endswith(("lpf1_type", "lpf2_type"))}
+    others = _deviations(texts, usual | {"gyro_notch2_hz": "0", "dterm_notch_hz": "0"})
+    return settings_note("Our low-passes are of first order, and there is one notch", others, " flies otherwise")
 
 
 def _other_relax(texts: Mapping[str, str]) -> tuple[str, ...]:
     """Return a sentence on another kind of I-term relax than ours."""
-    there = [f"{name} = {texts[name]}" for name, known in KNOWN_RELAX.items() if texts.get(name, known[0]) not in known]
-    return (f"Our I-term relax is SETPOINT of RP or RPY: {', '.join(there)} flies otherwise.",) if there else ()
+    given = {name: texts.get(name, supported[0]) for name, supported in SUPPORTED_RELAX.items()}
+    others = {name: text for name, text in given.items() if text not in SUPPORTED_RELAX[name]}
+    return settings_note("Our I-term relax is SETPOINT of RP or RPY", others, " flies otherwise")
 
 
 def renamed(texts: Mapping[str, str], release: Release, stated: bool, file: Path) -> dict[str, str]:
@@ -164,12 +161,12 @@ def lower_d(values: dict[str, float], release: Release) -> dict[str, float]:
     """Return the settings with the D gain that acts at rest: before 2025.12 a d_min of 0, or above d, was switched off."""
     if release.current:
         return values
-    found = dict(values)
+    lowered = dict(values)
     for axis in ATTITUDE_AXES:
         names = NAMES[axis]
         if not 0.0 < values[names.d] < values[names.d_max]:
-            found[names.d] = values[names.d_max]
-    return found
+            lowered[names.d] = values[names.d_max]
+    return lowered
 
 
 def check_law(texts: Mapping[str, str], mixer: str | None, file: Path) -> None:
@@ -190,21 +187,24 @@ def check_law(texts: Mapping[str, str], mixer: str | None, file: Path) -> None:
 
 
 def _switches(texts: Mapping[str, str]) -> tuple[str, ...]:
-    there = [
-        f"{name} = {texts.get(name, usual)}" for name, (off, usual) in SWITCHES.items() if texts.get(name, usual) != off
-    ]
-    return (f"Switches that change the loops, or the gains, beside what is read: {', '.join(there)}.",) if there else ()
+    given = {name: texts.get(name, usual) for name, (_, usual) in SWITCHES.items()}
+    active = {name: text for name, text in given.items() if text != SWITCHES[name][0]}
+    return settings_note("Switches that change the loops, or the gains, beside what is read", active)
 
 
 def _others(texts: Mapping[str, str], release: Release) -> tuple[str, ...]:
-    """Return a sentence on what acts in the loops beside gains and terms, where it is not as the release has it."""
+    """Return a sentence on other settings that differ from the release's defaults."""
     usual = OTHERS | {name: text for name, text in release.usual.items() if name not in TABLE}
-    there = [f"{name} = {texts[name]}" for name, text in usual.items() if texts.get(name, text) != text]
-    return (f"Our loops cannot carry these; an export leaves them as they are: {', '.join(there)}.",) if there else ()
+    what = "Our loops cannot carry these; an export leaves them as they are"
+    return settings_note(what, _deviations(texts, usual))
+
+
+def _deviations(texts: Mapping[str, str], usual: Mapping[str, str]) -> dict[str, str]:
+    return {name: texts[name] for name, text in usual.items() if texts.get(name, text) != text}
 
 
 def _turning(texts: Mapping[str, str], rotors: Actuation) -> tuple[str, ...]:
-    """Return a sentence where the rotors turn in another sense than those of the airframe."""
+    """Return a sentence where the rotors' sense differs from the airframe's."""
     given, ours = texts.get("yaw_motors_reversed", "OFF"), reversed_yaw(rotors)
     if given == ours:
         return ()
@@ -215,12 +215,8 @@ def _turning(texts: Mapping[str, str], rotors: Actuation) -> tuple[str, ...]:
 
 
 def _filters(texts: Mapping[str, str]) -> tuple[str, ...]:
-    there = [f"{name} = {text}" for name, text in texts.items() if re.fullmatch(FILTERS, name)]
-    return (
-        (f"Filters and loop rate of the vehicle, which our loops have not and an export leaves: {', '.join(there)}.",)
-        if there
-        else ()
-    )
+    filters = {name: text for name, text in texts.items() if re.fullmatch(FILTERS, name)}
+    return settings_note("Filters and loop rate of the vehicle, which our loops have not and an export leaves", filters)
 
 
 IMPORTER = Importer(

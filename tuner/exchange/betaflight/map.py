@@ -2,7 +2,7 @@
 
 Rates are in deg/s and outputs in thousandths of the motor range: P and I of the settings are multiplied by 0.032029 and 0.244381,
 the latter by 2.5 more for yaw (src/main/flight/pid.h, pid_init.c). Thrust does not follow the command, so a unit of output is
-worth the slope of the thrust curve at hover. The firmware counts pitch nose down and yaw clockwise; diagonal gains do not notice.
+worth the slope of the thrust curve at hover. Pitch is positive nose down and yaw clockwise; diagonal gains are the same.
 
 Settings of Betaflight 2025.12 that an export writes: units, ranges, defaults; and those of pull request 15400.
 
@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 from math import degrees, pi, radians
 from typing import NamedTuple
 
-from plant.airframes.actuation import Actuation
-from plant.airframes.scales import TorqueScale, betaflight_factors, command_slope, torque_scale
-from plant.cascade import ATTITUDE_AXES
 from plant.laws.pid import Gains
-from plant.vehicle import Vehicle
+from plant.quadrotor.airframes.actuation import Actuation
+from plant.quadrotor.airframes.scales import TorqueScale, betaflight_factors, command_slope, torque_scale
+from plant.quadrotor.cascade import ATTITUDE_AXES
+from plant.quadrotor.vehicle import Vehicle
 from tuner.exchange.autopilot.parameters import ParameterInfo
 from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop
 from tuner.gains import Controller
@@ -68,10 +68,7 @@ TABLE = {
     )
 }
 # Switches: setting -> what the export sets, the default.
-SWITCHES = {
-    "simplified_pids_mode": ("OFF", "RPY"),
-    "iterm_relax": ("OFF", "RP"),
-}
+SWITCHES = {"simplified_pids_mode": ("OFF", "RPY"), "iterm_relax": ("OFF", "RP")}
 # Terms that our law has not: an export to a known vehicle leaves them as they are there.
 EXTRA = (*(entry.name for entry in TABLE.values() if entry.source == OFF), "iterm_relax")
 # What else acts in the loops, with its default in 2025.12; an import names what stands otherwise, an export leaves it alone.
@@ -164,13 +161,13 @@ DEGREE = pi / 180.0
 
 
 def betaflight_torque(actuation: Actuation) -> TorqueScale:
-    """Return the torque for one unit of the loops' outputs [N m], at hover."""
+    """Return the torque per unit of the loops' outputs [N m]: at hover."""
     slope = command_slope(actuation, 0.0) / MIXER
     return torque_scale(actuation, betaflight_factors(actuation), slope, NAME)
 
 
 def _scales(axis: str, inertia: float, torque: float) -> tuple[float, float]:
-    """Return setting P for 1/s and setting I for 1/s2 of our rate loop."""
+    """Return settings P and I per unit of our rate loop: 1/s and 1/s2."""
     scale = inertia * DEGREE / torque
     return scale / P_SCALE, scale / (I_SCALE * (YAW_I if axis == "yaw" else 1.0))
 

@@ -7,7 +7,8 @@ It acts on vehicles whose motors answer with their speed (`dshot_bidir`). Its no
 from collections.abc import Mapping
 from dataclasses import replace
 
-from plant.nominal import ControlOptions
+from plant.quadrotor.nominal import ControlOptions
+from tuner.exchange.autopilot.assembly import settings_note
 from tuner.exchange.autopilot.parameters import ParameterInfo
 
 RPM_TABLE = {
@@ -45,7 +46,7 @@ def with_notches(options: ControlOptions, values: Mapping[str, float]) -> Contro
 def rpm_read(
     options: ControlOptions, values: Mapping[str, float], texts: Mapping[str, str]
 ) -> tuple[ControlOptions, tuple[str, ...]]:
-    """Return options with the RPM filter of a vehicle, and what of it ours is not.
+    """Return options with a vehicle's RPM filter, and notes on the differences.
 
     values: complete, those of `RPM_TABLE` among others; texts: all settings of its file.
     """
@@ -56,18 +57,15 @@ def rpm_read(
             f"The RPM filter acts where {TELEMETRY} = ON, which the file does not say: no notches follow the rotors.",
         )
         return options, idle if any(name in texts for name in RPM_TABLE) else ()
-    there = [
-        f"{name} = {texts[name]}" for name, usual in FIXED.items() if texts.get(name, usual).replace(" ", "") != usual
-    ]
-    fade, whole = values["rpm_filter_fade_range_hz"], 0.5 * values["rpm_filter_min_hz"]
-    there += [f"rpm_filter_fade_range_hz = {fade:g} in place of {whole:g}"] if fade != whole else []
-    return with_notches(options, values), (
-        (f"Our notches that follow the rotors have not: {', '.join(there)}.",) if there else ()
-    )
+    given = {name: texts.get(name, usual) for name, usual in FIXED.items()}
+    others = {name: text for name, text in given.items() if text.replace(" ", "") != FIXED[name]}
+    fade, usual_fade = values["rpm_filter_fade_range_hz"], 0.5 * values["rpm_filter_min_hz"]
+    others |= {"rpm_filter_fade_range_hz": f"{fade:g} in place of {usual_fade:g}"} if fade != usual_fade else {}
+    return with_notches(options, values), settings_note("Our notches that follow the rotors have not", others)
 
 
 def rpm_differences(options: ControlOptions) -> tuple[str, ...]:
-    """Return what a vehicle must have for its RPM filter to act, where the file sets it."""
+    """Return the sentence on the RPM filter's requirements, where the file sets it."""
     if not options.rpm_notches:
         return ()
     return (

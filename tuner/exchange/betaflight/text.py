@@ -31,7 +31,7 @@ def profile(options: Mapping[str, str]) -> int:
 
 
 def write_cli(values: Mapping[str, str], profile: int, comments: Sequence[str], selected: int | None = None) -> bytes:
-    """Return the content of a file that sets values in one PID profile and saves them, all or none.
+    """Return a file that sets and saves values in a PID profile: all or none.
 
     selected: the profile that the vehicle flies afterwards, if another one.
     """
@@ -52,27 +52,27 @@ def read_cli(file: Path, profile: int) -> dict[str, str]:
     others: dict[str, dict[str, str]] = {}
     inside: int | None = None
     other: dict[str, str] | None = None
-    there = False
+    is_profile_listed = False
     for line in read_lines(file, WHAT):
         text = line.strip()
-        if found := PROFILE.fullmatch(text):
-            inside, other = int(found[1]), None
-            there = there or inside == profile
+        if hit := PROFILE.fullmatch(text):
+            inside, other = int(hit[1]), None
+            is_profile_listed = is_profile_listed or inside == profile
         elif OTHER_PROFILE.fullmatch(text):
             inside, other = None, others.setdefault(text, {})
-        elif (found := SETTING.fullmatch(text)) and inside in (None, profile):
-            _enter(values if other is None else other, found[1], found[2], file)
+        elif (hit := SETTING.fullmatch(text)) and inside in (None, profile):
+            _enter(values if other is None else other, hit[1], hit[2], file)
         elif text.startswith("###"):
             raise InputError(f"holds the error '{shortened(text)}' of the firmware; give {WHAT}", file=file)
     for name, value in _agreed(others):
         _enter(values, name, value, file)
-    if not values and not there:
+    if not values and not is_profile_listed:
         raise InputError(f"holds no setting of profile {profile}; give {WHAT}", file=file)
     return values
 
 
 def _agreed(others: Mapping[str, Mapping[str, str]]) -> Iterator[tuple[str, str]]:
-    """Yield settings in which rate and battery profiles agree, and each value of a setting of our loops."""
+    """Yield settings that all rate and battery profiles share, and every value of our loops."""
     pairs = [pair for settings in others.values() for pair in settings.items()]
     for name, value in pairs:
         if name in TABLE or all(value == another for same, another in pairs if same == name):
@@ -80,11 +80,11 @@ def _agreed(others: Mapping[str, Mapping[str, str]]) -> Iterator[tuple[str, str]
 
 
 def read_release(file: Path) -> Release | None:
-    """Return the release that printed a file, None where it does not say; raises InputError where it is unknown."""
-    found = [match for line in read_lines(file, WHAT) if (match := VERSION.fullmatch(line.strip()))]
-    if not found:
+    """Return the release that printed a file, or None; raises InputError where it is unknown."""
+    matches = [match for line in read_lines(file, WHAT) if (match := VERSION.fullmatch(line.strip()))]
+    if not matches:
         return None
-    firmware, version = found[0][1], found[0][2]
+    firmware, version = matches[0][1], matches[0][2]
     if firmware != "Betaflight" or version not in RELEASES:
         message = f"was printed by {firmware} {version}; known are Betaflight {', '.join(RELEASES)}"
         raise InputError(message, file=file, key="version")
@@ -92,18 +92,18 @@ def read_release(file: Path) -> Release | None:
 
 
 def read_selected(file: Path) -> int | None:
-    """Return the PID profile that a vehicle flies, which is the last one that its command line prints; None without any."""
-    found = [match for line in read_lines(file, WHAT) if (match := PROFILE.fullmatch(line.strip()))]
-    return int(found[-1][1]) if found else None
+    """Return the active PID profile: the last one that the command line prints; None without any."""
+    matches = [match for line in read_lines(file, WHAT) if (match := PROFILE.fullmatch(line.strip()))]
+    return int(matches[-1][1]) if matches else None
 
 
 def read_mixer(file: Path) -> str | None:
     """Return the mixer that a file names, None without any."""
-    found = [match for line in read_lines(file, WHAT) if (match := MIXER.fullmatch(line.strip()))]
-    return found[-1][1] if found else None
+    matches = [match for line in read_lines(file, WHAT) if (match := MIXER.fullmatch(line.strip()))]
+    return matches[-1][1] if matches else None
 
 
-def whole(text: str, name: str, file: Path) -> float:
+def parse_integer(text: str, name: str, file: Path) -> float:
     """Return a setting as a whole number; raises InputError naming it."""
     if not re.fullmatch(r"[+-]?\d{1,9}", text):
         raise InputError(f"given '{shortened(text)}'; this must be a whole number", file=file, key=name)

@@ -4,14 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from plant.attitude import euler_angles, heading_direction, nearest_turn, thrust_direction
-from plant.cascade import Cascade, commanded_torque, hovering
-from plant.closed_loop import select_rotors
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.nominal import Nominal
+from plant.quadrotor.attitude import euler_angles, heading_direction, nearest_turn, thrust_direction
+from plant.quadrotor.cascade import Cascade, commanded_torque, hovering
+from plant.quadrotor.closed_loop import select_rotors
+from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.sensors import Measurement
 from plant.records import record_type
 from plant.references.track import Reference
-from plant.sensors import Measurement
 from plant.vectors import Quaternion, Rotors, Vec3, rotors_sum
 
 

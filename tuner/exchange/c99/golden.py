@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from plant.backends.c_code import DOUBLE, Real, literal
-from plant.disturbance import Disturbance
-from plant.integrator import runge_kutta_step
-from plant.nominal import Nominal
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.integrator import runge_kutta_step
+from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.rigid_body import Body, dynamics
+from plant.quadrotor.sensors import Measurement
 from plant.records import pack, size
 from plant.references.track import Reference
-from plant.rigid_body import Body, dynamics
 from plant.seeds import generator
-from plant.sensors import Measurement
 from plant.vectors import Quaternion, Rotors, Vec3
 from tuner.exchange.c99.entries import (
     AttitudeApplied,
@@ -81,8 +81,8 @@ def _measurements(real: Real) -> tuple[np.ndarray, np.ndarray]:
     rows = generator(0, "export/golden/measure", 0).standard_normal((13, ATTITUDES))
     rows[6:10] /= np.sqrt((rows[6:10] ** 2).sum(axis=0))
     given = [signals(kind, part, real) for kind, part in zip(MEASURED, np.split(rows, (3, 6, 10)), strict=True)]
-    found = as_signals(rebinder(real)(measurement_of)(*given), real, ATTITUDES)
-    return np.concatenate([matrix(part) for part in given]).T, matrix(found).T
+    measured = as_signals(rebinder(real)(measurement_of)(*given), real, ATTITUDES)
+    return np.concatenate([matrix(part) for part in given]).T, matrix(measured).T
 
 
 def _noise(name: str, steps: int, width: int) -> np.ndarray:
@@ -102,7 +102,7 @@ def _reference(share: float) -> Reference:
     return Reference(goal, Vec3(0.05, -0.1, 0.02), push, 0.08, -0.06, -3.0 if share > 0.1 else YAW, 0.1, hold)
 
 
-def _beside(reference: Reference, place: np.ndarray) -> Reference:
+def _placed(reference: Reference, place: np.ndarray) -> Reference:
     """The reference, but for its position and velocity."""
     return reference._replace(position=Vec3(*place[:3].tolist()), velocity=Vec3(*place[3:].tolist()))
 
@@ -125,7 +125,7 @@ def _cascade(controller: Controller, bound: Entries, real: Real, steps: int) -> 
             log.begin((m,), (state, as_signals(commanded(_hover(knowledge), knowledge), real, 1)))
         wanted = _reference(k / steps)
         if k % OFTEN == NEXT_TO:
-            wanted = _beside(wanted, exact[:6, 0] + NEAR_GOAL * noise[k, 6:12])
+            wanted = _placed(wanted, exact[:6, 0] + NEAR_GOAL * noise[k, 6:12])
         reference = as_signals(wanted, real, 1)
         command, state = (as_signals(part, real, 1) for part in step(state, constants, knowledge, reference, m, h))
         if not log.note((reference, m), command, state):
@@ -151,9 +151,11 @@ class Log:
         self._start = self._initial = np.zeros(0)
         self._rows: list[tuple[np.ndarray, ...]] = []
 
-    def begin(self, taken: tuple[Any, ...], kept: tuple[Any, ...]) -> None:
+    def begin(self, taken: tuple[Any, ...], memory: tuple[Any, ...]) -> None:
         """Note what init takes, and the state after it."""
-        self._start, self._initial = (np.concatenate([matrix(part)[:, 0] for part in group]) for group in (taken, kept))
+        self._start, self._initial = (
+            np.concatenate([matrix(part)[:, 0] for part in group]) for group in (taken, memory)
+        )
 
     def note(self, taken: tuple[Any, ...], given: Any, state: Any) -> bool:
         """Note a step; False where it is not finite, and then the flight is over."""
@@ -210,9 +212,9 @@ def _attitude(controller: Controller, bound: Entries, real: Real, steps: int) ->
         )
         if not log.note((setpoint, m, applied), torque, state):
             break
-        asked = matrix(torque)[:, 0].astype(float)
-        effect = np.clip(asked, -MOST * inertia, MOST * inertia)
-        excess = effect - asked
+        demand = matrix(torque)[:, 0].astype(float)
+        effect = np.clip(demand, -MOST * inertia, MOST * inertia)
+        excess = effect - demand
         rate = rate + h * (effect / inertia + 0.5)
         angles = angles + h * rate
     return log.vectors()
@@ -258,11 +260,6 @@ def entry_vectors(name: str, entry: Vectors, real: Real, prefix: str) -> tuple[l
         defines.append(f"#define GOLDEN_{name.upper()}{kind.upper()} {table.shape[1]}u")
         arrays.append(_array(f"golden_{name}{kind}", table, real, prefix))
     return defines, arrays
-
-
-def golden_program(real: Real, words: dict[str, str]) -> str:
-    """Write test_golden.c; words: as in `golden_header`."""
-    return filled("c99", "test_golden.c", **words, differs=differs(real, words))
 
 
 def differs(real: Real, words: dict[str, str]) -> str:

@@ -25,7 +25,7 @@ STEP, NOISE, NEAR = 0.3, 0.002, 1e-2
 
 def plant_golden(tuned: TunedPlant, real: Real, steps: int = STEPS) -> Vectors:
     """Fly the plant in float64 under its controller in that precision, and note; InputError where the first step overflows."""
-    system, controller, known = tuned.system, tuned.controller, tuned.system.nominal
+    system, controller, knowledge = tuned.system, tuned.controller, tuned.system.nominal
     start, step, constants = rebinder(real)(controller.start), rebinder(real)(controller.step), tuned.constants
     drawn = system.sample(_scenario(tuned, steps), 0, "export/golden", [0])
     flown = lane_of(drawn, 0)
@@ -35,13 +35,13 @@ def plant_golden(tuned: TunedPlant, real: Real, steps: int = STEPS) -> Vectors:
         for k, row in enumerate(flown.references):
             goals = pack(loop.records.Reference, row.tolist())
             measured = signals(tuned.Measured, _seen(tuned, body, goals, flown.noises[k], k), real)
-            asked = [leaf for each in system.plan.outer for leaf in getattr(goals, each.name)]
-            reference = signals(tuned.Reference, [[leaf] for leaf in asked], real)
+            setpoints = [leaf for each in system.plan.outer for leaf in getattr(goals, each.name)]
+            reference = signals(tuned.Reference, [[leaf] for leaf in setpoints], real)
             if state is None:
                 held = as_signals(body.actuators, real, 1)
-                state = as_signals(start(constants, known, measured, held), real, 1)
+                state = as_signals(start(constants, knowledge, measured, held), real, 1)
                 log.begin((measured, held), (state,))
-            state = as_signals(step(state, constants, known, reference, measured, tuned.period), real, 1)
+            state = as_signals(step(state, constants, knowledge, reference, measured, tuned.period), real, 1)
             if not log.note((reference, measured), state.command, state):
                 _check_flown(k, real)
                 break
@@ -73,7 +73,7 @@ def _scenario(tuned: TunedPlant, steps: int) -> PlantScenario:
 
 
 def _seen(tuned: TunedPlant, body: Any, goals: Any, noise: np.ndarray, k: int) -> list[list[float]]:
-    """Return what is measured at a step, a row for each output that channels read."""
+    """Return the measurements at a step, a row for each output that channels read."""
     outputs = tuned.system.plant.Output._fields
     errors = dict(zip(outputs, noise.tolist(), strict=True))
     shown = dict(zip(outputs, flatten(body.shown), strict=True))

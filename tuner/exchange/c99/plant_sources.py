@@ -19,7 +19,7 @@ from plant.model.plan import LoopPlan
 from plant.model.units import per_time
 from plant.records import pack, paths, record_type, unit_of
 from tuner.exchange.c99.routines import Style, loops
-from tuner.exchange.c99.sources import entry_function, source_text
+from tuner.exchange.c99.sources import Code, entry_function, gain_texts, source_text
 from tuner.exchange.c99.tracing import TracedFunction, named, traced
 from tuner.exchange.texts import c_comment, c_string, filled, tool
 
@@ -67,11 +67,9 @@ class TunedPlant:
 
 
 @dataclass(frozen=True)
-class PlantCode:
-    """Texts of the header and the source; types: C names of the records by what they are: reference_type, state_type."""
+class PlantCode(Code):
+    """C99 of a plant's controller; types: C names of the records by what they are: reference_type, state_type."""
 
-    header: str
-    source: str
     types: dict[str, str]
 
 
@@ -111,22 +109,36 @@ def plant_code(tuned: TunedPlant, real: str, prefix: str, digest: str) -> PlantC
     records = CRecords(prefix, {name: f"{prefix}_{name}" for name in TAKEN}, note)
     style = Style(REALS[real], prefix, records, "_gains")
     kinds = {
-        "reference": tuned.Reference, "measured": tuned.Measured, "input": tuned.system.plant.Input,
+        "reference": tuned.Reference,
+        "measured": tuned.Measured,
+        "input": tuned.system.plant.Input,
         "state": tuned.controller.Memory,
-    }  # fmt: skip
+    }
     types = {f"{word}_type": records.name(kind) for word, kind in kinds.items()}
-    return PlantCode(_header(tuned, style, digest, types), _source(tuned, style, types), types)
+    return PlantCode(_header(tuned, style, digest, types), _source(tuned, style, types), f"{prefix}_controller", types)
 
 
 def _header(tuned: TunedPlant, style: Style, digest: str, types: dict[str, str]) -> str:
     p, plant = style.prefix, tuned.system.plant
     return filled(
-        "c99", "plant_controller.h", p=p, P=p.upper(), tool=tool(), title=c_comment(plant.title), plant=c_comment(plant.name),
-        channels="\n".join(f"   {line}" for line in channel_lines(tuned.system.plan)), period=f"{tuned.period:.9g}",
-        period_literal=literal(tuned.period, style.real), real=style.real.name, suffix=style.real.suffix,
-        digest=c_comment(digest), digest_text=c_string(digest), delays=c_comment(delays(tuned)),
-        typedefs="\n\n".join(style.records.typedefs), **types,
-    )  # fmt: skip
+        "c99",
+        "plant_controller.h",
+        p=p,
+        P=p.upper(),
+        tool=tool(),
+        title=c_comment(plant.title),
+        plant=c_comment(plant.name),
+        channels="\n".join(f"   {line}" for line in channel_lines(tuned.system.plan)),
+        period=f"{tuned.period:.9g}",
+        period_literal=literal(tuned.period, style.real),
+        real=style.real.name,
+        suffix=style.real.suffix,
+        digest=c_comment(digest),
+        digest_text=c_string(digest),
+        delays=c_comment(delays(tuned)),
+        typedefs="\n\n".join(style.records.typedefs),
+        **types,
+    )
 
 
 def channel_lines(plan: LoopPlan) -> list[str]:
@@ -153,7 +165,7 @@ def delays(tuned: TunedPlant) -> str:
 def _source(tuned: TunedPlant, style: Style, types: dict[str, str]) -> str:
     plan = tuned.system.plan
     init, step, routines = _trace(tuned)
-    gains = _gains(tuned)
+    gains = gain_texts(tuned.system.gains, tuned.gains)
     written = {name: loops(routine, style, gains) for name, routine in routines.items()}
 
     def call(node: Node, local: str, args: list[str]) -> str:
@@ -187,8 +199,8 @@ def _trace(tuned: TunedPlant) -> tuple[TracedFunction, TracedFunction, dict[str,
     g = Graph()
     state, reference = g.inputs(controller.Memory, "state->"), g.inputs(tuned.Reference, "reference->")
     measured, h = g.inputs(tuned.Measured, "measured->"), Constant(tuned.period, "h")
-    kept = _with_calls(g, plan, routines)(controller.step)(state, constants, knowledge, reference, measured, h)
-    return init, traced(g, ("next.", kept)), {routine.name: routine for routine in routines.values()}
+    memory = _with_calls(g, plan, routines)(controller.step)(state, constants, knowledge, reference, measured, h)
+    return init, traced(g, ("next.", memory)), {routine.name: routine for routine in routines.values()}
 
 
 def _with_calls(graph: Graph, plan: LoopPlan, routines: dict[str, Routine]) -> Rebinder:
@@ -201,14 +213,6 @@ def _with_calls(graph: Graph, plan: LoopPlan, routines: dict[str, Routine]) -> R
 
     stand_ins: dict[Callable[..., Any], Callable[..., Any]] = {each.law.step: step for each in plan.channels}
     return rebinder(stand_ins)
-
-
-def _gains(tuned: TunedPlant) -> dict[str, dict[str, str]]:
-    """Value with unit of each gain by channel."""
-    gains: dict[str, dict[str, str]] = {name: {} for name in tuned.system.plan.names}
-    for gain in tuned.system.gains:
-        gains[gain.axis][gain.address.partition(".")[2]] = f"{tuned.gains[gain.column]:.9g} {c_comment(gain.unit)}"
-    return gains
 
 
 def c_name(text: str) -> str:

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from plant.backends.c_code import REALS, literal
 from plant.backends.c_records import CRecords
 from plant.backends.tracing import Node
-from plant.cascade import AXES
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import GainAddress, gain_addresses
+from plant.quadrotor.sensors import Measurement
 from plant.references.track import Reference
-from plant.sensors import Measurement
 from plant.vectors import Quaternion, Rotors, Vec3
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, Command
 from tuner.exchange.c99.routines import After, Call, Style, function_of, function_text, loops
@@ -30,39 +29,49 @@ if (!(sum - sum == {zero})) {{ /* infinite or NaN: something that came in or wou
 
 
 @dataclass(frozen=True)
-class CSources:
-    """C99 of one controller.
-
-    header, source: texts of NAME.h and NAME.c, name: their stem. Traces: the graphs that they were written from.
-    """
+class Code:
+    """C99 of a controller. header, source: texts of NAME.h and NAME.c; name: their stem."""
 
     header: str
     source: str
     name: str
+
+
+@dataclass(frozen=True)
+class CSources(Code):
+    """C99 of a quadrotor's controller; traces: the graphs that it was written from."""
+
     traces: Traces
 
 
-def own_digest(controller: Controller) -> str:
-    """Digest of the gains' bits, for a controller that comes from no file."""
-    return hashlib.sha256(" ".join(gain.hex() for gain in controller.gains).encode()).hexdigest()
+def digest_of(gains: Sequence[float]) -> str:
+    """Return the digest of the gains' bits, for gains that come from no file."""
+    return hashlib.sha256(" ".join(gain.hex() for gain in gains).encode()).hexdigest()
 
 
 def c_sources(controller: Controller, real: str = "float", prefix: str = "holdfast", digest: str = "") -> CSources:
     """Write the controller in C99.
 
     real: "float" or "double", the type of all numbers. prefix: of all names, a C identifier in lower case; the files are
-    PREFIX_controller.h and .c. digest: of the gains.json that the gains come from, own_digest where there is none.
+    PREFIX_controller.h and .c. digest: of the gains.json that the gains come from, `digest_of` where there is none.
     """
     assert prefix.isidentifier() and prefix.islower(), prefix
     traces = trace(controller)
-    given = {Vec3: "vec3", Reference: "reference", Measurement: "measurement", Command: "command", Quaternion: "quaternion",
-             AttitudeSetpoint: "attitude_setpoint", AttitudeMeasurement: "attitude_measurement",
-             AttitudeApplied: "attitude_applied"}  # fmt: skip
+    given = {
+        Vec3: "vec3",
+        Reference: "reference",
+        Measurement: "measurement",
+        Command: "command",
+        Quaternion: "quaternion",
+        AttitudeSetpoint: "attitude_setpoint",
+        AttitudeMeasurement: "attitude_measurement",
+        AttitudeApplied: "attitude_applied",
+    }
     records = CRecords(prefix, {kind: f"{prefix}_{name}" for kind, name in given.items()})
     style = Style(REALS[real], prefix, records)
     for kind in (controller.cascade.Memory, Rotors, controller.cascade.attitude.Memory):
         records.name(kind)
-    header = _header(controller, style, digest or own_digest(controller))
+    header = _header(controller, style, digest or digest_of(controller.gains))
     return CSources(header, _source(controller, traces, style), f"{prefix}_controller", traces)
 
 
@@ -95,7 +104,7 @@ def _header(controller: Controller, style: Style, digest: str) -> str:
 
 def _source(controller: Controller, traces: Traces, style: Style) -> str:
     p = style.prefix
-    gains = _gains(controller)
+    gains = gain_texts(gain_addresses(controller.cascade), controller.gains)
     outer, inner = loops(traces.position, style, gains), loops(traces.attitude, style, gains)
 
     def call_cascade(node: Node, local: str, args: list[str]) -> str:
@@ -109,22 +118,44 @@ def _source(controller: Controller, traces: Traces, style: Style) -> str:
         inner.text,
         entry_function(style, "init", traces.init, [f"{p}_state *state", f"const {p}_measurement *m"], "state", None),
         entry_function(
-            style, "step", traces.step,
-            [f"{p}_state *state", f"const {p}_reference *reference", f"const {p}_measurement *m", f"{p}_command *command"],
-            "state", call_cascade, "command",
+            style,
+            "step",
+            traces.step,
+            [
+                f"{p}_state *state",
+                f"const {p}_reference *reference",
+                f"const {p}_measurement *m",
+                f"{p}_command *command",
+            ],
+            "state",
+            call_cascade,
+            "command",
         ),
         entry_function(
-            style, "attitude_init", traces.attitude_init,
-            [f"{p}_attitude_state *state", f"const {p}_attitude_measurement *m"], "attitude_state", None,
+            style,
+            "attitude_init",
+            traces.attitude_init,
+            [f"{p}_attitude_state *state", f"const {p}_attitude_measurement *m"],
+            "attitude_state",
+            None,
         ),
         entry_function(
-            style, "attitude_step", traces.attitude_step,
-            [f"{p}_attitude_state *state", f"const {p}_attitude_setpoint *setpoint",
-             f"const {p}_attitude_measurement *m", f"const {p}_attitude_applied *applied", f"{p}_vec3 *torque"],
-            "attitude_state", inner.call(""), "torque",
+            style,
+            "attitude_step",
+            traces.attitude_step,
+            [
+                f"{p}_attitude_state *state",
+                f"const {p}_attitude_setpoint *setpoint",
+                f"const {p}_attitude_measurement *m",
+                f"const {p}_attitude_applied *applied",
+                f"{p}_vec3 *torque",
+            ],
+            "attitude_state",
+            inner.call(""),
+            "torque",
         ),
         _measure(style, traces.measure, call_cascade),
-    ]  # fmt: skip
+    ]
     return source_text(style, controller.airframe.title, functions, [function_of(traces.atan2, style)])
 
 
@@ -135,21 +166,27 @@ def source_text(style: Style, title: str, functions: list[str], helpers: Sequenc
     text = "\n\n".join(functions)
     if f"{p}_floor(" in "".join([text, *helpers]):
         largest, one = literal(real.largest_fraction, real), literal(1.0, real)
-        floor = filled("c99", "floor.c", **words, largest=largest, whole=real.whole, one=one)
+        floor = filled("c99", "floor.c", **words, largest=largest, whole=real.integer_type, one=one)
         helpers = [floor.rstrip(), *helpers]
     return filled(
-        "c99", "controller.c", **words, title=c_comment(title), tool=tool(), evaluation=EVALUATION[real.name],
-        helpers="".join(f"{helper}\n\n" for helper in helpers), functions=text,
-    )  # fmt: skip
+        "c99",
+        "controller.c",
+        **words,
+        title=c_comment(title),
+        tool=tool(),
+        evaluation=EVALUATION[real.name],
+        helpers="".join(f"{helper}\n\n" for helper in helpers),
+        functions=text,
+    )
 
 
-def _gains(controller: Controller) -> dict[str, dict[str, str]]:
-    """Value with unit of each gain by axis."""
-    gains: dict[str, dict[str, str]] = {axis: {} for axis in AXES}
-    for gain in gain_addresses(controller.cascade):
+def gain_texts(gains: Sequence[GainAddress], row: Sequence[float]) -> dict[str, dict[str, str]]:
+    """Return value with unit of each gain, by axis or channel and name."""
+    texts: dict[str, dict[str, str]] = {}
+    for gain in gains:
         name = gain.address.partition(".")[2]
-        gains[gain.axis][name] = f"{controller.gains[gain.column]:.9g} {gain.unit}"
-    return gains
+        texts.setdefault(gain.axis, {})[name] = f"{row[gain.column]:.9g} {c_comment(gain.unit)}"
+    return texts
 
 
 def entry_function(

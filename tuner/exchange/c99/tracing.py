@@ -9,11 +9,11 @@ from plant.backends.rebind import Rebinder
 from plant.backends.tracing import Constant, Graph, rebinder
 from plant.backends.tracing_finite import to_look_at
 from plant.backends.tracing_routines import Routine
-from plant.cascade import ATTITUDE_AXES, AXES, POSITION_AXES
-from plant.nominal import Nominal, nominal
+from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, POSITION_AXES
+from plant.quadrotor.nominal import Nominal, nominal
+from plant.quadrotor.sensors import Measurement
 from plant.records import flatten, pack, paths
 from plant.references.track import Reference
-from plant.sensors import Measurement
 from plant.vectors import Quaternion, Vec3
 from tuner.exchange.c99.entries import (
     AttitudeApplied,
@@ -140,8 +140,8 @@ def traced(graph: Graph, *given: tuple[str, Any]) -> TracedFunction:
         for prefix, record in given
         for path, value in zip(paths(type(record)), flatten(record), strict=True)
     ]
-    kept = [(path, value) for path, value in named_results if getattr(value, "op", "") != "after"]
-    own = [node for node in graph.all_inputs() if not node.text.startswith("state->")]
-    looked_at = to_look_at([*(value for _, value in kept), *own])
+    written = [(path, value) for path, value in named_results if getattr(value, "op", "") != "after"]
+    external = [node for node in graph.all_inputs() if not node.text.startswith("state->")]
+    looked_at = to_look_at([*(value for _, value in written), *external])
     total = sum(looked_at[1:], looked_at[0])
-    return TracedFunction(tuple(kept), total)
+    return TracedFunction(tuple(written), total)

@@ -5,11 +5,11 @@ from dataclasses import replace
 from math import radians
 from pathlib import Path
 
-from plant.airframes import Airframe
-from plant.airframes.actuation import actuation
-from plant.cascade import close_cascade
-from plant.laws import law
-from plant.vehicle import Vehicle
+from plant.law_registry import law
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.airframes.actuation import actuation
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.vehicle import Vehicle
 from tuner.exchange.autopilot.assembly import (
     POSITION_EVERY,
     POSITION_FILTER,
@@ -17,15 +17,15 @@ from tuner.exchange.autopilot.assembly import (
     by_default,
     control_period,
     filled,
-    kept_notes,
     position_every,
     record_of,
     tilt_note,
+    untuned_notes,
 )
-from tuner.exchange.autopilot.own_loops import with_authorities
+from tuner.exchange.autopilot.native_loops import with_authorities
 from tuner.exchange.autopilot.parameters import defaults
 from tuner.exchange.crazyflie.map import HORIZONTAL, NAME, TABLE, TILT, units
-from tuner.exchange.crazyflie.own_loops import CARRIED, OWN, check_names, own_held
+from tuner.exchange.crazyflie.native_loops import CARRIED, NATIVE_LAW, check_names, native_held
 from tuner.exchange.crazyflie.text import read as read_parameters
 from tuner.exchange.target import ImportedController, Importer, Option, number
 
@@ -48,11 +48,11 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     given = read_parameters(file)
     check_names(given, file)
     values, tilt = {**defaults(TABLE), **given}, radians({**defaults(TABLE), **given}[TILT[0]])
-    cascade = close_cascade(law("pid"), law(OWN.law), position_every(settings))
+    cascade = close_cascade(law("pid"), law(NATIVE_LAW.law), position_every(settings))
     plain = by_default(airframe, cascade, tilt, settings)
     one = units(plain, full_thrust(airframe.vehicle, settings))
     t_f = number(settings, POSITION_FILTER.name, 0.0, 1.0, "s")
-    found = own_held(with_authorities(plain, one.turning), one, values, dict.fromkeys((*HORIZONTAL, "z"), t_f))
+    controller = native_held(with_authorities(plain, one.turning), one, values, dict.fromkeys((*HORIZONTAL, "z"), t_f))
     record = record_of(file, "crazyflie", FIRMWARE, settings, given, TABLE, CARRIED)
     untouched = tuple(name for name in given if name not in record.parameters)
     notes = (
@@ -60,9 +60,9 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *absent_note(given, {name: usual for name, usual in defaults(TABLE).items() if name in CARRIED}, NAME),
         f"The file does not tell the filter of our position loops (taken as {t_f:g} s): give --set {POSITION_FILTER.name}.",
         *tilt_note(tilt, TILT[0]),
-        *kept_notes(record, untouched),
+        *untuned_notes(record, untouched),
     )
-    return ImportedController(replace(filled(found, {}, file), vehicle=record), notes, untouched)
+    return ImportedController(replace(filled(controller, {}, file), vehicle=record), notes, untouched)
 
 
 IMPORTER = Importer(

@@ -5,14 +5,10 @@ a position loop (P) around a velocity loop (PI) whose output is an angle, a/g in
 gain of the firmware's loops is written as 0, for its defaults are not 0. Pitch is positive nose up in the firmware, and yaw's
 output is negated: angle, rate and torque change their signs together, so no gain does.
 
-The firmware's PID parameters: names, units, defaults of platform cf2, and where they come from.
-
-bitcraze/crazyflie-firmware, src/modules/src/controller/attitude_pid_controller.c, position_controller_pid.c and
-src/platform/interface/platform_defaults_cf2.h, as of 2025 and 2026. Angles and rates are in degrees. The firmware documents no
-ranges; the upper ends here are where arithmetic ends: a rate loop whose output, an int16, is full at 1 deg/s, and an outer loop
-that steps over its target within one period (500 Hz for attitude, 100 Hz for position).
-
-Scales are the torque for one count of its rate loops and the force for one count of thrust.
+Parameters of platform cf2: bitcraze/crazyflie-firmware, src/modules/src/controller/attitude_pid_controller.c,
+position_controller_pid.c and src/platform/interface/platform_defaults_cf2.h, as of 2025 and 2026, in degrees. The firmware
+documents no ranges; the upper ends here are a rate loop whose output, an int16, is full at 1 deg/s, and an outer loop
+that overshoots its target within one period (500 Hz for attitude, 100 Hz for position).
 
 In legacy mode the motors get thrust -+ roll/2 +- pitch/2 +- yaw, in counts of which 65535 are the full thrust of a motor
 (power_distribution_quadrotor.c); battery compensation makes thrust proportional to counts. For a square X this is
@@ -25,11 +21,11 @@ from math import degrees, pi, radians, sqrt
 
 import numpy as np
 
-from plant.airframes.actuation import Actuation, actuation
-from plant.airframes.scales import Motors, TorqueScale, torque_scale
-from plant.cascade import LEAST_LIFT
 from plant.errors import InputError
 from plant.laws.pid import Gains
+from plant.quadrotor.airframes.actuation import Actuation, actuation
+from plant.quadrotor.airframes.scales import Motors, TorqueScale, torque_scale
+from plant.quadrotor.cascade import LEAST_LIFT
 from tuner.exchange.autopilot.cascade import CascadeNames
 from tuner.exchange.autopilot.parameters import MOST, NOTHING, ParameterInfo, Values, defaults, single
 from tuner.exchange.autopilot.parameters import parameters as held_against_table
@@ -138,7 +134,7 @@ def check_mixing(actuation: Actuation) -> None:
 
 
 def torque_per_count(actuation: Actuation, full: float) -> TorqueScale:
-    """Return the torque for one count of roll, pitch and yaw [N m]; full: thrust of one motor at 65535 counts [N].
+    """Return the torque per count about each axis [N m]; full: thrust of one motor at 65535 counts [N].
 
     Raises InputError where the mixing couples axes on this airframe.
     """
@@ -167,7 +163,7 @@ class Units:
     hover: float
 
     def written(self, axis: str, p: float, i: float) -> tuple[float, float]:
-        """Return P and I of a loop on a rate or speed in the firmware's units."""
+        """Return P and I of an inner loop in the firmware's units."""
         if axis in self.turning:
             per_degree = radians(1.0) / self.turning[axis]
             return p * per_degree, i * per_degree
@@ -175,7 +171,7 @@ class Units:
         return p / unit, i / unit
 
     def ours(self, axis: str, p: float, i: float) -> tuple[float, float]:
-        """Return P and I of a loop on a rate or speed in our units."""
+        """Return P and I of an inner loop in our units."""
         if axis in self.turning:
             unit = self.turning[axis] / radians(1.0)
         else:
@@ -206,15 +202,15 @@ def values(
     naming gain or airframe where the firmware has no such loop.
     """
     one, present = units(controller, full), {**defaults(TABLE), **before}
-    found = dict.fromkeys(ENTRIES, 0.0)
+    by_name = dict.fromkeys(ENTRIES, 0.0)
     for axis in axes:
         names = NAMES[axis]
         near = RateLoop(present[names.outer], *one.ours(axis, present[names.p], present[names.i])) if before else None
         loop = rate_loop(axis_gains(controller, axis), axis, near)
         p, i = one.written(axis, loop.p, loop.i)
-        found |= {names.outer: loop.outer, names.p: p, names.i: i}
-    found |= dict.fromkeys(TILT, degrees(controller.options.tilt_limit))
-    return found | {"posCtlPid.thrustBase": one.hover, "posCtlPid.thrustMin": LEAST_LIFT * one.hover}
+        by_name |= {names.outer: loop.outer, names.p: p, names.i: i}
+    by_name |= dict.fromkeys(TILT, degrees(controller.options.tilt_limit))
+    return by_name | {"posCtlPid.thrustBase": one.hover, "posCtlPid.thrustMin": LEAST_LIFT * one.hover}
 
 
 def parameters(controller: Controller, full: float) -> tuple[HeldParameter, ...]:
@@ -222,13 +218,13 @@ def parameters(controller: Controller, full: float) -> tuple[HeldParameter, ...]
     return rounded(values(controller, full))
 
 
-def rounded(asked: Values, before: Values = NOTHING) -> tuple[HeldParameter, ...]:
+def rounded(unrounded: Values, before: Values = NOTHING) -> tuple[HeldParameter, ...]:
     """Return parameters as the vehicle holds them; before: what is on it; raises InputError naming one that is out of range."""
-    whole = {name: value for name, value in asked.items() if name in INTEGERS}
-    real = {name: value for name, value in asked.items() if name not in INTEGERS}
+    integers = {name: value for name, value in unrounded.items() if name in INTEGERS}
+    real = {name: value for name, value in unrounded.items() if name not in INTEGERS}
     return (
         *held_against_table(TABLE, real, single, NAME, before),
-        *held_against_table(TABLE, whole, lambda value: float(round(value)), NAME, before),
+        *held_against_table(TABLE, integers, lambda value: float(round(value)), NAME, before),
     )
 
 
@@ -240,7 +236,7 @@ def held(controller: Controller, full: float, written: Values) -> Controller:
 
 
 def pid_gains(one: Units, written: Values, filters: Mapping[str, float]) -> dict[str, Gains]:
-    """Return our PID's gains on the axes of filters, time constants t_f [s]."""
+    """Return our PID's gains on some axes; filters: time constants t_f [s]."""
     gains = {}
     for axis, t_f in filters.items():
         names = NAMES[axis]

@@ -43,15 +43,15 @@ def read(file: Path) -> dict[str, float]:
         raise InputError(f"must be {TYPE}: give a parameter file of cflib (YAML)", file=file, key="type")
     if not any(_QUOTED_VERSION.match(line) for line in lines):
         raise InputError("must be '1', in quotes: cflib refuses a number", file=file, key="version")
-    found: dict[str, float] = {}
+    stored: dict[str, float] = {}
     for name, fields in _states(lines, file).items():
         if fields.get("is_stored") == "true":
-            enter(found, name, read_number(fields.get("stored_value", ""), name, file), file)
-    return found
+            enter(stored, name, read_number(fields.get("stored_value", ""), name, file), file)
+    return stored
 
 
 def _states(lines: list[str], file: Path) -> dict[str, dict[str, str]]:
-    """Return parameter -> field -> text, from the flow and the block style of YAML."""
+    """Return parameter -> field -> text: from YAML in flow or block style."""
     states: dict[str, dict[str, str]] = {}
     fields: dict[str, str] = {}
     for line in lines:

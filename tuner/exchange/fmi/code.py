@@ -24,19 +24,28 @@ FURTHER_STEP = """\
 """
 
 
-def binding(controller: Controller, found: Sequence[FmuVariable], heading: Sequence[str], guid: str) -> str:
+def binding(controller: Controller, exposed: Sequence[FmuVariable], heading: Sequence[str], guid: str) -> str:
     """Return binding.h, which ties the general FMI code to a controller."""
-    inputs, outputs, constants = ([entry for entry in found if entry.kind == kind] for kind in KINDS)
+    inputs, outputs, constants = ([entry for entry in exposed if entry.kind == kind] for kind in KINDS)
     delayed = controller.options.delay
     return filled(
-        "fmi", "binding.h", heading="\n   ".join(heading), guid=guid,
-        period=controller.control_period, period_text=f"{controller.control_period:.10g}",
-        inputs=len(inputs), outputs=len(outputs), constants=len(constants),
-        start_inputs=_values(inputs), start_outputs=_values(outputs), constant_values=_values(constants),
+        "fmi",
+        "binding.h",
+        heading="\n   ".join(heading),
+        guid=guid,
+        period=controller.control_period,
+        period_text=f"{controller.control_period:.10g}",
+        inputs=len(inputs),
+        outputs=len(outputs),
+        constants=len(constants),
+        start_inputs=_values(inputs),
+        start_outputs=_values(outputs),
+        constant_values=_values(constants),
         take="\n".join(f"    {entry.member} = (holdfast_real)in[{i}];" for i, entry in enumerate(inputs)),
         give="\n".join(f"    out[{i}] = (double)command.{entry.member};" for i, entry in enumerate(outputs)),
-        when=AHEAD if delayed else AT_ONCE, ahead=FURTHER_STEP if delayed else "",
-    )  # fmt: skip
+        when=AHEAD if delayed else AT_ONCE,
+        ahead=FURTHER_STEP if delayed else "",
+    )
 
 
 KINDS = ("input", "output", "constant")

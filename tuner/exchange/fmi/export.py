@@ -41,7 +41,7 @@ def archive(files: Mapping[str, bytes]) -> bytes:
 
 
 PREFIX = "holdfast"
-OWN = ("fmi2_interface.h", "fmi2_cosimulation.c")
+FMI_SOURCES = ("fmi2_interface.h", "fmi2_cosimulation.c")
 NAME = f"{PREFIX}_controller"
 UNITS = ("fmi2_cosimulation.c", f"{NAME}.c")
 REAL = Option("real", "floating-point type of the code", ("float", "double"), "float")
@@ -74,14 +74,14 @@ def fmu(request: Request) -> tuple[bytes, Code]:
 def code_of(request: Request) -> Code:
     """Write the sources of an FMU and compile them where that can be done here."""
     controller = request.controller
-    found = variables(controller)
+    exposed = variables(controller)
     generated = c_sources(controller, request.settings[REAL.name], PREFIX, request.digest)
     sources = {f"{NAME}.h": generated.header, f"{NAME}.c": generated.source}
-    sources |= {name: files("tuner.exchange.fmi").joinpath(name).read_text(encoding="utf-8") for name in OWN}
+    sources |= {name: files("tuner.exchange.fmi").joinpath(name).read_text(encoding="utf-8") for name in FMI_SOURCES}
 
     about = heading(request, c_comment)
-    guid = guid_of(request.digest, sources | {"binding.h": binding(controller, found, about, "")})
-    sources |= {"binding.h": binding(controller, found, about, guid)}
+    guid = guid_of(request.digest, sources | {"binding.h": binding(controller, exposed, about, "")})
+    sources |= {"binding.h": binding(controller, exposed, about, guid)}
     gcc = compiler()
     return Code(sources, guid, None if gcc is None else shared_library(sources, UNITS, gcc))
 
@@ -123,27 +123,29 @@ def held(controller: Controller, real: str) -> Controller:
 
 
 def differences(request: Request, code: Code) -> tuple[str, ...]:
-    """Return what the target adds or lacks."""
+    """Return the differences of the target."""
     controller, real = request.controller, request.settings[REAL.name]
-    said = [
+    sentences = [
         "Gains are constants built into the code: a simulator can read them, not set or tune them; export again to change."
     ]
     if not controller.options.delay:
-        said.append(
+        sentences.append(
             "A co-simulation hands the command on at the end of the communication step, one control period of "
             f"{controller.control_period:g} s after its measurement; these gains were tuned without that delay: tune with "
             "[controller] delay = true to have it in the model."
         )
     if real == "float":
-        said.append("The code computes in single precision, as on a microcontroller; --set real=double for double.")
+        sentences.append(
+            "The code computes in single precision, as on a microcontroller; --set real=double for double."
+        )
     if code.binary is None:
-        said.append(
+        sentences.append(
             "The FMU holds sources only: there is no gcc for x86-64 Linux here; build the library by the command in "
             "documentation/index.html, or export where gcc is installed."
         )
     else:
-        said.append(f"The binary is for x86-64 Linux ({PLATFORM}) only; elsewhere build it from sources/.")
-    return tuple(said)
+        sentences.append(f"The binary is for x86-64 Linux ({PLATFORM}) only; elsewhere build it from sources/.")
+    return tuple(sentences)
 
 
 TARGET = ExportTarget(

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from plant.gains import gain_addresses
-from plant.nominal import nominal
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.nominal import nominal
 from tuner.gains import Controller
 
 BASE = ("kg", "m", "s", "rad")
@@ -24,15 +24,15 @@ def exponents(unit: str) -> dict[str, Fraction]:
     total: dict[str, Fraction] = {}
     place = 0
     while place < len(unit):
-        found = FACTOR.match(unit, place)
-        assert found is not None, f"'{unit}' is no unit of ours"
-        slash, symbol, fraction, whole = found.groups()
-        power = Fraction(fraction or whole or 1) * (-1 if slash else 1)
+        matched = FACTOR.match(unit, place)
+        assert matched is not None, f"'{unit}' is no unit of ours"
+        slash, symbol, fraction, digits = matched.groups()
+        power = Fraction(fraction or digits or 1) * (-1 if slash else 1)
         parts: Mapping[str, int] = DERIVED.get(symbol) if symbol in DERIVED else {symbol: 1}  # pyright: ignore
         for base, count in parts.items():
             assert base in BASE, f"'{unit}' has the unknown unit '{symbol}'"
             total[base] = total.get(base, Fraction(0)) + power * count
-        place = found.end()
+        place = matched.end()
     return {base: power for base, power in total.items() if power}
 
 
@@ -41,11 +41,11 @@ def base_unit(unit: str) -> dict[str, float] | None:
 
     None where an exponent is a fraction, which FMI 2.0 and SSP cannot say.
     """
-    found = exponents(unit)
-    if any(power.denominator != 1 for power in found.values()):
+    matched = exponents(unit)
+    if any(power.denominator != 1 for power in matched.values()):
         return None
     factor = {"factor": SCALES[unit]} if unit in SCALES else {}
-    return {base: int(found[base]) for base in BASE if base in found} | factor
+    return {base: int(matched[base]) for base in BASE if base in matched} | factor
 
 
 VECTOR = ("x", "y", "z")
@@ -113,11 +113,12 @@ def _outputs(controller: Controller) -> list[FmuVariable]:
         ],
         FmuVariable("thrust", "output", "N", 4.0 * hover, "Sum of the rotor thrusts", "thrust"),
         *[
-            FmuVariable(f"torque.{axis}", "output", "N m", 0.0, "Torque of the rotor thrusts, body FLU",
-                     f"torque.{axis}")
+            FmuVariable(
+                f"torque.{axis}", "output", "N m", 0.0, "Torque of the rotor thrusts, body FLU", f"torque.{axis}"
+            )
             for axis in VECTOR
         ],
-    ]  # fmt: skip
+    ]
 
 
 def _constants(controller: Controller) -> list[FmuVariable]:

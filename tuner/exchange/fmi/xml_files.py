@@ -43,7 +43,7 @@ def _text(value: object) -> str:
 IDENTIFIER = "holdfast_controller"
 
 
-def model_description(request: Request, found: Sequence[FmuVariable], guid: str, sources: Sequence[str]) -> bytes:
+def model_description(request: Request, exposed: Sequence[FmuVariable], guid: str, sources: Sequence[str]) -> bytes:
     """Return modelDescription.xml; sources: names of the C files to compile."""
     controller = request.controller
     laws = f"{controller.cascade.position.name} on position, {controller.cascade.attitude.name} on attitude"
@@ -61,19 +61,19 @@ def model_description(request: Request, found: Sequence[FmuVariable], guid: str,
             },
             [
                 _co_simulation(sources),
-                element("UnitDefinitions", {}, [_unit(unit) for unit in units_of(found)]),
+                element("UnitDefinitions", {}, [_unit(unit) for unit in units_of(exposed)]),
                 element("LogCategories", {}, [element("Category", {"name": "logStatusError"})]),
                 element("DefaultExperiment", {"startTime": 0.0, "stepSize": controller.control_period}),
-                element("ModelVariables", {}, [_variable(i, entry) for i, entry in enumerate(found)]),
-                _structure(found),
+                element("ModelVariables", {}, [_variable(i, entry) for i, entry in enumerate(exposed)]),
+                _structure(exposed),
             ],
         )
     )
 
 
-def units_of(found: Sequence[FmuVariable]) -> list[str]:
+def units_of(exposed: Sequence[FmuVariable]) -> list[str]:
     """Return the units that occur, in the order of their first use."""
-    return list(dict.fromkeys(entry.unit for entry in found))
+    return list(dict.fromkeys(entry.unit for entry in exposed))
 
 
 def _co_simulation(sources: Sequence[str]) -> str:
@@ -109,9 +109,9 @@ def _variable(reference: int, entry: FmuVariable) -> str:
     return element("ScalarVariable", about | kind, [element("Real", {"unit": entry.unit} | start)])
 
 
-def _structure(found: Sequence[FmuVariable]) -> str:
+def _structure(exposed: Sequence[FmuVariable]) -> str:
     """Return outputs and what is worked out at initialization; the outputs of a step depend on all inputs and on the past."""
-    outputs = [i + 1 for i, entry in enumerate(found) if entry.kind == "output"]
+    outputs = [i + 1 for i, entry in enumerate(exposed) if entry.kind == "output"]
     return element(
         "ModelStructure",
         {},
@@ -136,13 +136,18 @@ def parameter_values(request: Request) -> bytes:
         unit = {} if base_unit(gain.unit) is None else {"unit": gain.unit}
         about = {"name": gain.name, "description": f"{gain.about} [{gain.unit}]"}
         parameters.append(element("ssv:Parameter", about, [element("ssv:Real", {"value": gain.start} | unit)]))
-    known = [(unit, base) for unit in units_of(gains) if (base := base_unit(unit)) is not None]
-    units = [element("ssc:Unit", {"name": unit}, [element("ssc:BaseUnit", base)]) for unit, base in known]
+    derived = [(unit, base) for unit in units_of(gains) if (base := base_unit(unit)) is not None]
+    units = [element("ssc:Unit", {"name": unit}, [element("ssc:BaseUnit", base)]) for unit, base in derived]
     return document(
         element(
             "ssv:ParameterSet",
-            SPACES | {"version": "1.0", "name": "gains", "description": " ".join(f"{line}." for line in heading(request, str)),
-                      "generationTool": "holdfast"},
+            SPACES
+            | {
+                "version": "1.0",
+                "name": "gains",
+                "description": " ".join(f"{line}." for line in heading(request, str)),
+                "generationTool": "holdfast",
+            },
             [element("ssv:Parameters", {}, parameters), element("ssv:Units", {}, units)],
         )
-    )  # fmt: skip
+    )

@@ -8,10 +8,10 @@ ulp, this file has none.
 import re
 from typing import Any
 
-from plant.airframes.schema import GROUPS, OPTIONAL, SCALARS
-from plant.cascade import LEAST_COSINE, LEAST_LIFT
-from plant.gains import gain_addresses
-from plant.nominal import nominal
+from plant.quadrotor.airframes.schema import GROUPS, OPTIONAL, SCALARS
+from plant.quadrotor.cascade import LEAST_COSINE, LEAST_LIFT
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.nominal import nominal
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.texts import heading, matlab_comment, matlab_string
@@ -54,7 +54,7 @@ def entries(request: Request) -> dict[str, Entry]:
     controller = request.controller
     vehicle, options = controller.airframe.vehicle, controller.options
     knows = nominal(vehicle, options, controller.control_period)
-    found: dict[str, Entry] = {
+    table: dict[str, Entry] = {
         "source.tool": ("holdfast", ""),
         "source.digest": (request.digest, ""),
         "laws.position": (controller.cascade.position.name, ""),
@@ -74,9 +74,9 @@ def entries(request: Request) -> dict[str, Entry]:
         "airframe.name": (controller.airframe.name, ""),
     }
     units = {name: field.unit for name, field in (SCALARS | OPTIONAL | GROUPS).items()} | PLACES
-    found |= {f"airframe.{name}": (value, units[name]) for name, value in vehicle._asdict().items()}
+    table |= {f"airframe.{name}": (value, units[name]) for name, value in vehicle._asdict().items()}
     gains = gain_addresses(controller.cascade)
-    return found | {f"gains.{gain.address}": (controller.gains[gain.column], gain.unit) for gain in gains}
+    return table | {f"gains.{gain.address}": (controller.gains[gain.column], gain.unit) for gain in gains}
 
 
 def literal(value: Any) -> str:
@@ -92,7 +92,7 @@ def literal(value: Any) -> str:
 
 def function(request: Request, sentence: str = "") -> bytes:
     """Return the text of the function."""
-    found = entries(request)
+    table = entries(request)
     lines = [f"function c = {FUNCTION}()", f"%{FUNCTION.upper()} Gains of a quadrotor controller as a struct."]
     lines += [f"%   {line}." for line in heading(request, matlab_comment)]
     lines += [f"%   {matlab_comment(sentence)}"] if sentence else []
@@ -103,8 +103,8 @@ def function(request: Request, sentence: str = "") -> bytes:
         "%   is thrust_coefficient * speed^2. limits.least_lift: share of gravity that the vertical demand keeps;",
         "%   limits.least_cosine: least cosine of the tilt by which thrust is divided.",
     ]
-    lines += [f"{path(name)} = {literal(value)};{comment(unit)}" for name, (value, unit) in found.items()]
-    lines += [f"{path(name, 'c.units')} = {literal(unit)};" for name, (_, unit) in found.items() if unit]
+    lines += [f"{path(name)} = {literal(value)};{comment(unit)}" for name, (value, unit) in table.items()]
+    lines += [f"{path(name, 'c.units')} = {literal(unit)};" for name, (_, unit) in table.items() if unit]
     return ("\n".join([*lines, "end"]) + "\n").encode()
 
 

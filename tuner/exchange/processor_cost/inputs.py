@@ -10,19 +10,19 @@ from typing import Any
 
 from objectives.margins.period import NO_METERS
 from plant.air.spec import AirSpec
-from plant.attitude import euler_angles, nearest_turn
 from plant.backends.stepping import fly_steps, lane_of, unchanged
-from plant.cascade import close_cascade
-from plant.closed_loop import Limits, close_loop
 from plant.laws.channel import Applied
 from plant.laws.law import Law
 from plant.loop import Timing
-from plant.nominal import nominal
+from plant.quadrotor.attitude import euler_angles, nearest_turn
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.closed_loop import Limits, close_loop
+from plant.quadrotor.nominal import nominal
+from plant.quadrotor.scenarios import ScenarioSpec, sample_scenarios
+from plant.quadrotor.sensors import Measurement, Noise, measure
 from plant.records import flatten, pack
 from plant.references.steps import Steps
 from plant.references.track import Reference
-from plant.scenarios import ScenarioSpec, sample_scenarios
-from plant.sensors import Measurement, Noise, measure
 from tuner.gains import Controller
 
 STREAM, SEED = "cost", 1
@@ -56,9 +56,11 @@ def typical_inputs(controller: Controller) -> list[Instant]:
     steps = min(round(DURATION / h), MOST_STEPS)
     timing = Timing(h, controller.plant_step)
     spec = ScenarioSpec(
-        "cost", steps * h, Steps(x=1.0, y=-1.0, z=0.5, yaw_deg=20.0, time=0.25 * steps * h),
+        "cost",
+        steps * h,
+        Steps(x=1.0, y=-1.0, z=0.5, yaw_deg=20.0, time=0.25 * steps * h),
         AirSpec(intensity="moderate", mean_wind=False),
-    )  # fmt: skip
+    )
     vehicle = controller.airframe.vehicle
     drawn = sample_scenarios(spec, vehicle, timing, SEED, STREAM, [0])
     lane = lane_of(drawn, 0)
@@ -72,7 +74,7 @@ def typical_inputs(controller: Controller) -> list[Instant]:
         tilt, yaw = flight.control.tilt, flight.control.yaw_seen
         goal = (tilt.roll, tilt.pitch, nearest_turn(reference.yaw, yaw))
         angles = (measurement.angles.x, measurement.angles.y, yaw)
-        seen.append(Instant(reference, measurement, goal, angles, spy.taken()))
+        seen.append(Instant(reference, measurement, goal, angles, spy.pop_applied()))
         if flight.status > 0.5:
             raise _Ended
 
@@ -86,22 +88,22 @@ def typical_inputs(controller: Controller) -> list[Instant]:
 
 
 class _Spy:
-    """A law that notes what became of its last commands, for the three loops of every step in turn."""
+    """A law that records its applied commands: of three loops in every step."""
 
     def __init__(self, law: Law) -> None:
         self._noted: list[Applied] = []
-        own = law.step
+        inner_step = law.step
 
         def step(
             memory: Any, constants: Any, channel: Any, setpoint: Any, measured: Any, applied: Any, h: float
         ) -> Any:
             self._noted.append(applied)
-            return own(memory, constants, channel, setpoint, measured, applied, h)
+            return inner_step(memory, constants, channel, setpoint, measured, applied, h)
 
         self.law = replace(law, step=step)
 
-    def taken(self) -> tuple[Applied, Applied, Applied]:
-        """Return what the last three calls were given, and forget it."""
+    def pop_applied(self) -> tuple[Applied, Applied, Applied]:
+        """Return and clear the applied commands of the last three calls."""
         roll, pitch, yaw = self._noted
         self._noted.clear()
         return roll, pitch, yaw
@@ -116,6 +118,10 @@ def attitude_row(instant: Instant) -> list[float]:
     """Return the inputs of the attitude step as a row: goal, reference of the yaw rate, angles, rate, effect, excess."""
     applied = instant.applied
     return [
-        *instant.goal, instant.reference.yaw_rate, *instant.angles, *instant.measurement.rate,
-        *[entry.effect for entry in applied], *[entry.excess for entry in applied],
-    ]  # fmt: skip
+        *instant.goal,
+        instant.reference.yaw_rate,
+        *instant.angles,
+        *instant.measurement.rate,
+        *[entry.effect for entry in applied],
+        *[entry.excess for entry in applied],
+    ]

@@ -1,9 +1,7 @@
 """Counting what a controller costs: its C code on a Cortex-M4F in QEMU, driven by the inputs of a short flight.
 
-The controller's code is compiled by itself with the flags of `qemu.FLAGS`; the program around it is another unit, so nothing of
-a step can be moved out of the counted section.
-
-The packaged table of costs is made anew after a change of a law, of the cascade or of the C99 export by
+The controller is a compilation unit of its own, so nothing of a step can move out of the counted section. After a change of a
+law, of the cascade or of the C99 export, the packaged table is updated by
 
     python -m tuner.exchange.processor_cost.measure --write tuner/study/processor_cost/cortex_m4f.json
 """
@@ -17,15 +15,15 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from plant.airframes import load
-from plant.cascade import close_cascade
 from plant.errors import InputError
-from plant.gains import default_row
-from plant.laws import LAWS, law
-from plant.nominal import ControlOptions
+from plant.law_registry import LAWS, law
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.nominal import ControlOptions
+from plant.quadrotor.sensors import Measurement
 from plant.records import paths
 from plant.references.track import Reference
-from plant.sensors import Measurement
 from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.processor_cost import qemu
 from tuner.exchange.processor_cost.inputs import Instant, attitude_row, step_row, typical_inputs
@@ -54,9 +52,18 @@ def measure_cost(controller: Controller) -> ProcessorCost:
     attitude, step = ([row[i] for row in rows] for i in range(2))
     compiler, emulator = qemu.versions()
     return ProcessorCost(
-        TARGET, _mean(attitude), max(attitude), _mean(step), max(step), flash, head[0], stack, compiler, emulator,
+        TARGET,
+        _mean(attitude),
+        max(attitude),
+        _mean(step),
+        max(step),
+        flash,
+        head[0],
+        stack,
+        compiler,
+        emulator,
         " ".join(flag for flag in qemu.FLAGS if flag.startswith(("-O", "-ffp", "-fno"))),
-    )  # fmt: skip
+    )
 
 
 def flash_bytes(folder: Path, name: str) -> int:
@@ -67,9 +74,7 @@ def flash_bytes(folder: Path, name: str) -> int:
 
 
 def deepest_stack(graph: str, entry: str) -> int:
-    """Return the bytes of stack that a function and all it calls need, from gcc's call graph; what library functions such as
-    memcpy push is not in it.
-    """
+    """Return the stack of a function and its calls [bytes]: from gcc's call graph, without library functions such as memcpy."""
     frames = {name: int(size) for name, size in re.findall(r'title: "([^"]+)"[^\n]*?(\d+) bytes \(static\)', graph)}
     calls: dict[str, list[str]] = {}
     for caller, callee in re.findall(r'sourcename: "([^"]+)" targetname: "([^"]+)"', graph):
@@ -98,14 +103,14 @@ def default_controller(position: str, attitude: str) -> Controller:
     )
 
 
-def measured_table(said: Callable[[str], None]) -> str:
-    """Count every pair of laws and return the table as text; said(line) hears of each."""
+def measured_table(on_progress: Callable[[str], None]) -> str:
+    """Count every pair of laws and return the table as text; on_progress: called with a line for each."""
     costs: dict[str, dict[str, ProcessorCost]] = {}
     for position in LAWS:
         for attitude in LAWS:
             cost = measure_cost(default_controller(position, attitude))
             costs.setdefault(position, {})[attitude] = cost
-            said(f"{position} / {attitude}: {cost.instructions_step} instructions")
+            on_progress(f"{position} / {attitude}: {cost.instructions_step} instructions")
     return table_text(costs)
 
 
@@ -127,9 +132,9 @@ def _line(name: str, cost: ProcessorCost) -> str:
     return f"      {json.dumps(name)}: {json.dumps([values[key] for key in COUNTED])}"
 
 
-def write_table(path: Path, said: Callable[[str], None]) -> None:
+def write_table(path: Path, on_progress: Callable[[str], None]) -> None:
     """Count every pair of laws and write the table."""
-    path.write_text(measured_table(said), encoding="utf-8")
+    path.write_text(measured_table(on_progress), encoding="utf-8")
 
 
 ATTITUDE_MEMBERS = (

@@ -92,12 +92,12 @@ def call(command: Sequence[str], folder: Path) -> str:
     except subprocess.TimeoutExpired:
         raise InputError(f"{command[0]} did not end within {PATIENCE:g} s") from None
     if done.returncode != 0:
-        said = (done.stderr or done.stdout).strip()[-2000:]
-        raise InputError(f"{command[0]} ended with status {done.returncode}: {said}")
+        output = (done.stderr or done.stdout).strip()[-2000:]
+        raise InputError(f"{command[0]} ended with status {done.returncode}: {output}")
     return done.stdout
 
 
 def _version(program: str) -> str:
     line = call([program, "--version"], Path.cwd()).splitlines()[0]
-    found = re.findall(r"\d+\.\d+\.\d+", line)
-    return f"{program} {found[-1] if program == COMPILER else found[0]}"
+    numbers = re.findall(r"\d+\.\d+\.\d+", line)
+    return f"{program} {numbers[-1] if program == COMPILER else numbers[0]}"

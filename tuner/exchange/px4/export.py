@@ -1,16 +1,15 @@
 """PX4: our PID as a parameter file of QGroundControl.
 
 Angle loop P around rate loop PI, position loop P around velocity loop PI: the form that `autopilot.pid` gives our PID, with the
-same feedback. Rate gains are normalised by PX4's control allocation from the airframe's own rotors (`plant.airframes.scales`).
-Where the vehicle is not known every parameter that acts in these loops is written, also where it only switches something off.
-PX4 1.16:
-src/lib/rate_control/rate_control.cpp, mc_att_control/AttitudeControl, mc_pos_control/PositionControl.
+same feedback. Rate gains are normalized by PX4's control allocation from the airframe's rotors (`airframes.scales`). For an
+unknown vehicle every parameter of these loops is written. PX4 1.16: src/lib/rate_control/rate_control.cpp,
+mc_att_control/AttitudeControl, mc_pos_control/PositionControl.
 """
 
-from plant.airframes.actuation import Actuation, actuation
-from plant.airframes.scales import Motors, command_slope, motors, motors_text
-from plant.cascade import ATTITUDE_AXES
-from tuner.exchange.aboard import DERIVATIVE, OTHERS, aboard
+from plant.quadrotor.airframes.actuation import Actuation, actuation
+from plant.quadrotor.airframes.scales import Motors, command_slope, motors, motors_text
+from plant.quadrotor.cascade import ATTITUDE_AXES
+from tuner.exchange.aboard import DERIVATIVE, OTHERS, vehicle_parameters
 from tuner.exchange.autopilot.assembly import CURVE, curve
 from tuner.exchange.autopilot.parameters import Values
 from tuner.exchange.autopilot.pid import rate_filters, rate_sources, setpoint_weights
@@ -36,7 +35,7 @@ OPTIONS = (
     OTHERS,
     DERIVATIVE,
     Option("vehicle", "MAVLink id of the vehicle that loads the file, 1 to 255", default="1"),
-)  # fmt: skip
+)
 
 
 def export(request: Request) -> Bundle:
@@ -45,14 +44,14 @@ def export(request: Request) -> Bundle:
     px4 = Px4(PX4.flying(request.controller.cascade), vehicle, actuation(vehicle, curve(request.settings)))
     return px4.export(
         request,
-        aboard(request, PX4.target, read_params),
+        vehicle_parameters(request, PX4.target, read_params),
         (f"For {PX4.name}; ranges and units are those of this version.", _geometry(px4.rotors)),
         lambda values, complete: _differences(px4, request.controller, complete, values),
     )
 
 
 def _geometry(rotors: Actuation) -> str:
-    """Return what CA_ROTORi_* must describe for the torques to be right, as a comment: in body FRD, KM above 0 for CCW."""
+    """Return the required CA_ROTORi_* as a comment: in body FRD, KM above 0 for CCW."""
     places = "; ".join(
         f"CA_ROTOR{number - 1} ({place}) PX {rotor.x:.4g} m, PY {0.0 - rotor.y:.4g} m, "
         f"KM {-rotor.spin * rotor.torque_ratio:.4g} m"
@@ -79,11 +78,11 @@ def _differences(px4: Px4, controller: Controller, complete: Values, values: Val
         "MPC_*_VEL_MAX, trajectories with MPC_JERK_*): equal to ours for small errors only.",
         "MPC_USE_HTE (default 1) replaces MPC_THR_HOVER by an estimate in flight, which follows the battery; our vertical gains "
         "take hover as known.",
-    )  # fmt: skip
+    )
 
 
 def _of_our_pid(px4: Px4, controller: Controller, values: Values) -> tuple[str, ...]:
-    """Return what the loops that fly our PID lose."""
+    """Return sentences on the losses of loops that fly our PID."""
     axes = tuple(axis for axis in (*ATTITUDE_AXES, "x", "z") if axis in px4.version.names)
     if not axes:
         return ()
@@ -104,7 +103,7 @@ def _rates(controller: Controller) -> str:
 
 
 def _integrals(px4: Px4, complete: Values) -> tuple[str, ...]:
-    """Return how integrals differ from ours."""
+    """Return sentences on the differences of the integrals."""
     if "roll" not in px4.version.names:
         return (
             "Along x and y PX4 hands the integral 2/P of the acceleration that its limits take away, where ours stops it: "
@@ -121,7 +120,7 @@ def _integrals(px4: Px4, complete: Values) -> tuple[str, ...]:
 
 
 def _thrust(rotors: Actuation, model: float) -> str:
-    """Return what becomes of the rotors' curve."""
+    """Return the sentence on the thrust curve."""
     if model == rotors.curve:
         return f"Thrust is linearised by THR_MDL_FAC = {model:g}, right if the rotors' curve has that factor"
     return (

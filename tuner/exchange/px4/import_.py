@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from plant.airframes import Airframe
-from plant.airframes.actuation import actuation
-from plant.cascade import ATTITUDE_AXES
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.airframes.actuation import actuation
+from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.aboard import DERIVATIVE
 from tuner.exchange.autopilot.assembly import (
     ATTITUDE_FILTER,
@@ -54,12 +54,12 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
 
 def _scaled(values: Values) -> tuple[str, ...]:
     names = tuple(f"MC_{axis.upper()}RATE_K" for axis in ATTITUDE_AXES)
-    there = [f"{name} = {values[name]:g}" for name in names if values[name] != 1.0]
-    return (f"P and I of the rate loops are multiplied by {', '.join(there)}.",) if there else ()
+    factors = [f"{name} = {values[name]:g}" for name in names if values[name] != 1.0]
+    return (f"P and I of the rate loops are multiplied by {', '.join(factors)}.",) if factors else ()
 
 
 def _weight(weight: float) -> tuple[str, ...]:
-    """AttitudeControl.cpp divides the gain of yaw by its weight again, so only a weight of 0 changes a small error."""
+    """Return a sentence on a yaw weight of 0: AttitudeControl.cpp divides the gain by any other weight."""
     if weight > LEAST_WEIGHT:
         return ()
     return (f"MC_YAW_WEIGHT = {weight:g} takes the heading out of the vehicle's angle loop; ours holds it.",)

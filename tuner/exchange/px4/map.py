@@ -18,11 +18,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, radians
 
-from plant.airframes.scales import command_slope, hover_share, px4_factors, torque_scale
-from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
+from plant.quadrotor.airframes.scales import command_slope, hover_share, px4_factors, torque_scale
+from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.autopilot.cascade import Autopilot, CascadeNames, ParameterSet
-from tuner.exchange.autopilot.own_loops import OwnLaw
+from tuner.exchange.autopilot.native_loops import NativeLaw
 from tuner.exchange.autopilot.parameters import ParameterInfo, Values, unbounded
 from tuner.exchange.autopilot.pid import SAME, held_tilt
 from tuner.exchange.px4.text import VERSION, write_params
@@ -98,7 +98,7 @@ NAMES = {
     },
 }
 # What acts in PX4's own loops, and beside ours does not enter.
-OWN_TABLE = {
+NATIVE_TABLE = {
     entry.name: entry
     for entry in (
         ParameterInfo("IMU_GYRO_CUTOFF", "Hz", 0.0, 1000.0, 40.0, "attitude.gyro_cutoff"),
@@ -109,33 +109,43 @@ OWN_TABLE = {
     )
 }
 SHARED = {
-    "gyro_cutoff": "IMU_GYRO_CUTOFF", "d_cutoff": "IMU_DGYRO_CUTOFF",
-    "notch": "IMU_GYRO_NF0_FRQ", "notch_width": "IMU_GYRO_NF0_BW",
-}  # fmt: skip
-OWN_ATTITUDE = OwnLaw(
+    "gyro_cutoff": "IMU_GYRO_CUTOFF",
+    "d_cutoff": "IMU_DGYRO_CUTOFF",
+    "notch": "IMU_GYRO_NF0_FRQ",
+    "notch_width": "IMU_GYRO_NF0_BW",
+}
+NATIVE_ATTITUDE = NativeLaw(
     "px4",
     {
         axis: {
-            "angle_p": NAMES[axis].outer, "p": NAMES[axis].p, "i": NAMES[axis].i, "d": NAMES[axis].d,
-            "ff": f"MC_{axis.upper()}RATE_FF", "i_limit": INTEGRAL_LIMITS[axis], **SHARED,
+            "angle_p": NAMES[axis].outer,
+            "p": NAMES[axis].p,
+            "i": NAMES[axis].i,
+            "d": NAMES[axis].d,
+            "ff": f"MC_{axis.upper()}RATE_FF",
+            "i_limit": INTEGRAL_LIMITS[axis],
+            **SHARED,
         }
         for axis in ATTITUDE_AXES
     },
     frozenset({"p", "i", "d", "ff", "i_limit"}),
     {},
-)  # fmt: skip
-OWN_POSITION = OwnLaw(
+)
+NATIVE_POSITION = NativeLaw(
     "px4_position",
     {
         axis: {
-            "position_p": NAMES[axis].outer, "p": NAMES[axis].p, "i": NAMES[axis].i, "d": NAMES[axis].d,
+            "position_p": NAMES[axis].outer,
+            "p": NAMES[axis].p,
+            "i": NAMES[axis].i,
+            "d": NAMES[axis].d,
             "d_cutoff": "MPC_VELD_LP",
         }
         for axis in ("x", "z")
     },
     frozenset({"p", "i", "d"}),
     {},
-)  # fmt: skip
+)
 PX4 = ParameterSet(
     target="px4",
     name=f"PX4 {VERSION}",
@@ -147,8 +157,8 @@ PX4 = ParameterSet(
     yaw_filter=YAW_FILTER,
     gyro="IMU_GYRO_CUTOFF",
     gyro_cutoff=40.0,
-    own=(OWN_POSITION, OWN_ATTITUDE),
-    own_table=OWN_TABLE,
+    native=(NATIVE_POSITION, NATIVE_ATTITUDE),
+    native_table=NATIVE_TABLE,
 )
 
 
@@ -157,12 +167,12 @@ class Px4(Autopilot):
     """PX4 on an airframe."""
 
     def completed(self, values: Values) -> dict[str, float]:
-        """Return all parameters, those that are not given at their default; the hover thrust is then what it is."""
+        """Return all parameters: by default the airframe's hover thrust and the table's defaults."""
         full = super().completed(values)
         return full if HOVER in values else full | {HOVER: hover_share(self.rotors, full[MODEL])}
 
     def units(self, values: Values) -> dict[str, float]:
-        """Return what one unit of PX4's inner P makes of a rate or speed, in ours [1/s], by axis; values: complete."""
+        """Return the unit of PX4's inner P in ours [1/s], by axis; values: complete."""
         slope = command_slope(self.rotors, values[MODEL])
         horizontal = self.vehicle.gravity / GRAVITY
         vertical = horizontal * slope * values[HOVER] / self.rotors.hover_thrust
@@ -178,13 +188,13 @@ class Px4(Autopilot):
         return radians(values[TILT]), TILT
 
     def written_tilt(self, limit: float, present: Values | None) -> dict[str, float]:
-        """Return the largest tilt [deg]; that of the vehicle where ours [rad] is what we hold of it."""
-        own = None if present is None else present.get(TILT)
-        same = own is not None and abs(held_tilt(radians(own)) - limit) <= SAME * limit
-        return {TILT: own if own is not None and same else degrees(limit)}
+        """Return the largest tilt [deg]; unchanged where ours [rad] follows from the vehicle's."""
+        present_tilt = None if present is None else present.get(TILT)
+        same = present_tilt is not None and abs(held_tilt(radians(present_tilt)) - limit) <= SAME * limit
+        return {TILT: present_tilt if present_tilt is not None and same else degrees(limit)}
 
     def switched_off(self, settings: Mapping[str, str]) -> dict[str, float]:
-        """Return what PX4 has beside what our loops carry such that it flies what ours fly."""
+        """Return PX4's other parameters at values with which it flies our loops."""
         model = 0.0 if settings[THRUST_MODEL] == "local" else self.rotors.curve
         rates = {
             f"MC_{axis.upper()}RATE_{term}": float(term == "K") for axis in ATTITUDE_AXES for term in ("D", "FF", "K")
@@ -193,18 +203,18 @@ class Px4(Autopilot):
         thrust = {MODEL: model, HOVER: hover_share(self.rotors, model)}
         return rates | dict.fromkeys(INTEGRAL_LIMITS.values(), 1.0) | velocities | {"MC_YAW_WEIGHT": 1.0} | thrust
 
-    def chosen(self, settings: Mapping[str, str], kept: dict[str, float]) -> dict[str, float]:
-        """Return what stays on a vehicle, with the thrust model that the options choose."""
+    def chosen(self, settings: Mapping[str, str], unchanged: dict[str, float]) -> dict[str, float]:
+        """Return a vehicle's unchanged parameters, with the thrust model of the options."""
         if settings[THRUST_MODEL] == "vehicle":
-            return kept
+            return unchanged
         off = self.switched_off(settings)
-        return kept | {name: off[name] for name in (MODEL, HOVER)}
+        return unchanged | {name: off[name] for name in (MODEL, HOVER)}
 
     def check(self, values: Values) -> None:
         """Refuse nothing: PX4 arms with any parameters in their ranges."""
 
     def written(self, values: Values, settings: Mapping[str, str], comments: Sequence[str]) -> bytes:
-        """Return the content of a parameter file for the vehicle of that MAVLink id."""
+        """Return the content of a parameter file: for the option's MAVLink id."""
         vehicle = number(settings, "vehicle", 1.0, 255.0, "1")
         if vehicle != int(vehicle):
             message = f"given {vehicle:g}; this must be a whole number from 1 to 255"

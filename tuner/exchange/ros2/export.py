@@ -14,11 +14,11 @@ from math import isfinite, tan
 
 import numpy as np
 
-from plant.airframes.derived import quantities
-from plant.cascade import ATTITUDE_AXES, LEAST_LIFT, POSITION_AXES
 from plant.errors import InputError
 from plant.input_files import read_input
 from plant.laws.pid import Gains
+from plant.quadrotor.airframes.derived import quantities
+from plant.quadrotor.cascade import ATTITUDE_AXES, LEAST_LIFT, POSITION_AXES
 from plant.records import flatten, pack
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.autopilot.pid import rate_sources, with_measured_rates
@@ -59,7 +59,7 @@ class AxisOutput:
 
 
 def axes_of(controller: Controller) -> dict[str, AxisOutput]:
-    """Return what turns the gains of each axis into torque or force, with the limits of its output.
+    """Return factor of gains to torque or force and output limits of each axis.
 
     Torques: the largest that the rotors have at hover. Forces: the tilt cone at hover, and for z what the rotors and the bound on
     sinking leave beside the weight.
@@ -141,17 +141,21 @@ def copied(request: Request) -> bytes:
 def numbers(controller: Controller) -> dict[str, dict[str, float]]:
     """Return axis -> field -> value, unrounded: the target holds doubles."""
     gains = pack(controller.cascade.Gains, controller.gains)
-    found = {}
+    outputs = {}
     for name, axis in axes_of(controller).items():
-        own: Gains = getattr(gains, name)
-        fields = {"p": axis.inertia * own.kp, "i": axis.inertia * own.ki, "d": axis.inertia * own.kd}
+        axis_gains: Gains = getattr(gains, name)
+        fields = {
+            "p": axis.inertia * axis_gains.kp,
+            "i": axis.inertia * axis_gains.ki,
+            "d": axis.inertia * axis_gains.kd,
+        }
         # Without its own limits, which some versions take as 0, the integral would be cut off; it needs no more than the output.
         for limit in ("u_clamp", "i_clamp"):
             fields |= {f"{limit}_max": axis.high, f"{limit}_min": axis.low}
-        if own.ki > 0.0:
-            fields["tracking_time_constant"] = own.kp / own.ki
-        found[name] = fields
-    return found
+        if axis_gains.ki > 0.0:
+            fields["tracking_time_constant"] = axis_gains.kp / axis_gains.ki
+        outputs[name] = fields
+    return outputs
 
 
 def parameters(controller: Controller) -> list[HeldParameter]:
@@ -171,21 +175,21 @@ def parameters(controller: Controller) -> list[HeldParameter]:
 
 
 def held(controller: Controller) -> Controller:
-    """Return what the target flies: the same feedback without our filter of the rate."""
+    """Return the controller in the target: the same feedback without our filter of the rate."""
     gains = pack(controller.cascade.Gains, controller.gains)
     axes, written = axes_of(controller), numbers(controller)
     rows = []
-    for name, own in gains._asdict().items():
+    for name, axis_gains in gains._asdict().items():
         inertia, fields = axes[name].inertia, written[name]
-        kept = [float(double(fields[part])) / inertia for part in ("p", "i", "d")]
-        rows.append(type(own)(*kept, 0.0))
+        rounded = [float(double(fields[part])) / inertia for part in ("p", "i", "d")]
+        rows.append(type(axis_gains)(*rounded, 0.0))
     return with_measured_rates(replace(controller, gains=tuple(flatten(tuple(rows)))))
 
 
 def differences(controller: Controller) -> tuple[str, ...]:
-    """Return what the target adds or lacks beside the gains."""
+    """Return the differences of the target beside the gains."""
     gains = pack(controller.cascade.Gains, controller.gains)
-    longest = max(own.t_f for own in gains)
+    longest = max(axis_gains.t_f for axis_gains in gains)
     return (
         f"The rate is not filtered: our derivative filters of up to {longest:g} s are absent, so the velocity interface must "
         "give rates that are smooth enough; margins and flights are worked out again without the filter.",

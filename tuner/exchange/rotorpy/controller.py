@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from plant.allocation import speed_commands
-from plant.attitude import euler_angles
-from plant.cascade import close_cascade, commanded_torque, hovering
 from plant.laws.law import Law
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.allocation import speed_commands
+from plant.quadrotor.attitude import euler_angles
+from plant.quadrotor.cascade import close_cascade, commanded_torque, hovering
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.rigid_body import Body
+from plant.quadrotor.sensors import Measurement, Noise, measure
+from plant.quadrotor.vehicle import Vehicle
 from plant.records import pack
 from plant.references.track import Reference
-from plant.rigid_body import Body
-from plant.sensors import Measurement, Noise, measure
 from plant.vectors import Quaternion, Rotors, Vec3, rotors_sum
-from plant.vehicle import Vehicle
 
 _STILL = Vec3(0.0, 0.0, 0.0)
 _NO_NOISE = Noise(_STILL, _STILL, _STILL, _STILL)
@@ -86,7 +86,7 @@ class FlightController:
         }
 
     def _decide(self, m: Measurement, reference: Reference) -> None:
-        """One control period, as in `plant.closed_loop`: a command comes into force at once, or a period later with delay."""
+        """One control period, as in `closed_loop.py`: a command comes into force at once, or a period later with delay."""
         if self._memory is None:
             self._memory = self._cascade.start(self._constants, m, self._nominal, hovering(self._nominal))
         command, self._memory = self._cascade.step(

@@ -13,10 +13,10 @@ from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 
-from plant import laws
+from plant import law_registry
 from plant.errors import InputError
-from plant.gains import gain_addresses
 from plant.own_code import sources_of
+from plant.quadrotor.gains import gain_addresses
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.rotorpy import controller as rotorpy_controller
 from tuner.exchange.rotorpy.vehicle import differences, hover_speed, parameters
@@ -51,7 +51,7 @@ def export(request: Request) -> Bundle:
 
 
 def package(request: Request, sentence: str = "") -> dict[str, bytes]:
-    """Return name -> content of the files of the package and of its README."""
+    """Return name -> content of the files of the package."""
     cascade = request.controller.cascade
     files = _modules(request, sentence)
     files[f"{PACKAGE}/flight_controller.py"] = relative(CONTROLLER.read_text(encoding="utf-8"), ".plant")
@@ -62,8 +62,8 @@ def package(request: Request, sentence: str = "") -> dict[str, bytes]:
 
 
 def copies(names: set[str]) -> dict[str, str]:
-    """Return path -> text of the modules of plant that the controller reaches with these laws, and of their packages."""
-    reached = reach(CONTROLLER, {f"plant.laws.{module_of(name)}" for name in names})
+    """Return path -> text of the modules that the controller needs: with some laws, and their packages."""
+    reached = reach(CONTROLLER, {module_of(name) for name in names})
     texts = {}
     for module in sorted(reached):
         *folders, name = module.split(".")
@@ -74,22 +74,24 @@ def copies(names: set[str]) -> dict[str, str]:
 
 
 def module_of(law: str) -> str:
-    """Return the module of plant.laws that defines a law, or that a law of the user's own becomes in the copy."""
-    if laws.LAWS[law].origin is not None:
-        return f"own_{law}"
-    names = {name for name, module in vars(laws).items() if getattr(module, "LAW", None) is laws.LAWS[law]}
+    """Return the module of a law; of a user's law, that in the copy."""
+    if law_registry.LAWS[law].origin is not None:
+        return f"plant.laws.own_{law}"
+    names = {
+        name for name, module in vars(law_registry).items() if getattr(module, "LAW", None) is law_registry.LAWS[law]
+    }
     assert len(names) == 1, (law, names)
-    return vars(laws)[names.pop()].__name__.removeprefix("plant.laws.")
+    return vars(law_registry)[names.pop()].__name__
 
 
 def reach(file: Path, start: set[str]) -> set[str]:
-    """Return the modules of plant that a file and the given modules import, directly or through others."""
-    waiting, found = imports(file) | start, set()
+    """Return the modules of plant that a file and some modules import: the transitive closure."""
+    waiting, modules = imports(file) | start, set()
     while waiting:
         module = waiting.pop()
-        found.add(module)
-        waiting |= imports(source(module)) - found
-    return found
+        modules.add(module)
+        waiting |= imports(source(module)) - modules
+    return modules
 
 
 def imports(file: Path) -> set[str]:
@@ -99,13 +101,13 @@ def imports(file: Path) -> set[str]:
 
 @lru_cache(maxsize=256)
 def _imported(text: str) -> frozenset[str]:
-    """Return the modules of plant that a text imports; kept, for an export and its rollback read the same 25 files."""
-    found = set()
+    """Return the modules of plant that a text imports; cached, for an export and its rollback read the same 25 files."""
+    modules = set()
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "plant":
             within = [f"{node.module}.{name.name}" for name in node.names]
-            found |= {name if _is_module(name) else node.module for name in within}
-    return frozenset(found)
+            modules |= {name if _is_module(name) else node.module for name in within}
+    return frozenset(modules)
 
 
 def _is_module(name: str) -> bool:
@@ -116,25 +118,25 @@ def _is_module(name: str) -> bool:
 
 
 def source(module: str) -> Path:
-    """Return the file of a module; InputError for a law of the user's own that is not whole in one file."""
-    for name, entry in laws.LAWS.items():
+    """Return the file of a module; InputError for a user's law in several files."""
+    for name, entry in law_registry.LAWS.items():
         if entry.origin is not None and module == f"plant.laws.own_{name}":
-            return _whole(Path(entry.step.__code__.co_filename))
+            return _single_file(Path(entry.step.__code__.co_filename))
     spec = importlib.util.find_spec(module)
     assert spec is not None and spec.origin is not None, module
     return Path(spec.origin)
 
 
-def _whole(file: Path) -> Path:
-    beside = [source.file.name for source in sources_of(file)[:-1]]
-    if beside:
-        raise InputError(f"imports {', '.join(beside)} from beside it; rotorpy takes a law in one file", file=file)
+def _single_file(file: Path) -> Path:
+    siblings = [source.file.name for source in sources_of(file)[:-1]]
+    if siblings:
+        raise InputError(f"imports {', '.join(siblings)} from beside it; rotorpy takes a law in one file", file=file)
     return file
 
 
 def relative(text: str, root: str) -> str:
-    """Return the text of a module with its imports from plant made relative to `root`, which stands for plant."""
-    return _OF_PLANT.sub(lambda found: f"from {_joined(root, found.group(1) or '')} import", text)
+    """Return a module's text with imports from plant relative to `root`."""
+    return _OF_PLANT.sub(lambda match: f"from {_joined(root, match.group(1) or '')} import", text)
 
 
 def _joined(root: str, rest: str) -> str:
@@ -151,31 +153,39 @@ def _modules(request: Request, sentence: str) -> dict[str, str]:
         f'    "{gain.address}": {controller.gains[gain.column]!r},  # {gain.unit}' for gain in gain_addresses(cascade)
     ]
     words = {
-        "tool": tool(), "package": PACKAGE, "laws": about[2], "heading": "\n".join(about),
+        "tool": tool(),
+        "package": PACKAGE,
+        "laws": about[2],
+        "heading": "\n".join(about),
         "lines": "\n".join([*(f"{line}." for line in about), *([python_docstring(sentence)] if sentence else [])]),
         "introduction": "\n".join(
             [*(f"{line}.  " for line in heading(request, markdown)), *([markdown(sentence)] if sentence else [])]
         ),
         "imports": "\n".join(_import_of(name) for name in sorted({position, attitude})),
-        "gains": "\n".join(gains), "position": position.rpartition(".")[-1], "attitude": attitude.rpartition(".")[-1],
+        "gains": "\n".join(gains),
+        "position": position.rpartition(".")[-1],
+        "attitude": attitude.rpartition(".")[-1],
         "every": repr(cascade.position_every),
         "options": ", ".join(f"{name}={value!r}" for name, value in asdict(controller.options).items()),
-        "vehicle": repr(vehicle), "period": repr(controller.control_period), "rate": f"{1.0 / controller.control_period:g}",
+        "vehicle": repr(vehicle),
+        "period": repr(controller.control_period),
+        "rate": f"{1.0 / controller.control_period:g}",
         "parameters": "\n".join(f'    "{name}": {value!r},' for name, value in parameters(vehicle).items()),
         "rotors": "\n".join(
             f'        "r{i}": np.array([{x!r}, {y!r}, {vehicle.drag_height!r}]),'
             for i, (x, y) in enumerate(zip(vehicle.rotor_x, vehicle.rotor_y, strict=True), 1)
         ),
-        "spin": repr(list(vehicle.spin)), "hover_speed": repr(hover_speed(vehicle)),
+        "spin": repr(list(vehicle.spin)),
+        "hover_speed": repr(hover_speed(vehicle)),
         "differences": "\n".join(f"- {line}" for line in differences(vehicle)),
-    }  # fmt: skip
+    }
     return {name: filled("rotorpy", Path(name).name, **words) for name in MODULES}
 
 
 def _import_of(module: str) -> str:
-    """Return the statement that imports a module of the copied plant.laws."""
-    folder, _, name = f"laws.{module}".rpartition(".")
-    return f"from .plant.{folder} import {name}"
+    """Return the statement that imports a module of the copied package."""
+    folder, _, name = module.rpartition(".")
+    return f"from .{folder} import {name}"
 
 
 TARGET = ExportTarget(name="rotorpy", title="RotorPy, a controller object with its vehicle (Python)", export=export)

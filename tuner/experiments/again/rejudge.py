@@ -5,13 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError, StoreError
-from tuner.engines.cuda import engine_again
+from tuner.engines.cuda import recorded_engine
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed
 from tuner.experiments.tuning.problem import problem_of
-from tuner.experiments.tuning.run import JudgementRun, judgement_of
+from tuner.experiments.tuning.run import JudgementRun
 from tuner.experiments.tuning.search import flight_store, replayed
 from tuner.search.watcher import Watcher
+from tuner.store.advice import JUDGEMENT
 from tuner.store.folder import Folder
 from tuner.store.inputs import as_recorded, check_model
 from tuner.study.kinds import load_gains_study
@@ -46,10 +47,10 @@ def rejudge(
     Raises InputError where the study asks for other flights, StoreError where the run is not finished or cannot be had again.
     """
     watcher = watcher or Watcher()
-    first, asked = judging_study(path, study, overrides or {})
+    first, judging = judging_study(path, study, overrides or {})
     folder = Folder.create(out)
-    watcher.on_start(asked, folder.path, judgement_of(asked).notes(asked))
-    return completed(judgement(path, first, asked, folder, watcher, threads), EXPERIMENTS[JudgementRun.kind])
+    watcher.on_start(judging, folder.path, JudgementRun.notes(judging))
+    return completed(judgement(path, first, judging, folder, watcher, threads), EXPERIMENTS[JUDGEMENT])
 
 
 def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) -> tuple[TuningStudy, TuningStudy]:
@@ -59,21 +60,21 @@ def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) 
     if not (path / "summary.json").exists():
         raise StoreError(f"the run in {path} is not finished; go on with it by `tuner resume {path}` first")
     file = study or path / record.study
-    asked = load_gains_study(file, "tuner rejudge", as_recorded(record, file) | dict(overrides))
-    mine, theirs = first.comparable(FREE), asked.comparable(FREE)
+    judging = load_gains_study(file, "tuner rejudge", as_recorded(record, file) | dict(overrides))
+    mine, theirs = first.comparable(FREE), judging.comparable(FREE)
     for key in mine | theirs:
         if mine.get(key) != theirs.get(key):
             free = ", ".join(FREE)
-            raise InputError(f"[{key}] differs from the run's; only these may: {free}", file=asked.path, key=key)
-    return first, asked
+            raise InputError(f"[{key}] differs from the run's; only these may: {free}", file=judging.path, key=key)
+    return first, judging
 
 
 def judgement(
-    path: Path, first: TuningStudy, asked: TuningStudy, folder: Folder, watcher: Watcher, threads: int | None
+    path: Path, first: TuningStudy, judging: TuningStudy, folder: Folder, watcher: Watcher, threads: int | None
 ) -> JudgementRun:
     """Return the experiment that judges the results folder `path`, of the study `first`, by another study."""
-    engine = engine_again(path, first.system, first.seed)
-    experiment = judgement_of(asked)(asked, folder, watcher, engine, threads=threads, reuse=(path,))
+    engine = recorded_engine(path, first.system, first.seed)
+    experiment = JudgementRun(judging, folder, watcher, engine, threads=threads, reuse=(path,))
     problem = problem_of(first, threads, flight_store(first, None, (path,)), engine)
     experiment.candidates = [record.points for record in replayed(path, first, problem, first.search.budget)]
     return experiment

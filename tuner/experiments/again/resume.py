@@ -4,8 +4,9 @@ The result is that of a run that was never interrupted, to the bit: nothing of t
 stale, and a file that was damaged is flown again. For runs that were stopped, killed, ran out of disk, or shall search longer.
 """
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, TypeVar, Unpack
 
 from plant.errors import InputError, StoreError, UnnamedCodeError
 from tuner.experiments.options import ResumeOptions
@@ -14,8 +15,10 @@ from tuner.search.watcher import Watcher
 from tuner.store.advice import FLOWN_AGAIN, RECORD, RESUMED, TRIALS, is_codeless
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, as_recorded, check_model, check_unchanged, compute_as_recorded, read_record
-from tuner.study.kinds import AnyStudy, load_any
-from tuner.study.study import TuningStudy
+from tuner.study.kinds import AnyStudy, load_any, load_gains_study
+from tuner.study.searched import TuningStudy
+
+S = TypeVar("S", bound=AnyStudy | TuningStudy)
 
 
 def resume(path: Path, watcher: Watcher | None = None, **options: Unpack[ResumeOptions]) -> CompletedRun:
@@ -37,22 +40,24 @@ def recorded_study(path: Path) -> tuple[TuningStudy, RunRecord]:
     """
     record = read_record(path)
     _refuse_others(path, record, FLOWN_AGAIN)
-    study = _study_again(path, record)
-    assert isinstance(study, TuningStudy), "its digest is that of such a study"
+    study = _study_again(path, record, _gains_study)
     compute_as_recorded(path, record)
     return study, record
 
 
-def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Folder]:
+def reopen(path: Path, budget: int | None, recompute: bool = False) -> tuple[Any, Folder]:
     """Return the study of a results folder, with another number of generations if asked for, and the folder for writing.
 
-    here: compute with this machine's arithmetic; what another recorded has other keys, so all of it is computed anew.
+    recompute: compute with this machine's arithmetic; what another recorded has other keys, so all of it is computed anew.
     """
     record = read_record(path)
     _refuse_others(path, record, RESUMED)
-    study = _study_again(path, record)
+    load: Callable[[RunRecord, Path], AnyStudy | TuningStudy] = (
+        _gains_study if record.kind in FLOWN_AGAIN else _any_study
+    )
+    study = _study_again(path, record, load)
     check_model(path, record)
-    if not here:
+    if not recompute:
         compute_as_recorded(path, record, None if record.kind in FLOWN_AGAIN else "run it anew")
     folder = Folder.open(path)
     if budget is None or budget == record.generations:
@@ -63,9 +68,9 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Fol
             key="--budget",
         )
     file, extended = path / record.study, record.model_copy(update={"generations": budget})
-    longer = load_any(file, as_recorded(extended, file))
+    longer = load(extended, file)
     folder.write_json(RECORD, extended.model_copy(update={"digest": longer.digest()}))
-    return _in_units_of(record, longer), folder
+    return longer, folder
 
 
 def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> None:
@@ -83,19 +88,24 @@ def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> Non
         )
 
 
-def _study_again(path: Path, record: RunRecord) -> AnyStudy:
+def _study_again(path: Path, record: RunRecord, load: Callable[[RunRecord, Path], S]) -> S:
     """Return the study that a run began with; StoreError where it is no longer what it was."""
     file = path / record.study
     try:
-        study = load_any(file, as_recorded(record, file))
+        study = load(record, file)
     except UnnamedCodeError:
         raise
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None
     check_unchanged(path, record, study.digest())
-    return _in_units_of(record, study)
+    return study
 
 
-def _in_units_of(record: RunRecord, study: AnyStudy) -> AnyStudy:
-    """Return a study with its limits in the units in which the folder of a run holds them."""
-    return study.in_units_of_limits() if isinstance(study, TuningStudy) and not record.si else study
+def _any_study(record: RunRecord, file: Path) -> AnyStudy:
+    return load_any(file, as_recorded(record, file))
+
+
+def _gains_study(record: RunRecord, file: Path) -> TuningStudy:
+    """Return a study that searches gains, with its limits in the units in which the folder of a run holds them."""
+    study = load_gains_study(file, "tuner resume", as_recorded(record, file))
+    return study if record.si else study.in_units_of_limits()

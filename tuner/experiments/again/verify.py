@@ -24,9 +24,9 @@ from plant.errors import StoreError
 from plant.input_files import parse_json, read_input_text
 from plant.seeds import generator
 from tuner.documents.opening import kind_in
-from tuner.documents.summary import gains_name
+from tuner.documents.summary import Summary, gains_name
 from tuner.documents.tables import read_frame
-from tuner.engines.cuda import engine_again
+from tuner.engines.cuda import recorded_engine
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.gains_of_run import gains_document
@@ -36,8 +36,8 @@ from tuner.experiments.tuning.search import flight_store, replayed
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table
 from tuner.gains.hashing import same_result
+from tuner.search.convergence import StoppingRule
 from tuner.search.loop import Generation, archive, point_name
-from tuner.search.rest import Budget
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.store.advice import CONTEST, FLOWN_AGAIN, TRIALS, TUNING, kind_of
 from tuner.store.columns import Columns, csv_text
@@ -135,22 +135,22 @@ class Verdict:
         return {"identical": self.identical, **asdict(self), "words": self.words}
 
 
-class Different(Exception):
+class MismatchError(Exception):
     """The first difference, in words."""
 
 
 @dataclass
-class Moved:
-    """How far margins were found from those recorded: most, the largest distance so far, see `Verdict.margins_moved`."""
+class MarginDeviation:
+    """Largest deviation of margins from those recorded so far: `most`, see `Verdict.margins_moved`."""
 
     most: float = 0.0
 
-    def near(self, there: np.ndarray, here: np.ndarray) -> np.ndarray:
-        """Return which numbers are close to those recorded, and remember how far they are."""
+    def near(self, stored: np.ndarray, current: np.ndarray) -> np.ndarray:
+        """Return a mask of the numbers close to those recorded; update `most`."""
         with np.errstate(invalid="ignore"):
-            apart = np.abs(here - there) / np.maximum(np.abs(there), 1.0)
-        near = apart <= CLOSE
-        self.most = max(self.most, float(apart[near].max(initial=0.0)))
+            distance = np.abs(current - stored) / np.maximum(np.abs(stored), 1.0)
+        near = distance <= CLOSE
+        self.most = max(self.most, float(distance[near].max(initial=0.0)))
         return near
 
 
@@ -161,32 +161,40 @@ def verify(path: Path, sample: int | None, threads: int | None, watcher: Watcher
         return verify_files(path, manifest)
     study, record = recorded_study(path)
     store = flight_store(study, None, (path,))
-    engine = engine_again(path, study.system, study.seed)
-    again = problem_of(study, threads, None, engine, record.model)
+    engine = recorded_engine(path, study.system, study.seed)
+    fresh = problem_of(study, threads, None, engine, record.model)
     generations: list[Generation] = []
-    flown, moved = np.zeros(0, dtype=int), Moved()
+    flown, deviation = np.zeros(0, dtype=int), MarginDeviation()
     finished = (path / "front.csv").exists() if manifest is None else manifest.complete
     try:
         if store.damaged:
-            raise Different(f"{store.damaged[0]} is damaged")
+            raise MismatchError(f"{store.damaged[0]} is damaged")
         problem = problem_of(study, threads, store, engine, record.model)
-        generations = replay(path, study, problem, finished, moved)
+        generations = replay(path, study, problem, finished, deviation)
         flown = chosen(generations, sample, study.seed)
-        warm_up(again, study, watcher)
-        refly(study, again, generations, flown, store, watcher)
+        warm_up(fresh, study, watcher)
+        refly(study, fresh, generations, flown, store, watcher)
         if finished:
-            compare_front(path, study, problem if sample else again, generations, watcher, moved)
+            compare_front(path, study, problem if sample else fresh, generations, watcher, deviation)
         damage = first_damage(path)
         difference = None if damage is None else str(damage)
-    except (Different, StoreError) as found:
+    except (MismatchError, StoreError) as found:
         difference = str(found)
     candidates = sum(len(entry.points) for entry in generations)
     changed = record.model != model_key()
     files = len(manifest.files) if manifest is not None and manifest.complete else None
     return Verdict(
-        candidates, len(flown), again.flights_made, finished, difference, elsewhere(path, changed), TUNING, files, changed,
-        moved.most,
-    )  # fmt: skip
+        candidates,
+        len(flown),
+        fresh.flights_made,
+        finished,
+        difference,
+        elsewhere(path, changed),
+        TUNING,
+        files,
+        changed,
+        deviation.most,
+    )
 
 
 def verify_files(path: Path, manifest: Manifest) -> Verdict:
@@ -198,36 +206,38 @@ def verify_files(path: Path, manifest: Manifest) -> Verdict:
 
 
 def named(path: Path) -> str:
-    """Return what a folder without a record of a run holds, by its document."""
-    known = kind_in(path)
-    return "folder" if known is None else known.kind
+    """Return the document's name of a folder without a record of a run."""
+    kind_read = kind_in(path)
+    return "folder" if kind_read is None else kind_read.kind
 
 
-def replay(path: Path, study: TuningStudy, problem: Problem, finished: bool, moved: Moved) -> list[Generation]:
+def replay(
+    path: Path, study: TuningStudy, problem: Problem, finished: bool, deviation: MarginDeviation
+) -> list[Generation]:
     """Replay the search and compare every recorded generation; finished: there must be all of them."""
     files = sorted((path / "generations").glob("*.parquet"))
     most = study.search.generations
     if finished and len(files) != most and not study.search.budget.converges:
-        raise Different(f"{len(files)} generations are recorded, {most} were asked for")
+        raise MismatchError(f"{len(files)} generations are recorded, {most} were asked for")
     done: list[Generation] = []
-    for record in replayed(path, study, problem, study.search.budget if finished else Budget(len(files))):
+    for record in replayed(path, study, problem, study.search.budget if finished else StoppingRule(len(files))):
         if len(done) == len(files):
-            raise Different(f"{len(files)} generations are recorded, and the search goes on")
+            raise MismatchError(f"{len(files)} generations are recorded, and the search goes on")
         done.append(record)
         file = files[record.number]
         try:
-            there = read_frame(file)
+            stored = read_frame(file)
         except StoreError as error:
-            raise Different(f"{file} cannot be read ({error.__context__})") from None
+            raise MismatchError(f"{file} cannot be read ({error.__context__})") from None
         compare_tables(
             f"{file.parent.name}/{file.name}",
-            there,
+            stored,
             generation_table(study, done, record),
             margin_columns(study),
-            moved,
+            deviation,
         )
     if len(done) != len(files):
-        raise Different(f"{len(files)} generations are recorded, and the search ends after {len(done)}")
+        raise MismatchError(f"{len(files)} generations are recorded, and the search ends after {len(done)}")
     return done
 
 
@@ -236,19 +246,19 @@ def margin_columns(study: TuningStudy) -> set[str]:
     return {f"{kind}:{entry.label}" for entry in study.requirements for kind in ("requirement", "violation")}
 
 
-def compare_tables(name: str, there: Any, here: Columns, margins: set[str], moved: Moved) -> None:
+def compare_tables(name: str, stored: Any, current: Columns, margins: set[str], deviation: MarginDeviation) -> None:
     """Raise the first difference of a pandas table from one made now; margins: columns that need only be close."""
-    if list(there.columns) != list(here) or any(len(values) != len(there) for values in here.values()):
-        raise Different(f"{name} has other columns or rows")
-    for column, b in here.items():
-        a = there[column].to_numpy()
+    if list(stored.columns) != list(current) or any(len(values) != len(stored) for values in current.values()):
+        raise MismatchError(f"{name} has other columns or rows")
+    for column, b in current.items():
+        a = stored[column].to_numpy()
         same = (a == b) | ((a != a) & (b != b))
         if column in margins:
-            same[~same] = moved.near(a[~same], b[~same])
+            same[~same] = deviation.near(a[~same], b[~same])
         wrong = np.flatnonzero(~same)
         if len(wrong):
             row = int(wrong[0])
-            raise Different(f"{name}, row {row}, {column}: recorded {a[row]!r}, now {b[row]!r}")
+            raise MismatchError(f"{name}, row {row}, {column}: recorded {a[row]!r}, now {b[row]!r}")
 
 
 def chosen(generations: list[Generation], sample: int | None, root: int) -> np.ndarray:
@@ -261,7 +271,7 @@ def chosen(generations: list[Generation], sample: int | None, root: int) -> np.n
 
 def refly(
     study: TuningStudy,
-    again: Problem,
+    fresh: Problem,
     generations: list[Generation],
     flown: np.ndarray,
     store: FlightStore,
@@ -277,102 +287,112 @@ def refly(
         rows = study.space.gains(points[part])
         missing = made[part].astype(int)
         for batch in flights:
-            for first, last in again.chunks(batch):
-                here = again.results(rows, batch, first, last, watcher.on_flights_done)
+            for first, last in fresh.chunks(batch):
+                current = fresh.results(rows, batch, first, last, watcher.on_flights_done)
                 for k, candidate in enumerate(part):
                     # A race may have ended before all flights of a candidate were made.
-                    there = store.known(again.key(batch), rows[k], first, last)
-                    compare_flights(point_name(int(candidate)), batch.spec.name, first, there, here[k][: len(there)])
-                    missing[k] -= len(there)
+                    stored = store.load_prefix(fresh.key(batch), rows[k], first, last)
+                    compare_flights(
+                        point_name(int(candidate)), batch.spec.name, first, stored, current[k][: len(stored)]
+                    )
+                    missing[k] -= len(stored)
         if missing.any():
             candidate = part[np.flatnonzero(missing)[0]]
-            raise Different(f"not every flight of {point_name(int(candidate))} is recorded")
+            raise MismatchError(f"not every flight of {point_name(int(candidate))} is recorded")
 
 
-def compare_flights(point: str, scenario: str, first: int, there: np.ndarray, here: np.ndarray) -> None:
+def compare_flights(point: str, scenario: str, first: int, stored: np.ndarray, current: np.ndarray) -> None:
     """Raise the first result that differs."""
-    wrong = np.argwhere(there != here)
+    wrong = np.argwhere(stored != current)
     if len(wrong):
         flight, row = (int(entry) for entry in wrong[0])
-        raise Different(
+        raise MismatchError(
             f'{point}, scenario "{scenario}", flight {first + flight}, {RESULTS[row]}: recorded '
-            f"{float(there[flight, row])!r}, now {float(here[flight, row])!r}"
+            f"{float(stored[flight, row])!r}, now {float(current[flight, row])!r}"
         )
 
 
 def compare_front(
-    path: Path, study: TuningStudy, problem: Problem, generations: list[Generation], watcher: Watcher, moved: Moved
+    path: Path,
+    study: TuningStudy,
+    problem: Problem,
+    generations: list[Generation],
+    watcher: Watcher,
+    deviation: MarginDeviation,
 ) -> None:
     """Judge the finalists again and compare front.csv, gains.json and summary.json."""
-    known = read_start(path, len(study.space.variables))
-    assert known is not None, "the replay has read it"
-    outcome: Outcome = conclude(problem, study, generations, watcher, perf_counter(), known[1])
+    kind_read = read_start(path, len(study.space.variables))
+    assert kind_read is not None, "the replay has read it"
+    outcome: Outcome = conclude(problem, study, generations, watcher, perf_counter(), kind_read[1])
     name = gains_name(outcome.feasible)
     try:
-        there = read_input_text(path / "front.csv")
-        gains, summary = (parse_json(read_input_text(path / file)) for file in (name, "summary.json"))
+        stored = read_input_text(path / "front.csv")
+        gains = parse_json(read_input_text(path / name))
+        summary = Summary.parse(read_input_text(path / "summary.json")).content()
     except (OSError, ValueError) as error:
-        raise Different(f"front.csv, {name} or summary.json cannot be read ({error})") from None
-    compare_csv("front.csv", there, csv_text(front_table(outcome)), margin_columns(study), moved)
+        raise MismatchError(f"front.csv, {name} or summary.json cannot be read ({error})") from None
+    compare_csv("front.csv", stored, csv_text(front_table(outcome)), margin_columns(study), deviation)
     made = summary_document(outcome)
     now = json.loads(json.dumps(gains_document(outcome, made)))
-    if not same_result(gains, with_requirements_of(gains, now, moved)):
-        raise Different(f"{name} holds other values")
-    compare_documents("summary.json", summary, json.loads(made.text()), moved)
+    if not same_result(gains, with_requirements_of(gains, now, deviation)):
+        raise MismatchError(f"{name} holds other values")
+    compare_documents("summary.json", summary, json.loads(made.text()), deviation)
 
 
-def compare_documents(name: str, there: Any, here: Any, moved: Moved, key: str = "", margin: bool = False) -> None:
+def compare_documents(
+    name: str, stored: Any, current: Any, deviation: MarginDeviation, key: str = "", margin: bool = False
+) -> None:
     """Raise the first difference of two JSON documents; how long something took and what is only told since do not count.
 
     margin: whether numbers need only be close.
     """
-    if isinstance(there, dict) and isinstance(here, dict) and there.keys() <= here.keys():
-        margin |= there.get("kind") == "requirement"
-        for inner in [entry for entry in there if key or entry not in TIMES]:
+    if isinstance(stored, dict) and isinstance(current, dict) and stored.keys() <= current.keys():
+        margin |= stored.get("kind") == "requirement"
+        for inner in [entry for entry in stored if key or entry not in TIMES]:
             inside = f"{key}.{inner}" if key else inner
-            compare_documents(name, there[inner], here[inner], moved, inside, margin or inside in ON_MARGINS)
-    elif isinstance(there, list) and isinstance(here, list) and len(there) == len(here):
-        for i, (a, b) in enumerate(zip(there, here, strict=True)):
-            compare_documents(name, a, b, moved, f"{key}[{i}]", margin)
-    elif there != here and not (margin and near_numbers(there, here, moved)):
-        raise Different(f"{name}, {key}: recorded {there!r:.60}, now {here!r:.60}")
+            compare_documents(name, stored[inner], current[inner], deviation, inside, margin or inside in ON_MARGINS)
+    elif isinstance(stored, list) and isinstance(current, list) and len(stored) == len(current):
+        for i, (a, b) in enumerate(zip(stored, current, strict=True)):
+            compare_documents(name, a, b, deviation, f"{key}[{i}]", margin)
+    elif stored != current and not (margin and near_numbers(stored, current, deviation)):
+        raise MismatchError(f"{name}, {key}: recorded {stored!r:.60}, now {current!r:.60}")
 
 
-def with_requirements_of(there: Any, here: dict[str, Any], moved: Moved) -> dict[str, Any]:
+def with_requirements_of(stored: Any, current: dict[str, Any], deviation: MarginDeviation) -> dict[str, Any]:
     """Return a gains document with the requirements as another has them, which must be close; as it is where that has none."""
-    recorded = there.get("objectives") if isinstance(there, dict) else None
-    if not isinstance(recorded, list) or len(recorded) != len(here["objectives"]):
-        return here
-    rows = list(here["objectives"])
+    recorded = stored.get("objectives") if isinstance(stored, dict) else None
+    if not isinstance(recorded, list) or len(recorded) != len(current["objectives"]):
+        return current
+    rows = list(current["objectives"])
     for i, row in enumerate(rows):
         if row["kind"] == "requirement":
-            compare_documents("gains.json", recorded[i], row, moved, f"objectives[{i}]")
+            compare_documents("gains.json", recorded[i], row, deviation, f"objectives[{i}]")
             rows[i] = recorded[i]
-    return {**here, "objectives": rows}
+    return {**current, "objectives": rows}
 
 
-def near_numbers(there: Any, here: Any, moved: Moved) -> bool:
-    """Return whether two values, or texts of them, are numbers close to each other."""
+def near_numbers(stored: Any, current: Any, deviation: MarginDeviation) -> bool:
+    """Return True if two values, or texts of them, are close numbers."""
     try:
-        return bool(moved.near(np.array([float(there)]), np.array([float(here)]))[0])
+        return bool(deviation.near(np.array([float(stored)]), np.array([float(current)]))[0])
     except (TypeError, ValueError):
         return False
 
 
-def compare_csv(name: str, there: str, here: str, margins: set[str], moved: Moved) -> None:
+def compare_csv(name: str, stored: str, current: str, margins: set[str], deviation: MarginDeviation) -> None:
     """Raise the first cell that differs; numbers are written with all their digits, so that texts tell bits.
 
     margins: columns that need only be close. Columns that are only told since do not count.
     """
-    one, other = (list(csv.DictReader(text.splitlines())) for text in (there, here))
+    one, other = (list(csv.DictReader(text.splitlines())) for text in (stored, current))
     if len(one) != len(other) or not one[0].keys() <= other[0].keys():
-        raise Different(f"{name} has other columns or rows")
+        raise MismatchError(f"{name} has other columns or rows")
     for i, (a, b) in enumerate(zip(one, other, strict=True)):
         for column, x in a.items():
-            if x != b[column] and not (column in margins and near_numbers(x, b[column], moved)):
-                raise Different(f"{name}, row {i}, {column}: recorded {x}, now {b[column]}")
-    if one == other and there != here:
-        raise Different(f"{name} is written in another way")
+            if x != b[column] and not (column in margins and near_numbers(x, b[column], deviation)):
+                raise MismatchError(f"{name}, row {i}, {column}: recorded {x}, now {b[column]}")
+    if one == other and stored != current:
+        raise MismatchError(f"{name} is written in another way")
 
 
 def elsewhere(path: Path, sources_changed: bool) -> str:

@@ -1,7 +1,6 @@
 """Entrants of a comparison: a results folder brings its recommended point and its front, a gains file its one controller."""
 
 from dataclasses import dataclass
-from functools import singledispatch
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ from tuner.store.inputs import as_recorded, read_record
 from tuner.study.kinds import load_gains_study
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
-from tuner.study.tuned_loops import TunedLoops, loops_of, read_tuned_loops
+from tuner.study.tuned_loops import TunedLoops, read_tuned_loops
 
 GAINS = "gains"
 """Name of the point of a gains file."""
@@ -26,16 +25,25 @@ GAINS = "gains"
 
 @dataclass(frozen=True)
 class Entrant:
-    """One controller to compare. name: unique; source: as given; point: what it is called in its own run.
+    """One controller to compare.
 
-    controller: of a quadrotor, or the loops of a plant of the user's own. study: that of the run, None for a gains file. points,
-    rows (n, gains), picked (n, objectives): the front of the run and its held-out values, none for a gains file. feasible:
-    whether its run recommends the controller.
+    Args:
+        name: Unique.
+        source: As given.
+        controller: Of a quadrotor, or the loops of a plant of the user's own.
+        flies: Noun of what it controls, with its article.
+        point: Its name in its own run.
+        study: That of the run, None for a gains file.
+        points: Names of the front of the run, none for a gains file.
+        rows: Gains rows (n, gains) of the front.
+        picked: Held-out values (n, objectives) of the front.
+        feasible: Whether its run recommends the controller.
     """
 
     name: str
     source: Path
     controller: Controller | TunedLoops
+    flies: str
     point: str
     study: TuningStudy | None
     points: tuple[str, ...]
@@ -73,56 +81,41 @@ def names_of(paths: list[Path]) -> list[str]:
 
 
 def _short(path: Path) -> str:
-    whole = path.resolve()
+    file = path.resolve()
     if path.is_dir():
-        return whole.name
-    return whole.parent.name if whole.name in (GAINS_FILE, INFEASIBLE) else whole.stem
+        return file.name
+    return file.parent.name if file.name in (GAINS_FILE, INFEASIBLE) else file.stem
 
 
 def read_file(path: Path, name: str) -> Entrant:
     """Read a gains file."""
-    controller = read_tuned_loops(path) if is_plant_gains(path) else read_gains(path)
+    kind, read = (PlantStudy, read_tuned_loops) if is_plant_gains(path) else (Study, read_gains)
+    controller = read(path)
     none = np.empty((0, len(controller.gains)))
-    return Entrant(name, path, controller, GAINS, None, (), none, np.empty((0, 0)), is_recommended(path))
+    return Entrant(name, path, controller, kind.flies, GAINS, None, (), none, np.empty((0, 0)), is_recommended(path))
 
 
 def read_folder(path: Path, name: str) -> Entrant:
     """Read the folder of a finished tuning run."""
-    known = kind_in(path)
-    if known is not None and known is not TuningFolder:
+    kind = kind_in(path)
+    if kind is not None and kind is not TuningFolder:
         raise InputError(
-            f"this is the folder of {known.noun}; give that of a tuning run, such as one in a contest's contenders/, or a gains "
+            f"this is the folder of {kind.noun}; give that of a tuning run, such as one in a contest's contenders/, or a gains "
             "file",
             file=path,
         )
     study = study_of(path)
-    if known is None:
+    if kind is None:
         raise StoreError(f"{path}: the run is not finished; go on with it: tuner resume {path}")
     results = TuningFolder(path)
-    front = results.front
+    front = results.held_out_front
     tuned = front.of(TUNED)[0]
     rows = rows_of(study, front.gains)
     best = np.flatnonzero(front.non_dominated & front.feasible)
     points = tuple(front.points[k] for k in best)
     picked = front.held_out[best]
-    controller, point = controller_of(study, rows[tuned]), front.points[tuned]
-    return Entrant(name, path, controller, point, study, points, rows[best], picked, results.feasible)
-
-
-@singledispatch
-def controller_of(study: TuningStudy, row: np.ndarray) -> Controller | TunedLoops:
-    """Return the controller of a study with a gains row (g,)."""
-    raise TypeError(f"no controller of {study.kind} with {len(row)} gains")
-
-
-@controller_of.register
-def _(study: Study, row: np.ndarray) -> Controller:
-    return study.controller(row)
-
-
-@controller_of.register
-def _(study: PlantStudy, row: np.ndarray) -> TunedLoops:
-    return loops_of(study.system, row)
+    controller, point = study.controller(rows[tuned]), front.points[tuned]
+    return Entrant(name, path, controller, study.flies, point, study, points, rows[best], picked, results.feasible)
 
 
 def rows_of(study: TuningStudy, values: np.ndarray) -> np.ndarray:

@@ -4,33 +4,21 @@ A comparison is a contest whose contenders all fly as given, on scenarios of a s
 check and no confirmation has seen.
 """
 
-from collections import Counter
 from dataclasses import dataclass, replace
-from functools import singledispatch
 
 import numpy as np
 
 from objectives.decisions import DecisionSpace
-from objectives.plant_system import PlantSystem
-from objectives.problem import System
 from objectives.risk import minimum_samples
 from objectives.risk.measures import TAIL_SCENARIOS
 from plant.errors import InputError
-from plant.loop import Timing
-from plant.model.plan import Channel, plan_loop
-from plant.nominal import nominal
 from tuner.experiments.compare.entrants import Entrant
 from tuner.experiments.contest.flying import ContestPoint, comparison_problem
-from tuner.experiments.contest.tuning import Prepared
+from tuner.experiments.contest.tuning import TunedContender
 from tuner.experiments.tuning.ending import contender_ending
-from tuner.gains import Controller
 from tuner.study.contest import Contender, Contest
 from tuner.study.contest_reading import slug_of
-from tuner.study.plant_study import PlantStudy
-from tuner.study.study import Study, TuningStudy
-from tuner.study.tuned_loops import TunedLoops
-from tuner.text.input_errors import located
-from tuner.text.sentences import listing
+from tuner.study.study import TuningStudy
 
 COMPARE = "compare"
 """Name of the stream of scenarios."""
@@ -46,24 +34,24 @@ class ComparisonPlan:
 
     contest: Contest
     entrants: list[Entrant]
-    contenders: list[Prepared]
+    contenders: list[TunedContender]
     warnings: list[str]
 
     @property
     def entries(self) -> list[ContestPoint]:
         """The points compared."""
-        return [own.entry for own in self.contenders]
+        return [points.entry for points in self.contenders]
 
     @property
     def flights(self) -> int:
         """Number of flights."""
-        return self.contest.flights_each * sum(1 + len(own.offered or ()) for own in self.contenders)
+        return self.contest.flights_each * sum(1 + len(points.offered or ()) for points in self.contenders)
 
 
 def plan_comparison(entrants: list[Entrant], base: TuningStudy) -> ComparisonPlan:
     """Check entrants against the scenarios of a study; InputError names one that cannot fly them."""
     contest = contest_of(entrants, base)
-    warnings = differences(entrants, base)
+    warnings = differences(entrants, contest, base)
     contenders = []
     for entrant, contender in zip(entrants, contest.contenders, strict=True):
         shown = thinned(entrant, np.arange(len(entrant.points))) if same_objectives(entrant, base) else None
@@ -75,14 +63,14 @@ def plan_comparison(entrants: list[Entrant], base: TuningStudy) -> ComparisonPla
 
 def _prepared(
     entrant: Entrant, shown: Entrant | None, contender: Contender, contest: Contest, base: TuningStudy
-) -> Prepared:
+) -> TunedContender:
     """Return an entrant at its gains; shown: with the points of its front that are flown, None where it has none here."""
-    row = row_in(contender.study, entrant)
+    row = contender.study.row_of(entrant.controller, entrant.source)
     entry = ContestPoint(contender, entrant.point, row, comparison_problem(contest, contender))
     # Who has no front of its own in these objectives is one point among the fronts of the others.
     front = [] if shown is None else entries_of(shown, entry, same_flights(entrant, base))
     ending = () if entrant.feasible else tuple(contender_ending(entrant.name, entrant.point))
-    return Prepared(entry, entrant.why, front or None, None, 0, [], ending)
+    return TunedContender(entry, entrant.why, front or None, None, 0, [], ending)
 
 
 def base_study(entrants: list[Entrant], given: TuningStudy | None, seeds: int | None) -> TuningStudy:
@@ -90,16 +78,16 @@ def base_study(entrants: list[Entrant], given: TuningStudy | None, seeds: int | 
 
     seeds: flights of each scenario, by default the study's held_out. InputError where there is no study at all.
     """
-    found = given or next((entrant.study for entrant in entrants if entrant.study is not None), None)
-    if found is None:
+    study = given or next((entrant.study for entrant in entrants if entrant.study is not None), None)
+    if study is None:
         raise InputError(
             "gains files hold no scenarios, and no results folder is given; add --study FILE, for instance "
             "--study quickstart",
             key="--study",
         )
     if seeds is None:
-        return found
-    return replace(found, scenarios=tuple(replace(entry, held_out=seeds) for entry in found.scenarios))
+        return study
+    return replace(study, scenarios=tuple(replace(entry, held_out=seeds) for entry in study.scenarios))
 
 
 def contest_of(entrants: list[Entrant], base: TuningStudy) -> Contest:
@@ -114,82 +102,23 @@ def contest_of(entrants: list[Entrant], base: TuningStudy) -> Contest:
 
 def entrant_study(entrant: Entrant, base: TuningStudy) -> TuningStudy:
     """Return the base study with an entrant's controller in it, and its airframe; InputError where it is for another kind."""
-    if isinstance(base, PlantStudy) != isinstance(entrant.controller, TunedLoops):
-        kinds = ("a plant of one's own", "a quadrotor")
-        mine, its = kinds if isinstance(entrant.controller, TunedLoops) else kinds[::-1]
+    if entrant.flies != base.flies:
         raise InputError(
-            f"controls {mine}, and {base.path} flies {its}; compare controllers of one kind", file=entrant.source
+            f"controls {entrant.flies}, and {base.path} flies {base.flies}; compare controllers of one kind",
+            file=entrant.source,
         )
     period, shared = entrant.controller.control_period, base.system.timing.control_period
     if abs(period - shared) > SAME * shared:
         raise InputError(
             f"given a control period of {period:g} s; the scenarios of {base.path} are drawn at {shared:g} s, and air is the "
             "same for all only at one period; choose another --study",
-            file=entrant.source, key=f"{'' if isinstance(base, PlantStudy) else 'controller.'}control_period",
-        )  # fmt: skip
-    own, found = entrant.study or base, under(base, entrant)
-    space = DecisionSpace((), (), tuple(row_in(found, entrant).tolist())) if entrant.study is None else own.space
-    return replace(found, space=space, search=own.search, pick=own.pick, screens=())
-
-
-def row_in(study: TuningStudy, entrant: Entrant) -> np.ndarray:
-    """Return the gains row (g,) of an entrant in the columns of a study under its controller."""
-    controller = entrant.controller
-    return (
-        controller.row(study.system, entrant.source)
-        if isinstance(controller, TunedLoops)
-        else np.array(controller.gains)
-    )
-
-
-@singledispatch
-def under(base: TuningStudy, entrant: Entrant) -> TuningStudy:
-    """Return a study under the controller of an entrant."""
-    raise TypeError(f"no {base.kind} under {entrant.name}")
-
-
-@under.register
-def _(base: Study, entrant: Entrant) -> Study:
-    controller = entrant.controller
-    assert isinstance(controller, Controller)
-    vehicle, period = controller.airframe.vehicle, controller.control_period
-    knowledge = nominal(vehicle, controller.options, period)
-    timing = Timing(base.system.timing.control_period, controller.plant_step)
-    system = System(vehicle, controller.cascade, knowledge, base.system.limits, timing)
-    return replace(base, airframe=controller.airframe, options=controller.options, system=system)
-
-
-@under.register
-def _(base: PlantStudy, entrant: Entrant) -> PlantStudy:
-    loops = entrant.controller
-    assert isinstance(loops, TunedLoops)
-    with located(entrant.source, ""):
-        return replace(base, system=system_under(loops, base))
-
-
-def system_under(loops: TunedLoops, base: PlantStudy) -> PlantSystem:
-    """Return the plant of a study under other loops, lost at the errors of the study's own; InputError where they do not fit."""
-    system = base.system
-    limits = {(each.name, each.output): each.limit for each in system.plan.outer}
-    channels = [replace(each, limit=limits.get((each.name, each.output), each.limit)) for each in loops.channels]
-    plan = plan_loop(system.plant, channels, system.plan.actuators)
-    asked = {
-        axis
-        for quantity in (*base.objectives, *[each.objective for each in base.constraints])
-        for axis in quantity.metric.axes
-    }
-    missing = sorted(asked - set(plan.names))
-    if {(each.name, each.output) for each in plan.outer} != set(limits) or missing:
-        raise InputError(
-            f"its loops follow references in {_words(plan.outer)}, those of {base.path} in {_words(system.plan.outer)}"
-            f"{f', and it judges {listing(missing)}' if missing else ''}; compare loops for the same outputs",
-            key="channels",
+            file=entrant.source,
+            key=base.period_key,
         )
-    return replace(system, plan=plan)
-
-
-def _words(channels: tuple[Channel, ...]) -> str:
-    return listing(f"{each.name} (output {each.output})" for each in channels)
+    searched, flown = entrant.study or base, base.under(entrant.controller, entrant.source)
+    row = flown.row_of(entrant.controller, entrant.source)
+    space = DecisionSpace((), (), tuple(row.tolist())) if entrant.study is None else searched.space
+    return replace(flown, space=space, search=searched.search, pick=searched.pick, screens=())
 
 
 def thinned(entrant: Entrant, objective: np.ndarray) -> Entrant:
@@ -201,9 +130,9 @@ def thinned(entrant: Entrant, objective: np.ndarray) -> Entrant:
     if count <= MOST_POINTS:
         return entrant
     order = np.argsort(objective, kind="stable")
-    kept = set(order[np.linspace(0, count - 1, MOST_POINTS).round().astype(int)].tolist())
-    kept |= {i for i, point in enumerate(entrant.points) if point == entrant.point}
-    rows = sorted(kept)
+    subset = set(order[np.linspace(0, count - 1, MOST_POINTS).round().astype(int)].tolist())
+    subset |= {i for i, point in enumerate(entrant.points) if point == entrant.point}
+    rows = sorted(subset)
     return replace(
         entrant, points=tuple(entrant.points[i] for i in rows), rows=entrant.rows[rows], picked=entrant.picked[rows]
     )
@@ -221,14 +150,14 @@ def entries_of(entrant: Entrant, at: ContestPoint, same_flights: bool) -> list[C
 
 
 def same_objectives(entrant: Entrant, base: TuningStudy) -> bool:
-    """Return whether an entrant has a front in the objectives of a study."""
+    """Return True if an entrant has a front in a study's objectives."""
     if entrant.study is None or not entrant.points:
         return False
     return [entry.label for entry in entrant.study.objectives] == [entry.label for entry in base.objectives]
 
 
-def differences(entrants: list[Entrant], base: TuningStudy) -> list[str]:
-    """Return what a reader must know of entrants that were not made for these flights, and of too few flights."""
+def differences(entrants: list[Entrant], contest: Contest, base: TuningStudy) -> list[str]:
+    """Return warnings about entrants tuned on other flights and about too few flights."""
     warnings = []
     for entrant in entrants:
         if entrant.study is not None and not same_flights(entrant, base):
@@ -237,8 +166,7 @@ def differences(entrants: list[Entrant], base: TuningStudy) -> list[str]:
             warnings.append(f"{entrant.name} was tuned for other objectives, so its front is not laid over the others.")
         if entrant.study is not None and _plant(entrant.study) != _plant(base):
             warnings.append(f"{entrant.name} was tuned on another plant, or other actuators, than those flown here.")
-    controllers = [entrant.controller for entrant in entrants]
-    frames = Counter(each.airframe.name for each in controllers if isinstance(each, Controller))
+    frames = dict.fromkeys(contender.study.flown for contender in contest.contenders)
     if len(frames) > 1:
         warnings.append(
             f"The airframes differ ({', '.join(frames)}): what differs is not due to the controllers alone."
@@ -247,7 +175,7 @@ def differences(entrants: list[Entrant], base: TuningStudy) -> list[str]:
 
 
 def same_flights(entrant: Entrant, base: TuningStudy) -> bool:
-    """Return whether the run of an entrant flew scenarios of the kind that a study flies, however many."""
+    """Return True if an entrant's run flew a study's scenarios, however many."""
     return entrant.study is not None and _flown(entrant.study) == _flown(base)
 
 
@@ -257,8 +185,8 @@ def _flown(study: TuningStudy) -> list[dict[str, object]]:
 
 
 def _plant(study: TuningStudy) -> object:
-    """Return what flies under the loops of a study of a plant of the user's own; nothing for a quadrotor's airframe."""
-    values = study.comparable() if isinstance(study, PlantStudy) else {}
+    """Return the plant under a plant study's loops; nothing for a quadrotor's airframe."""
+    values = study.comparable()
     return [values.get("plant"), values.get("actuator")]
 
 

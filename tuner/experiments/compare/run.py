@@ -8,7 +8,7 @@ from tuner.experiments.compare.plan import MOST_POINTS, ComparisonPlan, base_stu
 from tuner.experiments.contest.document import contest_document
 from tuner.experiments.contest.result import Result
 from tuner.experiments.contest.run import ContestRun
-from tuner.experiments.contest.tuning import Prepared
+from tuner.experiments.contest.tuning import TunedContender
 from tuner.report.contest import write_comparison_figures
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
@@ -35,7 +35,7 @@ class ComparisonRun(ContestRun):
         super().__init__(plan.contest, folder, watcher, threads=threads)
         self.plan = plan
 
-    def contenders(self) -> list[Prepared]:
+    def contenders(self) -> list[TunedContender]:
         """Return the entrants at their gains."""
         return self.plan.contenders
 
@@ -68,7 +68,7 @@ def compare(
 
 def comparison_document(plan: ComparisonPlan, result: Result) -> ComparisonDocument:
     """Return the content of comparison.json: that of a contest.json, and where every contender came from."""
-    found = contest_document(result, plan.warnings)
+    contest = contest_document(result, plan.warnings)
     contenders = [
         row.model_copy(
             update={
@@ -77,10 +77,10 @@ def comparison_document(plan: ComparisonPlan, result: Result) -> ComparisonDocum
                 "budget": None,
             }
         )
-        for row, entrant in zip(found.contenders, plan.entrants, strict=True)
+        for row, entrant in zip(contest.contenders, plan.entrants, strict=True)
     ]
     return ComparisonDocument(
-        **{**vars(found), "contenders": contenders},
+        **{**vars(contest), "contenders": contenders},
         kind="comparison",
         first=result.names[0],
         study_file=str(plan.contest.path),

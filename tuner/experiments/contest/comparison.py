@@ -40,10 +40,10 @@ class Comparison:
     def difference(self, contender: int, other: int, quantity: int) -> SampledValue:
         """Return contender minus other."""
         first, second = sorted((contender, other))
-        found = next(
+        estimate = next(
             d.estimate for d in self.differences if (d.first, d.second, d.quantity) == (first, second, quantity)
         )
-        return found if contender == second else SampledValue(-found.value, -found.high, -found.low)
+        return estimate if contender == second else SampledValue(-estimate.value, -estimate.high, -estimate.low)
 
 
 def compare_all(flown: Flown, quantities: tuple[Quantity, ...], root: int) -> Comparison:
@@ -58,13 +58,13 @@ def compare_all(flown: Flown, quantities: tuple[Quantity, ...], root: int) -> Co
     for i, quantity in enumerate(quantities):
         objective, scenario = quantity.objective, quantity.objective.scenario
         samples, part = flown.samples(i, scenario), within(drawn, flown.origin, scenario)
-        found = zip(objective.risk.apply(samples), *objective.interval(samples, part), strict=True)
-        for own, ends in zip(estimates, found, strict=True):
-            own.append(SampledValue(*map(float, ends)))
+        intervals = zip(objective.risk.apply(samples), *objective.interval(samples, part), strict=True)
+        for column, ends in zip(estimates, intervals, strict=True):
+            column.append(SampledValue(*map(float, ends)))
         for first, second in combinations(range(count), 2):
-            apart = objective.difference(samples[second], samples[first], part)
+            gap = objective.difference(samples[second], samples[first], part)
             # Who flew every flight alike to the bit is the same: nothing is open, not even losses that were not seen.
             same = np.array_equal(flown.scores[first], flown.scores[second])
-            value = SampledValue(0.0, 0.0, 0.0) if same else SampledValue(*map(float, apart))
+            value = SampledValue(0.0, 0.0, 0.0) if same else SampledValue(*map(float, gap))
             differences.append(Difference(first, second, i, value))
     return Comparison(estimates, differences)

@@ -5,17 +5,14 @@ cascade between the laws, which all contenders share. Instructions, memory and w
 table of `tuner.exchange.processor_cost`.
 """
 
-from functools import cache, singledispatch
-from typing import Any
+from functools import cache
 
 import casadi as ca
 
-from objectives.plant_system import PlantSystem
-from objectives.system import System
+from objectives.flown_system import FlownSystem
 from plant.backends.symbolic import symbolic_function
-from plant.cascade import ATTITUDE_AXES, POSITION_AXES
-from plant.laws import Law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.law import Law
 from tuner.documents.contest_document import ProcessorCount, StepCost
 from tuner.study.processor_cost.cost import MEANING as PROCESSOR_MEANING
 from tuner.study.processor_cost.cost import ProcessorCost, tabled
@@ -30,29 +27,20 @@ OF_CHANNELS = (
 )
 
 
-@singledispatch
-def step_cost(system: Any) -> StepCost:
+def step_cost(system: FlownSystem) -> StepCost:
     """Count the operations of the laws of a system, and look up its instructions where they are packaged."""
-    raise TypeError(f"nothing counts the operations of {type(system).__name__}")
-
-
-@step_cost.register
-def _(system: PlantSystem) -> StepCost:
-    channels = {channel.name: step_operations(channel.law) for channel in system.plan.channels}
-    return StepCost(operations=sum(channels.values()), channels=channels, meaning=OF_CHANNELS)
-
-
-@step_cost.register
-def _(system: System) -> StepCost:
-    cascade = system.cascade
-    position, attitude = step_operations(cascade.position), step_operations(cascade.attitude)
-    known = tabled(cascade.position.name, cascade.attitude.name)
+    counts = {name: step_operations(law) for name, law in system.laws.items()}
+    operations = sum(len(system.axes.groups[name]) * count for name, count in counts.items())
+    if not system.has_shared_laws:
+        return StepCost(operations=operations, channels=counts, meaning=OF_CHANNELS)
+    packaged = tabled(*[law.name for law in system.laws.values()])
+    processor = None if packaged is None else processor_count(packaged, system.timing.control_period)
     return StepCost(
-        operations=len(POSITION_AXES) * position + len(ATTITUDE_AXES) * attitude,
-        position=position,
-        attitude=attitude,
+        operations=operations,
+        position=counts["position"],
+        attitude=counts["attitude"],
         meaning=MEANING,
-        processor=None if known is None else processor_count(known, system.timing.control_period),
+        processor=processor,
     )
 
 

@@ -1,11 +1,9 @@
 """contest.json: what a contest found, in numbers and sentences; the keys are told in results/README.md."""
 
-from functools import singledispatch
 from typing import Any
 
-from objectives.plant_system import PlantSystem
+from objectives.flown_system import FlownSystem
 from objectives.risk import RISKS
-from objectives.system import System
 from tuner.documents.contest_document import (
     BestRow,
     BestUnder,
@@ -37,8 +35,8 @@ def contest_document(result: Result, warnings: list[str]) -> ContestDocument:
     """Return the content of contest.json."""
     contest = result.contest
     return ContestDocument(
-        feasible=all(own.feasible for own in result.prepared),
-        ending=[text for own in result.prepared for text in own.ending],
+        feasible=all(entrant.feasible for entrant in result.prepared),
+        ending=[text for entrant in result.prepared for text in entrant.ending],
         title=contest.title,
         description=contest.description,
         study=contest.path.name,
@@ -74,21 +72,21 @@ def estimate_row(result: Result, k: int, i: int) -> EstimateRow:
 
 
 def contender_row(result: Result, k: int) -> ContenderRow:
-    """Return what there is to know of a contender."""
-    own, study = result.prepared[k], result.prepared[k].contender.study
-    tuned = own.contender.tuned
+    """Return a contender's row."""
+    entrant, study = result.prepared[k], result.prepared[k].contender.study
+    tuned = entrant.contender.tuned
     return ContenderRow(
-        name=own.contender.name,
-        slug=own.contender.slug,
+        name=entrant.contender.name,
+        slug=entrant.contender.slug,
         **flown_under(study.system, study.flown),
         tuned=tuned,
-        feasible=own.feasible,
-        folder=own.folder,
-        point=own.entry.point,
-        pick=ContenderPick(rule=study.pick if tuned else None, why=own.why),
+        feasible=entrant.feasible,
+        folder=entrant.folder,
+        point=entrant.entry.point,
+        pick=ContenderPick(rule=study.pick if tuned else None, why=entrant.why),
         budget=search_budget(study) if tuned else None,
         gains={
-            gain.address: GainValue(value=float(own.entry.row[gain.column]), unit=gain.unit)
+            gain.address: GainValue(value=float(entrant.entry.row[gain.column]), unit=gain.unit)
             for gain in study.system.gains
         },
         searched=[variable.name for variable in study.space.variables],
@@ -98,21 +96,10 @@ def contender_row(result: Result, k: int) -> ContenderRow:
     )
 
 
-@singledispatch
-def flown_under(system: Any, name: str) -> dict[str, Any]:
-    """Return what flew and under which laws; name: of the airframe or the plant."""
-    raise TypeError(f"nothing tells the laws of {type(system).__name__}")
-
-
-@flown_under.register
-def _(system: System, name: str) -> dict[str, Any]:
-    cascade = system.cascade
-    return {"laws": LawNames(position=cascade.position.name, attitude=cascade.attitude.name), "airframe": name}
-
-
-@flown_under.register
-def _(system: PlantSystem, name: str) -> dict[str, Any]:
-    return {"plant": name, "channels": {channel.name: channel.law.name for channel in system.plan.channels}}
+def flown_under(system: FlownSystem, name: str) -> dict[str, Any]:
+    """Return the laws that flew and the airframe or plant of a name, in the keys of a contender."""
+    laws = {loop: law.name for loop, law in system.laws.items()}
+    return {"laws": LawNames(**laws), "airframe": name} if system.has_shared_laws else {"plant": name, "channels": laws}
 
 
 def search_budget(study: TuningStudy) -> SearchBudget:
@@ -126,7 +113,7 @@ def search_budget(study: TuningStudy) -> SearchBudget:
 
 
 def quantity_row(quantity: Quantity) -> QuantityRow:
-    """Return what a quantity is."""
+    """Return a quantity's row."""
     objective = quantity.objective
     return QuantityRow(
         label=quantity.label,
@@ -180,17 +167,17 @@ def fronts_part(result: Result) -> FrontsPart | None:
     )
 
 
-def volume_difference(result: Result, first: int, second: int, apart: SampledValue) -> VolumeDifference:
+def volume_difference(result: Result, first: int, second: int, gap: SampledValue) -> VolumeDifference:
     """Return the share of the second front minus that of the first."""
     names = result.names
-    larger = names[second] if apart.low > 0.0 else names[first] if apart.high < 0.0 else None
+    larger = names[second] if gap.low > 0.0 else names[first] if gap.high < 0.0 else None
     return VolumeDifference(
-        first=names[first], second=names[second], difference=apart.value, low=apart.low, high=apart.high, larger=larger
+        first=names[first], second=names[second], difference=gap.value, low=gap.low, high=gap.high, larger=larger
     )
 
 
 def best_row(result: Result, best: Best) -> BestUnder:
-    """Return what every front offers under a limit; None stands for nothing."""
+    """Return every front's best point under a limit; None where there is none."""
     labels = [objective.label for objective in result.contest.base.objectives]
     rows = []
     for name, front, row in zip(result.names, result.fronts, best.rows, strict=True):
@@ -199,6 +186,4 @@ def best_row(result: Result, best: Best) -> BestUnder:
             continue
         value, low, high = (float(part[row, best.objective]) for part in (front.values, front.low, front.high))
         rows.append(BestRow(contender=name, value=value, low=low, high=high, point=front.points[row]))
-    return BestUnder(
-        objective=labels[best.objective], subject_to=labels[best.subject_to], limit=best.limit, rows=rows
-    )  # fmt: skip
+    return BestUnder(objective=labels[best.objective], subject_to=labels[best.subject_to], limit=best.limit, rows=rows)

@@ -11,10 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from objectives.decisions import DecisionSpace
-from objectives.plant_system import PlantSystem
 from objectives.problem import Problem, seen_scores
 from plant.backends.flyer import FlightInputs
-from plant.scenarios import for_vehicle
 from plant.threads import available_threads
 from tuner.study.contest import Contender, Contest
 from tuner.study.study import StudyScenario
@@ -71,7 +69,9 @@ def fly_all(
         drawn = _draw(contest, task)
         columns = slice(task.column, task.column + len(task.indices))
         for k, entry in enumerate(entries):
-            inputs = _own(drawn, contest, task, entry)
+            inputs = entry.problem.system.with_own_plant(
+                drawn, contest.base.system, task.scenario.spec, contest.seed, contest.stream, task.indices
+            )
             results = entry.problem.flyer.fly(entry.row[None], entry.problem.system.nominal, inputs)
             values, lost = entry.problem.score(results, task.scenario.spec)
             scores[k, :, columns], failed[k, columns] = values[0], lost[0]
@@ -119,16 +119,3 @@ def _tasks(contest: Contest) -> tuple[list[_Task], list[str]]:
 
 def _draw(contest: Contest, task: _Task) -> FlightInputs:
     return contest.base.system.sample(task.scenario.spec, contest.seed, contest.stream, task.indices)
-
-
-def _own(drawn: FlightInputs, contest: Contest, task: _Task, entry: ContestPoint) -> FlightInputs:
-    """Return the drawn scenarios as the entry flies them: with its vehicle, or with the references of its channels."""
-    system, spec = entry.problem.system, task.scenario.spec
-    if isinstance(system, PlantSystem):
-        # Draws have the names of what they are of, so they are the same whatever channels there are.
-        alike = system.plan.names == contest.base.system.plan.names
-        return drawn if alike else system.sample(spec, contest.seed, contest.stream, task.indices)
-    vehicle = system.vehicle
-    if vehicle == contest.base.system.vehicle:
-        return drawn
-    return for_vehicle(drawn, spec, vehicle, contest.seed, contest.stream, task.indices)

@@ -85,8 +85,8 @@ def front_of(contest: Contest, entries: Sequence[ContestPoint], flown: Flown) ->
         values[:, i] = objective.risk.apply(samples[i])
         part = within(drawn, flown.origin, objective.scenario)
         low[:, i], high[:, i] = objective.interval(samples[i], part)
-    kept = np.flatnonzero(_feasible(contest, flown, drawn))
-    best = kept[non_dominated(values[kept])]
+    feasible = np.flatnonzero(_feasible(contest, flown, drawn))
+    best = feasible[non_dominated(values[feasible])]
     # Where there is one point there is nothing to pick among.
     picked = values if len(entries) == 1 else _picked(entries, len(objectives))
     return Front(
@@ -99,18 +99,18 @@ def front_of(contest: Contest, entries: Sequence[ContestPoint], flown: Flown) ->
         samples=[part[best] for part in samples],
         picked=None if picked is None else picked[best],
         lost=flown.failed[best].sum(axis=1),
-        broken=len(entries) - len(kept),
+        broken=len(entries) - len(feasible),
     )
 
 
 def _picked(entries: Sequence[ContestPoint], objectives: int) -> np.ndarray | None:
-    known = [entry.picked for entry in entries if entry.picked is not None]
-    return np.array(known).reshape(-1, objectives) if len(known) == len(entries) else None
+    rows = [entry.picked for entry in entries if entry.picked is not None]
+    return np.array(rows).reshape(-1, objectives) if len(rows) == len(entries) else None
 
 
 def _feasible(contest: Contest, flown: Flown, drawn: np.ndarray) -> np.ndarray:
-    """Return which entries (entries,) keep every constraint on flights, at the confidence of the study."""
-    kept = np.ones(len(flown.scores), dtype=bool)
+    """Return a mask (entries,) of those that satisfy every constraint on flights, at the study's confidence."""
+    feasible = np.ones(len(flown.scores), dtype=bool)
     labels = [quantity.label for quantity in contest.quantities]
     for entry in contest.base.constraints:
         if entry.floor:
@@ -119,10 +119,10 @@ def _feasible(contest: Contest, flown: Flown, drawn: np.ndarray) -> np.ndarray:
         samples = flown.samples(labels.index(objective.label), objective.scenario)
         part = within(drawn, flown.origin, objective.scenario)
         high = objective.risk.apply(samples)
-        kept &= (
+        feasible &= (
             high if entry.rests_on_value else objective.interval(samples, part, entry.confidence).high
         ) <= entry.most
-    return kept
+    return feasible
 
 
 def _resamples(root: int, origin: np.ndarray) -> np.ndarray:
@@ -182,22 +182,22 @@ def _estimate(value: float, replicates: np.ndarray) -> SampledValue:
 
 
 def best_under(fronts: list[Front], objectives: int) -> list[Best]:
-    """Return who is picked for each of two objectives at three levels of the other.
+    """Return the picked points for each of two objectives at three levels of the other.
 
     Nothing for another number of objectives, or where a front has no values to pick by but those that are compared.
     """
-    known = [front.picked for front in fronts if front.picked is not None]
-    if objectives != 2 or len(known) < len(fronts) or not any(map(len, known)):
+    values_by_front = [front.picked for front in fronts if front.picked is not None]
+    if objectives != 2 or len(values_by_front) < len(fronts) or not any(map(len, values_by_front)):
         return []
-    union = np.concatenate(known, axis=0)
-    found = []
+    union = np.concatenate(values_by_front, axis=0)
+    best = []
     for objective, other in ((0, 1), (1, 0)):
         for limit in np.quantile(union[:, other], LEVELS, axis=0):
-            rows = [_best_row(values, objective, other, float(limit)) for values in known]
-            found.append(Best(objective, other, float(limit), rows))
-    return found
+            rows = [_best_row(values, objective, other, float(limit)) for values in values_by_front]
+            best.append(Best(objective, other, float(limit), rows))
+    return best
 
 
 def _best_row(values: np.ndarray, objective: int, other: int, limit: float) -> int | None:
-    kept = np.flatnonzero(values[:, other] <= limit)
-    return int(kept[np.argmin(values[kept, objective])]) if len(kept) else None
+    allowed = np.flatnonzero(values[:, other] <= limit)
+    return int(allowed[np.argmin(values[allowed, objective])]) if len(allowed) else None

@@ -26,18 +26,16 @@ def judge_claims(contest: Contest, comparison: Comparison) -> list[ClaimRow]:
         better, rows = names.index(claim.better), []
         for name in claim.than:
             for objective in claim.objectives:
-                apart = comparison.difference(better, names.index(name), labels.index(objective.label))
-                rows.append(ruling(name, objective.label, apart))
+                difference = comparison.difference(better, names.index(name), labels.index(objective.label))
+                rows.append(ruling(name, objective.label, difference))
         judged.append(judged_claim(claim, rows))
     return judged
 
 
-def ruling(than: str, quantity: str, apart: SampledValue) -> RulingRow:
-    """Return a claim for one opponent and quantity; apart: `better` minus opponent, whose interval decides it."""
-    verdict = SURVIVES if apart.high < 0.0 else FAILS if apart.low > 0.0 else UNDECIDED
-    return RulingRow(
-        than=than, quantity=quantity, difference=apart.value, low=apart.low, high=apart.high, verdict=verdict
-    )
+def ruling(than: str, quantity: str, gap: SampledValue) -> RulingRow:
+    """Return a claim for one opponent and quantity; gap: `better` minus opponent, whose interval decides it."""
+    verdict = SURVIVES if gap.high < 0.0 else FAILS if gap.low > 0.0 else UNDECIDED
+    return RulingRow(than=than, quantity=quantity, difference=gap.value, low=gap.low, high=gap.high, verdict=verdict)
 
 
 def judged_claim(claim: Claim, rows: list[RulingRow]) -> ClaimRow:
@@ -92,5 +90,5 @@ def percentile_of(value: float | np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def is_inside(percentiles: np.ndarray) -> np.ndarray:
-    """Return whether one flight could well have given what was printed: whether it is in the central 95 %."""
+    """Return True if a printed value is in the central 95 % of flights."""
     return (percentiles >= INSIDE[0]) & (percentiles <= INSIDE[1])

@@ -11,7 +11,7 @@ from tuner.experiments.contest.cost import step_cost
 from tuner.experiments.contest.flying import ContestPoint, Flown
 from tuner.experiments.contest.fronts import Best, Front, Volumes, best_under, front_of, volumes_of
 from tuner.experiments.contest.judging import judge_claims, judge_published
-from tuner.experiments.contest.tuning import Prepared
+from tuner.experiments.contest.tuning import TunedContender
 from tuner.experiments.tuning.bounds import on_bounds
 from tuner.study.contest import Contest
 
@@ -25,7 +25,7 @@ class Result:
     """
 
     contest: Contest
-    prepared: list[Prepared]
+    prepared: list[TunedContender]
     flown: Flown
     flights: int
     comparison: Comparison
@@ -46,25 +46,27 @@ class Result:
     @property
     def entries(self) -> list[ContestPoint]:
         """The points compared."""
-        return [own.entry for own in self.prepared]
+        return [entrant.entry for entrant in self.prepared]
 
 
-def groups_of(prepared: list[Prepared]) -> list[list[ContestPoint]]:
-    """Return what is flown: the points compared, then the front of each contender."""
-    return [[own.entry for own in prepared], *[own.offered or [] for own in prepared]]
+def groups_of(prepared: list[TunedContender]) -> list[list[ContestPoint]]:
+    """Return the points to fly: those compared, then the front of each contender."""
+    return [[entrant.entry for entrant in prepared], *[entrant.offered or [] for entrant in prepared]]
 
 
-def judge_contest(contest: Contest, prepared: list[Prepared], groups: list[Flown], seconds: float) -> Result:
+def judge_contest(contest: Contest, prepared: list[TunedContender], groups: list[Flown], seconds: float) -> Result:
     """Work out everything that follows from the flights of `groups_of`."""
     flown, *behind = groups
     comparison = compare_all(flown, contest.quantities, contest.seed)
     objectives, systems = contest.base.objectives, [contender.study.system for contender in contest.contenders]
-    fronts = _fronts(contest, prepared, flown, behind) if any(own.offered is not None for own in prepared) else []
+    fronts = (
+        _fronts(contest, prepared, flown, behind) if any(entrant.offered is not None for entrant in prepared) else []
+    )
     return Result(
         contest=contest,
         prepared=prepared,
         flown=flown,
-        flights=sum(own.flights for own in prepared) + sum(group.failed.size for group in groups),
+        flights=sum(entrant.flights for entrant in prepared) + sum(group.failed.size for group in groups),
         comparison=comparison,
         fronts=fronts,
         volumes=volumes_of(fronts, objectives, flown.origin, contest.seed) if fronts else None,
@@ -73,19 +75,21 @@ def judge_contest(contest: Contest, prepared: list[Prepared], groups: list[Flown
         claims=judge_claims(contest, comparison),
         costs=[step_cost(system) for system in systems],
         bounds=[
-            on_bounds(own.contender.study, own.entry.row, np.array([entry.row for entry in own.offered]))
-            if own.offered is not None
+            on_bounds(entrant.contender.study, entrant.entry.row, np.array([entry.row for entry in entrant.offered]))
+            if entrant.offered is not None
             else []
-            for own in prepared
+            for entrant in prepared
         ],
         seconds=seconds,
     )
 
 
-def _fronts(contest: Contest, prepared: list[Prepared], flown: Flown, behind: list[Flown]) -> list[Front]:
+def _fronts(contest: Contest, prepared: list[TunedContender], flown: Flown, behind: list[Flown]) -> list[Front]:
     """Return the fronts of all; who has none of its own is one point among those of the others."""
     alone = [Flown(flown.scores[[k]], flown.failed[[k]], flown.origin) for k in range(len(prepared))]
     return [
-        front_of(contest, [own.entry], single) if own.offered is None else front_of(contest, own.offered, group)
-        for own, single, group in zip(prepared, alone, behind, strict=True)
+        front_of(contest, [entrant.entry], single)
+        if entrant.offered is None
+        else front_of(contest, entrant.offered, group)
+        for entrant, single, group in zip(prepared, alone, behind, strict=True)
     ]

@@ -3,14 +3,14 @@
 from collections.abc import Sequence
 from typing import Any
 
-from plant.scenarios import HELD_OUT
+from plant.quadrotor.scenarios import HELD_OUT
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.resolved import Resolved
 from tuner.experiments.contest.document import contest_document
 from tuner.experiments.contest.flying import fly_groups
 from tuner.experiments.contest.result import Result, groups_of, judge_contest
 from tuner.experiments.contest.tables import fronts_table, listed_table, response_tables, scores_table, wind_table
-from tuner.experiments.contest.tuning import Prepared, prepare
+from tuner.experiments.contest.tuning import TunedContender, prepare
 from tuner.experiments.experiment import Experiment
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.guards.before import few_scenarios
@@ -36,7 +36,7 @@ class ContestRun(Experiment[Contest, Result]):
         """Say which limits the study does not write."""
         return automatic_limit_texts(study.base.automatic_limits)
 
-    def contenders(self) -> Sequence[Prepared]:
+    def contenders(self) -> Sequence[TunedContender]:
         """Tune every contender that has something to tune, one after the other."""
         prepared, contest = [], self.study
         for number, contender in enumerate(contest.contenders):
@@ -48,17 +48,17 @@ class ContestRun(Experiment[Contest, Result]):
     def fly(self) -> Result:
         """Tune, fly all through the same scenarios and work out what follows; the number of threads changes nothing."""
         contest, watcher, prepared = self.study, self.watcher, list(self.contenders())
-        for own in prepared:
-            warm_up(own.entry.problem, own.contender.study, watcher)
+        for entrant in prepared:
+            warm_up(entrant.entry.problem, entrant.contender.study, watcher)
         groups = groups_of(prepared)
         watcher.on_stage(self.stage, contest.flights_each * sum(map(len, groups)))
         flown = fly_groups(contest, groups, self.threads, watcher.on_flights_done)
         return judge_contest(contest, prepared, flown, self.seconds)
 
     @staticmethod
-    def is_feasible(found: Result) -> bool:
+    def is_feasible(judged: Result) -> bool:
         """Whether the run of every contender found a candidate that keeps every limit."""
-        return all(own.feasible for own in found.prepared)
+        return all(entrant.feasible for entrant in judged.prepared)
 
     def resolved(self) -> dict[str, Any]:
         """Return every value of every contender's study, by the contender's name."""
@@ -68,35 +68,37 @@ class ContestRun(Experiment[Contest, Result]):
         """Return the content of the document."""
         return contest_document(result, warnings_of(result))
 
-    def write_documents(self, found: Result) -> None:
+    def write_documents(self, judged: Result) -> None:
         """Write numbers, tables and responses."""
-        folder, document = self.folder, self.document(found)
-        folder.write_table("scores.parquet", scores_table(found))
+        folder, document = self.folder, self.document(judged)
+        folder.write_table("scores.parquet", scores_table(judged))
         folder.write_table("differences.csv", listed_table(document.differences))
-        if found.published:
-            folder.write_table("published.csv", listed_table(found.published))
-        if found.fronts:
-            folder.write_table("fronts.csv", fronts_table(found))
+        if judged.published:
+            folder.write_table("published.csv", listed_table(judged.published))
+        if judged.fronts:
+            folder.write_table("fronts.csv", fronts_table(judged))
         self.watcher.on_writing("responses")
-        fans, traces = response_tables(found)
+        fans, traces = response_tables(judged)
         folder.write_table("responses.parquet", fans)
         folder.write_table("traces.parquet", traces)
-        wind = wind_table(found)
+        wind = wind_table(judged)
         if wind is not None:
             folder.write_table("wind.parquet", wind)
         folder.write_json(self.document_name, document)
 
 
 def warnings_of(result: Result) -> list[str]:
-    """Return what a reader must know before believing the numbers."""
+    """Return the warnings about a contest's numbers."""
     common = few_scenarios(result.contest.base)
-    tuned = [own for own in result.prepared if own.contender.tuned]
+    tuned = [entrant for entrant in result.prepared if entrant.contender.tuned]
     warnings = [text for text in common if tuned or HELD_OUT in text]
-    warnings += [f"{own.contender.name}: {text}" for own in tuned for text in own.warnings if text not in common]
+    warnings += [
+        f"{entrant.contender.name}: {text}" for entrant in tuned for text in entrant.warnings if text not in common
+    ]
     warnings += broken_again(result)
-    if len({own.contender.study.search for own in tuned}) > 1:
+    if len({entrant.contender.study.search for entrant in tuned}) > 1:
         warnings.append("The contenders were not tuned with the same budget; see budget in contest.json.")
-    given = [own.contender.name for own in result.prepared if not own.contender.tuned]
+    given = [entrant.contender.name for entrant in result.prepared if not entrant.contender.tuned]
     if tuned and given:
         warnings.append(f"Flown as given, beside contenders that were tuned: {', '.join(given)}.")
     return warnings
@@ -105,8 +107,8 @@ def warnings_of(result: Result) -> list[str]:
 def broken_again(result: Result) -> list[str]:
     """Say how many points of a held-out front broke a constraint on the flights of the comparison, and count no longer."""
     return [
-        f"{own.contender.name}: on the confirmation flights {front.broken} of the {len(own.offered)} points of its "
+        f"{entrant.contender.name}: on the confirmation flights {front.broken} of the {len(entrant.offered)} points of its "
         "held-out front break a constraint and count no longer; raise held_out, or ask for a reserve."
-        for own, front in zip(result.prepared, result.fronts, strict=False)
-        if own.offered is not None and front.broken
+        for entrant, front in zip(result.prepared, result.fronts, strict=False)
+        if entrant.offered is not None and front.broken
     ]

@@ -4,15 +4,10 @@ Scores and fronts, and what the vehicles and the air did: fans over flights, fli
 """
 
 from collections.abc import Sequence
-from functools import singledispatch
 from typing import Any
 
 import numpy as np
 
-from objectives.plant_system import PlantSystem
-from objectives.system import System
-from plant.records import paths
-from plant.scenarios import WIND_COLUMNS
 from tuner.analysis.responses import Responses, fan_table, responses_of
 from tuner.experiments.contest.result import Result
 from tuner.experiments.tuning.fans import FAN_SCENARIOS
@@ -33,10 +28,13 @@ def scores_table(result: Result) -> Columns:
             seen = [n for n in range(len(origin)) if wanted in (None, origin[n])]
             parts.append(
                 {
-                    "contender": contender, "quantity": quantity.label, "scenario": origin[seen],
-                    "flight": [n - first[origin[n]] for n in seen], "value": result.flown.scores[k, i, seen],
+                    "contender": contender,
+                    "quantity": quantity.label,
+                    "scenario": origin[seen],
+                    "flight": [n - first[origin[n]] for n in seen],
+                    "value": result.flown.scores[k, i, seen],
                 }
-            )  # fmt: skip
+            )
     return stacked(parts)
 
 
@@ -44,19 +42,22 @@ def fronts_table(result: Result) -> Columns:
     """Return the points of all fronts; a gain that a contender's laws have not, or a value not picked by, is empty."""
     rows = []
     objectives = result.contest.base.objectives
-    for own, name, front in zip(result.prepared, result.names, result.fronts, strict=True):
-        known = own.contender.study.system.gains
+    for entrant, name, front in zip(result.prepared, result.names, result.fronts, strict=True):
+        gains_of = entrant.contender.study.system.gains
         for n, point in enumerate(front.points):
             row: dict[str, Any] = {
-                "contender": name, "point": point, "candidate": int(front.candidates[n]),
-                "recommended": point == own.entry.point, "lost": int(front.lost[n]),
-            }  # fmt: skip
+                "contender": name,
+                "point": point,
+                "candidate": int(front.candidates[n]),
+                "recommended": point == entrant.entry.point,
+                "lost": int(front.lost[n]),
+            }
             for i, objective in enumerate(objectives):
                 row |= {f"value:{objective.label}": front.values[n, i]}
                 row |= {f"low:{objective.label}": front.low[n, i], f"high:{objective.label}": front.high[n, i]}
             if front.picked is not None:
                 row |= {f"picked_on:{o.label}": front.picked[n, i] for i, o in enumerate(objectives)}
-            row |= {f"gain:{gain.address}": front.gains[n, gain.column] for gain in known}
+            row |= {f"gain:{gain.address}": front.gains[n, gain.column] for gain in gains_of}
             rows.append(row)
     return columns_of(rows)
 
@@ -67,12 +68,6 @@ def listed_table(rows: Sequence[DocumentPart]) -> Columns:
     return columns_of([{k: "; ".join(v) if isinstance(v, list) else v for k, v in row.items()} for row in content])
 
 
-# Columns of the air in the order of `plant.air.air`, with units; world is ENU, body is FLU.
-AIR = tuple(
-    (f"{name}_{axis}", unit)
-    for name, unit in (("wind", "m/s"), ("gust_rate", "rad/s"), ("acceleration", "m/s^2"), ("angular_acceleration", "rad/s^2"))
-    for axis in "xyz"
-)  # fmt: skip
 # Instants of the air of flight 0; more do not show.
 AIR_INSTANTS = 2000
 
@@ -96,29 +91,18 @@ def trace_table(flown: Responses, contender: str, scenario: str) -> Columns:
     return stacked(
         [
             {
-                "contender": contender, "scenario": scenario, "flight": 0, "signal": signal, "unit": unit,
-                "time": flown.time, "value": flown.actual[0, :, i], "reference": flown.reference[0, :, i],
+                "contender": contender,
+                "scenario": scenario,
+                "flight": 0,
+                "signal": signal,
+                "unit": unit,
+                "time": flown.time,
+                "value": flown.actual[0, :, i],
+                "reference": flown.reference[0, :, i],
             }
             for i, (signal, unit) in enumerate(zip(flown.signals, flown.units, strict=True))
         ],
-    )  # fmt: skip
-
-
-@singledispatch
-def acting_on(system: Any) -> tuple[tuple[tuple[str, str], ...], int]:
-    """Return names and units of the columns of what acts on a system from outside, and how many of them are always shown."""
-    raise TypeError(f"nothing tells what acts on {type(system).__name__}")
-
-
-@acting_on.register
-def _(system: System) -> tuple[tuple[tuple[str, str], ...], int]:  # noqa: ARG001
-    return AIR, WIND_COLUMNS
-
-
-@acting_on.register
-def _(system: PlantSystem) -> tuple[tuple[tuple[str, str], ...], int]:
-    names = paths(system.plant.Disturbance)
-    return tuple((name, system.plant.unit(f"Disturbance.{name}")) for name in names), len(names)
+    )
 
 
 def wind_table(result: Result) -> Columns | None:
@@ -127,19 +111,23 @@ def wind_table(result: Result) -> Columns | None:
     Columns that are zero throughout are left out, but the wind stays. None for a plant that nothing acts on.
     """
     contest, system = result.contest, result.contest.base.system
-    (names, kept), parts = acting_on(system), []
+    names, shown, parts = list(system.disturbances.items()), system.loop.records.n_wind_leaves, []
     for scenario in contest.scenarios:
         drawn = system.sample(scenario.spec, contest.seed, contest.stream, range(1))
         air = drawn.disturbances[0, :, :, 0]
         every = -(-len(air) // AIR_INSTANTS)
         time = np.arange(0, len(air), every) * system.timing.control_period
         for column in range(air.shape[1]):
-            if column < kept or air[:, column].any():
+            if column < shown or air[:, column].any():
                 signal, unit = names[column]
                 parts.append(
                     {
-                        "scenario": scenario.spec.name, "flight": 0, "signal": signal, "unit": unit, "time": time,
+                        "scenario": scenario.spec.name,
+                        "flight": 0,
+                        "signal": signal,
+                        "unit": unit,
+                        "time": time,
                         "value": air[::every, column],
                     }
-                )  # fmt: skip
+                )
     return stacked(parts) if parts else None

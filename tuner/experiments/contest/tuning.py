@@ -9,7 +9,7 @@ import numpy as np
 from tuner.experiments.contest.flying import ContestPoint, comparison_problem
 from tuner.experiments.tuning.ending import contender_ending
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.run import run_of
+from tuner.experiments.tuning.run import TuningRun
 from tuner.search.front import pick
 from tuner.search.loop import point_name
 from tuner.search.watcher import Watcher
@@ -25,7 +25,7 @@ GIVEN = "given"
 
 
 @dataclass(frozen=True)
-class Prepared:
+class TunedContender:
     """A contender at its gains. entry: the point that is compared; why: it was picked; offered: the points of its front, None
     where nothing was searched.
 
@@ -52,18 +52,20 @@ class Prepared:
         return self.entry.contender
 
 
-def prepare(contest: Contest, contender: Contender, folder: Folder, watcher: Watcher, threads: int | None) -> Prepared:
+def prepare(
+    contest: Contest, contender: Contender, folder: Folder, watcher: Watcher, threads: int | None
+) -> TunedContender:
     """Tune a contender into a results folder of its own, or take its gains as given."""
     problem = comparison_problem(contest, contender)
     if not contender.tuned:
         entry = ContestPoint(contender, GIVEN, contender.study.default_row, problem)
-        return Prepared(entry, "its gains are given", None, None, 0, [])
-    own = f"contenders/{contender.slug}"
+        return TunedContender(entry, "its gains are given", None, None, 0, [])
+    place = f"contenders/{contender.slug}"
     alone = content_alone(contest, contender)
-    folder.write_text(f"{own}.toml", toml_text(alone))
-    study = study_at(folder.path / f"{own}.toml", contender, alone)
-    outcome = run_of(study)(study, Folder.open_or_create(folder.path / own), watcher, threads=threads).carry_out()
-    folder.written(f"{own}/{MANIFEST}")
+    folder.write_text(f"{place}.toml", toml_text(alone))
+    study = study_at(folder.path / f"{place}.toml", contender, alone)
+    outcome = TuningRun(study, Folder.open_or_create(folder.path / place), watcher, threads=threads).carry_out()
+    folder.written(f"{place}/{MANIFEST}")
 
     def entry_of(finalist: int) -> ContestPoint:
         candidate = int(outcome.candidates[finalist - 1])
@@ -74,7 +76,7 @@ def prepare(contest: Contest, contender: Contender, folder: Folder, watcher: Wat
     offered = [entry_of(row) for row in np.flatnonzero(outcome.finalists.non_dominated).tolist()]
     compared = entry_of(chosen)
     ending = () if outcome.feasible else tuple(contender_ending(contender.name, compared.point, outcome.obstacles))
-    return Prepared(compared, why, offered, own, outcome.flights, outcome.warnings, ending)
+    return TunedContender(compared, why, offered, place, outcome.flights, outcome.warnings, ending)
 
 
 def compared_at(outcome: Outcome) -> tuple[int, str]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from plant.scenarios import CONFIRMATION
+from plant.quadrotor.scenarios import CONFIRMATION
 from tuner.documents.contest_document import ClaimRow, PublishedRow
 from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.judging import FAILS, SURVIVES, UNDECIDED
@@ -14,7 +14,7 @@ from tuner.text.units import after_number
 
 
 def sentences(result: Result) -> list[str]:
-    """Return what a contest found."""
+    """Return the sentences on a contest's result."""
     return [
         *objective_words(result),
         *front_words(result),
@@ -38,14 +38,14 @@ def _ranking(result: Result, i: int, quantity: Quantity) -> str:
     values = [row[i].value for row in result.comparison.estimates]
     order = sorted(range(len(values)), key=lambda k: (values[k], k))
     best, others = order[0], order[1:]
-    found = result.comparison.estimates[best][i]
+    best_estimate = result.comparison.estimates[best][i]
     where = " at the points compared" if result.fronts else ""
-    text = f"{quantity.label}{where}: {result.names[best]} has the lowest value, {_spanned(found, _unit(quantity))}"
+    text = f"{quantity.label}{where}: {result.names[best]} has the lowest value, {_spanned(best_estimate, _unit(quantity))}"
     beaten, level = [], []
     for other in others:
-        apart = result.comparison.difference(best, other, i)
-        share = f" ({per_cent(-apart.value / values[other])} less)" if values[other] > 0.0 else ""
-        (beaten if apart.high < 0.0 else level).append((other, share))
+        separation = result.comparison.difference(best, other, i)
+        share = f" ({per_cent(-separation.value / values[other])} less)" if values[other] > 0.0 else ""
+        (beaten if separation.high < 0.0 else level).append((other, share))
     if beaten:
         text += "; the paired interval puts it below " + listing(f"{result.names[k]}{share}" for k, share in beaten)
     if level:
@@ -63,7 +63,7 @@ def front_words(result: Result) -> Iterable[str]:
         "Share of the common box that each front dominates (the more the better, reference 1.1 times the nadir of all "
         f"fronts): {listing(shares)}."
     )
-    level = [(a, b) for a, b, apart in volumes.differences if apart.low <= 0.0 <= apart.high]
+    level = [(a, b) for a, b, separation in volumes.differences if separation.low <= 0.0 <= separation.high]
     if level:
         pairs = listing(f"{result.names[a]} and {result.names[b]}" for a, b in level)
         yield f"The differences in size between these fronts are not significant: {pairs}."
@@ -137,8 +137,8 @@ def _counted(judged: ClaimRow) -> str:
 
 def bound_words(result: Result) -> Iterable[str]:
     """Name the gains of recommended points that stand at an end of their range."""
-    for name, found in zip(result.names, result.bounds, strict=True):
-        for entry in found:
+    for name, best_estimate in zip(result.names, result.bounds, strict=True):
+        for entry in best_estimate:
             if entry.recommended:
                 why = "beyond which it has no meaning" if entry.natural else "so its range decided it, not the search"
                 yield (
@@ -154,17 +154,19 @@ def cost_words(result: Result) -> Iterable[str]:
     """Say what a control step costs."""
     operations = _counts(result.names, [cost.operations for cost in result.costs])
     yield f"Scalar operations of the laws in one control step, counted: {operations}."
-    known = {name: cost.processor for name, cost in zip(result.names, result.costs, strict=True) if cost.processor}
-    if known:
-        instructions = _counts(list(known), [round(cost.instructions_step) for cost in known.values()])
-        target = next(iter(known.values())).target
+    counted_costs = {
+        name: cost.processor for name, cost in zip(result.names, result.costs, strict=True) if cost.processor
+    }
+    if counted_costs:
+        instructions = _counts(list(counted_costs), [round(cost.instructions_step) for cost in counted_costs.values()])
+        target = next(iter(counted_costs.values())).target
         yield f"Instructions of the whole control step on a {target}, mean in flight, counted: {instructions}."
 
 
 def _counts(names: list[str], counts: list[int]) -> str:
     """Return counts in rising order, each with the names that have it."""
     return "; ".join(
-        f"{count} with {listing(name for name, own in zip(names, counts, strict=True) if own == count)}"
+        f"{count} with {listing(name for name, own_count in zip(names, counts, strict=True) if own_count == count)}"
         for count in sorted(set(counts))
     )
 
@@ -201,6 +203,6 @@ def _bracketed(quantity: Quantity) -> str:
     return f" [{_unit(quantity).strip()}]" if _unit(quantity) else ""
 
 
-def _spanned(found: SampledValue, unit: str = "") -> str:
-    value, span = estimate(found.value, found.low, found.high)
+def _spanned(best_estimate: SampledValue, unit: str = "") -> str:
+    value, span = estimate(best_estimate.value, best_estimate.low, best_estimate.high)
     return f"{value}{unit} {span}"

@@ -3,6 +3,7 @@
 import numpy as np
 
 from tuner.documents.inference_document import (
+    BestJointSetting,
     CellRow,
     DefaultAndInferred,
     FrontSetting,
@@ -14,7 +15,6 @@ from tuner.documents.inference_document import (
     MissedCell,
     RatioRow,
     SpreadPart,
-    Together,
     UnknownRow,
 )
 from tuner.experiments.contest.judging import is_inside, percentile_of
@@ -50,7 +50,7 @@ def inference_document(findings: Findings) -> InferenceDocument:
         settings=settings_part(findings),
         inferred=point_name(findings.chosen),
         unknowns=[
-            unknown_row(unknown, findings.found.values[findings.chosen, i], findings.ranges[i])
+            unknown_row(unknown, findings.settings.values[findings.chosen, i], findings.ranges[i])
             for i, unknown in enumerate(inference.unknowns)
         ],
         kinds=[KindRow(metric=kind.name, definition=kind.definition) for kind in inference.kinds],
@@ -78,12 +78,12 @@ def settings_part(findings: Findings) -> InferenceSettings:
         near=inference.near,
         population=search.population,
         generations=search.generations,
-        tried=len(findings.found.values),
+        tried=len(findings.settings.values),
     )
 
 
-def unknown_row(unknown: Unknown, inferred: float, told: Range) -> UnknownRow:
-    """Return what was found of an unknown; ranges as told in `tuner.experiments.inference.ranges`."""
+def unknown_row(unknown: Unknown, inferred: float, posterior: Range) -> UnknownRow:
+    """Return the row of an unknown; posterior: see `tuner.experiments.inference.ranges`."""
     variable = unknown.variable
     return UnknownRow(
         name=variable.name,
@@ -94,13 +94,13 @@ def unknown_row(unknown: Unknown, inferred: float, told: Range) -> UnknownRow:
         scale=variable.scale,
         default=unknown.default,
         inferred=float(inferred),
-        **vars(told),
-        verdict=told.verdict,
+        **vars(posterior),
+        verdict=posterior.verdict,
     )
 
 
 def cell_row(findings: Findings, i: int) -> CellRow:
-    """Return a published number beside ours at the inferred setting, and what the best of all settings made of it."""
+    """Return the row of a published number: ours at the inferred setting, and the nearest of all settings."""
     cell = findings.inference.cells[i]
     value = np.array([cell.value])
     ours, default = (spread(scores[[i]], value) for scores in (findings.scores, findings.default_scores))
@@ -114,15 +114,15 @@ def cell_row(findings: Findings, i: int) -> CellRow:
         ours=ours,
         default=default,
         percentile=ours.percentile,
-        **verdicts(findings, findings.found.inside[:, i], findings.checked.inside[:, i]),
+        **verdicts(findings, findings.settings.inside[:, i], findings.checked.inside[:, i]),
         ratio=ours.median / cell.value,
         tolerance=float(tolerance(findings.scores[[i]], value)[0]),
-        best_ratio=nearest(findings.found.median[:, i] / cell.value),
+        best_ratio=nearest(findings.settings.median[:, i] / cell.value),
     )
 
 
 def ratio_row(findings: Findings, i: int) -> RatioRow:
-    """Return the ratio of two contenders in one cell, second to first, flight by flight."""
+    """Return the row of a ratio of two contenders: second to first, flight by flight."""
     inference = findings.inference
     pair = inference.ratios[i]
     first, second = inference.cells[pair.first], inference.cells[pair.second]
@@ -141,17 +141,17 @@ def ratio_row(findings: Findings, i: int) -> RatioRow:
         ours=ours,
         default=default,
         percentile=ours.percentile,
-        **verdicts(findings, findings.found.ratio_inside[:, i], findings.checked.ratio_inside[:, i]),
-        nearest=float(published[0]) * nearest(findings.found.ratio[:, i] / published[0]),
+        **verdicts(findings, findings.settings.ratio_inside[:, i], findings.checked.ratio_inside[:, i]),
+        nearest=float(published[0]) * nearest(findings.settings.ratio[:, i] / published[0]),
     )
 
 
 def verdicts(findings: Findings, inside: np.ndarray, checked: np.ndarray) -> dict[str, bool]:
-    """Return where a published value lies inside: at the inferred setting, at one near the least misfit, at any.
+    """Return the verdicts on a published value: inside at the inferred setting, near the least misfit, at any.
 
     inside (n,): under the settings that were flown; checked: under those that were flown held out.
     """
-    near = near_rows(findings.inference, findings.found)
+    near = near_rows(findings.inference, findings.settings)
     at_inferred = bool(checked[CHOSEN])
     consistent = at_inferred or bool(inside[near].any(axis=0))
     reproducible = consistent or bool(inside.any(axis=0) or checked.any(axis=0))
@@ -159,10 +159,10 @@ def verdicts(findings: Findings, inside: np.ndarray, checked: np.ndarray) -> dic
 
 
 def spread(scores: np.ndarray, published: np.ndarray, with_mean: bool = True) -> SpreadPart:
-    """Return the distribution of scores (1, flights) over the flights, and where the published value (1,) stands in it."""
+    """Return the distribution of scores (1, flights) with the published value's percentile."""
     low68, high68 = np.quantile(scores[0], CENTRAL_68, axis=-1)
     low95, high95 = np.quantile(scores[0], CENTRAL_95, axis=-1)
-    where = percentile_of(published, scores)
+    percentile = percentile_of(published, scores)
     mean = {"mean": float(scores[0].mean(axis=-1))} if with_mean else {}
     return SpreadPart(
         **mean,
@@ -171,8 +171,8 @@ def spread(scores: np.ndarray, published: np.ndarray, with_mean: bool = True) ->
         high68=float(high68),
         low95=float(low95),
         high95=float(high95),
-        percentile=float(where[0]),
-        inside=bool(is_inside(where)[0]),
+        percentile=float(percentile[0]),
+        inside=bool(is_inside(percentile)[0]),
     )
 
 
@@ -183,9 +183,9 @@ def nearest(ratios: np.ndarray) -> float:
 
 
 def misfit_part(findings: Findings, row: int, checked: int) -> MisfitPart:
-    """Return the misfits of a setting, in the search and held out, and how many published cells lie inside."""
+    """Return the misfits of a setting and its numbers of cells inside."""
     return MisfitPart(
-        search=misfit_of(findings, findings.found, row),
+        search=misfit_of(findings, findings.settings, row),
         held_out=misfit_of(findings, findings.checked, checked),
         inside=int(findings.checked.inside[checked].sum(axis=0)),
         ratios_inside=int(findings.checked.ratio_inside[checked].sum(axis=0)),
@@ -193,19 +193,19 @@ def misfit_part(findings: Findings, row: int, checked: int) -> MisfitPart:
 
 
 def misfit_of(findings: Findings, settings: EvaluatedSettings, row: int) -> dict[str, float]:
-    """Return the misfit of each kind and over all cells of one setting."""
+    """Return the misfits of a setting: of each kind, and over all cells."""
     inference = findings.inference
     values = settings.misfits(inference)[row]
     named = {kind.name: float(value) for kind, value in zip(inference.kinds, values, strict=True)}
     return {**named, "all": float(settings.overall(inference)[row])}
 
 
-def together(findings: Findings) -> Together:
-    """Return the setting of the search under which the most cells lie inside at once, and what it misses held out."""
+def together(findings: Findings) -> BestJointSetting:
+    """Return the setting with the most cells inside: in the search, and held out."""
     inside = findings.checked.inside[MOST]
-    return Together(
+    return BestJointSetting(
         candidate=point_name(findings.most),
-        search=int(findings.found.inside[findings.most].sum(axis=0)),
+        search=int(findings.settings.inside[findings.most].sum(axis=0)),
         held_out=int(inside.sum(axis=0)),
         of=len(inside),
         missed=[
@@ -220,7 +220,7 @@ def front_setting(findings: Findings, i: int) -> FrontSetting:
     """Return a setting of the front."""
     inference, row = findings.inference, int(findings.shown[i])
     names = [unknown.variable.name for unknown in inference.unknowns]
-    values = findings.found.values[row].tolist()
+    values = findings.settings.values[row].tolist()
     return FrontSetting(
         candidate=point_name(row),
         unknowns=dict(zip(names, values, strict=True)),
@@ -229,7 +229,7 @@ def front_setting(findings: Findings, i: int) -> FrontSetting:
 
 
 def lost_flights(findings: Findings) -> list[LostFlights]:
-    """Return the share of held-out flights that failed, of each contender, under the default and the inferred setting."""
+    """Return each contender's share of failed held-out flights: at the default and the inferred setting."""
     checked, rows = findings.checked.failures, []
     for name in dict.fromkeys(cell.contender for cell in findings.inference.cells):
         mine = [i for i, cell in enumerate(findings.inference.cells) if cell.contender == name]

@@ -1,9 +1,8 @@
-"""The flights of a scenario under one setting after another: what no setting changes is drawn once.
+"""Flights of a scenario under many settings, with common random numbers.
 
-An injected disturbance is normals through a filter, and the normals of flight i depend on the root seed, the stream, the
-scenario's name and i alone. So settings that differ in its intensity, correlation time or bias share them (common random
-numbers): the wind, the noise and the vehicles stay as they are and only the filter is run again. Anything else that a
-setting changes is drawn in full, as `plant.scenarios` does; the bits are the same either way.
+An injected disturbance is filtered white noise; the noise of flight i depends on root seed, stream, scenario name and i alone.
+So settings that differ in its intensity, correlation time or bias share it, and only the filter runs anew. Any other change is
+sampled in full by `plant.quadrotor.scenarios`; the bits are the same either way.
 """
 
 from collections import OrderedDict
@@ -19,15 +18,15 @@ from plant.air.injection import Injection, shape_injection
 from plant.air.window import gate
 from plant.backends.flyer import FlightInputs, to_lanes
 from plant.loop import Timing
-from plant.scenarios import WIND_COLUMNS, Bands, ScenarioSpec, sample_scenarios
+from plant.quadrotor.scenarios import WIND_COLUMNS, Bands, ScenarioSpec, sample_scenarios
+from plant.quadrotor.vehicle import Vehicle
 from plant.seeds import generator
-from plant.vehicle import Vehicle
 
 # The injection stands behind wind and gust rates in the air's columns.
 INJECTED = slice(6, COLUMNS)
-# What is kept at most: chunks of flights without injection, and of its normals; 64 flights of 20 s at 250 Hz are 15 MB of
-# either, and four times that with sensor noise and gust rates.
-KEPT = 8
+# Largest number of cached values: chunks of flights without injection, and of its normals; 64 flights of 20 s at 250 Hz are 15 MB
+# of either, and four times that with sensor noise and gust rates.
+MAX_CACHED = 8
 
 
 @dataclass(frozen=True)
@@ -42,24 +41,26 @@ class FlightRange:
     last: int
 
 
-class Draws:
-    """Draws flights and keeps what the next setting will need again. Any thread may ask.
+class FlightSampler:
+    """Sampler of flights with a cache of inputs shared by settings; thread-safe.
 
     root: the seed of the study.
     """
 
     def __init__(self, root: int) -> None:
         self._root = root
-        self._kept: OrderedDict[Any, Any] = OrderedDict()
+        self._cache: OrderedDict[Any, Any] = OrderedDict()
         self._lock = Lock()
 
-    def inputs(self, asked: FlightRange) -> FlightInputs:
+    def inputs(self, requested: FlightRange) -> FlightInputs:
         """Return the drawn flights."""
-        injection = asked.spec.air.injection
+        injection = requested.spec.air.injection
         if injection is None:
-            return self._plain(asked)
-        plain = self._plain(replace(asked, spec=replace(asked.spec, air=replace(asked.spec.air, injection=None))))
-        added = self._injected(asked, injection)
+            return self._without_injection(requested)
+        plain = self._without_injection(
+            replace(requested, spec=replace(requested.spec, air=replace(requested.spec.air, injection=None)))
+        )
+        added = self._injected(requested, injection)
         if added is None:
             return plain
         blocks, steps, columns, lanes = plain.disturbances.shape
@@ -68,43 +69,45 @@ class Draws:
         disturbances[:, :, INJECTED] = added
         return replace(plain, disturbances=disturbances)
 
-    def _plain(self, asked: FlightRange) -> FlightInputs:
+    def _without_injection(self, requested: FlightRange) -> FlightInputs:
         """Return the flights without injection; the bands that settling is judged by are no reason to draw again."""
-        key = replace(asked, spec=replace(asked.spec, bands=Bands(), recovery_from=None, steady_share=1.0))
-        kept = self._remembered(key, lambda: self._drawn(asked))
-        return replace(kept, targets=asked.spec.targets(asked.timing))
+        key = replace(requested, spec=replace(requested.spec, bands=Bands(), recovery_from=None, steady_share=1.0))
+        cached = self._cached(key, lambda: self._sample(requested))
+        return replace(cached, targets=requested.spec.targets(requested.timing))
 
-    def _drawn(self, asked: FlightRange) -> FlightInputs:
-        flights = range(asked.first, asked.last)
-        return sample_scenarios(asked.spec, asked.vehicle, asked.timing, self._root, asked.stream, flights)
+    def _sample(self, requested: FlightRange) -> FlightInputs:
+        flights = range(requested.first, requested.last)
+        return sample_scenarios(
+            requested.spec, requested.vehicle, requested.timing, self._root, requested.stream, flights
+        )
 
-    def _injected(self, asked: FlightRange, injection: Injection) -> np.ndarray | None:
+    def _injected(self, requested: FlightRange, injection: Injection) -> np.ndarray | None:
         """Return the injected accelerations in lanes (blocks, K, 6, lanes), None where there are none."""
-        steps, h = asked.spec.steps(asked.timing), asked.timing.control_period
-        stream = f"{asked.stream}/{asked.spec.name}/air"
-        key = (stream, steps, asked.first, asked.last)
-        normals = self._remembered(key, lambda: self._normals(stream, steps, range(asked.first, asked.last)))
-        factor = gate(np.arange(steps, dtype=np.float64) * h, asked.spec.air.window)
+        steps, h = requested.spec.steps(requested.timing), requested.timing.control_period
+        stream = f"{requested.stream}/{requested.spec.name}/air"
+        key = (stream, steps, requested.first, requested.last)
+        normals = self._cached(key, lambda: self._normals(stream, steps, range(requested.first, requested.last)))
+        factor = gate(np.arange(steps, dtype=np.float64) * h, requested.spec.air.window)
         added = np.stack([shape_injection(injection, h, factor, row) for row in normals])
         return to_lanes(added) if added.any() else None
 
     def _normals(self, stream: str, steps: int, flights: range) -> list[np.ndarray]:
         return [injection_normals(steps, generator(self._root, stream, i)) for i in flights]
 
-    def _remembered(self, key: Any, draw: Callable[[], Any]) -> Any:
-        """Return what is kept under a key, drawn now if it is not; what was asked for longest ago is forgotten.
+    def _cached(self, key: Any, draw: Callable[[], Any]) -> Any:
+        """Return a cached value, drawn if missing; the least recently used is evicted.
 
         Two threads that miss the same key at once both draw it, and draw the same.
         """
         with self._lock:
-            if key in self._kept:
-                self._kept.move_to_end(key)
-                return self._kept[key]
+            if key in self._cache:
+                self._cache.move_to_end(key)
+                return self._cache[key]
         drawn = draw()
         with self._lock:
-            self._kept[key] = drawn
-            while len(self._kept) > KEPT:
-                self._kept.popitem(last=False)
+            self._cache[key] = drawn
+            while len(self._cache) > MAX_CACHED:
+                self._cache.popitem(last=False)
         return drawn
 
 

@@ -1,15 +1,15 @@
-"""The findings of an inference, whole: every setting flown, the inferred one and the ranges that reproduce the cells."""
+"""Findings of an inference: every setting flown, the inferred one and the ranges that reproduce the cells."""
 
 from dataclasses import dataclass
 from time import perf_counter
 
 import numpy as np
 
-from plant.scenarios import HELD_OUT
+from plant.quadrotor.scenarios import HELD_OUT
 from tuner.experiments.inference.flying import SettingFlyer
 from tuner.experiments.inference.misfit import LOCAL_REFINEMENT, EvaluatedSettings, best_row, evaluate_settings, front
 from tuner.experiments.inference.ranges import Range, ranges
-from tuner.experiments.inference.refine import Slope
+from tuner.experiments.inference.refine import Jacobian
 from tuner.search.front import evenly
 from tuner.search.loop import Generation
 from tuner.search.watcher import CHECKING, Watcher
@@ -23,7 +23,7 @@ MOST_CHECKED = 12
 class Findings:
     """The findings of an inference.
 
-    found: all settings flown; row 0 is the default. chosen: row of the inferred one; most: of the one with the most cells
+    settings: all settings flown; row 0 is the default. chosen: row of the inferred one; most: of the one with the most cells
     inside; shown: rows of the front that were checked. checked: the held-out flights of the default, of the chosen, of the
     one with the most, and of the shown, in this order. default_scores, scores (cells, flights): held-out flights of the
     default and of the chosen.
@@ -31,7 +31,7 @@ class Findings:
 
     inference: Inference
     generations: list[Generation]
-    found: EvaluatedSettings
+    settings: EvaluatedSettings
     chosen: int
     most: int
     shown: np.ndarray
@@ -47,34 +47,44 @@ def checked_findings(
     flyer: SettingFlyer,
     inference: Inference,
     generations: list[Generation],
-    found: EvaluatedSettings,
-    slope: Slope,
+    settings: EvaluatedSettings,
+    jacobian: Jacobian,
     watcher: Watcher,
     begin: float,
 ) -> Findings:
-    """Choose the inferred setting and fly it, the default and the front on held-out flights."""
-    values = found.misfits(inference)
-    chosen, most, shown = best_row(values), most_inside(inference, found), thinned(values, front(values))
+    """Fly the inferred setting, the default and the front on held-out flights."""
+    values = settings.misfits(inference)
+    chosen, most, shown = best_row(values), most_inside(inference, settings), select_subset(values, front(values))
     rows = np.array([0, chosen, most, *shown])
     watcher.on_stage(CHECKING, len(rows) * flyer.flights_of(inference.held_out))
-    scores, failed = flyer.fly(found.values[rows], HELD_OUT, inference.held_out, watcher.on_flights_done)
-    checked = evaluate_settings(inference, found.values[rows], LOCAL_REFINEMENT, scores, failed)
-    told = ranges(inference, found, chosen, slope, scores[1])
-    flown = len(found.values) * flyer.flights_of(inference.flights)
+    scores, failed = flyer.fly(settings.values[rows], HELD_OUT, inference.held_out, watcher.on_flights_done)
+    checked = evaluate_settings(inference, settings.values[rows], LOCAL_REFINEMENT, scores, failed)
+    posterior = ranges(inference, settings, chosen, jacobian, scores[1])
+    flown = len(settings.values) * flyer.flights_of(inference.flights)
     flights = flown + len(rows) * flyer.flights_of(inference.held_out)
     return Findings(
-        inference, generations, found, chosen, most, shown, checked, scores[0], scores[1], told, flights,
+        inference,
+        generations,
+        settings,
+        chosen,
+        most,
+        shown,
+        checked,
+        scores[0],
+        scores[1],
+        posterior,
+        flights,
         perf_counter() - begin,
-    )  # fmt: skip
+    )
 
 
-def most_inside(inference: Inference, found: EvaluatedSettings) -> int:
-    """Return the setting under which the most published cells lie inside at once; of equals the one of least misfit."""
-    counts = found.inside.sum(axis=1)
+def most_inside(inference: Inference, settings: EvaluatedSettings) -> int:
+    """Return the setting with the most published cells inside; of equals the one of least misfit."""
+    counts = settings.inside.sum(axis=1)
     best = np.flatnonzero(counts == counts.max(axis=0))
-    return int(best[np.argmin(found.overall(inference)[best])])
+    return int(best[np.argmin(settings.overall(inference)[best])])
 
 
-def thinned(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return at most MOST_CHECKED of the rows of misfits (n, kinds), in the order of the first."""
+def select_subset(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return at most MOST_CHECKED rows of misfits (n, kinds): in the order of the first."""
     return rows[evenly(values[rows, 0], MOST_CHECKED)]

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from objectives.problem import System, score_flights
+from objectives.problem import score_flights
+from objectives.system import System
 from plant.backends.flyer import FlightInputs, Flyer
 from plant.threads import available_threads
-from tuner.experiments.inference.draws import Draws, FlightRange
+from tuner.experiments.inference.draws import FlightRange, FlightSampler
 from tuner.experiments.inference.record import SettingStore
 from tuner.study.inference import Inference
 
@@ -42,7 +43,7 @@ class SettingFlyer:
         self._settings = settings
         self.flights_made = 0
         self.spared: Callable[[int], None] | None = None
-        self._draws = Draws(inference.contest.seed)
+        self._sampler = FlightSampler(inference.contest.seed)
         self._flyers: dict[tuple[object, ...], Flyer] = {}
         self.threads = threads or available_threads()
         self.tasks = tasks_of(inference)
@@ -56,22 +57,22 @@ class SettingFlyer:
         self, values: np.ndarray, stream: str, count: int, on_flights_done: Callable[[int], None] | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return scores (n, cells, flights) and failed (n, cells, flights) of settings (n, unknowns), recalled or flown."""
-        known = [self._settings.recall(stream, count, row) if self._settings else None for row in values]
-        missing = np.array([part is None for part in known], dtype=bool)
+        stored = [self._settings.load(stream, count, row) if self._settings else None for row in values]
+        missing = np.array([part is None for part in stored], dtype=bool)
         scores = np.empty((len(values), len(self._inference.cells), count))
         failed = np.empty(scores.shape, dtype=bool)
-        for i, part in enumerate(known):
+        for i, part in enumerate(stored):
             if part is not None:
                 scores[i], failed[i] = part
         if on_flights_done is not None:
             (self.spared or on_flights_done)(int(np.sum(~missing, axis=0)) * self.flights_of(count))
         if missing.any():
-            scores[missing], failed[missing] = self._flown(values[missing], stream, count, on_flights_done)
+            scores[missing], failed[missing] = self._fly_missing(values[missing], stream, count, on_flights_done)
         if self._settings is not None:
-            self._settings.keep(stream, values, scores, failed)
+            self._settings.add(stream, values, scores, failed)
         return scores, failed
 
-    def _flown(
+    def _fly_missing(
         self, values: np.ndarray, stream: str, count: int, on_flights_done: Callable[[int], None] | None
     ) -> tuple[np.ndarray, np.ndarray]:
         self.flights_made += len(values) * self.flights_of(count)
@@ -100,18 +101,18 @@ class SettingFlyer:
         return all([self._flyer(studies[task.contender].system).cached for task in self.tasks])
 
     def _fly(self, values: np.ndarray, stream: str, first: int, scores: np.ndarray, failed: np.ndarray) -> None:
-        """Fly one setting and write scores and failed (cells, flights) of the flights from `first` on."""
+        """Fly one setting and fill scores and failed (cells, flights), from flight `first` on."""
         studies = self._inference.studies(values)
         drawn: dict[FlightRange, FlightInputs] = {}
         for task in self.tasks:
             study = studies[task.contender]
             spec, system = study.scenarios[task.scenario].spec, study.system
-            asked = FlightRange(spec, system.vehicle, system.timing, stream, first, first + scores.shape[1])
-            if asked not in drawn:
-                drawn[asked] = self._draws.inputs(asked)
-            results = self._flyer(system).fly(study.default_row[None], system.nominal, drawn[asked])
+            flights = FlightRange(spec, system.vehicle, system.timing, stream, first, first + scores.shape[1])
+            if flights not in drawn:
+                drawn[flights] = self._sampler.inputs(flights)
+            results = self._flyer(system).fly(study.default_row[None], system.nominal, drawn[flights])
             rows, metrics = list(task.cells), [self._inference.cells[i].metric for i in task.cells]
-            scores[rows], failed[rows] = score_flights(system, metrics, results[0], spec, drawn[asked].targets)
+            scores[rows], failed[rows] = score_flights(system, metrics, results[0], spec, drawn[flights].targets)
 
     def _flyer(self, system: System) -> Flyer:
         """Return the flyer of a system; those of one pair of laws, with the same limits and timing, share it."""
@@ -122,9 +123,9 @@ class SettingFlyer:
 
 
 def tasks_of(inference: Inference) -> tuple[Task, ...]:
-    """Return what is flown under one setting: every contender through every scenario that it has a cell in."""
-    names = [entry.spec.name for entry in inference.contest.scenarios]
+    """Return the flights of one setting: every contender through every scenario that it has a cell in."""
+    names = [scenario.spec.name for scenario in inference.contest.scenarios]
     cells: dict[tuple[str, int], list[int]] = {}
     for i, cell in enumerate(inference.cells):
         cells.setdefault((cell.contender, names.index(cell.scenario)), []).append(i)
-    return tuple(Task(name, scenario, tuple(found)) for (name, scenario), found in cells.items())
+    return tuple(Task(name, scenario, tuple(numbers)) for (name, scenario), numbers in cells.items())

@@ -4,13 +4,9 @@ The misfit is one number for each kind of cell, 0 where all are met:
 
     r = ln(ours / published),    misfit of a kind = sqrt(mean over its cells of r^2),    kinds: "peak", "settling", ...
 
-ours is the median over the flights. A published cell is one draw of the turbulence, and what one draw typically gives is the
-median: it is the same before and after the logarithm, and neither the long tail of a peak, nor a settling time cut off by
-the end of the flight, nor the cost of a failed flight moves it, as they move the mean. The logarithm counts twice too
-large as much as half as large, and makes radians and seconds comparable.
-
-Cells are not weighted by their scatter: a setting under which everything scatters would then fit best. What scatter is
-for is the tolerance: how far one draw may fall from the median of its own distribution.
+ours is the median over the flights: unlike the mean it is robust against long tails, settling times cut off by the end of the
+flight and costs of failed flights. The logarithm makes radians and seconds comparable. Cells are not weighted by their scatter: a
+setting under which everything scatters would then fit best. Scatter gives the tolerance of a published cell, which is one draw.
 """
 
 from dataclasses import dataclass
@@ -46,13 +42,13 @@ def overall(misfits: np.ndarray) -> np.ndarray:
 
 
 def weights(kinds: np.ndarray) -> np.ndarray:
-    """Return what the square of each log ratio counts (cells,) in the square of the misfit over all kinds; the sum is 1."""
+    """Return the weights (cells,) of squared log ratios in the squared misfit; the sum is 1."""
     counts = np.bincount(kinds)
     return 1.0 / (len(counts) * counts[kinds])
 
 
 def tolerance(scores: np.ndarray, published: np.ndarray) -> np.ndarray:
-    """Return half the width of the central 68 % of ln(ours) over the flights (cells,), of scores (cells, flights)."""
+    """Return the half-width (cells,) of the central 68 % of ln(ours) over flights; scores (cells, flights)."""
     low, high = np.quantile(log_ratio(scores, published[:, None]), CENTRAL_68, axis=1)
     return 0.5 * (high - low)
 
@@ -84,24 +80,29 @@ class EvaluatedSettings:
 
     @property
     def inside(self) -> np.ndarray:
-        """Whether each published value could be one of the flights (n, cells)."""
+        """Mask (n, cells) of published values that one of the flights could have."""
         return is_inside(self.percentile)
 
     @property
     def ratio_inside(self) -> np.ndarray:
-        """Whether each published ratio between contenders could be that of one of the flights (n, ratios)."""
+        """Mask (n, ratios) of published ratios that one of the flights could have."""
         return is_inside(self.ratio_percentile)
 
 
 def evaluate_settings(
     inference: Inference, values: np.ndarray, origin: int, scores: np.ndarray, failed: np.ndarray
 ) -> EvaluatedSettings:
-    """Return what is kept of the scores and failed (n, cells, flights) of settings (n, unknowns)."""
+    """Return the statistics of scores and failed (n, cells, flights) of settings (n, unknowns)."""
     ratios = ratio_scores(inference, scores)
     return EvaluatedSettings(
-        values, np.full(len(values), origin), np.median(scores, axis=-1), percentile_of(inference.published, scores),
-        np.median(ratios, axis=-1), percentile_of(published_ratios(inference), ratios), failed.mean(axis=-1),
-    )  # fmt: skip
+        values,
+        np.full(len(values), origin),
+        np.median(scores, axis=-1),
+        percentile_of(inference.published, scores),
+        np.median(ratios, axis=-1),
+        percentile_of(published_ratios(inference), ratios),
+        failed.mean(axis=-1),
+    )
 
 
 def concatenate(parts: list[EvaluatedSettings]) -> EvaluatedSettings:

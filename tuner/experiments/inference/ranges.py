@@ -9,9 +9,8 @@ come from the same air, and before any cell u known to its range only, variance 
 
     A = (J' J + s/p I)^-1 J',    cov(u) = A S A' + p (I - A J)(I - A J)',    s = mean of the diagonal of S
 
-The first part is how other draws of the published flights would have moved the answer, the second what no draw would have
-told. It holds where the model is right and nearly linear. Source: A. Tarantola, "Inverse Problem Theory", SIAM, 2005,
-chapter 3 (linear problem, Gaussian prior).
+The first part is the sampling variance of the published flights, the second the unresolved part of the prior, for a model that
+is right and nearly linear. A. Tarantola, "Inverse Problem Theory", SIAM, 2005, chapter 3 (linear problem, Gaussian prior).
 """
 
 from dataclasses import dataclass
@@ -19,13 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tuner.experiments.inference.misfit import EvaluatedSettings, log_ratio
-from tuner.experiments.inference.refine import Slope
+from tuner.experiments.inference.refine import Jacobian
 from tuner.study.inference import Inference, Unknown
 
 # Shares of the searched range (on its scale) up to which a value counts as told, or as told loosely.
-TOLD, LOOSELY = 0.25, 0.5
+MAX_IDENTIFIED, MAX_WEAK = 0.25, 0.5
 # Variance of a uniform distribution over the unit interval.
-PRIOR = 1.0 / 12.0
+PRIOR_VARIANCE = 1.0 / 12.0
 
 
 @dataclass(frozen=True)
@@ -44,24 +43,24 @@ class Range:
     @property
     def verdict(self) -> str:
         """Say how well the value can be told: "told", "loosely" or "not"."""
-        return "told" if self.share <= TOLD else "loosely" if self.share <= LOOSELY else "not"
+        return "told" if self.share <= MAX_IDENTIFIED else "loosely" if self.share <= MAX_WEAK else "not"
 
 
 def ranges(
-    inference: Inference, found: EvaluatedSettings, chosen: int, slope: Slope, scores: np.ndarray
+    inference: Inference, settings: EvaluatedSettings, chosen: int, jacobian: Jacobian, scores: np.ndarray
 ) -> list[Range]:
     """Return the ranges of all unknowns; scores (cells, flights): held-out, at the chosen setting."""
-    near = near_rows(inference, found)
-    deviation = np.sqrt(np.diag(covariance(slope.matrix, scatter(inference, scores))))
+    near = near_rows(inference, settings)
+    deviation = np.sqrt(np.diag(covariance(jacobian.matrix, scatter(inference, scores))))
     return [
-        _range(unknown, found.values[near, i], float(found.values[chosen, i]), float(deviation[i]))
+        _range(unknown, settings.values[near, i], float(settings.values[chosen, i]), float(deviation[i]))
         for i, unknown in enumerate(inference.unknowns)
     ]
 
 
-def near_rows(inference: Inference, found: EvaluatedSettings) -> np.ndarray:
-    """Return which settings are near the least misfit (n,)."""
-    misfit = found.overall(inference)
+def near_rows(inference: Inference, settings: EvaluatedSettings) -> np.ndarray:
+    """Return a mask (n,) of the settings near the least misfit."""
+    misfit = settings.overall(inference)
     return misfit <= (1.0 + inference.near) * misfit.min(axis=0)
 
 
@@ -70,20 +69,20 @@ def scatter(inference: Inference, scores: np.ndarray) -> np.ndarray:
     return np.atleast_2d(np.cov(log_ratio(scores, inference.published[:, None])))
 
 
-def covariance(slope: np.ndarray, noise: np.ndarray) -> np.ndarray:
+def covariance(jacobian: np.ndarray, noise: np.ndarray) -> np.ndarray:
     """Return cov(u) (unknowns, unknowns) for J (cells, unknowns) and S (cells, cells), see the module."""
-    count = slope.shape[1]
-    ridge = np.trace(noise) / len(noise) / PRIOR + np.finfo(float).tiny
-    answer = np.linalg.solve(slope.T @ slope + ridge * np.eye(count), slope.T)
-    untold = np.eye(count) - answer @ slope
-    return answer @ noise @ answer.T + PRIOR * untold @ untold.T
+    count = jacobian.shape[1]
+    ridge = np.trace(noise) / len(noise) / PRIOR_VARIANCE + np.finfo(float).tiny
+    gain = np.linalg.solve(jacobian.T @ jacobian + ridge * np.eye(count), jacobian.T)
+    unresolved = np.eye(count) - gain @ jacobian
+    return gain @ noise @ gain.T + PRIOR_VARIANCE * unresolved @ unresolved.T
 
 
 def _range(unknown: Unknown, near: np.ndarray, inferred: float, deviation: float) -> Range:
     variable = unknown.variable
     ends = float(near.min(axis=0)), float(near.max(axis=0))
     units, middle = [variable.unit(end) for end in ends], variable.unit(inferred)
-    told = np.clip([middle - deviation, middle + deviation], 0.0, 1.0)
-    low, high = variable.value(told).tolist()
-    share = max(units[1] - units[0], float(told[1] - told[0]))
+    posterior = np.clip([middle - deviation, middle + deviation], 0.0, 1.0)
+    low, high = variable.value(posterior).tolist()
+    share = max(units[1] - units[0], float(posterior[1] - posterior[0]))
     return Range(*ends, low, high, share, units[0] <= 0.0 or units[1] >= 1.0)

@@ -5,12 +5,12 @@ flights) laid flat. The name holds the digest of the file's bytes; a file that d
 """
 
 import io
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from tuner.store.columns import Columns
 from tuner.store.flights import FOLDER, digest_of, intact_files
 from tuner.store.folder import Folder
 
@@ -18,26 +18,26 @@ Array = np.ndarray
 
 
 class SettingStore:
-    """Recalls scores and failures of settings, and writes those it is given. names: of the unknowns; cells: how many.
+    """Store of scores and failures of settings. names: of the unknowns; cells: their number.
 
     damaged: names of files that were set aside.
     """
 
     def __init__(self, folder: Folder, names: tuple[str, ...], cells: int) -> None:
         self._folder, self._names, self._cells = folder, names, cells
-        self._known: dict[tuple[str, int, bytes], tuple[Array, Array]] = {}
+        self._stored: dict[tuple[str, int, bytes], tuple[Array, Array]] = {}
         self._written = 0
         self.damaged: list[str] = []
         for file, content in intact_files(folder.path, folder, self.damaged):
             self._read(file.stem.rsplit("-", 2)[0], content)
 
-    def recall(self, stream: str, count: int, values: Array) -> tuple[Array, Array] | None:
-        """Return scores and failed (cells, count) of a setting's values (unknowns,), or None where they are not known."""
-        return self._known.get((stream, count, values.tobytes()))
+    def load(self, stream: str, count: int, values: Array) -> tuple[Array, Array] | None:
+        """Return the stored scores and failed (cells, count) of a setting (unknowns,), or None."""
+        return self._stored.get((stream, count, values.tobytes()))
 
-    def keep(self, stream: str, values: Array, scores: Array, failed: Array) -> None:
+    def add(self, stream: str, values: Array, scores: Array, failed: Array) -> None:
         """Write settings (n, unknowns) with scores and failed (n, cells, flights)."""
-        table: dict[str, Any] = {f"unknown:{name}": values[:, i] for i, name in enumerate(self._names)}
+        table: Columns = {f"unknown:{name}": values[:, i] for i, name in enumerate(self._names)}
         table |= {"scores": list(scores.reshape(len(values), -1)), "failed": list(failed.reshape(len(values), -1))}
         sink = io.BytesIO()
         pq.write_table(pa.table(table), sink, compression="zstd")
@@ -51,4 +51,4 @@ class SettingStore:
         scores, failed = (np.stack(table[name].to_numpy()) for name in ("scores", "failed"))
         for row, score, lost in zip(values, scores, failed, strict=True):
             shape = (self._cells, len(score) // self._cells)
-            self._known[stream, shape[1], row.tobytes()] = (score.reshape(shape), lost.reshape(shape).astype(bool))
+            self._stored[stream, shape[1], row.tobytes()] = (score.reshape(shape), lost.reshape(shape).astype(bool))

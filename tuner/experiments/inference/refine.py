@@ -1,12 +1,9 @@
-"""From the best setting of a search down to the least misfit nearby, by damped least squares.
+"""Levenberg-Marquardt refinement of the best setting of a search.
 
-The misfit is a sum of squares, and with common random numbers a nearly smooth function of the setting, so its derivatives
-say where it falls. A round flies both neighbours of the best setting along every unknown, and from these the steps
-
-    (J' J + d I) step = -J' r,    d: several dampings, from a Gauss-Newton step to a short one downhill.
-
-It goes on from the best of all of them, and draws the neighbours closer where none is better. Source: K. Levenberg,
-Quarterly of Applied Mathematics 2:164-168, 1944; D. W. Marquardt, J. SIAM 11(2):431-441, 1963.
+With common random numbers the misfit, a sum of squares, is nearly smooth. A round flies both neighbors of the best setting along
+every unknown, and from these the steps (J' J + d I) step = -J' r for several dampings d. It continues from the best of all, with
+closer neighbors where none is better. K. Levenberg, Quarterly of Applied Mathematics 2:164-168, 1944; D. W. Marquardt, J. SIAM
+11(2):431-441, 1963.
 """
 
 from collections.abc import Callable
@@ -28,34 +25,34 @@ Fly = Callable[[np.ndarray], EvaluatedSettings]
 
 
 @dataclass(frozen=True)
-class Slope:
-    """Derivatives (cells, unknowns) of the log ratios of the cells by the unknowns, each in shares of its range.
+class Jacobian:
+    """Jacobian (cells, unknowns) of the log ratios: by the unknowns in shares of their ranges.
 
-    point (unknowns,): where, in the unit cube; the derivative is 0 where the cells do not depend on an unknown.
+    point (unknowns,): of the unit cube; the derivative is 0 where the cells do not depend on an unknown.
     """
 
     point: np.ndarray
     matrix: np.ndarray
 
 
-def refined(
+def refine(
     inference: Inference, start: np.ndarray, before: EvaluatedSettings, fly: Fly
-) -> tuple[EvaluatedSettings, Slope]:
-    """Return all settings flown, `before` included, and the slope at the last best one but for the final step.
+) -> tuple[EvaluatedSettings, Jacobian]:
+    """Return all settings flown, `before` included, and the last Jacobian.
 
     start (unknowns,): point of the unit cube of the best setting of `before`.
     """
-    found, point, reach = before, start, FAR
-    slope = Slope(start, np.zeros((len(inference.cells), len(start))))
+    settings, point, reach = before, start, FAR
+    jacobian = Jacobian(start, np.zeros((len(inference.cells), len(start))))
     for _ in range(ROUNDS):
-        least = found.overall(inference).min(axis=0)
-        around = neighbours(point, reach)
+        least = settings.overall(inference).min(axis=0)
+        around = neighbors(point, reach)
         flown = fly(around)
-        slope = slope_of(inference, point, around, flown)
-        here = log_ratio(found.median[best_row(found.misfits(inference))], inference.published)
-        trials = steps(inference, slope, here)
+        jacobian = jacobian_at(inference, point, around, flown)
+        ratios_at_best = log_ratio(settings.median[best_row(settings.misfits(inference))], inference.published)
+        trials = steps(inference, jacobian, ratios_at_best)
         parts, points = concatenate([flown, fly(trials)]), np.concatenate([around, trials], axis=0)
-        found = concatenate([found, parts])
+        settings = concatenate([settings, parts])
         misfit = overall(parts.misfits(inference))
         if misfit.min(axis=0) < least:
             point = points[np.argmin(misfit)]
@@ -63,31 +60,31 @@ def refined(
             break
         else:
             reach = max(0.5 * reach, CLOSE)
-    return found, slope
+    return settings, jacobian
 
 
-def neighbours(point: np.ndarray, reach: float) -> np.ndarray:
-    """Return the points (2 unknowns, unknowns) below and above along every unknown, inside the unit cube."""
+def neighbors(point: np.ndarray, reach: float) -> np.ndarray:
+    """Return the neighbors (2 unknowns, unknowns) along every unknown, in the unit cube."""
     moves = reach * np.eye(len(point))
     return np.clip(np.concatenate([point - moves, point + moves], axis=0), 0.0, 1.0)
 
 
-def slope_of(inference: Inference, point: np.ndarray, around: np.ndarray, flown: EvaluatedSettings) -> Slope:
-    """Return the derivatives between the lower and the upper neighbours of a point."""
+def jacobian_at(inference: Inference, point: np.ndarray, around: np.ndarray, flown: EvaluatedSettings) -> Jacobian:
+    """Return the Jacobian from central differences of neighbors."""
     ratios = log_ratio(flown.median, inference.published)
     count = len(point)
-    apart = np.diag(around[count:] - around[:count])
-    return Slope(point, ((ratios[count:] - ratios[:count]) / apart[:, None]).T)
+    distances = np.diag(around[count:] - around[:count])
+    return Jacobian(point, ((ratios[count:] - ratios[:count]) / distances[:, None]).T)
 
 
-def steps(inference: Inference, slope: Slope, ratios: np.ndarray) -> np.ndarray:
-    """Return the points (dampings, unknowns) that damped least squares goes to; ratios (cells,): logarithms at the point."""
+def steps(inference: Inference, jacobian: Jacobian, ratios: np.ndarray) -> np.ndarray:
+    """Return the Levenberg-Marquardt points (dampings, unknowns); ratios (cells,): logarithms at the point."""
     scale = np.sqrt(weights(inference.kind_of))
-    matrix, rest = scale[:, None] * slope.matrix, scale * ratios
+    matrix, rest = scale[:, None] * jacobian.matrix, scale * ratios
     square = matrix.T @ matrix
     unit = np.trace(square) / len(square) + np.finfo(float).tiny
     moved = [
-        slope.point - np.linalg.solve(square + damping * unit * np.eye(len(square)), matrix.T @ rest)
+        jacobian.point - np.linalg.solve(square + damping * unit * np.eye(len(square)), matrix.T @ rest)
         for damping in DAMPINGS
     ]
     return np.clip(moved, 0.0, 1.0)

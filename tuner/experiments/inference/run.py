@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from objectives.problem import Evaluation
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.experiments.experiment import Experiment
 from tuner.experiments.inference.document import inference_document
@@ -19,11 +19,11 @@ from tuner.experiments.inference.misfit import (
     evaluate_settings,
 )
 from tuner.experiments.inference.record import SettingStore
-from tuner.experiments.inference.refine import DAMPINGS, ROUNDS, Slope, refined
+from tuner.experiments.inference.refine import DAMPINGS, ROUNDS, Jacobian, refine
 from tuner.experiments.inference.tables import candidates_table, settings_table, with_values
 from tuner.experiments.tuning.tables import history_table
 from tuner.report.contest import write_inference_figures, write_inference_report
-from tuner.search.first_generation import first_generation
+from tuner.search.initial_design import initial_design
 from tuner.search.loop import Generation, search_generations
 from tuner.search.registry import SEARCHES
 from tuner.search.watcher import REFINING, SEARCHING, Watcher, compilation
@@ -32,8 +32,8 @@ from tuner.store.folder import Folder
 from tuner.study.inference import Inference
 from tuner.text.toml_text import toml_text
 
-# Values of each unknown that the sweep tries, the others standing at the best setting: a search crowds together, and would
-# leave what does not matter looking as if it did.
+# Values of each unknown in the sweep, the others at the best setting: a search clusters, and would make unknowns without effect
+# look as if they had one.
 SWEEP = 9
 
 
@@ -62,7 +62,7 @@ class InferenceRun(Experiment[Inference, Findings]):
         """Return nothing: the contest that is flown changes with the setting."""
 
     def warm_up(self) -> None:
-        """Have the kernels compiled (once for each pair of laws) before anything is timed."""
+        """Compile the kernels (once for each pair of laws) before anything is timed."""
         if self.flyer.cached:
             return
         with compilation(self.watcher):
@@ -76,17 +76,17 @@ class InferenceRun(Experiment[Inference, Findings]):
         watcher.on_stage(SEARCHING, spec.generations * spec.population * each)
         generations, parts = search(flyer, inference, self.folder, watcher)
         watcher.on_stage(REFINING, most_around(len(inference.unknowns)) * each)
-        found, slope = around_best(flyer, inference, concatenate(parts), watcher)
-        return checked_findings(flyer, inference, generations, found, slope, watcher, self.begin)
+        settings, jacobian = around_best(flyer, inference, concatenate(parts), watcher)
+        return checked_findings(flyer, inference, generations, settings, jacobian, watcher, self.begin)
 
-    def write_documents(self, found: Findings) -> None:
+    def write_documents(self, findings: Findings) -> None:
         """Write tables, numbers, and the study with the inferred values."""
         inference, folder = self.study, self.folder
-        folder.write_table("history.csv", history_table(found.generations))
-        folder.write_table("candidates.parquet", candidates_table(found))
-        values = with_values(inference, found.found.values[found.chosen], folder)
+        folder.write_table("history.csv", history_table(findings.generations))
+        folder.write_table("candidates.parquet", candidates_table(findings))
+        values = with_values(inference, findings.settings.values[findings.chosen], folder)
         folder.write_text("inferred.toml", toml_text(values))
-        folder.write_json("inference.json", inference_document(found))
+        folder.write_json("inference.json", inference_document(findings))
 
 
 def search(
@@ -95,7 +95,7 @@ def search(
     """Search the settings and record each generation."""
     spec, space, seed = inference.search, inference.space, inference.contest.seed
     start = space.point(np.array(space.base))[None]
-    first = first_generation(start, spec.population, generator(seed, "inference/initial", 0))
+    first = initial_design(start, spec.population, generator(seed, "inference/initial", 0))
     draw = int(generator(seed, "inference/algorithm", 0).integers(2**31))
     algorithm = SEARCHES[spec.algorithm](first, len(inference.kinds), 0, draw)
     parts: list[EvaluatedSettings] = []
@@ -127,16 +127,16 @@ def evaluation(inference: Inference, settings: EvaluatedSettings, scores: np.nda
 
 
 def most_around(unknowns: int) -> int:
-    """Return how many settings `around_best` flies at most."""
+    """Return the largest number of settings that `around_best` flies."""
     return ROUNDS * (2 * unknowns + len(DAMPINGS)) + SWEEP * unknowns
 
 
 def around_best(
     flyer: SettingFlyer, inference: Inference, before: EvaluatedSettings, watcher: Watcher
-) -> tuple[EvaluatedSettings, Slope]:
-    """Refine the best setting, then move one unknown after the other through its range, the others standing there.
+) -> tuple[EvaluatedSettings, Jacobian]:
+    """Refine the best setting, then sweep each unknown through its range.
 
-    Returns all settings flown and the slope at the best.
+    Returns all settings flown and the Jacobian at the best.
     """
     space = inference.space
 
@@ -145,13 +145,13 @@ def around_best(
         scores, failed = flyer.fly(values, SEARCH, inference.flights, watcher.on_flights_done)
         return evaluate_settings(inference, values, LOCAL_REFINEMENT, scores, failed)
 
-    found, slope = refined(inference, space.point(best_of(inference, before)), before, fly)
-    points = np.tile(space.point(best_of(inference, found)), (len(space.variables), SWEEP, 1))
+    settings, jacobian = refine(inference, space.point(best_of(inference, before)), before, fly)
+    points = np.tile(space.point(best_of(inference, settings)), (len(space.variables), SWEEP, 1))
     for i in range(len(space.variables)):
         points[i, :, i] = np.linspace(0.0, 1.0, SWEEP)
-    return concatenate([found, fly(points.reshape(-1, len(space.variables)))]), slope
+    return concatenate([settings, fly(points.reshape(-1, len(space.variables)))]), jacobian
 
 
-def best_of(inference: Inference, found: EvaluatedSettings) -> np.ndarray:
+def best_of(inference: Inference, settings: EvaluatedSettings) -> np.ndarray:
     """Return the setting (unknowns,) of least misfit."""
-    return found.values[best_row(found.misfits(inference))]
+    return settings.values[best_row(settings.misfits(inference))]

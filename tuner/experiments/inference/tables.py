@@ -2,7 +2,6 @@
 
 import os
 from copy import deepcopy
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,7 @@ def settings_table(inference: Inference, settings: EvaluatedSettings, first: int
     (over all kinds); median:CELL and percentile:CELL of the published value among the flights; inside: number of cells
     inside; failures.
     """
-    columns: dict[str, Any] = {"candidate": first + np.arange(len(settings.values)), "origin": settings.origin}
+    columns: Columns = {"candidate": first + np.arange(len(settings.values)), "origin": settings.origin}
     columns |= {f"unknown:{u.variable.name}": settings.values[:, i] for i, u in enumerate(inference.unknowns)}
     misfits = settings.misfits(inference)
     columns |= {f"misfit:{kind.name}": misfits[:, i] for i, kind in enumerate(inference.kinds)}
@@ -36,20 +35,20 @@ def settings_table(inference: Inference, settings: EvaluatedSettings, first: int
 
 def candidates_table(findings: Findings) -> Columns:
     """Return all settings that were flown; role: "default", "inferred" or nothing; front: whether it was checked."""
-    table = settings_table(findings.inference, findings.found, 0)
+    table = settings_table(findings.inference, findings.settings, 0)
     candidate = table.pop("candidate")
     roles = np.full(len(candidate), "", dtype=object)
     roles[0], roles[findings.chosen] = "default", "inferred"
     return {"candidate": candidate, "role": roles, "front": np.isin(np.arange(len(roles)), findings.shown), **table}
 
 
-def with_values(inference: Inference, values: np.ndarray, folder: Folder) -> dict[str, Any]:
-    """Return the contest's content with values of the unknowns put in and nothing unknown, to be read from the folder."""
+def with_values(inference: Inference, values: np.ndarray, folder: Folder) -> Columns:
+    """Return the contest's content with values of the unknowns: paths relative to the folder."""
     table = deepcopy(inference.table)
     for unknown, value in zip(inference.unknowns, values, strict=True):
         for place in unknown.places:
             put_at(table, place, float(value))
     for key in INFERENCE_TABLES:
         table.pop(key, None)
-    home, here = inference.path.parent.resolve(), folder.path.resolve()
-    return with_paths(table, lambda name: os.path.relpath(home / name, here))
+    home, base_path = inference.path.parent.resolve(), folder.path.resolve()
+    return with_paths(table, lambda name: os.path.relpath(home / name, base_path))

@@ -18,7 +18,7 @@ from tuner.text.units import after_number
 
 
 def sentences(document: InferenceDocument) -> list[str]:
-    """Return what an inference found, from the content of inference.json."""
+    """Return an inference in sentences, from the content of inference.json."""
     return [
         *misfit_words(document),
         *cell_words(document),
@@ -29,7 +29,7 @@ def sentences(document: InferenceDocument) -> list[str]:
 
 
 def misfit_words(document: InferenceDocument) -> Iterable[str]:
-    """Say how well the inferred setting does beside the default."""
+    """Yield sentences on the misfit at the inferred setting and the default."""
     cells, misfit = document.cells, document.misfit
     yield (
         f"At the inferred setting {misfit.inferred.inside} of {len(cells)} published cells lie in the central 95 % of "
@@ -43,7 +43,7 @@ def misfit_words(document: InferenceDocument) -> Iterable[str]:
 
 
 def cell_words(document: InferenceDocument) -> Iterable[str]:
-    """Say which cells no setting reproduces, which none that fits the rest, and how many one setting reproduces at most."""
+    """Yield sentences on the reproduced and the missed cells."""
     cells, tried = document.cells, document.settings.tried
     never = [cell for cell in cells if not cell.reproducible]
     if never:
@@ -66,7 +66,7 @@ def cell_words(document: InferenceDocument) -> Iterable[str]:
 
 
 def ratio_words(document: InferenceDocument) -> Iterable[str]:
-    """Say which published ratios between contenders can come from one flight through the same air."""
+    """Yield sentences on the published ratios between contenders in the same air."""
     ratios = document.ratios
     if not ratios:
         return
@@ -81,10 +81,10 @@ def ratio_words(document: InferenceDocument) -> Iterable[str]:
 
 
 def unknown_words(document: InferenceDocument) -> Iterable[str]:
-    """Say of each unknown whether the cells tell it."""
+    """Yield a sentence on the identifiability of each unknown."""
     share = per_cent(document.settings.near)
     for row in document.unknowns:
-        near, again = (_span(row, *ends) for ends in (row.near, row.again))
+        near, repeated = (_span(row, *ends) for ends in (row.near, row.resampled))
         inferred = significant(row.inferred, 3) + after_number(row.unit)
         verdict = {
             "told": f"is told by the cells: {inferred}",
@@ -96,12 +96,12 @@ def unknown_words(document: InferenceDocument) -> Iterable[str]:
         end = ", which reaches an end of the range searched" if row.at_end else ""
         yield (
             f"{row.name} {verdict}. Within {share} of the least misfit: {near}{end}; the table, being one draw, leaves "
-            f"{again} (68 %)."
+            f"{repeated} (68 %)."
         )
 
 
 def failure_words(document: InferenceDocument) -> Iterable[str]:
-    """Say whose flights fail."""
+    """Yield sentences on the contenders whose flights fail."""
     for row in document.failures:
         if row.inferred > 0.0:
             yield f"{row.contender} loses {per_cent(row.inferred)} of its flights at the inferred setting."

@@ -16,7 +16,7 @@ from tuner.experiments.planning.counts import (
     survivors_at_most,
 )
 from tuner.experiments.planning.pilot import Pilot
-from tuner.search.first_generation import FURTHER
+from tuner.search.initial_design import MAX_EXTRA_HYPERCUBES
 from tuner.search.names import ALGORITHMS
 from tuner.store.flights import GATHERED
 from tuner.study.contest import Contender
@@ -34,13 +34,17 @@ MODEL_SECONDS, MODEL_ASKS = 0.010, 19
 
 
 def seconds_of(study: TuningStudy, pilot: Pilot, compilation: float | None = None) -> PlannedSeconds:
-    """Return how long a run takes; compilation [s]: None where the kernel was there."""
+    """Return the expected duration of a run; compilation [s]: None where the kernel was there."""
     spec = study.search
     # The first generation asks for further hypercubes until enough points are worth a flight.
-    redrawn = 0.0 if pilot.worthy_share == 1.0 else min(FURTHER, 1.0 / max(pilot.worthy_share, 1.0 / FURTHER))
+    redrawn = (
+        0.0
+        if pilot.worthy_share == 1.0
+        else min(MAX_EXTRA_HYPERCUBES, 1.0 / max(pilot.worthy_share, 1.0 / MAX_EXTRA_HYPERCUBES))
+    )
     models = ALGORITHMS[spec.algorithm].screens
-    asked = spec.population * (spec.generations * (MODEL_ASKS if models else 1) + redrawn)
-    search, held_out = asked * pilot.screen_seconds + models * spec.candidates * MODEL_SECONDS, 0.0
+    requests = spec.population * (spec.generations * (MODEL_ASKS if models else 1) + redrawn)
+    search, held_out = requests * pilot.screen_seconds + models * spec.candidates * MODEL_SECONDS, 0.0
     finalists = flights_of(study).finalists_at_most + 1
     for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True):
         first = spec.flights_first(entry.search)
@@ -62,7 +66,7 @@ def seconds_of(study: TuningStudy, pilot: Pilot, compilation: float | None = Non
 
 
 def comparison_seconds(contender: Contender, pilot: Pilot) -> float:
-    """Return how long the points of a contender fly in the comparison [s]; threads fly blocks of lanes side by side."""
+    """Return the expected time [s] of a contender's comparison flights; threads fly blocks of lanes in parallel."""
     spent = 0.0
     for entry, flown in zip(contender.study.scenarios, pilot.scenarios, strict=True):
         blocks = points_at_most(contender) * -(-entry.held_out // LANES)
@@ -71,28 +75,28 @@ def comparison_seconds(contender: Contender, pilot: Pilot) -> float:
 
 
 def _rounds(candidates: int, flights: int, threads: int) -> int:
-    """Return how many blocks one thread flies; a block is full of lanes even where there are fewer flights."""
+    """Return the number of blocks per thread; a block is full of lanes even where there are fewer flights."""
     return -(-candidates // threads) * -(-flights // LANES)
 
 
 def memory_of(study: TuningStudy, pilot: Pilot) -> float:
     """Return the largest memory that a run holds [bytes]."""
-    candidates, kept, largest, results = study.search.population, 0.0, 0.0, 0.0
+    candidates, held, largest, results = study.search.population, 0.0, 0.0, 0.0
     finalists = flights_of(study).finalists_at_most + 1
     for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True):
         steps = entry.spec.steps(study.system.timing)
         for count, flying in ((entry.search, candidates), (entry.held_out, finalists), (entry.held_out, CONFIRMED)):
-            kept += flown.input_bytes * (count if keeps(count, steps) else 0)
+            held += flown.input_bytes * (count if keeps(count, steps) else 0)
             chunk = min(count, chunk_size(steps))
             largest = max(largest, flown.input_bytes * chunk)
             results = max(results, NUMBER * pilot.rows * flying * chunk)
     waiting = min(WRITING * results, WRITING * (GATHERED + results))
     margins = MARGIN_BYTES if study.table.margin else 0.0
-    return FIXED_BYTES + margins + kept + LAYING_OUT * largest + waiting
+    return FIXED_BYTES + margins + held + LAYING_OUT * largest + waiting
 
 
 def disk_of(study: TuningStudy, pilot: Pilot) -> float:
-    """Return how large the results folder gets at most [bytes]; every flight is kept, so that none is made twice."""
+    """Return the maximum size [bytes] of the results folder; every flight is stored, so that none is made twice."""
     judged = judged_at_most(flights_of(study).finalists_at_most)
     flights = sum(
         flown.stored_bytes * (scenario_flights(study, entry) + judged * entry.held_out)

@@ -17,23 +17,23 @@ CONFIRMED = 2
 
 
 def search_flights(study: SearchedStudy) -> int:
-    """Return how many flights the search takes at most."""
+    """Return the maximum number of search flights."""
     return sum(scenario_flights(study, entry) for entry in study.scenarios)
 
 
 def scenario_flights(study: SearchedStudy, entry: Any) -> int:
-    """Return how many flights of a scenario the search takes at most."""
+    """Return the maximum number of search flights of a scenario."""
     first = study.search.flights_first(entry.search)
     return study.search.candidates * first + survivors_at_most(study) * (entry.search - first)
 
 
 def survivors_at_most(study: SearchedStudy) -> int:
-    """Return how many candidates make all flights of the search at most: the first one and those that survive."""
+    """Return the maximum number of candidates with all search flights: the first one and those that survive."""
     return min(study.search.candidates, 1 + MOST_SURVIVORS)
 
 
 def flights_of(study: SearchedStudy) -> PlannedFlights:
-    """Return how many flights a run makes at most."""
+    """Return the maximum number of flights of a run."""
     search, each = search_flights(study), sum(entry.held_out for entry in study.scenarios)
     finalists = min(study.search.candidates, most_finalists(study))
     held_out = judged_at_most(finalists) * each
@@ -47,15 +47,15 @@ def flights_of(study: SearchedStudy) -> PlannedFlights:
 
 
 def judged_at_most(finalists: int) -> int:
-    """Return how many candidates fly in the held-out check and the confirmation: finalists, the default, and two again."""
+    """Return the number of candidates in held-out check and confirmation: finalists, the default, and two again."""
     return finalists + 1 + CONFIRMED
 
 
 def points_at_most(contender: Contender) -> int:
-    """Return how many points of a contender are compared at most: its own, and a front as long as it may get."""
+    """Return the maximum number of a contender's compared points: its own, and a front as long as it may get."""
     return 1 + (flights_of(contender.study).finalists_at_most if contender.tuned else 0)
 
 
 def comparison_flights(contest: Contest) -> int:
-    """Return how many flights the comparison of a contest takes at most."""
+    """Return the maximum number of a contest's comparison flights."""
     return contest.flights_each * sum(map(points_at_most, contest.contenders))

@@ -7,21 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from objectives.flown_system import FlightBatch
 from objectives.problem import Problem
 from objectives.requirements import known_values
-from objectives.system import FlightBatch
 from plant.backends.lanes import LANES
 from plant.seeds import generator
 from tuner.analysis.plant_step import estimated_plant_step
 from tuner.documents.parts import PlantStep
-from tuner.search.first_generation import first_generation, latin_hypercube
-from tuner.store.flights import Kept, encoded
+from tuner.search.initial_design import initial_design, latin_hypercube
+from tuner.store.flights import PendingFlights, encoded
 from tuner.study.study import TuningStudy
 
 Array = np.ndarray
 PILOT = "plan"
 # Flights of each candidate in each scenario, whole blocks of lanes; candidates at least; points asked how many are worth flying.
-FLIGHTS, CANDIDATES, ASKED = 64, 8, 64
+FLIGHTS, CANDIDATES, PROBES = 64, 8, 64
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Pilot:
 
 
 def pilot_size(threads: int) -> int:
-    """Return how many candidates are flown: as many for every thread, at least CANDIDATES in all."""
+    """Return the number of pilot candidates: as many for every thread, at least CANDIDATES in all."""
     return threads * -(-CANDIDATES // threads)
 
 
@@ -80,9 +80,9 @@ def fly_pilot(problem: Problem, study: TuningStudy, on_flights_done: Callable[[i
     draw = generator(study.seed, "plan/candidates", 0)
     default = study.space.point(study.default_row)[None]
     if study.space.variables:
-        points = first_generation(default, pilot_size(threads), draw, worthy)
-        asked = latin_hypercube(ASKED, points.shape[1], generator(study.seed, "plan/worthy", 0))
-        share = 1.0 if worthy is None else float(np.mean(worthy(asked), axis=0))
+        points = initial_design(default, pilot_size(threads), draw, worthy)
+        probes = latin_hypercube(PROBES, points.shape[1], generator(study.seed, "plan/worthy", 0))
+        share = 1.0 if worthy is None else float(np.mean(worthy(probes), axis=0))
     else:
         points, share = np.repeat(default, pilot_size(threads), axis=0), 1.0
     # The default row itself: a gain outside its searched range would be moved by the way through the unit cube.
@@ -109,10 +109,17 @@ def _fly_scenario(
     columns = tuple(gain.address for gain in system.gains)
     stored = len(
         encoded(
-            [Kept("pilot", FlightBatch(spec, PILOT, FLIGHTS), gains, 0, results)], columns, problem.system.loop.results
+            [PendingFlights("pilot", FlightBatch(spec, PILOT, FLIGHTS), gains, 0, results)],
+            columns,
+            problem.system.loop.results,
         )
     )
     return ScenarioPilot(
-        spec, scores, failed, (flown - drawn) / blocks, (drawn - begin) / FLIGHTS, held / FLIGHTS,
+        spec,
+        scores,
+        failed,
+        (flown - drawn) / blocks,
+        (drawn - begin) / FLIGHTS,
+        held / FLIGHTS,
         stored / (len(gains) * FLIGHTS),
-    )  # fmt: skip
+    )

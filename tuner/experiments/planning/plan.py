@@ -108,42 +108,42 @@ def plan_document(study: TuningStudy, pilot: Pilot, compile_seconds: float | Non
 
 
 def warnings(study: TuningStudy, pilot: Pilot, objectives: list[PlannedObjective], share: float) -> list[str]:
-    """Return what should be changed, or known, before the run."""
-    said = [*warnings_before_run(study), *plant_step_warnings(pilot.plant_step, study.plant_step_key)]
+    """Return the warnings before a run."""
+    texts = [*warnings_before_run(study), *plant_step_warnings(pilot.plant_step, study.plant_step_key)]
     lost = sum(int(entry.failed[0].sum(axis=0)) for entry in pilot.scenarios)
     if lost:
-        said.append(
+        texts.append(
             f"The default lost {lost} of {FLIGHTS * len(pilot.scenarios)} pilot flights; its values and widths are those of "
             "failures. Start from other gains, or make the scenarios milder."
         )
     if pilot.worthy_share == 0.0:
-        design = " (`tuner design`)" if isinstance(study, Study) else ""
-        said.append(
+        design = " (`tuner design`)" if study.has_designs else ""
+        texts.append(
             "None of the points looked at keeps every hard requirement; narrow the ranges of the gains towards a "
             f"design{design}, or relax a requirement."
         )
     for entry in objectives:
         have, needed = entry.flights.held_out, entry.scenarios_needed
         if needed is not None and needed > have:
-            said.append(
+            texts.append(
                 f"{entry.label}: {have} held-out scenarios do not surely tell a difference of {100.0 * share:g} %; "
                 f"{needed} would."
             )
-    return said
+    return texts
 
 
 def contest_plan(
     contest: Contest, pilots: list[Pilot], compilation: list[float | None], share: float
 ) -> ContestPlanDocument:
     """Return the whole plan; pilots, compilation [s, None: done before]: of each contender; share: the difference to be told."""
-    found = list(zip(contest.contenders, pilots, compilation, strict=True))
+    parts = list(zip(contest.contenders, pilots, compilation, strict=True))
     runs = {
         contender.name: plan_document(contender.study, pilot, seconds, share)
-        for contender, pilot, seconds in found
+        for contender, pilot, seconds in parts
         if contender.tuned
     }
     compared = comparison_flights(contest)
-    comparing = sum(comparison_seconds(contender, pilot) for contender, pilot, _ in found)
+    comparing = sum(comparison_seconds(contender, pilot) for contender, pilot, _ in parts)
     compiled = [seconds for seconds in compilation if seconds is not None]
     return ContestPlanDocument(
         title=contest.title,

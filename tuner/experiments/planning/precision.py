@@ -32,7 +32,7 @@ WITHOUT_WIDTH = "worst"
 
 
 def planned_objective(study: TuningStudy, pilot: Pilot, index: int, share: float) -> PlannedObjective:
-    """Return what to expect of objective `index`; share: the difference to be told, relative to the default's value.
+    """Return the expected precision of objective `index`; share: the difference to detect, relative to the default's value.
 
     Widths are of the default's interval, null where nothing can be said; scenarios needed tell that difference from the default,
     the median over the pilot's candidates.
@@ -65,7 +65,7 @@ def percent_of(width: float | None, value: float) -> float | None:
 
 
 def counts_of(study: TuningStudy, objective: Objective, stream: str) -> list[int]:
-    """Return how many flights of each scenario count for an objective."""
+    """Return the number of flights of each scenario that count for an objective."""
     return [getattr(entry, stream) if objective.scenario in (None, entry.spec.name) else 0 for entry in study.scenarios]
 
 
@@ -98,7 +98,7 @@ def width(scores: Array, weights: Array, objective: Objective, count: int, draw:
 def scenarios_needed(
     scores: Array, complete: Array, weights: Array, risk: Risk, share: float, draw: np.random.Generator
 ) -> int | None:
-    """Return how many flights tell a candidate from the default, row 0 of scores (p, n), if they differ by a share of it.
+    """Return the flights needed to detect a relative difference to the default; row 0 of scores (p, n).
 
     The median over the candidates that lost no flight, each scaled to the default's value: a difference is hard to tell between
     candidates about as good as each other, and a bad one is spread as widely as it is bad. None where the default lost a flight,

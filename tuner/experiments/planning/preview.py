@@ -4,15 +4,16 @@ from collections.abc import Callable
 from math import isfinite
 from typing import Any, Literal
 
+from pydantic import Field
+
 from objectives.requirements import known_values
 from tuner.analysis.plant_step import plant_step_of, plant_step_warnings
 from tuner.documents.parts import PlantStep
 from tuner.documents.plan import AutomaticLimit
 from tuner.experiments.planning.counts import comparison_flights, flights_of, search_flights
-from tuner.experiments.planning.study_preview import StudyPreview, study_preview
+from tuner.experiments.planning.study_preview import PreviewPart, StudyPreview, study_preview
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
 from tuner.experiments.tuning.guards import warnings_before_run
-from tuner.store.document import DocumentPart
 from tuner.study.contest import Contender, Contest
 from tuner.study.inference import Inference
 from tuner.study.kinds import AnyStudy
@@ -21,7 +22,7 @@ from tuner.study.study import Study
 from tuner.study.trials import TrialStudy
 
 
-class ContestPreview(DocumentPart):
+class ContestPreview(PreviewPart):
     """A contest before anything flies; published, claims: how many it checks."""
 
     kind: Literal["contest"]
@@ -34,7 +35,7 @@ class ContestPreview(DocumentPart):
     comparison_flights_at_most: int
 
 
-class InferencePreview(DocumentPart):
+class InferencePreview(PreviewPart):
     """An inference before anything flies."""
 
     kind: Literal["inference"]
@@ -45,7 +46,7 @@ class InferencePreview(DocumentPart):
     search_flights: int
 
 
-class PlantPreview(DocumentPart):
+class PlantPreview(PreviewPart):
     """A study of a plant of one's own before anything flies.
 
     requirements: limits on margins and the default's values; plant_step: with the error of the default's margins.
@@ -64,10 +65,10 @@ class PlantPreview(DocumentPart):
     digest: str
     plant_step: PlantStep
     warnings: list[str]
-    told: list[str]
+    notes: list[str] = Field(alias="told")
 
 
-class TrialsPreview(DocumentPart):
+class TrialsPreview(PreviewPart):
     """A study whose trials another program makes; the numbers of trials are the most that may be asked for."""
 
     kind: Literal["trials"]
@@ -87,12 +88,12 @@ Preview = PlantPreview | StudyPreview | ContestPreview | InferencePreview | Tria
 
 
 def preview(study: AnyStudy) -> Preview:
-    """Return what a study would fly and what is known of it without flying."""
+    """Return a study's preview, computed without flying."""
     return PREVIEWS[study.kind](study)
 
 
 def plant_preview(study: PlantStudy) -> PlantPreview:
-    """Return what a study of a plant would fly, with the default's values of what is known without flying."""
+    """Return a plant study's preview, with the default's values that need no flights."""
     values = known_values(study.screens, study.default_row[None], complete=True)[0].tolist() if study.screens else []
     plant_step = plant_step_of(study, study.default_row[None])
     return PlantPreview(
@@ -117,7 +118,7 @@ def plant_preview(study: PlantStudy) -> PlantPreview:
 
 
 def contest_preview(contest: Contest) -> ContestPreview:
-    """Return what a contest would fly."""
+    """Return a contest's preview."""
     return ContestPreview(
         kind="contest",
         title=contest.title,
@@ -136,7 +137,7 @@ def _described(contender: Contender) -> str:
 
 
 def inference_preview(inference: Inference) -> InferencePreview:
-    """Return what an inference would fly."""
+    """Return an inference's preview."""
     search = inference.search
     flown = {(cell.contender, cell.scenario) for cell in inference.cells}
     return InferencePreview(
@@ -150,7 +151,7 @@ def inference_preview(inference: Inference) -> InferencePreview:
 
 
 def trials_preview(study: TrialStudy) -> TrialsPreview:
-    """Return what a study would ask another program for."""
+    """Return the preview of a study whose trials another program runs."""
     flights = flights_of(study)
     return TrialsPreview(
         kind="trials",

@@ -4,22 +4,23 @@ from math import degrees, isfinite, radians
 from typing import Literal
 
 import numpy as np
+from pydantic import Field
 
-from plant.airframes.derived import quantities
+from plant.quadrotor.airframes.derived import quantities
+from plant.quadrotor.vehicle import Vehicle
 from plant.seeds import generator
-from plant.vehicle import Vehicle
-from tuner.analysis.fitted import fitted_texts
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_of, plant_step_warnings
 from tuner.documents.parts import NumberWithUnit, PlantStep
 from tuner.documents.plan import AutomaticLimit
-from tuner.documents.summary import ObstacleRow
+from tuner.documents.summary import UnmetConstraint
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
 from tuner.experiments.tuning.diagnosis import Diagnosis, Probe, obstacle_texts
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.experiments.tuning.problem import problem_of
-from tuner.search.first_generation import latin_hypercube
+from tuner.search.initial_design import latin_hypercube
 from tuner.store.document import DocumentPart, Sense
+from tuner.study.fitted import fitted_texts
 from tuner.study.study import Study
 from tuner.study.trim import MeanWindTrim, mean_wind_trim
 
@@ -68,17 +69,26 @@ class DefaultRow(DocumentPart):
     sense: Sense
     limit: float
     hard: bool
-    kept: bool
+    is_satisfied: bool = Field(alias="kept")
     state: str | None = None
 
 
-class UnreachedLimit(ObstacleRow):
+class UnreachedLimit(UnmetConstraint):
     """A limit that neither the default nor a draw keeps; certain: nothing that is searched moves it."""
 
     certain: bool
 
 
-class StudyPreview(DocumentPart):
+class PreviewPart(DocumentPart):
+    """What a study of any kind would fly, and what is known of it without flying."""
+
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether it asks for what nothing can reach."""
+        return False
+
+
+class StudyPreview(PreviewPart):
     """A study before anything flies."""
 
     kind: Literal["study"]
@@ -98,13 +108,20 @@ class StudyPreview(DocumentPart):
     out_of_reach: list[UnreachedLimit]
     problems: list[str]
     warnings: list[str]
-    told: list[str]
+    notes: list[str] = Field(alias="told")
+
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether nothing looked at keeps a hard limit, or a mean wind is more than the vehicle can hold."""
+        soft = {row.label for row in self.default if not row.hard}
+        lost = any(row.label not in soft for row in self.out_of_reach)
+        return lost or any(not row.held for row in self.trim)
 
 
 def vehicle_row(name: str, vehicle: Vehicle) -> VehicleRow:
-    """Return what a vehicle has to fly with."""
-    known = quantities(vehicle)
-    hover, ratio = known["hover_speed"], known["thrust_to_weight"]
+    """Return a vehicle's mass, thrust-to-weight ratio and hover speed."""
+    derived = quantities(vehicle)
+    hover, ratio = derived["hover_speed"], derived["thrust_to_weight"]
     return VehicleRow(
         name=name,
         mass=NumberWithUnit(value=vehicle.mass, unit="kg"),
@@ -116,20 +133,25 @@ def vehicle_row(name: str, vehicle: Vehicle) -> VehicleRow:
 
 def trim_rows(study: Study) -> list[TrimRow]:
     """Return the steady flight in the mean wind of each scenario that has one."""
-    found = [(entry.spec.name, mean_wind_trim(entry.spec, study.system)) for entry in study.scenarios]
-    return [_trim_row(name, trim) for name, trim in found if trim is not None]
+    result = [(entry.spec.name, mean_wind_trim(entry.spec, study.system)) for entry in study.scenarios]
+    return [_trim_row(name, trim) for name, trim in result if trim is not None]
 
 
 def _trim_row(scenario: str, trim: MeanWindTrim) -> TrimRow:
     tilt, limit, balanced = trim.tilt, trim.tilt_limit, isfinite(trim.tilt)
     return TrimRow(
-        scenario=scenario, wind=trim.wind, tilt=tilt if balanced else None, tilt_limit=limit,
-        margin=limit - tilt if balanced else None, thrust=trim.thrust if balanced else None, held=trim.held,
-    )  # fmt: skip
+        scenario=scenario,
+        wind=trim.wind,
+        tilt=tilt if balanced else None,
+        tilt_limit=limit,
+        margin=limit - tilt if balanced else None,
+        thrust=trim.thrust if balanced else None,
+        held=trim.held,
+    )
 
 
 def default_rows(study: Study, diagnosis: Diagnosis) -> list[DefaultRow]:
-    """Return how the default stands to each limit that is known without flying, loop by loop."""
+    """Return the default's value and verdict for each limit that needs no flights, loop by loop."""
     row = study.default_row
     rows = zip(diagnosis.probes, diagnosis.values(row[None])[0].tolist(), diagnosis.worst_states(row), strict=True)
     return [_default_row(probe, value, state) for probe, value, state in rows]
@@ -138,15 +160,20 @@ def default_rows(study: Study, diagnosis: Diagnosis) -> list[DefaultRow]:
 def _default_row(probe: Probe, value: float, state: str | None) -> DefaultRow:
     limit = probe.requirement
     row = DefaultRow(
-        label=limit.label, loop=probe.loop, value=limit.in_file(value) if isfinite(value) else None,
-        unit=limit.unit, sense=limit.sense, limit=limit.in_file(limit.limit), hard=limit.hard,
-        kept=bool(limit.kept(np.array([value]))[0]),
-    )  # fmt: skip
+        label=limit.label,
+        loop=probe.loop,
+        value=limit.in_file(value) if isfinite(value) else None,
+        unit=limit.unit,
+        sense=limit.sense,
+        limit=limit.in_file(limit.limit),
+        hard=limit.hard,
+        kept=bool(limit.is_satisfied(np.array([value]))[0]),
+    )
     return row.model_copy(update=limit.units() | ({} if state is None else {"state": state}))
 
 
-def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[ObstacleRow]:
-    """Return what stands behind the limits that neither the default nor a draw from the ranges keeps."""
+def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[UnmetConstraint]:
+    """Return the limits that neither the default nor a sampled candidate satisfies, with causes."""
     if not study.requirements:
         return []
     searched = len(study.space.variables)
@@ -154,58 +181,62 @@ def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[ObstacleRow]:
     points = np.concatenate([study.space.point(study.default_row)[None].reshape(1, searched), drawn])
     names = ["default", *[f"draw {i + 1}" for i in range(len(drawn))]]
     values = diagnosis.values(study.space.gains(points))
-    kept = np.stack([probe.broken(values[:, i]) <= 0.0 for i, probe in enumerate(diagnosis.probes)], axis=1)
+    met = np.stack([probe.broken(values[:, i]) <= 0.0 for i, probe in enumerate(diagnosis.probes)], axis=1)
     labels = []
     for requirement in study.requirements:
         mine = [i for i, probe in enumerate(diagnosis.probes) if probe.requirement.label == requirement.label]
-        if not kept[:, mine].all(axis=1).any():
+        if not met[:, mine].all(axis=1).any():
             labels.append(requirement.label)
     return diagnosis.obstacles(points, names, labels)
 
 
-def unreached(found: ObstacleRow) -> UnreachedLimit:
+def unreached(result: UnmetConstraint) -> UnreachedLimit:
     """Return a limit out of reach as data; no search can help where nothing that is searched moves it."""
-    return UnreachedLimit.model_validate({**found.content(), "certain": not found.moved_by}, strict=False)
+    return UnreachedLimit.model_validate({**result.content(), "certain": not result.moved_by}, strict=False)
 
 
 def plant_step_row(study: Study) -> PlantStep:
-    """Return how the plant is integrated, with its error in the default's flights where the kernel is compiled already."""
+    """Return the plant's integration step; with the error in the default's flights where the kernel is compiled already."""
     problem = problem_of(study, None, None)
     if not problem.flyer.cached:
         return plant_step_of(study)
     return estimated_plant_step(problem, study, study.default_row[None])
 
 
-def study_preview(asked: Study) -> StudyPreview:
-    """Return what a study would fly and what is known of it without flying."""
-    diagnosis = Diagnosis(asked)
-    beyond = beyond_reach(asked, diagnosis)
-    trims = trim_rows(asked)
-    plant_step = plant_step_row(asked)
+def study_preview(described: Study) -> StudyPreview:
+    """Return a quadrotor study's preview, computed without flying."""
+    diagnosis = Diagnosis(described)
+    beyond = beyond_reach(described, diagnosis)
+    trims = trim_rows(described)
+    plant_step = plant_step_row(described)
     return StudyPreview(
         kind="study",
-        title=asked.title,
-        variables=len(asked.space.variables),
-        objectives=[objective.label for objective in asked.objectives],
-        constraints=[entry.objective.label for entry in asked.constraints],
-        automatic_limits=automatic_rows(asked.automatic_limits),
-        requirements=[requirement.label for requirement in asked.requirements],
-        search_flights=search_flights(asked),
-        stop=asked.search.stop,
-        digest=asked.digest(),
-        vehicle=vehicle_row(asked.airframe.name, asked.system.vehicle),
+        title=described.title,
+        variables=len(described.space.variables),
+        objectives=[objective.label for objective in described.objectives],
+        constraints=[entry.objective.label for entry in described.constraints],
+        automatic_limits=automatic_rows(described.automatic_limits),
+        requirements=[requirement.label for requirement in described.requirements],
+        search_flights=search_flights(described),
+        stop=described.search.stop,
+        digest=described.digest(),
+        vehicle=vehicle_row(described.airframe.name, described.system.vehicle),
         plant_step=plant_step,
         trim=trims,
-        default=default_rows(asked, diagnosis),
+        default=default_rows(described, diagnosis),
         out_of_reach=[unreached(entry) for entry in beyond],
         problems=[*trim_problems(trims), *obstacle_texts(beyond)],
-        warnings=[*warnings_before_run(asked), *plant_step_warnings(plant_step)],
-        told=[*search_texts(asked), *fitted_texts(asked.system), *automatic_limit_texts(asked.automatic_limits)],
+        warnings=[*warnings_before_run(described), *plant_step_warnings(plant_step)],
+        told=[
+            *search_texts(described),
+            *fitted_texts(described.system),
+            *automatic_limit_texts(described.automatic_limits),
+        ],
     )
 
 
 def search_texts(study: Study) -> list[str]:
-    """Return which search a study asks for and why; nothing where it searches no gain."""
+    """Return the study's search algorithm and the reason; nothing where it searches no gain."""
     return [study.search.text] if study.space.variables else []
 
 
@@ -220,10 +251,3 @@ def _problem(row: TrimRow) -> str:
         return f"{wind} leaves {degrees(row.margin or 0.0):.1f} deg to the tilt limit, which gusts will take."
     remedy = "choose a weaker intensity or mean_wind = false, or raise controller.tilt_limit_deg"
     return f"{wind} is more than the vehicle holds its place in; {remedy}."
-
-
-def is_hopeless(found: StudyPreview) -> bool:
-    """Return whether nothing looked at keeps a hard limit, or a mean wind is more than the vehicle can hold."""
-    soft = {row.label for row in found.default if not row.hard}
-    lost = any(row.label not in soft for row in found.out_of_reach)
-    return lost or any(not row.held for row in found.trim)

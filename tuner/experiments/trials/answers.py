@@ -1,6 +1,6 @@
-"""The border to the program that makes the trials: a line of JSON that it tells, checked against what it was asked.
+"""Parser of trial results: lines of JSON from the program that runs the trials, checked against the pending trials.
 
-A line that is refused changes nothing on record. Its error says the id, what was given, what is allowed and what to do.
+A rejected line changes nothing on record. Its error names the id, the given and the allowed values, and the remedy.
 """
 
 import json
@@ -12,36 +12,36 @@ from plant.errors import InputError, UnknownNameError, one_line, shortened
 from plant.input_files import parse_json
 from tuner.store.trials import Answer, Trial, TrialRecord
 
-LONGEST_LINE = 1_000_000
-"""Bytes of a line that is read."""
-LONGEST_REASON = 200
-ASKED_KEYS = tuple(Trial.model_fields)
-KEYS = (*ASKED_KEYS, "metrics", "failed", "reason")
-"""Keys of a line: a program may send back what it was asked along with its answer."""
+MAX_LINE_BYTES = 1_000_000
+"""Largest number of bytes in a line."""
+MAX_REASON_LENGTH = 200
+TRIAL_KEYS = tuple(Trial.model_fields)
+KEYS = (*TRIAL_KEYS, "metrics", "failed", "reason")
+"""Keys of a line: a program may send back its trial along with the result."""
 FORM = '{"id": ..., "metrics": {...}} or {"id": ..., "failed": true, "reason": "..."}'
 
 
-class Answers:
-    """Takes lines for a record. metrics: names of what has to be told; taken, repeated: numbers of lines so far."""
+class ResultParser:
+    """Parser of result lines for a record. metrics: names of the required ones; n_accepted, n_duplicates: lines so far."""
 
     def __init__(self, record: TrialRecord, metrics: Iterable[str]) -> None:
         self.record, self.metrics = record, tuple(metrics)
-        self.taken = self.repeated = 0
+        self.n_accepted = self.n_duplicates = 0
 
-    def take(self, line: bytes | str, source: str) -> Answer:
-        """Keep what a line tells and return it; InputError where it cannot be used. source: what errors name."""
-        table = parsed(line, source)
+    def add(self, line: bytes | str, source: str) -> Answer:
+        """Record the result in a line and return it; InputError where it is invalid. source: its name in errors."""
+        table = parse_line(line, source)
         trial = self._trial(table, source)
         try:
             answer = self._answer(table, trial)
         except InputError as error:
             raise InputError(error.message, file=source, key=trial.id) from None
-        if trial.id in self.record.told:
+        if trial.id in self.record.answers:
             self._refuse_other(answer, source)
-            self.repeated += 1
+            self.n_duplicates += 1
             return answer
         self.record.tell(answer)
-        self.taken += 1
+        self.n_accepted += 1
         return answer
 
     def _trial(self, table: dict[str, Any], source: str) -> Trial:
@@ -51,22 +51,21 @@ class Answers:
             raise InputError(
                 f"{given}; each line is {FORM}, with the id of a line that `tuner ask` printed", file=source
             )
-        if name not in self.record.asked:
+        if name not in self.record.trials:
             what = f"unknown id '{shortened(one_line(name))}'"
             raise InputError(f"{what}; tell the id of a line that `tuner ask` printed for this folder", file=source)
-        return self.record.asked[name]
+        return self.record.trials[name]
 
     def _answer(self, table: dict[str, Any], trial: Trial) -> Answer:
         for key in table:
             if key not in KEYS:
                 raise UnknownNameError("key", one_line(key), KEYS)
-        asked = trial.content()
-        for key in ASKED_KEYS[1:]:
-            if key in table and table[key] != asked[key]:
-                message = (
-                    f"'{key}' is {_shown(table[key])}, and asked was {_shown(asked[key])}; tell what that trial gave"
+        pending = trial.content()
+        for key in TRIAL_KEYS[1:]:
+            if key in table and table[key] != pending[key]:
+                raise InputError(
+                    f"'{key}' is {_shown(table[key])}, and asked was {_shown(pending[key])}; tell what that trial gave"
                 )
-                raise InputError(message)
         failed = table.get("failed", False)
         if not isinstance(failed, bool):
             raise InputError(f"'failed' is {_shown(failed)}; allowed: true or false")
@@ -85,25 +84,25 @@ class Answers:
                 raise UnknownNameError("metric", one_line(name), self.metrics)
         missing = [name for name in self.metrics if name not in given]
         if missing:
-            told = ", ".join(self.metrics)
-            raise InputError(f"the metric '{missing[0]}' is missing; tell {told}, or that it failed")
+            names = ", ".join(self.metrics)
+            raise InputError(f"the metric '{missing[0]}' is missing; tell {names}, or that it failed")
         return {name: _number(name, given[name]) for name in self.metrics}
 
     def _refuse_other(self, answer: Answer, source: str) -> None:
-        before = self.record.told[answer.id]
+        before = self.record.answers[answer.id]
         if before == answer or (before.failed and answer.failed):
             return
         message = (
-            f"was told before as {_told(before)}, and now as {_told(answer)}; what was told first stays: nothing is to be "
-            "done, or begin anew with another --out"
+            f"was told before as {_result_text(before)}, and now as {_result_text(answer)}; what was told first stays: nothing "
+            "is to be done, or begin anew with another --out"
         )
         raise InputError(message, file=source, key=answer.id)
 
 
-def parsed(line: bytes | str, source: str) -> dict[str, Any]:
+def parse_line(line: bytes | str, source: str) -> dict[str, Any]:
     """Return the object in a line of JSON; InputError where it holds none."""
-    if len(line) > LONGEST_LINE:
-        raise InputError(f"is longer than {LONGEST_LINE:,} bytes; each line is {FORM}", file=source)
+    if len(line) > MAX_LINE_BYTES:
+        raise InputError(f"is longer than {MAX_LINE_BYTES:,} bytes; each line is {FORM}", file=source)
     try:
         text = line.decode("utf-8-sig") if isinstance(line, bytes) else line
         table = parse_json(text, object_pairs_hook=_once)
@@ -143,10 +142,10 @@ def _number(name: str, value: Any) -> float:
 def _reason(given: Any) -> str:
     if not isinstance(given, str):
         raise InputError(f"'reason' is {_shown(given)}; allowed: a text")
-    return shortened(one_line(given), LONGEST_REASON)
+    return shortened(one_line(given), MAX_REASON_LENGTH)
 
 
-def _told(answer: Answer) -> str:
+def _result_text(answer: Answer) -> str:
     if answer.metrics is None:
         return f"failed ({answer.reason})" if answer.reason else "failed"
     return _shown(answer.metrics)

@@ -1,16 +1,16 @@
-"""Ask a study which trials it lacks, and tell it what they gave: each opens the results folder, adds to it and closes it."""
+"""Ask and tell: pending trials of a study, and submission of their results; each opens, extends and closes its folder."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter, sleep
-from typing import IO
+from typing import IO, cast
 
-from plant.errors import HeldError, InputError, StoreError
+from plant.errors import FolderLockedError, InputError, StoreError
 from tuner.experiments.experiment import default_folder
-from tuner.experiments.trials.answers import LONGEST_LINE, Answers
-from tuner.experiments.trials.problem import UnansweredError
-from tuner.experiments.trials.run import Make, TrialRun
+from tuner.experiments.trials.answers import MAX_LINE_BYTES, ResultParser
+from tuner.experiments.trials.problem import MissingResultError
+from tuner.experiments.trials.run import TrialRun, TrialRunner
 from tuner.search.watcher import Watcher
 from tuner.store.advice import RECORD, TRIALS
 from tuner.store.folder import Folder
@@ -22,24 +22,24 @@ from tuner.study.kinds import load_any
 from tuner.study.trials import TrialStudy
 from tuner.text.sentences import counted
 
-PATIENCE, PAUSE = 30.0, 0.05
-"""Time [s] for which a folder that another process writes is waited for, and between two looks."""
-MOST_REASONS = 1000
-"""Refused lines of which the reason is kept."""
+LOCK_TIMEOUT, PAUSE = 30.0, 0.05
+"""Time [s] to wait for a folder that another process has locked, and between two attempts."""
+MAX_REASONS = 1000
+"""Rejected lines whose reason is recorded."""
 BEGUN = {".lock", MANIFEST, "generations", "inputs", "study.toml", "resolved.json", "environment.json"}
-"""What a run that was killed before its run.json may have left."""
+"""Files of a run that was killed before its run.json."""
 
 
 @dataclass(frozen=True)
-class Asked:
-    """The trials that a study lacks. path: its results folder; none are lacking where it was concluded."""
+class PendingTrials:
+    """Pending trials of a study, none where it was concluded. path: its results folder."""
 
     path: Path
     trials: list[Trial]
 
     @property
-    def concluded(self) -> bool:
-        """Whether the run came to its end."""
+    def is_concluded(self) -> bool:
+        """True where the run came to its end."""
         return not self.trials
 
     @property
@@ -49,62 +49,62 @@ class Asked:
 
     @property
     def words(self) -> str:
-        """What is to be done, in a sentence."""
-        if self.concluded:
+        """The next step, in a sentence."""
+        if self.is_concluded:
             return f"All is told: {self.path / 'report.html'} has what was found; no more trials are asked for."
         trials = counted(len(self.trials), "trial")
         return f"{trials} to be made; tell what they gave with `tuner tell {self.path}`, then ask again."
 
 
 @dataclass(frozen=True)
-class Told:
-    """What became of the lines told.
+class SubmissionResult:
+    """Numbers of accepted, duplicate and rejected lines and of pending trials; rejected: the first `MAX_REASONS` errors."""
 
-    taken, repeated: their numbers; refused: why, of the first `MOST_REASONS` of `n_refused`; lacking: trials asked for of which
-    nothing was told.
-    """
-
-    taken: int
-    repeated: int
-    refused: list[InputError]
-    n_refused: int
-    lacking: int
+    n_accepted: int
+    n_duplicates: int
+    rejected: list[InputError]
+    n_rejected: int
+    n_pending: int
 
     @property
     def words(self) -> str:
-        """The numbers in a sentence, and what is to be done."""
-        done = [f"{self.taken} taken", f"{self.repeated} told before", f"{self.n_refused} refused"]
-        rest = f"{counted(self.lacking, 'trial')} still lacking." if self.lacking else "Nothing is lacking: ask again."
+        """The numbers in a sentence, and the next step."""
+        done = [f"{self.n_accepted} taken", f"{self.n_duplicates} told before", f"{self.n_rejected} refused"]
+        rest = (
+            f"{counted(self.n_pending, 'trial')} still lacking." if self.n_pending else "Nothing is lacking: ask again."
+        )
         return f"Lines: {', '.join(done)}. {rest}"
 
 
-def ask(study: TrialStudy, out: Path | None, watcher: Watcher | None = None, make: Make | None = None) -> Asked:
-    """Return the trials that a study lacks for the generation or check that it has come to; none where it was concluded.
+def ask(
+    study: TrialStudy, out: Path | None, watcher: Watcher | None = None, make: TrialRunner | None = None
+) -> PendingTrials:
+    """Return the pending trials of a study's next generation or check; none where it was concluded.
 
-    make: has them made at once, so that the run goes on to its end. Raises StoreError where the folder is that of another study.
+    make: runs each trial at once, so that the run goes on to its end. Raises StoreError for the folder of another study.
     """
     path, watcher = out or default_folder(study), watcher or Watcher()
     if path.exists() and is_concluded(path, study):
-        return Asked(path, [])
-    run = TrialRun(study, opened(path, study), watcher)
+        return PendingTrials(path, [])
+    run = TrialRun(study, open_or_create(path, study), watcher)
     run.make = make
     try:
         run.carry_out()
-    except UnansweredError as error:
-        return Asked(path, error.trials)
-    return Asked(path, [])
+    except MissingResultError as error:
+        return PendingTrials(path, error.trials)
+    return PendingTrials(path, [])
 
 
 def is_concluded(path: Path, study: TrialStudy) -> bool:
-    """Return whether the run of a study in a folder came to its end; StoreError where the folder is that of another study."""
+    """Return true where the run in a folder came to its end; StoreError where it is that of another study."""
     if not (path / RECORD).exists():
         return False
     check_unchanged_study(path, recorded(path), study)
-    return complete(path)
+    return is_complete(path)
 
 
-def complete(path: Path) -> bool:
-    """Return whether a folder was written to its end."""
+def is_complete(path: Path) -> bool:
+    """Return true for a complete folder."""
     manifest = read_manifest(path)
     return manifest is not None and manifest.complete
 
@@ -118,7 +118,7 @@ def recorded(path: Path) -> RunRecord:
 
 
 def check_unchanged_study(path: Path, record: RunRecord, study: TrialStudy) -> None:
-    """Refuse to go on with the folder of another study."""
+    """Raise StoreError for the folder of another study."""
     if study.digest() != record.digest:
         raise StoreError(
             f"{path} was begun with another study than {study.path} is now; give the study as it was ({path / 'study.toml'}), or "
@@ -126,60 +126,60 @@ def check_unchanged_study(path: Path, record: RunRecord, study: TrialStudy) -> N
         )
 
 
-def opened(path: Path, study: TrialStudy) -> Folder:
-    """Return the folder of a study for writing, made where there is none yet."""
+def open_or_create(path: Path, study: TrialStudy) -> Folder:
+    """Return the folder of a study for writing, created if missing."""
     if not path.exists():
         return Folder.create(path, inside=TrialRun.inside)
     if (path / RECORD).exists():
         compute_as_recorded(path, recorded(path), "begin anew with another --out")
     elif not path.is_dir() or not {entry.name for entry in path.iterdir()} <= BEGUN:
         return Folder.create(path, inside=TrialRun.inside)
-    return waited_for(path)
+    return open_when_unlocked(path)
 
 
-def waited_for(path: Path) -> Folder:
-    """Open a folder for writing, as soon as another process that asks or tells lets go of it."""
+def open_when_unlocked(path: Path) -> Folder:
+    """Open a folder for writing, as soon as another process releases it."""
     begin = perf_counter()
     while True:
         try:
             return Folder.open(path)
-        except HeldError:
-            if perf_counter() - begin > PATIENCE:
+        except FolderLockedError:
+            if perf_counter() - begin > LOCK_TIMEOUT:
                 raise
             sleep(PAUSE)
 
 
-def tell(path: Path, lines: Iterable[bytes | str], source: str) -> Told:
-    """Take lines of JSON about trials that a folder asked for; those that cannot be used are refused, and the others taken.
+def tell(path: Path, lines: Iterable[bytes | str], source: str) -> SubmissionResult:
+    """Record results of pending trials from lines of JSON; invalid lines are rejected one by one.
 
-    source: where the lines come from, for errors. Raises StoreError where the folder takes none.
+    source: of the lines, for errors. Raises StoreError where the folder takes none.
     """
     record = recorded(path)
-    if complete(path):
+    if is_complete(path):
         raise StoreError(f"{path} was concluded and takes no more trials; what it found is in {path / 'report.html'}")
-    study = load_any(path / record.study)
-    assert isinstance(study, TrialStudy), "the kind of the folder says so"
-    refused: list[InputError] = []
-    n_refused = 0
-    with waited_for(path):
+    # The kind of the folder says which it is.
+    study = cast(TrialStudy, load_any(path / record.study))
+    rejected: list[InputError] = []
+    n_rejected = 0
+    with open_when_unlocked(path):
         trials = TrialRecord(path)
-        answers = Answers(trials, [metric.text for metric in study.metrics])
+        answers = ResultParser(trials, [metric.text for metric in study.metrics])
         for number, line in enumerate(lines, start=1):
             if not line.strip():
                 continue
             try:
-                answers.take(line, f"{source}, line {number}")
+                answers.add(line, f"{source}, line {number}")
             except InputError as error:
-                n_refused += 1
-                if n_refused <= MOST_REASONS:
+                n_rejected += 1
+                if n_rejected <= MAX_REASONS:
                     # With its traceback each would take some 4 kB.
-                    refused.append(error.with_traceback(None))
-        return Told(answers.taken, answers.repeated, refused, n_refused, len(trials.lacking))
+                    rejected.append(error.with_traceback(None))
+        return SubmissionResult(answers.n_accepted, answers.n_duplicates, rejected, n_rejected, len(trials.lacking))
 
 
 def lines_of(source: IO[bytes]) -> Iterator[bytes]:
-    """Yield lines; of one that is too long as much as tells that it is."""
-    while line := source.readline(LONGEST_LINE + 2):
+    """Yield lines, too long ones truncated just beyond the limit."""
+    while line := source.readline(MAX_LINE_BYTES + 2):
         yield line
-        while len(line) > LONGEST_LINE and not line.endswith(b"\n"):
-            line = source.readline(LONGEST_LINE + 2)
+        while len(line) > MAX_LINE_BYTES and not line.endswith(b"\n"):
+            line = source.readline(MAX_LINE_BYTES + 2)

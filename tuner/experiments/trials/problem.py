@@ -1,6 +1,6 @@
-"""The problem of a study whose trials another program makes: scores are looked up among what was told.
+"""The problem of a study whose trials another program runs: scores come from the recorded results.
 
-What was not told stops the evaluation: the search is replayed from its seed whenever it is asked, as far as the record goes.
+Missing results stop the evaluation: the search is replayed from its seed every time, as far as the record goes.
 """
 
 from collections.abc import Callable
@@ -10,31 +10,31 @@ import numpy as np
 
 from objectives.metrics.metric import Metric
 from objectives.problem import Evaluator, FlightBatch
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from tuner.search.loop import point_name
 from tuner.store.trials import Answer, Trial, TrialRecord
 from tuner.study.trials import FAILED, TrialStudy
 
 Array = np.ndarray
-Answerer = Callable[[list[Trial]], None]
-"""Makes trials and has what it found told to the record."""
+BatchRunner = Callable[[list[Trial]], None]
+"""Runs trials and records their results."""
 
 
-class UnansweredError(Exception):
-    """A replay came to trials of which nothing was told."""
+class MissingResultError(Exception):
+    """A replay reached trials without results."""
 
     def __init__(self, trials: list[Trial]) -> None:
         self.trials = trials
-        super().__init__(f"{len(trials)} trials are not told")
+        super().__init__(f"{len(trials)} trials have no results")
 
 
 class TrialProblem(Evaluator):
-    """Evaluates candidates by the trials on record. answer: makes those that are not; without it `UnansweredError` is raised."""
+    """Evaluator by recorded trials. answer: runs missing ones; without it `MissingResultError` is raised."""
 
-    # The time that a program takes over its trials is not known here.
+    # The time that a program takes over its trials is not recorded.
     now = staticmethod(lambda: 0.0)
 
-    def __init__(self, study: TrialStudy, record: TrialRecord, answer: Answerer | None = None) -> None:
+    def __init__(self, study: TrialStudy, record: TrialRecord, answer: BatchRunner | None = None) -> None:
         super().__init__(study.space, study.objectives, study.constraints)
         self._study, self._record, self._answer = study, record, answer
         self._names: dict[bytes, str] = {}
@@ -53,8 +53,8 @@ class TrialProblem(Evaluator):
         trials = [
             [self.trial(row, batch.stream, i) for i in range(first, last)] for row in self._named(gains, batch, first)
         ]
-        self.make(list({trial.id: trial for trial in chain(*trials)}.values()))
-        answers = [[self._record.told[trial.id] for trial in row] for row in trials]
+        self.require_results(list({trial.id: trial for trial in chain(*trials)}.values()))
+        answers = [[self._record.answers[trial.id] for trial in row] for row in trials]
         if on_flights_done is not None:
             on_flights_done(len(gains) * (last - first))
         scores = [
@@ -71,17 +71,17 @@ class TrialProblem(Evaluator):
         costs = np.array([score(quantity.metric.metric, lost) for quantity in self.quantities])
         return np.repeat(costs[None, :, None], flights, axis=2), np.ones((1, flights), dtype=bool)
 
-    def make(self, trials: list[Trial]) -> None:
-        """Have trials made that are not on record."""
+    def require_results(self, trials: list[Trial]) -> None:
+        """Run the trials without results; MissingResultError where none can run."""
         self._record.ask(trials)
         if self._answer is not None:
-            self._answer([trial for trial in trials if trial.id not in self._record.told])
-        lacking = [trial for trial in trials if trial.id not in self._record.told]
-        if lacking:
-            raise UnansweredError(lacking)
+            self._answer([trial for trial in trials if trial.id not in self._record.answers])
+        pending = [trial for trial in trials if trial.id not in self._record.answers]
+        if pending:
+            raise MissingResultError(pending)
 
     def trial(self, row: Array, stream: str, scenario: int) -> Trial:
-        """Return the trial of a row of variables (g,) in a scenario of a stream."""
+        """Return the trial of variables (g,) in a scenario of a stream."""
         candidate, name = self._name(row, stream), f"{stream}-{scenario:03d}"
         return Trial(
             id=f"{candidate}-{name}",
@@ -92,12 +92,12 @@ class TrialProblem(Evaluator):
         )
 
     def _name(self, row: Array, stream: str) -> str:
-        """Return the name of a candidate: its number, and "default" for that wherever the finalists are compared with it."""
-        known = row.tobytes()
-        return "default" if stream != SEARCH and known == self._study.default_row.tobytes() else self._names[known]
+        """Return the name of a candidate: its number, or "default" outside of the search."""
+        key = row.tobytes()
+        return "default" if stream != SEARCH and key == self._study.default_row.tobytes() else self._names[key]
 
     def _named(self, gains: Array, batch: FlightBatch, first: int) -> Array:
-        """Return the rows, every one with a name: of candidates, which the search asks for in order, their numbers."""
+        """Return the rows, naming new candidates of the search by their numbers."""
         if batch.stream == SEARCH and first == 0:
             for row in gains:
                 self._names.setdefault(row.tobytes(), point_name(self._tried))
@@ -106,7 +106,7 @@ class TrialProblem(Evaluator):
 
 
 def score(metric: Metric, answer: Answer) -> float:
-    """Return what a trial counts as for a metric: what was told, at most its bound, and beyond that where it failed."""
+    """Return the score of a trial for a metric: its value, at most the bound, and beyond that where it failed."""
     worst = metric.bound(answer.metrics)
     if answer.metrics is None:
         return FAILED * worst if metric.graded else worst

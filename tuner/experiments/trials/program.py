@@ -1,7 +1,7 @@
-"""A program that makes trials: it reads a line of JSON for each on its standard input and prints a line with what it gave.
+"""A process that runs trials: it reads a line of JSON for each on its standard input and prints a line with the result.
 
-One trial at a time. A program that ends or that does not answer in time costs the trial that it was at, which counts as failed,
-and is started anew for the next one; one that never answered anything stops the run. Its standard error is ours.
+One trial at a time. Where a process ends or exceeds the timeout, its trial counts as failed and the next one starts a new
+process; one that never answered anything stops the run. Its standard error is inherited.
 """
 
 import os
@@ -15,7 +15,7 @@ from types import TracebackType
 
 from plant.errors import InputError
 from plant.texts import signal_name
-from tuner.experiments.trials.answers import LONGEST_LINE, Answers
+from tuner.experiments.trials.answers import MAX_LINE_BYTES, ResultParser
 from tuner.store.trials import Answer, Trial, line_of
 
 KEY = "--run"
@@ -23,8 +23,8 @@ KEY = "--run"
 GRACE = 2.0
 
 
-class Program:
-    """Runs a command line. timeout: time [s] that a trial may take, None for as long as it likes."""
+class TrialProcess:
+    """Process of a command line. timeout: largest time of a trial [s], None for no limit."""
 
     def __init__(self, command: str, timeout: float | None = None) -> None:
         try:
@@ -38,7 +38,7 @@ class Program:
         self._lines: SimpleQueue[bytes] = SimpleQueue()
         self._answered = False
 
-    def __enter__(self) -> "Program":
+    def __enter__(self) -> "TrialProcess":
         return self
 
     def __exit__(
@@ -46,9 +46,9 @@ class Program:
     ) -> None:
         self._end(kind is None)
 
-    def make(self, trial: Trial, answers: Answers) -> None:
-        """Have a trial made; InputError where the program does not keep to the form of its answers."""
-        line = self._asked(trial)
+    def run(self, trial: Trial, answers: ResultParser) -> None:
+        """Run a trial and record its result; InputError where the answer is malformed."""
+        line = self._answer(trial)
         if not line:
             reason = self._ending(late=line is None)
             if not self._answered:
@@ -57,14 +57,14 @@ class Program:
                 )
             answers.record.tell(Answer(id=trial.id, failed=True, reason=f"the program {reason}"))
             return
-        given = answers.take(line, "what the program printed")
+        given = answers.add(line, "what the program printed")
         if given.id != trial.id:
             message = f"answered {given.id}, and {trial.id} was asked; answer each line before the next one"
             raise InputError(message, key=KEY)
         self._answered = True
 
-    def _asked(self, trial: Trial) -> bytes | None:
-        """Return what the program answers to a trial: nothing where it ended, None where it takes too long."""
+    def _answer(self, trial: Trial) -> bytes | None:
+        """Return the program's answer to a trial: empty where it ended, None after the timeout."""
         process = self._started()
         assert process.stdin is not None
         try:
@@ -91,9 +91,9 @@ class Program:
         return self._process
 
     def _ending(self, late: bool) -> str:
-        """End a program that gave no answer, and return in words why there is none; late: it still runs."""
+        """End a program without an answer and return the reason in words; late: it still runs."""
         process = self._process
-        assert process is not None, "it was asked"
+        assert process is not None, "a trial was sent"
         with suppress(subprocess.TimeoutExpired):
             process.wait(0.0 if late else GRACE)
         code = process.returncode
@@ -121,10 +121,10 @@ class Program:
 
 
 def _read(process: "subprocess.Popen[bytes]", lines: "SimpleQueue[bytes]") -> None:
-    """Hand lines over as they come, and an empty one at the end."""
+    """Queue lines as they come, and an empty one at the end."""
     assert process.stdout is not None
     with process.stdout as out:
-        while line := out.readline(LONGEST_LINE + 1):
+        while line := out.readline(MAX_LINE_BYTES + 1):
             if line.strip():
                 lines.put(line)
     lines.put(b"")

@@ -1,4 +1,4 @@
-"""The run of a study whose trials another program makes: a tuning run that is replayed whenever it is asked what it lacks.
+"""The run of a study whose trials another program runs: a tuning run, replayed for every list of pending trials.
 
 Search, held-out check, choice, confirmation and report are those of every tuning run.
 """
@@ -12,31 +12,31 @@ from tuner.documents.parts import GainValue
 from tuner.documents.summary import Summary, gains_name
 from tuner.documents.variables import VariablesDocument
 from tuner.experiments.experiment import Experiment
-from tuner.experiments.trials.answers import Answers
+from tuner.experiments.trials.answers import ResultParser
 from tuner.experiments.trials.problem import TrialProblem
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.search import algorithm_of, first_points, search
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import constraint_table, front_table
-from tuner.search import covariance, gaussian_process
+from tuner.search import bayesian_optimization, covariance
 from tuner.search.names import ALGORITHMS
 from tuner.search.watcher import compilation
 from tuner.store.advice import RECORD, TRIALS
 from tuner.store.clock import Clock
 from tuner.store.folder import Folder
-from tuner.store.trials import ASKED, TOLD, Trial, TrialRecord
+from tuner.store.trials import REQUESTS_FILE, RESULTS_FILE, Trial, TrialRecord
 from tuner.study.trials import TrialStudy
 
 TrialOutcome: TypeAlias = Outcome[TrialStudy, TrialProblem]
-Make: TypeAlias = Callable[[Trial, Answers], object]
-"""Makes a trial and has what it found taken."""
+TrialRunner: TypeAlias = Callable[[Trial, ResultParser], object]
+"""Runs a trial and records its result."""
 FIRST = ("study.toml", "resolved.json", "environment.json")
-"""Files that a run writes once, before its first line is asked for."""
+"""Files that a run writes once, before its first trials."""
 
 
-class Unhurried(Clock):
-    """A clock that stands: when trials were made is not known, and a run that is asked again writes the same bytes."""
+class FixedClock(Clock):
+    """A clock at 0: times of trials are not recorded, and a replayed run writes the same bytes."""
 
     def now(self) -> float:
         """Return 0."""
@@ -44,71 +44,72 @@ class Unhurried(Clock):
 
 
 class TrialRun(Experiment[TrialStudy, TrialOutcome]):
-    """A study of trials in a results folder. make: has each trial made that is lacking; without it the run stops there."""
+    """A study of trials in a results folder. make: runs each pending trial; without it the run stops at these."""
 
     kind = TRIALS
     draw_figures = staticmethod(report.write_figures)
     draw_page = staticmethod(report.write_report)
-    make: Make | None = None
+    make: TrialRunner | None = None
 
     @classmethod
     def check(cls, study: TrialStudy) -> None:
-        """Refuse to run it alone: who makes the trials has to be asked."""
+        """Raise InputError: another program runs the trials."""
         raise InputError(
             f"another program makes the trials of this study; `tuner ask {study.path}` prints those that are to be made, and "
             "`tuner tell` takes what they gave",
-            file=study.path, key="trials",
-        )  # fmt: skip
+            file=study.path,
+            key="trials",
+        )
 
     def prepare(self) -> None:
-        """Read what was asked and told."""
+        """Read the recorded trials and results."""
         self.record = TrialRecord(self.folder.path)
         self.problem = TrialProblem(self.study, self.record, self.answer if self.make else None)
 
     def warm_up(self) -> None:
-        """Have the model of the search compiled where it has one."""
+        """Compile the model of the search where it has one."""
         if not ALGORITHMS[self.study.search.algorithm].screens:
             return
         if not covariance.is_compiled():
             with compilation(self.watcher):
-                gaussian_process.warm_up()
+                bayesian_optimization.warm_up()
 
     def answer(self, trials: list[Trial]) -> None:
-        """Have trials made, one after the other."""
+        """Run trials, one after the other."""
         assert self.make is not None, "called only where something makes trials"
-        answers = Answers(self.record, [metric.text for metric in self.study.metrics])
+        answers = ResultParser(self.record, [metric.text for metric in self.study.metrics])
         for trial in trials:
             self.make(trial, answers)
             self.watcher.on_flights_done(1)
 
     def fly(self) -> TrialOutcome:
-        """Replay the search and its conclusion as far as trials are told; UnansweredError has those that are lacking."""
+        """Replay search and conclusion; MissingResultError has the pending trials."""
         first, warnings = first_points(self.problem, self.study, self.folder)
         algorithm = algorithm_of(self.problem, self.study, first)
         generations = search(
-            self.problem, self.study, self.folder, self.watcher, algorithm, self.study.search.budget, Unhurried()
+            self.problem, self.study, self.folder, self.watcher, algorithm, self.study.search.budget, FixedClock()
         )
         return conclude(self.problem, self.study, generations, self.watcher, self.begin, warnings)
 
     @staticmethod
-    def is_feasible(found: TrialOutcome) -> bool:
-        """Whether the run recommends a point."""
-        return found.feasible
+    def is_feasible(outcome: TrialOutcome) -> bool:
+        """Return true where the run recommends a point."""
+        return outcome.feasible
 
-    def write_documents(self, found: TrialOutcome) -> None:
-        """Write the front, the recommended values and what was found."""
+    def write_documents(self, outcome: TrialOutcome) -> None:
+        """Write front, recommended values and summary."""
         folder = self.folder
-        summary = trial_summary(found)
-        folder.write_table("front.csv", front_table(found))
-        folder.remove(gains_name(not found.feasible))
-        folder.write_json(gains_name(found.feasible), variables_document(found, summary))
+        summary = trial_summary(outcome)
+        folder.write_table("front.csv", front_table(outcome))
+        folder.remove(gains_name(not outcome.feasible))
+        folder.write_json(gains_name(outcome.feasible), variables_document(outcome, summary))
         folder.write_json("summary.json", summary)
-        if found.study.constraints:
-            folder.write_table("constraints.csv", constraint_table(found))
-        folder.written(ASKED, TOLD)
+        if outcome.study.constraints:
+            folder.write_table("constraints.csv", constraint_table(outcome))
+        folder.written(REQUESTS_FILE, RESULTS_FILE)
 
     def _write_inputs(self, folder: Folder) -> None:
-        """Write what the run starts from, once: every later look at the run finds it there."""
+        """Write the inputs once: later replays keep them."""
         if (folder.path / RECORD).exists():
             for name in (*FIRST, RECORD):
                 folder.keep(name)
@@ -117,15 +118,15 @@ class TrialRun(Experiment[TrialStudy, TrialOutcome]):
         super()._write_inputs(folder)
 
 
-def trial_summary(found: TrialOutcome) -> Summary:
-    """Return summary.json, without times: nobody here knows how long the trials took."""
-    return summary_document(found).model_copy(update={"wall_seconds": None, "search_seconds": None})
+def trial_summary(outcome: TrialOutcome) -> Summary:
+    """Return summary.json without times, which are not recorded."""
+    return summary_document(outcome).model_copy(update={"wall_seconds": None, "search_seconds": None})
 
 
-def variables_document(found: TrialOutcome, summary: Summary) -> VariablesDocument:
-    """Return the values of the point that a summary shows beside the default."""
-    study = found.study
-    values = zip(study.table.variable, found.gains(found.tuned).tolist(), strict=True)
+def variables_document(outcome: TrialOutcome, summary: Summary) -> VariablesDocument:
+    """Return the variables of a summary's tuned point."""
+    study = outcome.study
+    values = zip(study.table.variable, outcome.gains(outcome.tuned).tolist(), strict=True)
     return VariablesDocument(
         format="holdfast-variables",
         version=1,
@@ -133,6 +134,6 @@ def variables_document(found: TrialOutcome, summary: Summary) -> VariablesDocume
         title=study.title,
         digest=study.digest(),
         point=summary.shown,
-        feasible=found.feasible,
-        gains={entry.name: GainValue(value=value, unit=entry.unit) for entry, value in values},
+        feasible=outcome.feasible,
+        gains={variable.name: GainValue(value=value, unit=variable.unit) for variable, value in values},
     )

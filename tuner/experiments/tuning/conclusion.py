@@ -1,18 +1,19 @@
 """Conclusion of a search on flights that it never saw: finalists, the recommended point, warnings."""
 
 from dataclasses import replace
-from functools import partial, singledispatch
+from functools import partial
 from time import perf_counter
+from typing import cast
 
 import numpy as np
 
-from objectives.problem import Evaluator, Problem
-from plant.scenarios import CONFIRMATION, HELD_OUT
+from objectives.problem import Problem
+from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.finals import Finals
-from tuner.analysis.held_out import NOT_CERTAIN, Finalists, Searched, compare, compare_known, judge
+from tuner.analysis.held_out import Finalists, SearchEstimate, compare, compare_known, judge
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
-from tuner.documents.parts import PlantStep
 from tuner.documents.summary import ComparedRow
+from tuner.documents.verdicts import NOT_CERTAIN
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
     conflict_texts,
@@ -25,11 +26,11 @@ from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import Survivors, survivors_of
-from tuner.search.front import non_dominated, pick, thinned
+from tuner.search.front import non_dominated, pick, select_subset
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
 from tuner.search.watcher import CHECKING, Watcher
-from tuner.study.study import SearchedStudy, TuningStudy
+from tuner.study.searched import SearchedStudy, TuningStudy
 from tuner.text.numbers import significant
 from tuner.text.sentences import limit_text
 
@@ -40,59 +41,57 @@ MOST_FINALISTS, OF_TWO, TRIED = 48, 24, 6
 
 
 def conclude(
-    problem: P, study: S, generations: list[Generation], watcher: Watcher, begin: float, said: list[str]
+    problem: P, study: S, generations: list[Generation], watcher: Watcher, begin: float, first_warnings: list[str]
 ) -> Outcome[S, P]:
     """Re-fly the default and the front on held-out scenarios and pick the recommended point; said: warnings so far."""
-    found = archive(generations)
+    tried = archive(generations)
     survivors = survivors_of(problem, study, generations, watcher)
-    candidates, warnings = finalists_of(survivors, found, study)
-    flown, again = batches(study, HELD_OUT), batches(study, CONFIRMATION)
-    gains = finalist_gains(problem, study, found, candidates)
+    candidates, warnings = finalists_of(survivors, tried, study)
+    flown, confirming = batches(study, HELD_OUT), batches(study, CONFIRMATION)
+    gains = finalist_gains(problem, study, tried, candidates)
     watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in flown))
     finals = Finals(problem, gains, flown, partial(best_row, study), study.seed, watcher.on_flights_done)
     finalists, tuned, why = judged(study, finals, survivors.seen([0, *candidates.tolist()]))
     confirmation = problem.evaluate_gains(
-        gains[[0, tuned]], again, watcher.on_flights_done, fly_all=True, complete=True
+        gains[[0, tuned]], confirming, watcher.on_flights_done, fly_all=True, complete=True
     )
     if broken := broken_by(finalists.excess[tuned], confirmation.violations[1], study):
         warnings.append(f"The point shown beside the default breaks {broken}; see the table.")
     table = compare(problem, confirmation, study.seed)
     warnings += uncertain_limits(table)
-    limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)
-    conflict = conflict_of(known, limits)
-    default = default_candidate(found, study)
+    limits, fully_flown = limits_of(study.constraints, study.requirements), completely_known(tried, generations)
+    conflict = conflict_of(fully_flown, limits)
+    default = default_candidate(tried, study)
     warnings += conflict_texts(conflict, limits, default) if conflict is not None else []
-    plant_step, step_warnings = plant_step_at(study, problem, gains[[0, tuned]])
+    plant_step = None
+    # Who makes flights here has a study of a system.
+    if isinstance(problem, Problem):
+        plant_step = estimated_plant_step(problem, cast(TuningStudy, study), gains[[0, tuned]])
+        warnings += plant_step_warnings(plant_step, study.plant_step_key)
     outcome = Outcome(
-        study, problem, generations, survivors, candidates, finalists, confirmation, tuned, why,
-        table, compare_known(problem, gains[[0, tuned]]),
-        conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
-        plant_step, [*said, *warnings, *step_warnings], 0.0,
-    )  # fmt: skip
+        study,
+        problem,
+        generations,
+        survivors,
+        candidates,
+        finalists,
+        confirmation,
+        tuned,
+        why,
+        table,
+        compare_known(problem, gains[[0, tuned]]),
+        conflict,
+        obstacles_of(problem, study, generations, tried, conflict, limits),
+        costs_of(fully_flown, limits),
+        plant_step,
+        [*first_warnings, *warnings],
+        0.0,
+    )
     warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
 
 
-@singledispatch
-def plant_step_at(
-    study: SearchedStudy,  # noqa: ARG001
-    problem: Evaluator,  # noqa: ARG001
-    gains: np.ndarray,  # noqa: ARG001
-) -> tuple[PlantStep | None, list[str]]:
-    """Return how the plant was integrated and with what error over gains rows (n, gains), and warnings about it.
-
-    Nothing where no plant of ours flew.
-    """
-    return None, []
-
-
-@plant_step_at.register
-def _(study: TuningStudy, problem: Problem, gains: np.ndarray) -> tuple[PlantStep | None, list[str]]:
-    found = estimated_plant_step(problem, study, gains)
-    return found, plant_step_warnings(found, study.plant_step_key)
-
-
-def judged(study: SearchedStudy, finals: Finals, before: list[Searched]) -> tuple[Finalists, int, str]:
+def judged(study: SearchedStudy, finals: Finals, before: list[SearchEstimate]) -> tuple[Finalists, int, str]:
     """Fly the finalists and return them with the row and the reason of the recommended one, which makes all flights."""
     flown = finals.fly()
     while True:
@@ -105,7 +104,7 @@ def judged(study: SearchedStudy, finals: Finals, before: list[Searched]) -> tupl
 
 
 def unsettled(finalists: Finalists, tuned: int) -> np.ndarray:
-    """Return which rows (rows,) have to make all flights: the recommended one, and those that only lack confidence in a limit."""
+    """Return a mask (rows,) of those that need all flights: the recommended one, and those short of confidence alone."""
     lacking = ~finalists.feasible & np.all(finalists.evaluation.violations <= 0.0, axis=1)
     return lacking | (np.arange(len(lacking)) == tuned)
 
@@ -121,26 +120,26 @@ def uncertain_limits(table: list[ComparedRow]) -> list[str]:
     ]
 
 
-def completely_known(found: Archive, generations: list[Generation]) -> Archive:
+def completely_known(tried: Archive, generations: list[Generation]) -> Archive:
     """Return an archive in which only those count as flown that flew through every scenario: a race ends others early."""
-    return replace(found, flown=np.concatenate([entry.evaluation.complete for entry in generations], axis=0))
+    return replace(tried, flown=np.concatenate([entry.evaluation.complete for entry in generations], axis=0))
 
 
-def default_candidate(found: Archive, study: SearchedStudy) -> int | None:
+def default_candidate(tried: Archive, study: SearchedStudy) -> int | None:
     """Return the first candidate that is the default, None where the search did not try it."""
-    same = np.flatnonzero(np.all(found.points == study.space.point(study.default_row), axis=1))
+    same = np.flatnonzero(np.all(tried.points == study.space.point(study.default_row), axis=1))
     return int(same[0]) if len(same) else None
 
 
 def remarks(outcome: Outcome) -> list[str]:
-    """Return what each limit cost along the front, in sentences."""
+    """Return sentences on the price of each limit along the front."""
     study = outcome.study
     labels, units = zip(*[(entry.label, entry.metric.unit) for entry in study.objectives], strict=True)
     return cost_texts(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
 
 
 def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: SearchedStudy) -> str:
-    """Return what kind of limit a point breaks, by its violations (limits,) on both streams; empty where none."""
+    """Return the kind of limit that a point violates; its violations (limits,) are of both streams, "" where none."""
     split = len(study.constraints)
     kinds = [
         (held_out[:split], "a constraint on the held-out scenarios"),
@@ -150,19 +149,19 @@ def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: SearchedStudy)
     return " and ".join(kind for part, kind in kinds if (part > 0.0).any())
 
 
-def finalists_of(survivors: Survivors, found: Archive, study: SearchedStudy) -> tuple[np.ndarray, list[str]]:
+def finalists_of(survivors: Survivors, tried: Archive, study: SearchedStudy) -> tuple[np.ndarray, list[str]]:
     """Return the archive indices to re-fly and what to warn of."""
     warnings = warnings_before_run(study)
-    if len(found.front()) == 0:
-        least, why = nothing_feasible(found, study.requirements)
+    if len(tried.front()) == 0:
+        least, why = nothing_feasible(tried, study.requirements)
         return np.array([least]), [*warnings, why]
     rows, values = survivors.finalists(), survivors.evaluation.values
-    kept = rows[thinned(values[rows], values[rows].max(axis=0), most_finalists(study))]
-    return survivors.candidates[kept[np.argsort(values[kept, 0], kind="stable")]], warnings
+    chosen_rows = rows[select_subset(values[rows], values[rows].max(axis=0), most_finalists(study))]
+    return survivors.candidates[chosen_rows[np.argsort(values[chosen_rows, 0], kind="stable")]], warnings
 
 
 def most_finalists(study: SearchedStudy) -> int:
-    """Return how many candidates fly held-out scenarios at most, the default aside: a longer search has a longer front."""
+    """Return the maximum number of finalists besides the default: a longer search has a longer front."""
     if len(study.objectives) > 2:
         return MOST_FINALISTS
     return min(max(study.search.candidates // TRIED, OF_TWO), MOST_FINALISTS)
@@ -179,7 +178,7 @@ def recommend(study: SearchedStudy, finalists: Finalists) -> tuple[int, str]:
 
 
 def picked(study: SearchedStudy, values: np.ndarray, front: np.ndarray) -> tuple[int, str]:
-    """Return what the pick rule picks from the rows of a front, and why; values (rows, objectives): of all, the default first."""
+    """Return the pick rule's row of a front, and why; values (rows, objectives): of all, the default first."""
     beating = front[np.all(values[front] < values[0], axis=1)]
     among = beating if len(beating) else front
     chosen, why = pick(study.pick, values[among], [objective.label for objective in study.objectives])

@@ -19,6 +19,7 @@ from objectives.requirements import Requirement
 from objectives.scales import Scale
 from tuner.documents.plan import AutomaticLimit
 from tuner.search.loop import Archive, point_name
+from tuner.text.sentences import BOUNDS
 from tuner.text.units import after_number
 
 # Smallest conflicting sets told at most: with many, the limits are hopeless one and all.
@@ -26,7 +27,7 @@ MOST_SETS = 6
 
 
 class Limit(NamedTuple):
-    """A constraint or requirement. sense: "most" or "least"; flown: whether a value is known of flown candidates only.
+    """A constraint or requirement. sense: "max" or "min"; flown: whether a value is known of flown candidates only.
 
     automatic: key of the study that moves a limit which it does not write, see `objectives.mission`; "" for its own. scale: from
     the unit of files, see `Requirement`.
@@ -43,14 +44,14 @@ class Limit(NamedTuple):
     def relaxed(self, share: float) -> float:
         """Return the limit, given way by a share of its size (of 1 where it is 0)."""
         step = share * (abs(self.limit) or 1.0)
-        return self.limit + step if self.sense == "most" else self.limit - step
+        return self.limit + step if self.sense == "max" else self.limit - step
 
     @property
     def text(self) -> str:
         """Return "mean(saturation) at most 0.02", of an automatic limit with its key."""
-        asked = f"{self.label} at {self.sense} {number_text(self.limit, self.unit)}"
+        entries = f"{self.label} {BOUNDS[self.sense]} {number_text(self.limit, self.unit)}"
         source = f"{REGULATED:g} times the default's, {OFF_KEY}" if self.automatic == OFF_KEY else self.automatic
-        return f"{asked} (automatic: {source})" if self.automatic else asked
+        return f"{entries} (automatic: {source})" if self.automatic else entries
 
 
 class Relaxation(NamedTuple):
@@ -66,7 +67,7 @@ class LimitPrice(NamedTuple):
 
     limit: int
     objective: int
-    kept: float
+    with_limit: float
     without: float
 
 
@@ -86,26 +87,26 @@ class Conflict:
 
 def limits_of(constraints: Sequence[Constraint], requirements: Sequence[Requirement]) -> list[Limit]:
     """Return all limits in the order of the columns of violations."""
-    asked = [Limit(c.objective.label, c.objective.metric.unit, "most", c.most, True, c.floor) for c in constraints]
-    return asked + [Limit(r.label, r.unit, r.sense, r.limit, False, scale=r.scale) for r in requirements]
+    entries = [Limit(c.objective.label, c.objective.metric.unit, "max", c.most, True, c.floor) for c in constraints]
+    return entries + [Limit(r.label, r.unit, r.sense, r.limit, False, scale=r.scale) for r in requirements]
 
 
-def shares(found: Archive, limits: Sequence[Limit]) -> np.ndarray:
+def shares(tried: Archive, limits: Sequence[Limit]) -> np.ndarray:
     """Return by which share of each limit a candidate breaks it (n, limits), infinite where that is not known."""
-    known = np.array([not limit.flown for limit in limits], dtype=bool) | found.flown[:, None]
+    is_known = np.array([not limit.flown for limit in limits], dtype=bool) | tried.flown[:, None]
     split = sum(limit.flown for limit in limits)
     scale = np.array([abs(limit.limit) or 1.0 for limit in limits[:split]])
-    relative = found.violations.copy()
+    relative = tried.violations.copy()
     # The violations of requirements are shares already, those of constraints are in the metric's unit.
     relative[:, :split] /= scale
     for i in range(len(limits) - split):
-        relative[~np.isfinite(found.requirements[:, i]) & (relative[:, split + i] > 0.0), split + i] = np.inf
-    return np.where(known, relative, np.inf)
+        relative[~np.isfinite(tried.requirements[:, i]) & (relative[:, split + i] > 0.0), split + i] = np.inf
+    return np.where(is_known, relative, np.inf)
 
 
-def conflict_of(found: Archive, limits: Sequence[Limit]) -> Conflict | None:
-    """Return what stood in the way where no candidate kept every limit, else None."""
-    broken = shares(found, limits)
+def conflict_of(tried: Archive, limits: Sequence[Limit]) -> Conflict | None:
+    """Return the conflict where no candidate satisfied every limit, else None."""
+    broken = shares(tried, limits)
     if not limits or np.any(np.all(broken <= 0.0, axis=1)):
         return None
     near = np.isfinite(broken).all(axis=1)
@@ -116,24 +117,24 @@ def conflict_of(found: Archive, limits: Sequence[Limit]) -> Conflict | None:
     return Conflict(tuple(conflicting_sets(broken <= 0.0)), common, tuple(_single(broken, limits)))
 
 
-def conflicting_sets(kept: np.ndarray) -> list[tuple[int, ...]]:
+def conflicting_sets(is_met: np.ndarray) -> list[tuple[int, ...]]:
     """Return the smallest sets of columns of kept (n, limits) that no row keeps all of, in order; exact, by size."""
-    patterns = np.unique(kept, axis=0)
-    for size in range(1, kept.shape[1] + 1):
-        found = [some for some in combinations(range(kept.shape[1]), size) if not patterns[:, some].all(axis=1).any()]
-        if found:
-            return found[:MOST_SETS]
+    patterns = np.unique(is_met, axis=0)
+    for size in range(1, is_met.shape[1] + 1):
+        tried = [some for some in combinations(range(is_met.shape[1]), size) if not patterns[:, some].all(axis=1).any()]
+        if tried:
+            return tried[:MOST_SETS]
     return []
 
 
 def _single(broken: np.ndarray, limits: Sequence[Limit]) -> list[Relaxation]:
-    found = []
+    tried = []
     for i in range(len(limits)):
         others = np.delete(broken, i, axis=1)
         rows = np.flatnonzero(np.all(others <= 0.0, axis=1) & np.isfinite(broken[:, i]))
         if len(rows):
-            found.append(_relaxation(broken, limits, int(rows[np.argmin(broken[rows, i])])))
-    return found
+            tried.append(_relaxation(broken, limits, int(rows[np.argmin(broken[rows, i])])))
+    return tried
 
 
 def _relaxation(broken: np.ndarray, limits: Sequence[Limit], candidate: int) -> Relaxation:
@@ -142,20 +143,20 @@ def _relaxation(broken: np.ndarray, limits: Sequence[Limit], candidate: int) -> 
     return Relaxation(candidate, float(row.max(axis=0)), changes)
 
 
-def costs_of(found: Archive, limits: Sequence[Limit]) -> list[LimitPrice]:
+def costs_of(tried: Archive, limits: Sequence[Limit]) -> list[LimitPrice]:
     """Return by how much the best value of each objective would fall without each limit, where it would and some are feasible.
 
     Of a hard requirement nothing can be said: what breaks it was not flown.
     """
-    broken = shares(found, limits)
-    feasible = np.all(broken <= 0.0, axis=1) & found.flown
+    broken = shares(tried, limits)
+    feasible = np.all(broken <= 0.0, axis=1) & tried.flown
     if not feasible.any():
         return []
-    best = found.values[feasible].min(axis=0)
+    best = tried.values[feasible].min(axis=0)
     costs = []
     for i in range(len(limits)):
-        allowed = np.all(np.delete(broken, i, axis=1) <= 0.0, axis=1) & found.flown
-        without = found.values[allowed].min(axis=0)
+        allowed = np.all(np.delete(broken, i, axis=1) <= 0.0, axis=1) & tried.flown
+        without = tried.values[allowed].min(axis=0)
         costs += [LimitPrice(i, m, float(best[m]), float(without[m])) for m in np.flatnonzero(without < best).tolist()]
     return costs
 
@@ -175,18 +176,18 @@ def automatic_limit_texts(automatic: Sequence[Constraint]) -> list[str]:
 
 def conflict_texts(conflict: Conflict, limits: Sequence[Limit], default: int | None = None) -> list[str]:
     """Return a conflict in sentences; default: the candidate that is the default, None where it was not searched."""
-    told = [_sets_text(conflict, limits)]
+    texts = [_sets_text(conflict, limits)]
     if conflict.common is None:
-        return [*told, "No flown candidate is within a finite step of the limits; widen the ranges of the gains."]
+        return [*texts, "No flown candidate is within a finite step of the limits; widen the ranges of the gains."]
     for relaxation in sorted(conflict.single, key=lambda entry: entry.share):
-        told.append(f"{_steps(relaxation, limits)} alone would let {_named(relaxation, default)} in.")
+        texts.append(f"{_steps(relaxation, limits)} alone would let {_named(relaxation, default)} in.")
     if len(conflict.common.changes) > 1:
         share, let_in = conflict.common.share, _named(conflict.common, default)
         size = f"{100.0 * share:.3g} %" if share <= 1.0 else f"{share:.3g} times its size"
-        told.append(
+        texts.append(
             f"Giving way everywhere by at most {size}: {_steps(conflict.common, limits)} would let {let_in} in."
         )
-    return told
+    return texts
 
 
 def _named(relaxation: Relaxation, default: int | None) -> str:
@@ -214,24 +215,24 @@ def _towards(value: float, limit: Limit) -> str:
     if value == 0.0:
         return number_text(0.0, limit.unit)
     step = 10.0 ** (floor(log10(abs(value))) - 3)
-    rounded = (ceil if limit.sense == "most" else floor)(value / step) * step
+    rounded = (ceil if limit.sense == "max" else floor)(value / step) * step
     return number_text(rounded, limit.unit)
 
 
 def cost_texts(
     costs: Sequence[LimitPrice], limits: Sequence[Limit], labels: Sequence[str], units: Sequence[str]
 ) -> list[str]:
-    """Return what each limit costs in sentences; labels, units: of the objectives."""
-    told = []
+    """Return sentences on the price of each limit; labels, units: of the objectives."""
+    texts = []
     for i in dict.fromkeys(cost.limit for cost in costs):
         parts = [
-            f"{number_text(cost.without, units[cost.objective])} instead of {number_text(cost.kept, units[cost.objective])} in "
-            f"{labels[cost.objective]}"
+            f"{number_text(cost.without, units[cost.objective])} instead of "
+            f"{number_text(cost.with_limit, units[cost.objective])} in {labels[cost.objective]}"
             for cost in costs
             if cost.limit == i
         ]
-        told.append(f"Without {limits[i].text} the front of the search reaches {' and '.join(parts)}.")
-    return told
+        texts.append(f"Without {limits[i].text} the front of the search reaches {' and '.join(parts)}.")
+    return texts
 
 
 def number_text(value: float, unit: str) -> str:

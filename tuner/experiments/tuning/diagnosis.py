@@ -6,7 +6,7 @@ asked again of the best candidates and of points about them; of flights, only th
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, singledispatch
+from functools import cached_property
 from math import isfinite, sqrt
 from statistics import NormalDist
 
@@ -17,13 +17,14 @@ from objectives.mission import OFF_KEY
 from objectives.problem import Constraint
 from objectives.requirements import Requirement, Screen
 from objectives.scales import SCALES
-from plant.gains import GainAddress, gain_addresses
+from plant.quadrotor.gains import GainAddress
 from tuner.analysis.sensitivity.indices import places
-from tuner.documents.summary import DesignReach, GainAt, ObstacleRow
+from tuner.documents.summary import DesignReach, GainAt, UnmetConstraint
 from tuner.experiments.tuning.conflicts import number_text
 from tuner.experiments.tuning.starts import design_row, study_designs
-from tuner.study.margins import MarginAnalysis, margin_requirement
+from tuner.study.margins import MarginAnalysis
 from tuner.study.study import SearchedStudy, Study
+from tuner.text.sentences import BOUNDS
 
 Array = np.ndarray
 
@@ -56,27 +57,16 @@ class Probe:
         return () if self.loop is None else (self.loop, *INNER.get(self.loop, ()))
 
     def is_unstable(self, value: float) -> bool:
-        """Return whether a value is that of a loop which is not stable."""
-        worst = value <= 0.0 if self.requirement.sense == "least" else not isfinite(value)
+        """Return True if a value is that of an unstable loop."""
+        worst = value <= 0.0 if self.requirement.sense == "min" else not isfinite(value)
         return self.loop is not None and worst
 
     def moves(self, values: Array, base: float) -> bool:
-        """Return whether any of the values (n,) differs from a base by what matters to the limit."""
+        """Return True if any of the values (n,) differs significantly from a base."""
         if not isfinite(base):
             return bool(np.isfinite(values).any(axis=0))
         least = MOVED * (abs(self.requirement.limit) or 1.0)
         return bool((~np.isfinite(values) | (np.abs(values - base) > least)).any(axis=0))
-
-
-@singledispatch
-def diagnosed(study: SearchedStudy, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[ObstacleRow]:  # noqa: ARG001
-    """Return what stands behind requirements, by their labels, that no point (n, d) keeps; nothing where no loops are known."""
-    return []
-
-
-@diagnosed.register
-def _(study: Study, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[ObstacleRow]:
-    return Diagnosis(study).obstacles(points, names, labels)
 
 
 class Diagnosis:
@@ -84,11 +74,11 @@ class Diagnosis:
 
     def __init__(self, study: Study) -> None:
         self._study = study
-        self._addresses = gain_addresses(study.system.cascade)
+        self._addresses = study.system.gains
         self._others, self._loops = _split(study)
         specs = tuple(entry.spec for entry in study.scenarios)
-        asked = tuple(entry for _, entry in self._loops)
-        self._margins = MarginAnalysis(asked, study.system, specs, study.path)
+        required = tuple(entry for _, entry in self._loops)
+        self._margins = MarginAnalysis(required, study.system, specs, study.path)
         self.probes = (
             *[Probe(requirement, None) for _, _, requirement in self._others],
             *[Probe(requirement, entry.axes[0]) for requirement, entry in self._loops],
@@ -96,8 +86,8 @@ class Diagnosis:
 
     def values(self, gains: Array) -> Array:
         """Return the values (n, probes) of gains rows (n, gains)."""
-        known = {id(screen): screen.analyse(gains) for screen, _, _ in self._others}
-        others = [known[id(screen)][:, i] for screen, i, _ in self._others]
+        by_screen = {id(screen): screen.analyse(gains) for screen, _, _ in self._others}
+        others = [by_screen[id(screen)][:, i] for screen, i, _ in self._others]
         loops = self._margins.values(gains) if self._loops else np.empty((len(gains), 0))
         return np.concatenate([np.reshape(others, (len(others), len(gains))).T, loops], axis=1)
 
@@ -109,35 +99,35 @@ class Diagnosis:
     def designed(self) -> Array | None:
         """Gains row (gains,) of `tuner design`, None where no axis can be designed."""
         designs = study_designs(self._study)
-        return design_row(self._study, designs) if any(found.designed for found in designs.values()) else None
+        return design_row(self._study, designs) if any(rows.designed for rows in designs.values()) else None
 
-    def obstacles(self, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[ObstacleRow]:
-        """Return what stands behind the requirements `labels`, for points (n, d) of the unit cube and their names.
+    def obstacles(self, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[UnmetConstraint]:
+        """Return the diagnoses of the requirements `labels`, for points (n, d) of the unit cube and their names.
 
         Of the loops of a margin those are named that none of the points keeps; where each is kept by some, the worst of the
         closest point.
         """
         values = self.values(self._study.space.gains(points))
         broken = np.stack([probe.broken(values[:, i]) for i, probe in enumerate(self.probes)], axis=1)
-        found = []
+        rows = []
         for label in labels:
             mine = [i for i, probe in enumerate(self.probes) if probe.requirement.label == label]
             closest = int(np.argmin(broken[:, mine].max(axis=1)))
             worst = max(mine, key=lambda i: broken[closest, i])
             never = [(i, int(np.argmin(broken[:, i]))) for i in mine if (broken[:, i] > 0.0).all()]
             for i, best in never or [(worst, closest)]:
-                found.append(self._obstacle(i, points[best], float(values[best, i]), names[best], len(points)))
-        return found
+                rows.append(self._obstacle(i, points[best], float(values[best, i]), names[best], len(points)))
+        return rows
 
-    def _obstacle(self, i: int, point: Array, value: float, name: str, tried: int) -> ObstacleRow:
-        asked, moved = self.probes[i].requirement, self._moved_by(i, point, value)
-        return ObstacleRow(
-            label=asked.label,
+    def _obstacle(self, i: int, point: Array, value: float, name: str, tried: int) -> UnmetConstraint:
+        required, moved = self.probes[i].requirement, self._moved_by(i, point, value)
+        return UnmetConstraint(
+            label=required.label,
             loop=self.probes[i].loop,
-            **asked.units(),
-            sense=asked.sense,
-            limit=asked.in_file(asked.limit),
-            reached=asked.in_file(_finite(value)),
+            **required.units(),
+            sense=required.sense,
+            limit=required.in_file(required.limit),
+            reached=required.in_file(_finite(value)),
             point=name,
             tried=tried,
             moved_by=moved,
@@ -189,10 +179,10 @@ class Diagnosis:
         if self.designed is None:
             return None
         value = self.values(self.designed[None])[:, i]
-        own = [gain for gain in self._addresses if gain.axis == self.probes[i].loop]
-        kept = bool(self.probes[i].broken(value)[0] <= 0.0)
+        own_gains = [gain for gain in self._addresses if gain.axis == self.probes[i].loop]
+        is_met = bool(self.probes[i].broken(value)[0] <= 0.0)
         reached = self.probes[i].requirement.in_file(_finite(float(value[0])))
-        return DesignReach(value=reached, kept=kept, gains=[_value(gain, self.designed) for gain in own])
+        return DesignReach(value=reached, kept=is_met, gains=[_value(gain, self.designed) for gain in own_gains])
 
 
 Column = tuple[Screen, int, Requirement]
@@ -200,9 +190,7 @@ Column = tuple[Screen, int, Requirement]
 
 def _split(study: Study) -> tuple[list[Column], list[tuple[Requirement, MarginRequirement]]]:
     """Return the requirements that stand as they are, by screen and column, and those on margins loop by loop."""
-    specs = tuple(entry.spec for entry in study.scenarios)
-    asked = [margin_requirement(table, study.system.timing, specs) for table in study.table.margin]
-    margins = {entry.label: entry for entry in asked if not entry.quantity.whole}
+    margins = {entry.label: entry for entry in study.loop_requirements()}
     columns = [(screen, i, entry) for screen in study.screens for i, entry in enumerate(screen.requirements)]
     loops = [
         (entry, replace(margins[entry.label], axes=(axis,)))
@@ -223,17 +211,17 @@ def _finite(value: float) -> float | None:
 
 def flown_obstacle(
     study: SearchedStudy, constraint: Constraint, points: Array, values: Array, names: Sequence[str]
-) -> ObstacleRow:  # fmt: skip
-    """Return what stands behind a constraint that no point (n, d) flown keeps, by its values (n,) there.
+) -> UnmetConstraint:
+    """Return the diagnosis of a constraint that no flown point (n, d) satisfies, by its values (n,) there.
 
     Gains that move it are those whose rank correlation with it is no chance, the strongest first.
     """
     best, objective = int(np.argmin(values)), constraint.objective
-    return ObstacleRow(
+    return UnmetConstraint(
         label=objective.label,
         loop=None,
         unit=objective.metric.unit,
-        sense="most",
+        sense="max",
         limit=constraint.most,
         reached=_finite(float(values[best])),
         point=names[best],
@@ -252,64 +240,64 @@ def _correlated(study: SearchedStudy, points: Array, values: Array) -> list[str]
     ranks = places(values) - 0.5 * (len(values) + 1)
     strength = []
     for i in range(len(variables)):
-        own = places(points[:, i]) - 0.5 * (len(values) + 1)
-        length = float(np.linalg.norm(own) * np.linalg.norm(ranks))
-        strength.append(abs(float(own @ ranks)) / length if length > 0.0 else 0.0)
+        own_gains = places(points[:, i]) - 0.5 * (len(values) + 1)
+        length = float(np.linalg.norm(own_gains) * np.linalg.norm(ranks))
+        strength.append(abs(float(own_gains @ ranks)) / length if length > 0.0 else 0.0)
     # Under independence a rank correlation of n pairs has variance 1 / (n - 1); the error is shared among all gains, both signs.
     least = NormalDist().inv_cdf(1.0 - 0.5 * ERROR / len(variables)) / sqrt(len(values) - 1)
     order = sorted(range(len(variables)), key=lambda i: -strength[i])
     return [variables[i].name for i in order if strength[i] > least]
 
 
-def obstacle_texts(obstacles: Sequence[ObstacleRow]) -> list[str]:
+def obstacle_texts(obstacles: Sequence[UnmetConstraint]) -> list[str]:
     """Return obstacles in sentences."""
-    return [_told(entry) for entry in obstacles]
+    return [_obstacle_text(entry) for entry in obstacles]
 
 
-def _told(found: ObstacleRow) -> str:
-    where = "" if found.loop is None else f" in the {found.loop} loop"
-    looked = "the candidate" if found.tried == 1 else f"{found.tried} candidates"
+def _obstacle_text(rows: UnmetConstraint) -> str:
+    where = "" if rows.loop is None else f" in the {rows.loop} loop"
+    looked = "the candidate" if rows.tried == 1 else f"{rows.tried} candidates"
     words = [
-        f"{found.label}{where} reaches {_shown(found.reached, found)} at best ({found.point}, of {looked} looked at); "
-        f"at {found.sense} {_shown(found.limit, found)} is asked."
+        f"{rows.label}{where} reaches {_shown(rows.reached, rows)} at best ({rows.point}, of {looked} looked at); "
+        f"{BOUNDS[rows.sense]} {_shown(rows.limit, rows)} is asked."
     ]
-    if found.automatic:
-        moves = "" if found.automatic == OFF_KEY else f"{found.automatic} moves it, "
-        off = found.label.split("(", 1)[1].rsplit(")", 1)[0]
+    if rows.automatic:
+        moves = "" if rows.automatic == OFF_KEY else f"{rows.automatic} moves it, "
+        off = rows.label.split("(", 1)[1].rsplit(")", 1)[0]
         words.append(
             f'This limit is automatic: {moves}mission.off = ["{off}"] takes it away, and a [[constraint]] '
             "of your own on the same quantity replaces it."
         )
-    words.append(_told_moves(found))
-    if found.design is not None:
-        words.append(_told_design(found.design, found))
+    words.append(_moves_text(rows))
+    if rows.design is not None:
+        words.append(_design_text(rows.design, rows))
     return " ".join(word for word in words if word)
 
 
-def _told_moves(found: ObstacleRow) -> str:
-    if found.moved_by:
-        return f"Searched gains that move it: {', '.join(found.moved_by)}."
-    if found.fixed:
-        return f"No searched gain moves it; it is decided by gains that this study fixes: {_listed(found.fixed)}."
+def _moves_text(rows: UnmetConstraint) -> str:
+    if rows.moved_by:
+        return f"Searched gains that move it: {', '.join(rows.moved_by)}."
+    if rows.fixed:
+        return f"No searched gain moves it; it is decided by gains that this study fixes: {_listed(rows.fixed)}."
     return "No searched gain is seen to move it."
 
 
-def _told_design(design: DesignReach, found: ObstacleRow) -> str:
-    reached = f"`tuner design` reaches {_shown(design.value, found)}"
-    own = f" with {_listed(design.gains)}" if design.gains else ""
-    if not design.kept:
-        return f"{reached}{own}, which is not enough either: the limit asks more than this design gives."
-    if found.moved_by:
-        return f'{reached}{own}: let the search start there, search.initial = ["default", "design"].'
-    return f"{reached}{own}: give these gains a range in [gains], or these values."
+def _design_text(design: DesignReach, rows: UnmetConstraint) -> str:
+    reached = f"`tuner design` reaches {_shown(design.value, rows)}"
+    own_gains = f" with {_listed(design.gains)}" if design.gains else ""
+    if not design.is_satisfied:
+        return f"{reached}{own_gains}, which is not enough either: the limit asks more than this design gives."
+    if rows.moved_by:
+        return f'{reached}{own_gains}: let the search start there, search.initial = ["default", "design"].'
+    return f"{reached}{own_gains}: give these gains a range in [gains], or these values."
 
 
 def _listed(values: Sequence[GainAt]) -> str:
     return ", ".join(f"{entry.gain} = {number_text(entry.value, entry.unit)}" for entry in values)
 
 
-def _shown(value: float | None, found: ObstacleRow) -> str:
+def _shown(value: float | None, rows: UnmetConstraint) -> str:
     if value is None:
         return "no bound"
-    scale = SCALES.get(found.shown_unit or "")
-    return number_text(value if scale is None else float(scale.shown(value)), found.shown_unit or found.unit)
+    scale = SCALES.get(rows.shown_unit or "")
+    return number_text(value if scale is None else float(scale.shown(value)), rows.shown_unit or rows.unit)

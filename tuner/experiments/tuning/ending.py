@@ -1,21 +1,22 @@
 """The end of a run: gains to recommend, or nothing that keeps every limit; every other part of the tool asks here."""
 
 from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 
 from objectives.problem import Evaluator
-from tuner.documents.summary import INFEASIBLE, NOTHING, ComparedRow, ObstacleRow
+from tuner.documents.summary import INFEASIBLE, NOTHING, ComparedRow, UnmetConstraint
 from tuner.experiments.tuning.conflicts import Conflict, Limit, limits_of
-from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, diagnosed, flown_obstacle, obstacle_texts
+from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, flown_obstacle, obstacle_texts
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import Archive, Generation, point_name
-from tuner.study.study import SearchedStudy
+from tuner.study.study import SearchedStudy, Study
 from tuner.text.numbers import significant
 
 
-def contender_ending(name: str, point: str, obstacles: Sequence[ObstacleRow] = ()) -> list[str]:
-    """Return what a contest or comparison says first of a contender whose run found nothing feasible."""
+def contender_ending(name: str, point: str, obstacles: Sequence[UnmetConstraint] = ()) -> list[str]:
+    """Return the headline on a contender whose run found nothing feasible."""
     head = (
         f"{NOTHING} for {name}: nothing that its run tried keeps every limit. It stands here at {point}, which comes nearest, "
         "and no line below recommends it."
@@ -24,40 +25,46 @@ def contender_ending(name: str, point: str, obstacles: Sequence[ObstacleRow] = (
 
 
 def obstacles_of(
-    problem: Evaluator, study: SearchedStudy, generations: list[Generation], found: Archive, conflict: Conflict | None,
+    problem: Evaluator,
+    study: SearchedStudy,
+    generations: list[Generation],
+    explored: Archive,
+    conflict: Conflict | None,
     limits: list[Limit],
-) -> list[ObstacleRow]:  # fmt: skip
-    """Return what stands behind each limit of a conflict; nothing where there is none."""
+) -> list[UnmetConstraint]:
+    """Return the diagnosis of each limit of a conflict; nothing where there is none."""
     if conflict is None:
         return []
     split = len(study.constraints)
     named = sorted({i for some in conflict.sets for i in some})
     labels = [limits[i].label for i in named if i >= split]
-    nearest = np.argsort(found.violations[:, split:].sum(axis=1), kind="stable")[:MOST_CANDIDATES]
+    nearest = np.argsort(explored.violations[:, split:].sum(axis=1), kind="stable")[:MOST_CANDIDATES]
     names = [point_name(int(candidate)) for candidate in nearest]
-    known = diagnosed(study, found.points[nearest], names, labels) if labels else []
+    known_obstacles = list[UnmetConstraint]()
+    if labels and study.loop_requirements() is not None:
+        known_obstacles = Diagnosis(cast(Study, study)).obstacles(explored.points[nearest], names, labels)
     complete = np.concatenate([entry.evaluation.complete for entry in generations], axis=0)
     # Of one flown candidate alone, the default, nothing is told where requirements kept all others on the ground.
-    if known and complete.sum(axis=0) < 2:
-        return known
-    return [*known, *_flown(problem, study, generations, found, [i for i in named if i < split])]
+    if known_obstacles and complete.sum(axis=0) < 2:
+        return known_obstacles
+    return [*known_obstacles, *_flown(problem, study, generations, explored, [i for i in named if i < split])]
 
 
 def _flown(
-    problem: Evaluator, study: SearchedStudy, generations: list[Generation], found: Archive, constraints: list[int]
-) -> list[ObstacleRow]:
+    problem: Evaluator, study: SearchedStudy, generations: list[Generation], explored: Archive, constraints: list[int]
+) -> list[UnmetConstraint]:
     complete = np.concatenate([entry.evaluation.complete for entry in generations], axis=0)
     if not constraints or not complete.any():
         return []
     risks = np.concatenate([problem.risks(entry.evaluation.scores, entry.evaluation.origin) for entry in generations])
     values, names = risks[complete, len(study.objectives) :], [point_name(int(i)) for i in np.flatnonzero(complete)]
     return [
-        flown_obstacle(study, study.constraints[i], found.points[complete], values[:, i], names) for i in constraints
+        flown_obstacle(study, study.constraints[i], explored.points[complete], values[:, i], names) for i in constraints
     ]
 
 
 def ending_of(outcome: Outcome) -> list[str]:
-    """Return what a run that recommends nothing has to say first, the headline before all; nothing for any other run."""
+    """Return headline and reasons of a run that recommends nothing; nothing for any other run."""
     if outcome.feasible:
         return []
     point = outcome.names[outcome.tuned]
@@ -78,16 +85,16 @@ def _broken(outcome: Outcome) -> list[str]:
     """Return the limits that the nearest point breaks on held-out scenarios, with its values."""
     study, finalists, row = outcome.study, outcome.finalists, outcome.tuned
     limits, split = limits_of(study.constraints, study.requirements), len(study.constraints)
-    said = []
+    texts = []
     for i in np.flatnonzero(finalists.excess[row] > 0.0).tolist():
         if i >= split:
-            told = f"{finalists.evaluation.requirements[row, i - split]:.4g}"
+            shown_value = f"{finalists.evaluation.requirements[row, i - split]:.4g}"
         elif study.constraints[i].rests_on_value:
-            told = f"{limits[i].limit + finalists.excess[row, i]:.4g}"
+            shown_value = f"{limits[i].limit + finalists.excess[row, i]:.4g}"
         else:
-            told = _estimate(finalists.flown.estimate(len(study.objectives) + i), row)
-        said.append(f"{limits[i].text} with {told}")
-    return said
+            shown_value = _estimate(finalists.flown.estimate(len(study.objectives) + i), row)
+        texts.append(f"{limits[i].text} with {shown_value}")
+    return texts
 
 
 def _estimate(ends: tuple[np.ndarray, ...], row: int) -> str:
@@ -96,7 +103,7 @@ def _estimate(ends: tuple[np.ndarray, ...], row: int) -> str:
 
 
 def _helps(outcome: Outcome) -> list[str]:
-    """Return what helps where the nearest point keeps limits by its values and not with confidence."""
+    """Return advice where the nearest point satisfies limits without the confidence."""
     study, finalists, row = outcome.study, outcome.finalists, outcome.tuned
     broken = np.flatnonzero(finalists.excess[row] > 0.0)
     by_value = np.flatnonzero(finalists.evaluation.violations[row] > 0.0)
@@ -110,7 +117,7 @@ def _helps(outcome: Outcome) -> list[str]:
 
 
 def _broken_again(outcome: Outcome, point: str) -> list[str]:
-    """Return what is said of a point that keeps every limit on held-out flights and breaks some on confirmation flights."""
+    """Return the text on a point that violates limits on confirmation flights alone."""
     study, broken = outcome.study, outcome.broken_again.tolist()
     limits = limits_of(study.constraints, study.requirements)
     rows = [outcome.table[len(study.objectives) + i] for i in broken]

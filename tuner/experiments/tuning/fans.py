@@ -9,11 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from objectives.flown_system import FlightBatch
 from objectives.problem import Problem
-from objectives.system import FlightBatch
 from plant.backends.flyer import Recording
-from plant.scenarios import HELD_OUT, ScenarioSpec
-from plant.threads import side_by_side
+from plant.quadrotor.scenarios import HELD_OUT, ScenarioSpec
+from plant.threads import parallel_map
 from tuner.analysis.responses import Responses, responses_from, responses_of, spacing, traced_rows
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.store.arrow import in_codes
@@ -57,7 +57,7 @@ class Fans:
 
     def __init__(self, study: TuningStudy, problem: Problem) -> None:
         self._study, self._problem = study, problem
-        self._known: dict[tuple[str, bytes], PointFan] = {}
+        self._fans: dict[tuple[str, bytes], PointFan] = {}
 
     def record(self) -> None:
         """Record from now on."""
@@ -67,7 +67,7 @@ class Fans:
 
     def of(self, gains: np.ndarray, scenario: str) -> PointFan | None:
         """Return the fan of a gains row (g,) in a scenario, None where it was not recorded."""
-        return self._known.get((scenario, gains.tobytes()))
+        return self._fans.get((scenario, gains.tobytes()))
 
     def _recording(self, spec: ScenarioSpec, flights: int) -> Recording:
         system, judge = self._problem.system, judging_objective(self._study, spec.name)
@@ -75,13 +75,13 @@ class Fans:
         def take(gains: np.ndarray, trace: np.ndarray, results: np.ndarray, references: np.ndarray) -> None:
             scores, _ = self._problem.score(results[None], spec)
             worst = int(np.argmax(scores[0, judge]))
-            self._known[spec.name, gains.tobytes()] = fan_of(responses_from(system, trace, references), worst)
+            self._fans[spec.name, gains.tobytes()] = fan_of(responses_from(system, trace, references), worst)
 
-        return Recording(flights, traced_rows(system, system.loop.Flight), spacing(spec.steps(system.timing)), take)
+        return Recording(flights, traced_rows(system), spacing(spec.steps(system.timing)), take)
 
 
 def fan_flights(entry: Any) -> int:
-    """Return how many held-out flights the fans of a scenario are drawn from."""
+    """Return the number of held-out flights behind a scenario's fans."""
     return min(FAN_SCENARIOS, entry.held_out)
 
 
@@ -104,18 +104,18 @@ def scenario_fans(
 ) -> list[PointFan]:
     """Return the fans of all finalists in one scenario over so many flights."""
     worst = worst_flights(outcome, spec.name).tolist()
-    known = [recorded.of(outcome.gains(row), spec.name) if recorded else None for row in range(len(worst))]
-    inputs = drawn(outcome, spec, range(count)) if None in known else None
+    fans_of = [recorded.of(outcome.gains(row), spec.name) if recorded else None for row in range(len(worst))]
+    inputs = drawn(outcome, spec, range(count)) if None in fans_of else None
 
     def fan_at(row: int) -> PointFan:
         index = worst[row]
-        fan = known[row] or fan_of(flight_of(outcome, row, inputs), index if index < count else 0)
+        fan = fans_of[row] or fan_of(flight_of(outcome, row, inputs), index if index < count else 0)
         if fan.worst_flight == index:
             return fan
         alone = flight_of(outcome, row, drawn(outcome, spec, [index]))
         return fan._replace(worst=alone.actual[0], worst_flight=index)
 
-    return side_by_side(fan_at, range(len(worst)))
+    return parallel_map(fan_at, range(len(worst)))
 
 
 def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:
@@ -135,14 +135,14 @@ def drawn(outcome: FlightOutcome, spec: ScenarioSpec, indices: Any) -> Any:
 
 
 def flight_of(outcome: FlightOutcome, row: int, inputs: Any) -> Responses:
-    """Return what a finalist does in drawn flights."""
+    """Return a finalist's responses in sampled flights."""
     return responses_of(outcome.study.system, outcome.problem.flyer, outcome.gains(row), inputs)
 
 
 def point_table(fan: PointFan, point: str, scenario: str) -> Columns:
     """Return the fan of one point as a long table."""
     instants, signals = len(fan.time), len(fan.signals)
-    columns: dict[str, Any] = {"point": point, "scenario": scenario}
+    columns: Columns = {"point": point, "scenario": scenario}
     columns |= {"signal": each(fan.signals, instants), "unit": each(fan.units, instants)}
     columns |= {"time": np.tile(fan.time, signals)}
     columns |= {name: getattr(fan, name).T.ravel().astype(np.float32) for name in SERIES}

@@ -1,6 +1,5 @@
 """gains.json of a run: the recommended point with its origin, its held-out values and its margins."""
 
-from functools import singledispatch
 from math import isfinite
 from typing import Any
 
@@ -10,13 +9,8 @@ from plant.errors import InputError
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.experiments.tuning.tables import margin_model
-from tuner.gains import to_document
-from tuner.gains.plant_document import plant_gains_document
 from tuner.gains.quantities import code_or_note, quantity
 from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, PLANT_INPUT
-from tuner.study.plant_study import PlantStudy
-from tuner.study.processor_cost.cost import gains_rows, tabled
-from tuner.study.study import Study, TuningStudy
 
 Row = dict[str, Any]
 
@@ -32,47 +26,24 @@ def gains_document(outcome: FlightOutcome, summary: Summary) -> Row:
 
     Where nothing is feasible it says so, and `tuner export` refuses it.
     """
-    return document_of(outcome.study, outcome, summary)
-
-
-@singledispatch
-def document_of(study: TuningStudy, outcome: FlightOutcome, summary: Summary) -> Row:
-    """Return the content of gains.json of a study."""
-    raise TypeError(f"no gains.json of {study.kind}, {outcome.tuned}, {summary.study}")
-
-
-@document_of.register
-def _(study: PlantStudy, outcome: FlightOutcome, summary: Summary) -> Row:
-    origin = study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False})
-    parts = {"study": origin, "objectives": objective_rows(outcome), "margins": margin_rows(outcome)}
-    return plant_gains_document(study.system, outcome.gains(outcome.tuned), study.code_digest) | {
-        key: part for key, part in parts.items() if part
-    }
-
-
-@document_of.register
-def _(study: Study, outcome: FlightOutcome, summary: Summary) -> Row:
-    controller = study.controller(outcome.gains(outcome.tuned))
-    provenance = {
-        "study": study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False}),
+    parts = {
+        "study": outcome.study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False}),
         "objectives": objective_rows(outcome),
         "margins": margin_rows(outcome),
-        "cost": gains_rows(tabled(controller.cascade.position.name, controller.cascade.attitude.name)),
-    }  # fmt: skip
-    ranges = {
-        address: (variable.low, variable.high) for variable in study.space.variables for address in variable.addresses
     }
-    return to_document(controller, {key: part for key, part in provenance.items() if part}, ranges)
+    return outcome.study.gains_document(
+        outcome.gains(outcome.tuned), {key: part for key, part in parts.items() if part}
+    )
 
 
 def objective_rows(outcome: Outcome) -> list[Row]:
-    """Return what the flights that decided nothing say; what was sampled comes first, and says how sure it is."""
+    """Return the results of the confirmation flights; sampled values come first, with their intervals."""
     sampled = [objective_row(row) for row in outcome.table]
     flights = [outcome.confirmation.samples(i, row.scenario).shape[-1] for i, row in enumerate(outcome.table)]
-    known = [objective_row(row) for row in outcome.known]
+    required = [objective_row(row) for row in outcome.required_rows]
     methods = [METHOD if row.tuned_count is None else EXACT for row in outcome.table]
     rows = zip(sampled, flights, methods, strict=True)
-    return [*[{**row, "interval": interval(n, method)} for row, n, method in rows], *known]
+    return [*[{**row, "interval": interval(n, method)} for row, n, method in rows], *required]
 
 
 def objective_row(row: ComparedRow | RequiredRow) -> Row:
@@ -83,7 +54,7 @@ def objective_row(row: ComparedRow | RequiredRow) -> Row:
 
 
 def interval(flights: int, method: str = METHOD) -> Row:
-    """Return how the intervals over so many flights were made."""
+    """Return the method of the intervals over so many flights."""
     return {"level": LEVEL, "n": flights, "method": method}
 
 

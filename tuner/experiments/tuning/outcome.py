@@ -9,7 +9,7 @@ import numpy as np
 from objectives.problem import Evaluation, Evaluator, Problem
 from tuner.analysis.held_out import Finalists
 from tuner.documents.parts import PlantStep
-from tuner.documents.summary import ComparedRow, ObstacleRow, RequiredRow
+from tuner.documents.summary import ComparedRow, RequiredRow, UnmetConstraint
 from tuner.experiments.tuning.conflicts import Conflict, LimitPrice
 from tuner.experiments.tuning.survivors import Survivors
 from tuner.search.loop import Archive, Generation, archive, point_name
@@ -24,7 +24,7 @@ class Outcome(Generic[S, P]):
     """The findings of a run. candidates: archive indices of the finalists behind the default; tuned: row in the finalists, of the
     recommended point or, where nothing is feasible, of the one that breaks least.
 
-    confirmation: the default and the recommended point on scenarios that decided nothing; table and known rest on them.
+    confirmation: the default and the recommended point on scenarios that decided nothing; table and required_rows rest on them.
     conflict: what stood in the way where nothing was feasible, obstacles: what is behind it; costs: what each limit costs where
     something was.
     """
@@ -39,9 +39,9 @@ class Outcome(Generic[S, P]):
     tuned: int
     why: str
     table: list[ComparedRow]
-    known: list[RequiredRow]
+    required_rows: list[RequiredRow]
     conflict: Conflict | None
-    obstacles: list[ObstacleRow]
+    obstacles: list[UnmetConstraint]
     costs: list[LimitPrice]
     plant_step: PlantStep | None
     warnings: list[str]
@@ -99,6 +99,6 @@ FlightOutcome: TypeAlias = Outcome[TuningStudy, Problem]
 """The outcome of a run whose flights are made here."""
 
 
-def finalist_gains(problem: Evaluator, study: SearchedStudy, found: Archive, candidates: np.ndarray) -> np.ndarray:
+def finalist_gains(problem: Evaluator, study: SearchedStudy, tried: Archive, candidates: np.ndarray) -> np.ndarray:
     """Return the gains rows of the default and of the finalists."""
-    return np.concatenate([study.default_row[None], problem.space.gains(found.points[candidates])], axis=0)
+    return np.concatenate([study.default_row[None], problem.space.gains(tried.points[candidates])], axis=0)

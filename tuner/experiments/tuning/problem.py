@@ -13,8 +13,8 @@ from objectives.memory import FlightMemory
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
 from plant.own_code import HAVE_RUN
-from plant.scenarios import SEARCH
-from tuner.search import covariance, gaussian_process
+from plant.quadrotor.scenarios import SEARCH
+from tuner.search import bayesian_optimization, covariance
 from tuner.search.names import ALGORITHMS
 from tuner.search.watcher import Watcher, compilation
 from tuner.study.study import SearchedStudy, TuningStudy
@@ -48,9 +48,17 @@ def problem_of(
 ) -> Problem:
     """Return the problem that a study poses; model: key of the sources that made the flights in memory, by default ours."""
     return Problem(
-        study.system, study.space, study.objectives, study.constraints, study.seed, threads, study.screens, memory,
-        engine, model,
-    )  # fmt: skip
+        study.system,
+        study.space,
+        study.objectives,
+        study.constraints,
+        study.seed,
+        threads,
+        study.screens,
+        memory,
+        engine,
+        model,
+    )
 
 
 def check_searched(study: TuningStudy) -> None:
@@ -58,17 +66,16 @@ def check_searched(study: TuningStudy) -> None:
     if not study.space.variables:
         raise InputError(
             'no gain is searched; give at least one a range, for instance "attitude.lambda" = {}',
-            file=study.path, key="gains",
-        )  # fmt: skip
+            file=study.path,
+            key="gains",
+        )
 
 
-def warm_up(
-    problem: Problem, study: TuningStudy, watcher: Watcher, folder: Path | None = None, beside: bool = True
-) -> None:
+def warm_up(problem: Problem, study: TuningStudy, watcher: Watcher, folder: Path | None = None) -> None:
     """Have what compiles, once for a combination of laws, compiled before anything is timed.
 
-    folder: of a run that is to search; the models of its search are compiled too, and the margins, where `beside`, by another
-    process.
+    folder: of a run that is to search; the models of its search are compiled too, and the margins, where another process may
+    read the study, by one.
     """
     flights = not (problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0]))
     margins = bool(study.table.margin) and not curve.is_compiled()
@@ -76,11 +83,11 @@ def warm_up(
     if not (flights or margins or models):
         return
     with compilation(watcher):
-        with compiled_beside(folder) if folder is not None and margins and beside else nullcontext():
+        with compiled_beside(folder) if folder is not None and margins and study.is_reread else nullcontext():
             if flights:
                 problem.warm_up(study.default_row, study.scenarios[0].spec)
             if models:
-                gaussian_process.warm_up()
+                bayesian_optimization.warm_up()
         ask_margins(problem, study)
 
 
@@ -102,11 +109,14 @@ def compiled_beside(folder: Path) -> Iterator[None]:
         "from tuner.experiments.tuning.problem import ask_margins, problem_of; "
         "study, _ = recorded_study(Path(sys.argv[1])); ask_margins(problem_of(study, None, None), study)"
     )
-    named = [str(own.file.resolve()) for own in HAVE_RUN.values()]
+    named = [str(code_run.file.resolve()) for code_run in HAVE_RUN.values()]
     with subprocess.Popen(
-        [sys.executable, "-c", code, str(folder.resolve()), *named], cwd=Path(__file__).parents[3],
-        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    ) as process:  # fmt: skip
+        [sys.executable, "-c", code, str(folder.resolve()), *named],
+        cwd=Path(__file__).parents[3],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as process:
         try:
             yield
         except BaseException:

@@ -9,20 +9,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Thread
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 
 from objectives.engine import Engine
-from objectives.fmu.flyer import FmuFlyer
-from plant.scenarios import CONFIRMATION, HELD_OUT
+from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from plant.threads import use_threads
 from tuner import report
 from tuner.analysis.finals import draw_ahead
-from tuner.analysis.fitted import fitted_texts
 from tuner.documents.summary import gains_name
 from tuner.engines.cluster.connect import engine_at
-from tuner.engines.cuda import LANES, engine_again, engine_named
+from tuner.engines.cuda import LANES, engine_named, recorded_engine
 from tuner.experiments.experiment import DRAWN, Experiment
 from tuner.experiments.options import Options, reused
 from tuner.experiments.tuning.conclusion import conclude
@@ -34,43 +32,34 @@ from tuner.experiments.tuning.problem import batches, check_searched, problem_of
 from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, spectrum_table
+from tuner.search.convergence import StoppingRule
 from tuner.search.loop import Search
-from tuner.search.rest import Budget
 from tuner.search.watcher import Watcher
-from tuner.store.advice import JUDGEMENT, TUNING
+from tuner.store.advice import JUDGEMENT
 from tuner.store.clock import Clock
-from tuner.study.plant_study import PlantStudy
-from tuner.study.study import Study, TuningStudy
-from tuner.study.trim import trim_texts
+from tuner.study.searched import TuningStudy
 
 
-class TuningRun(Experiment[Any, FlightOutcome]):
+class TuningRun(Experiment[TuningStudy, FlightOutcome]):
     """A study run in a results folder; every generation is on disk before the next one flies.
 
     Flights that are in the folder already, or in the results folders `reuse`, are not flown again: a run that was stopped goes
     on where it was, and ends with the bits that it would have ended with.
     """
 
-    kind = TUNING
     takes = frozenset({"reuse", "dask", "backend", "budget", "here"})
-    beside = True
-    """Whether another process may compile margins, by the study that lies in the folder."""
     draw_figures = staticmethod(report.write_figures)
     draw_page = staticmethod(report.write_report)
 
     @classmethod
-    def check(cls, study: Study) -> None:
+    def check(cls, study: TuningStudy) -> None:
         """Refuse a study that searches no gain."""
         check_searched(study)
 
     @classmethod
-    def notes(cls, study: Any) -> list[str]:
+    def notes(cls, study: TuningStudy) -> list[str]:
         """Say which search it is, how late rotors are, what a steady wind takes and which limits the study does not write."""
-        specs, system = [entry.spec for entry in study.scenarios], study.system
-        return [
-            study.search.text, *fitted_texts(system), *trim_texts(specs, system),
-            *automatic_limit_texts(study.automatic_limits),
-        ]  # fmt: skip
+        return [study.search.text, *study.notes, *automatic_limit_texts(study.automatic_limits)]
 
     @classmethod
     @contextmanager
@@ -80,7 +69,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         """Yield a cluster, a graphics card, or None for this machine's cores; recorded: the folder to go on with."""
         with engine_at(options.get("dask"), study, options.get("threads"), watcher.on_message) as cluster:
             if recorded is not None:
-                yield engine_again(recorded, study.system, study.seed, cluster)
+                yield recorded_engine(recorded, study.system, study.seed, cluster)
             else:
                 backend = options.get("backend", LANES)
                 yield cluster or engine_named(backend, study.system, study.seed)
@@ -91,6 +80,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         self.clock = Clock()
         self.store = flight_store(self.study, self.folder, reused(self.options))
         self.problem = problem_of(self.study, self.threads, self.store, self.engine)
+        self.problem.flyer.say = self.watcher.on_warning
         self.fans = Fans(self.study, self.problem)
 
     @property
@@ -106,10 +96,10 @@ class TuningRun(Experiment[Any, FlightOutcome]):
     def warm_up(self) -> None:
         """Have the kernel compiled where anything is left to search."""
         if self.store.generations < self.study.search.generations:
-            warm_up(self.problem, self.study, self.watcher, self._folder.path if self._folder else None, self.beside)
+            warm_up(self.problem, self.study, self.watcher, self._folder.path if self._folder else None)
 
     @property
-    def budget(self) -> Budget:
+    def budget(self) -> StoppingRule:
         """Number of generations, and whether the search may end before."""
         return self.study.search.budget
 
@@ -153,17 +143,17 @@ class TuningRun(Experiment[Any, FlightOutcome]):
             raise
 
     @staticmethod
-    def is_feasible(found: FlightOutcome) -> bool:
+    def is_feasible(finished: FlightOutcome) -> bool:
         """Whether the run recommends gains."""
-        return found.feasible
+        return finished.feasible
 
-    def write(self, found: FlightOutcome) -> None:
+    def write(self, finished: FlightOutcome) -> None:
         """Write documents and tables, and the report, while another process draws the figures."""
         folder, watcher = self.folder, self.watcher
         with self.given_up_on_error():
-            self.write_documents(found)
+            self.write_documents(finished)
             watcher.on_writing("margins")
-            margins = margin_table(found)
+            margins = margin_table(finished)
             if margins is not None:
                 folder.write_table("margins.parquet", margins)
             watcher.on_writing("report")
@@ -172,48 +162,24 @@ class TuningRun(Experiment[Any, FlightOutcome]):
             self.drawing.wait()
         folder.written(*DRAWN)
 
-    def write_documents(self, found: FlightOutcome) -> None:
+    def write_documents(self, finished: FlightOutcome) -> None:
         """Write what the figures show: front, summary, responses; and gains."""
         folder = self.folder
-        summary = summary_document(found)
-        folder.write_table("front.csv", front_table(found))
+        summary = summary_document(finished)
+        folder.write_table("front.csv", front_table(finished))
         folder.write_json("summary.json", summary)
         self.results = report.opened(folder.path)
         self.drawing.begin(self.results)
-        folder.remove(gains_name(not found.feasible))
-        folder.write_json(gains_name(found.feasible), gains_document(found, summary))
+        folder.remove(gains_name(not finished.feasible))
+        folder.write_json(gains_name(finished.feasible), gains_document(finished, summary))
         self.watcher.on_writing("responses")
-        spectra = spectrum_table(found)
+        spectra = spectrum_table(finished)
         if spectra is not None:
             folder.write_table("spectra.parquet", spectra)
-        folder.write_table("responses.parquet", response_table(found, self.fans))
+        folder.write_table("responses.parquet", response_table(finished, self.fans))
         self.drawing.go_on(self.results)
-        if found.study.constraints:
-            folder.write_table("constraints.csv", constraint_table(found))
-
-
-class PlantRun(TuningRun):
-    """A tuning run of a plant of the user's own, on this machine's cores or on workers; an FMU on this machine alone."""
-
-    kind = PlantStudy.kind
-    takes = frozenset({"reuse", "dask", "budget", "here"})
-    beside = False
-
-    @classmethod
-    def notes(cls, study: TuningStudy) -> list[str]:
-        """Say which search it is and which limits the study does not write."""
-        return [study.search.text, *automatic_limit_texts(study.automatic_limits)]
-
-    def prepare(self) -> None:
-        """Pose the problem as ever; an FMU that fails tells of it as a warning."""
-        super().prepare()
-        if isinstance(self.problem.flyer, FmuFlyer):
-            self.problem.flyer.say = self.watcher.on_warning
-
-
-def run_of(study: TuningStudy) -> type[TuningRun]:
-    """Return the experiment that tunes a study."""
-    return PlantRun if isinstance(study, PlantStudy) else TuningRun
+        if finished.study.constraints:
+            folder.write_table("constraints.csv", constraint_table(finished))
 
 
 class Recorded:
@@ -238,19 +204,10 @@ class JudgementRun(TuningRun):
     candidates: list[np.ndarray]
 
     @property
-    def budget(self) -> Budget:
+    def budget(self) -> StoppingRule:
         """Number of recorded generations: where the first judge stopped, nothing else is known."""
-        return Budget(len(self.candidates))
+        return StoppingRule(len(self.candidates))
 
     def algorithm(self) -> tuple[Search, list[str]]:
         """Return the recorded search."""
         return Recorded(iter(self.candidates)), []
-
-
-class PlantJudgementRun(JudgementRun, PlantRun):
-    """A judgement of the run of a plant of the user's own."""
-
-
-def judgement_of(study: TuningStudy) -> type[JudgementRun]:
-    """Return the experiment that judges recorded candidates by a study."""
-    return PlantJudgementRun if isinstance(study, PlantStudy) else JudgementRun

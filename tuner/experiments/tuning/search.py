@@ -9,18 +9,18 @@ import numpy as np
 from objectives.problem import Evaluation, Evaluator
 from objectives.racing import Champions, race
 from plant.errors import StoreError
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.experiments.tuning.problem import first_batches
 from tuner.experiments.tuning.starts import starting_points
 from tuner.experiments.tuning.tables import generation_table, history_table
-from tuner.search.first_generation import first_generation
+from tuner.search.convergence import StoppingRule
+from tuner.search.initial_design import initial_design
 from tuner.search.loop import Generation, Search, archive, search_generations
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
-from tuner.search.rest import Budget
 from tuner.search.watcher import SEARCHING, Watcher
-from tuner.store.clock import Clock, Spent, recorded
+from tuner.store.clock import Clock, ElapsedTimes, recorded
 from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
 from tuner.store.start import FILE as START
@@ -36,14 +36,14 @@ def flight_store(study: TuningStudy, folder: Folder | None, others: tuple[Path, 
 
 def first_points(problem: Evaluator, study: SearchedStudy, folder: Folder) -> tuple[np.ndarray, list[str]]:
     """Return the first generation (n, d), as recorded or else made and recorded, and warnings about it."""
-    known = read_start(folder.path, len(study.space.variables))
-    if known is not None and folder.keep(START):
-        return known
-    starts, said = starting_points(study)
+    started = read_start(folder.path, len(study.space.variables))
+    if started is not None and folder.keep(START):
+        return started
+    starts, texts = starting_points(study)
     worthy = problem.worth_flying if study.requirements else None
-    first = first_generation(starts, study.search.population, generator(study.seed, "search/initial", 0), worthy)
-    write_start(folder, first, said)
-    return first, said
+    first = initial_design(starts, study.search.population, generator(study.seed, "search/initial", 0), worthy)
+    write_start(folder, first, texts)
+    return first, texts
 
 
 def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) -> Search:
@@ -51,8 +51,8 @@ def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) ->
     seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
     limits = len(study.constraints) + len(study.requirements)
     name = study.search.algorithm
-    known = {"excesses": problem.excesses} if ALGORITHMS[name].screens and study.requirements else {}
-    return SEARCHES[name](first, len(study.objectives), limits, seed, **known)
+    started = {"excesses": problem.excesses} if ALGORITHMS[name].screens and study.requirements else {}
+    return SEARCHES[name](first, len(study.objectives), limits, seed, **started)
 
 
 def search(
@@ -61,7 +61,7 @@ def search(
     folder: Folder,
     watcher: Watcher,
     algorithm: Search,
-    budget: Budget,
+    budget: StoppingRule,
     clock: Clock | None = None,
 ) -> list[Generation]:
     """Run a search, whose very first candidate is the default, and record each generation."""
@@ -117,31 +117,31 @@ def champions(generations: list[Generation], objectives: int) -> Champions:
     """Return the front of the candidates so far that flew everything."""
     if not generations:
         return Champions(np.zeros((0, objectives)), np.zeros((0, objectives, 0)))
-    found = archive(generations)
-    front = found.front()
+    tried = archive(generations)
+    front = tried.front()
     scores = np.concatenate([entry.evaluation.scores for entry in generations], axis=0)
     front = front[np.concatenate([entry.evaluation.complete for entry in generations])[front]]
-    return Champions(found.values[front], scores[front, :objectives])
+    return Champions(tried.values[front], scores[front, :objectives])
 
 
-def as_recorded(evaluation: Evaluation, past: list[Spent], number: int) -> Evaluation:
+def as_recorded(evaluation: Evaluation, past: list[ElapsedTimes], number: int) -> Evaluation:
     """Return a replayed evaluation with the times that it took when it was flown."""
-    before = past[number - 1] if number else Spent(0.0, 0.0, 0.0)
-    here = past[number]
+    before = past[number - 1] if number else ElapsedTimes(0.0, 0.0, 0.0)
+    flown_record = past[number]
     return replace(
         evaluation,
-        screening_seconds=here.screening - before.screening,
-        flight_seconds=here.flights - before.flights,
+        screening_seconds=flown_record.screening - before.screening,
+        flight_seconds=flown_record.flights - before.flights,
     )
 
 
-def replayed(path: Path, study: SearchedStudy, problem: Evaluator, budget: Budget) -> Iterator[Generation]:
+def replayed(path: Path, study: SearchedStudy, problem: Evaluator, budget: StoppingRule) -> Iterator[Generation]:
     """Ask a search again, told what is recorded: yield the generations of a results folder.
 
     Flights that the problem's memory does not hold are flown.
     """
-    known = read_start(path, len(study.space.variables))
-    if known is None:
+    started = read_start(path, len(study.space.variables))
+    if started is None:
         raise StoreError(f"{path / START} is missing or damaged; `tuner resume {path}` writes it again")
     done: list[Generation] = []
 
@@ -149,6 +149,6 @@ def replayed(path: Path, study: SearchedStudy, problem: Evaluator, budget: Budge
         default = np.arange(len(points)) == 0 if not done else False
         return evaluated(problem, study, points, done, fly_all=default)
 
-    for record in search_generations(algorithm_of(problem, study, known[0]), evaluate, budget):
+    for record in search_generations(algorithm_of(problem, study, started[0]), evaluate, budget):
         done.append(record)
         yield record

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from plant.quadrotor.sensors import SensorSpec
 from plant.records import flatten
-from plant.sensors import SensorSpec
 from tuner.study.study import SearchedStudy, Study
 
 if TYPE_CHECKING:
@@ -43,9 +43,9 @@ def design_row(study: Study, designs: "dict[str, AxisDesign]") -> Array:
 def without_design(designs: "dict[str, AxisDesign]") -> list[str]:
     """Return a sentence for each reason why axes keep their defaults."""
     reasons: dict[str, list[str]] = {}
-    for axis, found in designs.items():
-        if not found.designed:
-            reasons.setdefault(found.why, []).append(axis)
+    for axis, design in designs.items():
+        if not design.designed:
+            reasons.setdefault(design.why, []).append(axis)
     return [f"No design for {', '.join(axes)}: {why}; the default gains stand in." for why, axes in reasons.items()]
 
 
@@ -71,8 +71,8 @@ def starting_points(study: SearchedStudy) -> tuple[Array, list[str]]:
     points: list[Array] = []
     warnings: list[str] = []
     for name in dict.fromkeys(("default", *study.search.initial)):
-        point, said = STARTS[name](study)
-        warnings += said
+        point, texts = STARTS[name](study)
+        warnings += texts
         if all(np.abs(point - other).max(initial=0.0) > SAME for other in points):
             points.append(point)
         else:

@@ -1,30 +1,27 @@
 """summary.json of a run: what was found, in numbers that a person or a program can read."""
 
-from functools import singledispatch
-
 import numpy as np
 
 from objectives.problem import Objective
 from objectives.scales import in_file, units_of
-from plant.air.air import summary as air_summary
-from plant.scenarios import CONFIRMATION, HELD_OUT
+from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.lost_flights import named_losses, unseen_losses
 from tuner.documents.parts import Estimate, LostFlight
 from tuner.documents.summary import (
     AirRow,
     ConflictPart,
-    LimitCost,
+    ConstraintPrice,
     Pick,
     PickedObjective,
-    PickedOn,
     RelaxationRow,
     RelaxedLimit,
     SearchSeconds,
-    Spared,
+    SelectionValues,
+    SkippedFlights,
     Summary,
     VariableRow,
 )
-from tuner.experiments.tuning.bounds import ENDS, natural_end
+from tuner.experiments.tuning.bounds import ENDS
 from tuner.experiments.tuning.conclusion import default_candidate, remarks
 from tuner.experiments.tuning.conflicts import Conflict, Limit, LimitPrice, Relaxation, limits_of
 from tuner.experiments.tuning.ending import ending_of
@@ -32,8 +29,6 @@ from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.uncertainty import uncertainty_costs
 from tuner.search.loop import point_name
-from tuner.study.study import SearchedStudy, Study
-from tuner.study.trim import trim_entry
 
 
 def summary_document(outcome: Outcome) -> Summary:
@@ -51,9 +46,9 @@ def summary_document(outcome: Outcome) -> Summary:
         pick=Pick(rule=study.pick, why=outcome.why),
         search=search_text(outcome),
         flights=outcome.flights,
-        screened=Spared(candidates=last.screened, flights=last.flights_saved),
-        raced=Spared(candidates=last.raced, flights=last.flights_raced),
-        settled=Spared(
+        screened=SkippedFlights(candidates=last.screened, flights=last.flights_saved),
+        raced=SkippedFlights(candidates=last.raced, flights=last.flights_raced),
+        settled=SkippedFlights(
             candidates=int(np.sum(~finalists.flown.complete, axis=0)), flights=finalists.evaluation.flights_raced
         ),
         wall_seconds=outcome.seconds,
@@ -71,8 +66,8 @@ def summary_document(outcome: Outcome) -> Summary:
         remarks=remarks(outcome),
         warnings=outcome.warnings,
         variables=variable_rows(outcome),
-        table=[*outcome.table, *outcome.known],
-        air=air_rows(study),
+        table=[*outcome.table, *outcome.required_rows],
+        air=[AirRow.model_validate(row) for row in study.air],
         plant_step=outcome.plant_step,
         **({"uncertainty": rows} if (rows := uncertainty_costs(outcome)) else {}),
         unseen=unseen_losses(outcome.problem, batches(study, CONFIRMATION), outcome.confirmation, 1),
@@ -82,48 +77,32 @@ def summary_document(outcome: Outcome) -> Summary:
 
 def lost_flights(outcome: Outcome) -> list[LostFlight]:
     """Return the lost flights of the default and of the point shown, held out and confirmation."""
-    study, again = outcome.study, outcome.confirmation.failed
-    found = list[LostFlight]()
+    study, confirmed = outcome.study, outcome.confirmation.failed
+    lost = list[LostFlight]()
     for row, place in ((0, 0), (outcome.tuned, 1)):
         gains, point = outcome.gains(row), outcome.names[row]
         flown = [
             (HELD_OUT, outcome.finalists.flown.failed[row]),
-            *([] if again is None else [(CONFIRMATION, again[place])]),
+            *([] if confirmed is None else [(CONFIRMATION, confirmed[place])]),
         ]
         for stream, failed in flown:
-            found += named_losses(outcome.problem, gains, batches(study, stream), failed, point)
-    return found
-
-
-@singledispatch
-def air_rows(study: SearchedStudy) -> list[AirRow]:  # noqa: ARG001
-    """Return the air of each scenario; none where nothing flies in it."""
-    return []
-
-
-@air_rows.register
-def _(study: Study) -> list[AirRow]:
-    return [
-        AirRow.model_validate(
-            {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, study.system)}
-        )
-        for entry in study.scenarios
-    ]
+            lost += named_losses(outcome.problem, gains, batches(study, stream), failed, point)
+    return lost
 
 
 def search_text(outcome: Outcome) -> str:
-    """Return which search it was and why, and how many candidates survived it where they first made few flights."""
+    """Return the search algorithm, its reason and the number of survivors of a search in stages."""
     search, survivors = outcome.study.search, outcome.survivors
     if search.first is None:
         return search.text
-    tried, whole = len(outcome.archive.points), survivors.evaluation.scores.shape[-1]
-    return f"{search.text} Of {tried:,} candidates {len(survivors.candidates)} survived and made all {whole} flights."
+    tried, flights = len(outcome.archive.points), survivors.evaluation.scores.shape[-1]
+    return f"{search.text} Of {tried:,} candidates {len(survivors.candidates)} survived and made all {flights} flights."
 
 
-def picked_on(outcome: Outcome) -> PickedOn:
-    """Return what the recommended point was picked by: its held-out values and how sure its place on the front is."""
+def picked_on(outcome: Outcome) -> SelectionValues:
+    """Return the selection values of the recommended point: held-out values and the probability to be on the front."""
     finalists, row = outcome.finalists, outcome.tuned
-    return PickedOn(
+    return SelectionValues(
         probability=float(finalists.probability[row]),
         lost_in_search=lost_in_search(outcome),
         objectives=[
@@ -151,7 +130,7 @@ def _estimate(value: np.ndarray, low: np.ndarray, high: np.ndarray, row: int, co
 
 
 def conflict_part(conflict: Conflict | None, limits: list[Limit], default: int | None) -> ConflictPart | None:
-    """Return which limits nobody kept together and what would help, None where something was feasible.
+    """Return the limits in conflict and their remedies; None where something was feasible.
 
     default: the candidate that is the default, None where the search did not try it.
     """
@@ -183,13 +162,13 @@ def relaxation_row(relaxation: Relaxation, limits: list[Limit], default: int | N
     )
 
 
-def cost_row(cost: LimitPrice, limits: list[Limit], objectives: tuple[Objective, ...]) -> LimitCost:
+def cost_row(cost: LimitPrice, limits: list[Limit], objectives: tuple[Objective, ...]) -> ConstraintPrice:
     """Return the best value of an objective that the search found with a limit and without it."""
     objective = objectives[cost.objective]
-    ends = {"with": cost.kept, "without": cost.without}
-    return LimitCost(
+    ends = {"with": cost.with_limit, "without": cost.without}
+    return ConstraintPrice(
         limit=limits[cost.limit].label, objective=objective.label, unit=objective.metric.unit, **ends
-    )  # fmt: skip
+    )
 
 
 def variable_rows(outcome: Outcome) -> list[VariableRow]:
@@ -203,7 +182,7 @@ def variable_rows(outcome: Outcome) -> list[VariableRow]:
             low=variable.low,
             high=variable.high,
             scale=variable.scale,
-            natural_ends=[end for end in ENDS if natural_end(study, i, getattr(variable, end))],
+            natural_ends=[end for end in ENDS if study.is_natural_end(i, getattr(variable, end))],
             default=float(default[columns[0]]),
             tuned=float(tuned[columns[0]]),
         )

@@ -10,7 +10,7 @@ import numpy as np
 
 from objectives.problem import Evaluation, Evaluator
 from objectives.racing import beaten_by
-from tuner.analysis.held_out import Searched
+from tuner.analysis.held_out import SearchEstimate
 from tuner.experiments.tuning.problem import remaining_batches
 from tuner.search.front import evenly, feasible_front, non_dominated
 from tuner.search.infeasible import nothing_feasible
@@ -40,10 +40,10 @@ class Survivors:
         front = feasible_front(self.evaluation.values, self.evaluation.violations)
         return front if len(front) else np.argsort(self.evaluation.violations.sum(axis=1), kind="stable")[:1]
 
-    def seen(self, candidates: list[int]) -> list[Searched]:
+    def seen(self, candidates: list[int]) -> list[SearchEstimate]:
         """Return survivors by their archive indices as the search saw them."""
-        rows, found = np.searchsorted(self.candidates, candidates).tolist(), self.evaluation
-        return [Searched(found.values[row], found.scores[row], found.origin) for row in rows]
+        rows, tried = np.searchsorted(self.candidates, candidates).tolist(), self.evaluation
+        return [SearchEstimate(tried.values[row], tried.scores[row], tried.origin) for row in rows]
 
 
 def survivors_of(
@@ -53,11 +53,11 @@ def survivors_of(
     seen = pooled([entry.evaluation for entry in generations])
     if study.search.first is None:
         return Survivors(np.arange(len(seen.values)), seen, 0)
-    found, flown = archive(generations), remaining_batches(study)
-    kept = surviving(problem, seen, study.seed)
-    candidates = np.union1d([0], kept if len(kept) else [nothing_feasible(found, study.requirements)[0]])
+    tried, flown = archive(generations), remaining_batches(study)
+    feasible = surviving(problem, seen, study.seed)
+    candidates = np.union1d([0], feasible if len(feasible) else [nothing_feasible(tried, study.requirements)[0]])
     watcher.on_stage(REFINING, len(candidates) * sum(batch.count - batch.start for batch in flown))
-    rest = problem.evaluate(found.points[candidates], flown, watcher.on_flights_done, fly_all=candidates == 0)
+    rest = problem.evaluate(tried.points[candidates], flown, watcher.on_flights_done, fly_all=candidates == 0)
     if problem.memory:
         problem.memory.commit("survivors")
     return Survivors(candidates, joined(problem, picked(seen, candidates), rest), rest.flights)
@@ -79,9 +79,15 @@ def joined(problem: Evaluator, one: Evaluation, other: Evaluation) -> Evaluation
     made = one.scores.shape[-1], other.scores.shape[-1]
     failures = (made[0] * one.failures + made[1] * other.failures) / sum(made)
     return replace(
-        one, values=risks[:, :m], violations=broken, failures=failures, scores=scores, origin=origin[order], counted=None,
+        one,
+        values=risks[:, :m],
+        violations=broken,
+        failures=failures,
+        scores=scores,
+        origin=origin[order],
+        counted=None,
         failed=None,
-    )  # fmt: skip
+    )
 
 
 def pooled(evaluations: list[Evaluation]) -> Evaluation:
@@ -96,27 +102,27 @@ def surviving(problem: Evaluator, seen: Evaluation, root: int) -> np.ndarray:
 
     Where these are too many, those furthest behind are left out, and the last layer is thinned.
     """
-    kept = np.flatnonzero(seen.flown & np.all(seen.violations <= 0.0, axis=1))
-    if not len(kept):
-        return kept
-    values, m = seen.values[kept], len(problem.objectives)
+    feasible = np.flatnonzero(seen.flown & np.all(seen.violations <= 0.0, axis=1))
+    if not len(feasible):
+        return feasible
+    values, m = seen.values[feasible], len(problem.objectives)
     behind = layers(values)
-    front = seen.scores[kept[behind == 0], :m]
-    hopeful = (behind == 0) | (beaten_by(problem, front, seen.scores[kept], seen.origin, root) < 0)
+    front = seen.scores[feasible[behind == 0], :m]
+    hopeful = (behind == 0) | (beaten_by(problem, front, seen.scores[feasible], seen.origin, root) < 0)
     chosen = list[int]()
     for layer in range(behind.max(initial=0) + 1):
         rows = np.flatnonzero(hopeful & (behind == layer))
         chosen += rows[evenly(values[rows, 0], MOST_SURVIVORS - len(chosen))].tolist()
-    return np.sort(kept[chosen])
+    return np.sort(feasible[chosen])
 
 
 def layers(values: np.ndarray) -> np.ndarray:
     """Return for each of some values (n, m) how many fronts have to be taken away before it stands on one (n,)."""
-    found, left = np.zeros(len(values), dtype=int), np.arange(len(values))
+    tried, left = np.zeros(len(values), dtype=int), np.arange(len(values))
     for number in range(len(values)):
         if not len(left):
             break
         front = non_dominated(values[left])
-        found[left[front]] = number
+        tried[left[front]] = number
         left = np.delete(left, front)
-    return found
+    return tried

@@ -5,29 +5,23 @@ those of the loop in hover in still air as it is flown, at the amplitude of its 
 highest, on the nominal vehicle; where two channels have the same gains and the same dynamics their rows are alike.
 """
 
-from functools import singledispatch
 from typing import Any
 
 import numpy as np
 
-from objectives.margins.margins import MarginModel
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from objectives.margins.results import Margins
 from objectives.metrics.noise import NOISE
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
 from plant.errors import InputError
-from tuner.analysis.margins.curves import frequency_grid
 from tuner.analysis.spectrum import command_spectrum
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.experiments.tuning.fans import drawn
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.search.loop import Generation
 from tuner.store.columns import Columns, columns_of, stacked
-from tuner.study.margins import nominal_margins
-from tuner.study.plant_study import PlantStudy, plant_margins
-from tuner.study.study import SearchedStudy, Study, TuningStudy
-from tuner.study.trim import hover_of
+from tuner.study.searched import SearchedStudy
 
 
 def generation_table(study: SearchedStudy, generations: list[Generation], record: Generation) -> Columns:
@@ -35,14 +29,13 @@ def generation_table(study: SearchedStudy, generations: list[Generation], record
     before = sum(len(entry.points) for entry in generations) - len(record.points)
     values = study.space.values(record.points)
     evaluation = record.evaluation
-    columns: dict[str, Any] = {"candidate": before + np.arange(len(record.points))}
+    columns: Columns = {"candidate": before + np.arange(len(record.points))}
     columns |= {f"gain:{v.name}": values[:, i] for i, v in enumerate(study.space.variables)}
     columns |= {f"objective:{o.label}": evaluation.values[:, i] for i, o in enumerate(study.objectives)}
     columns |= {f"violation:{c.objective.label}": evaluation.violations[:, i] for i, c in enumerate(study.constraints)}
-    known = study.requirements
     broken = evaluation.violations[:, len(study.constraints) :]
-    columns |= {f"violation:{r.label}": broken[:, i] for i, r in enumerate(known)}
-    columns |= requirement_columns(known, evaluation)
+    columns |= {f"violation:{r.label}": broken[:, i] for i, r in enumerate(study.requirements)}
+    columns |= requirement_columns(study.requirements, evaluation)
     columns |= {"flown": evaluation.flown}
     columns |= {"failures": evaluation.failures, "feasible": np.all(evaluation.violations <= 0.0, axis=1)}
     return columns
@@ -79,10 +72,12 @@ def front_table(outcome: Outcome) -> Columns:
     rows = [0, *[int(candidate) for candidate in outcome.candidates]]
     chosen = "tuned" if outcome.feasible else "nearest"
     roles = ["default"] + [chosen if row == outcome.tuned else "" for row in range(1, len(rows))]
-    columns: dict[str, Any] = {
-        "point": outcome.names, "candidate": rows, "role": roles,
+    columns: Columns = {
+        "point": outcome.names,
+        "candidate": rows,
+        "role": roles,
         **{entry.name: getattr(finalists, entry.name) for entry in FINALIST_COLUMNS},
-    }  # fmt: skip
+    }
     gains = outcome.finalist_rows
     columns |= {
         f"gain:{v.name}": gains[:, c[0]] for v, c in zip(study.space.variables, study.space.columns, strict=True)
@@ -92,12 +87,18 @@ def front_table(outcome: Outcome) -> Columns:
         columns |= {
             f"{name}:{objective.label}": values[:, i]
             for name, values in (
-                ("search", finalists.search), ("held_out", held_out), ("low", finalists.low), ("high", finalists.high),
-                ("gap", finalists.gap), ("gap_low", finalists.gap_low), ("gap_high", finalists.gap_high),
-                ("difference", finalists.difference), ("difference_low", finalists.difference_low),
+                ("search", finalists.search),
+                ("held_out", held_out),
+                ("low", finalists.low),
+                ("high", finalists.high),
+                ("gap", finalists.gap),
+                ("gap_low", finalists.gap_low),
+                ("gap_high", finalists.gap_high),
+                ("difference", finalists.difference),
+                ("difference_low", finalists.difference_low),
                 ("difference_high", finalists.difference_high),
             )
-        }  # fmt: skip
+        }
     columns |= requirement_columns(study.requirements, finalists.evaluation)
     return columns
 
@@ -136,7 +137,7 @@ def margin_table(outcome: FlightOutcome) -> Columns | None:
         return None
     gains = outcome.finalist_rows
     margins = model.evaluate(gains)
-    frequency = frequency_grid(model, margins, POINTS)
+    frequency = model.figure_frequencies(margins, POINTS)
     curves = model.curves(gains, np.maximum(margins.sensitivity.case, 0), frequency)
     looped = {channel for block in model.blocks for channel in block}
     rows = [
@@ -150,25 +151,7 @@ def margin_table(outcome: FlightOutcome) -> Columns | None:
 
 def margin_model(outcome: FlightOutcome) -> Any:
     """Return the margins of the study's loop; raises InputError where there is no steady flight, or there are no margins."""
-    return model_of(outcome.study)
-
-
-@singledispatch
-def model_of(study: TuningStudy) -> Any:
-    """Return the margins of the loop of a study; raises InputError where there are none."""
-    raise InputError(f"there are no margins of {study.kind}")
-
-
-@model_of.register
-def _(study: PlantStudy) -> Any:
-    return plant_margins(study.system, study.space)
-
-
-@model_of.register
-def _(study: Study) -> MarginModel:
-    system = study.system
-    (hover,) = hover_of([entry.spec for entry in study.scenarios], system.timing)
-    return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, hover.trim)
+    return outcome.study.margin_model()
 
 
 def loop_row(model: Any, margins: Margins, row: int, channel: str) -> dict[str, Any]:
@@ -211,7 +194,7 @@ def spectrum_table(outcome: FlightOutcome) -> Columns | None:
             continue
         inputs = drawn(outcome, entry.spec, range(min(SPECTRUM_FLIGHTS, entry.held_out)))
         for row in (0, outcome.tuned):
-            found = command_spectrum(study.system, outcome.problem.flyer, outcome.gains(row), inputs)
-            if found is not None:
-                parts.append({"point": outcome.names[row], "scenario": entry.spec.name, **found._asdict()})
+            spectrum = command_spectrum(study.system, outcome.problem.flyer, outcome.gains(row), inputs)
+            if spectrum is not None:
+                parts.append({"point": outcome.names[row], "scenario": entry.spec.name, **spectrum._asdict()})
     return stacked(parts) if parts else None

@@ -1,7 +1,7 @@
 """The parts of a chart as plain data: panels with two axes and marks on them. Nothing here knows how they are drawn."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -170,20 +170,6 @@ class Panel:
     legend: bool = False
     stacked: bool = False
     across: bool = False
-
-
-def kept(panel: Panel, **choices: str) -> Panel:
-    """Return a panel with the marks that these choices show; marks that ask for nothing of a choice stay."""
-
-    def seen(mark: Mark) -> bool:
-        return all(value in told(mark.show.get(key, value)) for key, value in choices.items())
-
-    return replace(panel, marks=[mark for mark in panel.marks if seen(mark)])
-
-
-def told(value: Any) -> Sequence[Any]:
-    """Return the values that a mark is shown for as a list."""
-    return value if isinstance(value, list | tuple) else [value]
 
 
 def row_axis(names: Sequence[str]) -> Axis:

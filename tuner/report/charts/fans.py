@@ -46,14 +46,14 @@ def fan_marks(fan: Fan, look: Look, name: str, show: Show, parts: bool = False) 
     line = {"look": look._replace(width=1.1) if parts else look, "show": {**show, "part": "median"} if parts else show}
     tip = "%{y:.3~g}" if parts else "%{y:.3~f} [%{customdata[0]:.3~f}, %{customdata[1]:.3~f}]"
     tips = None if parts else (fan.low, fan.high)
-    found: list[Mark] = [
+    marks: list[Mark] = [
         Band(x=fan.time, low=fan.low, high=fan.high, **both),
         Line(name=name, x=fan.time, y=fan.median, tips=tips, tip=tip, coarse=not parts, **line),
     ]
     if fan.worst is not None and np.isfinite(fan.worst).all():
         worst = Line(name="worst flight", look=WORST, x=fan.time, y=fan.worst, tip="%{y:.3~f}", show=show, coarse=True)
-        found.insert(1, worst)
-    return found
+        marks.insert(1, worst)
+    return marks
 
 
 def reference(time: np.ndarray, values: np.ndarray, show: Show) -> list[Mark]:
@@ -82,7 +82,15 @@ def thinned(fan: Fan, most: int = MOST_INSTANTS) -> Fan:
         return fan
     starts = np.arange(0, len(fan.time), step)
     return Fan(
-        fan.point, fan.scenario, fan.signal, fan.unit, fan.time[starts], fan.reference[starts],
-        np.minimum.reduceat(fan.low, starts), fan.median[starts], np.maximum.reduceat(fan.high, starts),
-        None if fan.worst is None else fan.worst[starts], fan.flight,
-    )  # fmt: skip
+        fan.point,
+        fan.scenario,
+        fan.signal,
+        fan.unit,
+        fan.time[starts],
+        fan.reference[starts],
+        np.minimum.reduceat(fan.low, starts),
+        fan.median[starts],
+        np.maximum.reduceat(fan.high, starts),
+        None if fan.worst is None else fan.worst[starts],
+        fan.flight,
+    )

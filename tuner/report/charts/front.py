@@ -50,20 +50,22 @@ def layer_of(front: HeldOutFront, row: int) -> str:
 
 def objective_axis(results: TuningFolder, objective: int) -> Axis:
     """Return the axis of an objective."""
-    entry, shown = results.objectives[objective], shown_range(results.front, objective)
+    entry, shown = results.objectives[objective], shown_range(results.held_out_front, objective)
     return value_axis(entry.label, entry.unit, shown)
 
 
 def _pair(results: TuningFolder, i: int, j: int) -> Panel:
-    front, tried = results.front, results.candidates
-    kept = tried.feasible
-    marks: list[Mark] = [Points(name="searched", look=SEARCHED, x=tried.values[kept, i], y=tried.values[kept, j])]
+    front, tried = results.held_out_front, results.evaluated
+    feasible = tried.feasible
+    marks: list[Mark] = [
+        Points(name="searched", look=SEARCHED, x=tried.values[feasible, i], y=tried.values[feasible, j])
+    ]
     marks += _finalists(results, front.held_out[:, i], front.held_out[:, j], i, j)
     return Panel(f"front-{i}-{j}", "", objective_axis(results, i), objective_axis(results, j), marks, form="pair")
 
 
 def _ranking(results: TuningFolder) -> Panel:
-    front = results.front
+    front = results.held_out_front
     order = np.argsort(front.held_out[:, 0], kind="stable")
     height = np.empty(len(order))
     height[order] = -np.arange(len(order))
@@ -73,7 +75,7 @@ def _ranking(results: TuningFolder) -> Panel:
 
 
 def _finalists(results: TuningFolder, x: np.ndarray, y: np.ndarray, i: int, j: int | None) -> list[Mark]:
-    front = results.front
+    front = results.held_out_front
     layers = np.array([layer_of(front, row) for row in range(len(front.points))])
     marks: list[Mark] = []
     for layer in ("finalist", "front", "default", "tuned"):
@@ -81,8 +83,18 @@ def _finalists(results: TuningFolder, x: np.ndarray, y: np.ndarray, i: int, j: i
         if len(rows):
             name = results.shown_as if layer == "tuned" else LAYERS[layer][0]
             ends = [None if k is None else (front.low[rows, k], front.high[rows, k]) for k in (i, j)]
-            marks.append(Points(name=name, look=LAYERS[layer][1], x=x[rows], y=y[rows], x_ends=ends[0], y_ends=ends[1],
-                                labels=[front.points[row] for row in rows], edge=True))  # fmt: skip
+            marks.append(
+                Points(
+                    name=name,
+                    look=LAYERS[layer][1],
+                    x=x[rows],
+                    y=y[rows],
+                    x_ends=ends[0],
+                    y_ends=ends[1],
+                    labels=[front.points[row] for row in rows],
+                    edge=True,
+                )
+            )
     return [*marks, *lost_points(x, y, front.lost)]
 
 

@@ -26,13 +26,16 @@ SYMBOLS = {
     "triangle-up": ("^", "M8 2.5l5.8 10.5h-11.6z"),
     "cross": ("P", "M6 2.5h4v3.5h3.5v4h-3.5v3.5h-4v-3.5h-3.5v-4h3.5z"),
     "triangle-down": ("v", "M8 13.5l-5.8 -10.5h11.6z"),
-    "x": ("X", "M3 5.2l2.2 -2.2l2.8 2.8l2.8 -2.8l2.2 2.2l-2.8 2.8l2.8 2.8l-2.2 2.2l-2.8 -2.8l-2.8 2.8l-2.2 -2.2l2.8 -2.8z"),
+    "x": (
+        "X",
+        "M3 5.2l2.2 -2.2l2.8 2.8l2.8 -2.8l2.2 2.2l-2.8 2.8l2.8 2.8l-2.2 2.2l-2.8 -2.8l-2.8 2.8l-2.2 -2.2l2.8 -2.8z",
+    ),
     "hexagon": ("h", "M8 2l5.4 3v6l-5.4 3l-5.4 -3v-6z"),
     "x-thin": ("x", "M3 3l10 10M13 3l-10 10"),
     "cross-thin": ("+", "M8 1v14M1 8h14"),
     "line-ns": ("|", "M8 2v12"),
     "dot": (".", "M8 6.5a1.5 1.5 0 1 0 .01 0z"),
-}  # fmt: skip
+}
 COUNT = 8
 # Lengths of strokes and gaps [px] of contenders; the reference is dotted, so no contender is.
 DASHES = ((), (7, 3), (9, 3, 2, 3), (4, 2), (12, 3, 2, 2, 2, 3), (14, 4), (5, 2, 1.5, 2), (3, 1.5))
@@ -92,14 +95,14 @@ def looks(flown: Sequence[tuple[Hashable, str]]) -> list[Look]:
     symbols, airframes = list(SYMBOLS)[:COUNT], list(dict.fromkeys(airframe for _, airframe in flown))
     seen: list[tuple[Hashable, str]] = []
     families: dict[tuple[Hashable, int], int] = {}
-    found = []
+    styles = []
     for number, (laws, airframe) in enumerate(flown):
         family = families.setdefault((laws, seen.count((laws, airframe))), len(families))
         seen.append((laws, airframe))
         # Beyond eight, colours return with other symbols.
         symbol, hollow = symbols[(family + family // COUNT) % COUNT], airframes.index(airframe) % 2 == 1
-        found.append(Look(f"c{family % COUNT}", symbol, hollow, DASHES[number % COUNT]))
-    return found
+        styles.append(Look(f"c{family % COUNT}", symbol, hollow, DASHES[number % COUNT]))
+    return styles
 
 
 @lru_cache(maxsize=1)
@@ -119,8 +122,15 @@ def drawn_mark(look: Look, x: float = 8.0, y: float = 8.0, size: float = 16.0) -
 
 def symbol(look: Look, size: float = 14.0) -> Markup:
     """Return the symbol of a look alone, for legends."""
-    return element("svg", drawn_mark(look, 8.0, 8.0, size), class_="icon", viewBox="0 0 16 16", width=16, height=16,
-                   aria_hidden="true")  # fmt: skip
+    return element(
+        "svg",
+        drawn_mark(look, 8.0, 8.0, size),
+        class_="icon",
+        viewBox="0 0 16 16",
+        width=16,
+        height=16,
+        aria_hidden="true",
+    )
 
 
 def sample(look: Look, marked: bool = True) -> Markup:

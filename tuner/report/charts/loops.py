@@ -42,20 +42,23 @@ def phase_of(loop: Array) -> Array:
 def phase_crossing(frequency: Array, loop: Array) -> Crossing | None:
     """Return the crossing of 0 dB that is nearest to -180 deg, with the phase margin [deg]; None where there is none."""
     gain, phase = gain_of(loop), phase_of(loop)
-    found = [_at(frequency, gain, phase, i, gain) for i in _changes(gain)]
-    return min((entry._replace(margin=abs((entry.phase % 360.0) - 180.0)) for entry in found), default=None,
-               key=lambda entry: entry.margin)  # fmt: skip
+    crossings = [_at(frequency, gain, phase, i, gain) for i in _changes(gain)]
+    return min(
+        (entry._replace(margin=abs((entry.phase % 360.0) - 180.0)) for entry in crossings),
+        default=None,
+        key=lambda entry: entry.margin,
+    )
 
 
 def gain_crossing(frequency: Array, loop: Array) -> Crossing | None:
     """Return the crossing of -180 deg that is nearest to 0 dB, with the gain margin [dB]; None where there is none."""
     gain, phase = gain_of(loop), phase_of(loop)
-    found = []
+    crossings = []
     for turn in range(int(np.floor((phase.min() + 180.0) / 360.0)), int(np.ceil((phase.max() + 180.0) / 360.0)) + 1):
         away = phase + 180.0 - 360.0 * turn
-        found += [_at(frequency, gain, phase, i, away) for i in _changes(away)]
+        crossings += [_at(frequency, gain, phase, i, away) for i in _changes(away)]
     return min(
-        (entry._replace(margin=-entry.gain) for entry in found), default=None, key=lambda entry: abs(entry.margin)
+        (entry._replace(margin=-entry.gain) for entry in crossings), default=None, key=lambda entry: abs(entry.margin)
     )
 
 
@@ -101,14 +104,32 @@ def loop_panels(gain: list[Mark], phase: list[Mark], plane: list[Mark]) -> list[
         Disc(look=RULE._replace(colour="line"), x=0.0, y=0.0, radius=1.0),
     ]
     return [
-        Panel("loop-gain", "Bode: gain", across, Axis("gain [dB]", *GAIN_SHOWN), [Rule(look=RULE, axis="y", value=0.0), *gain],
-              aid="Above 0 dB the loop follows and rejects. Bar: gain margin, met where the phase is −180°."),
-        Panel("loop-phase", "Bode: phase", across, Axis("phase [°]", step=90), [Rule(look=RULE, axis="y", value=-180.0), *phase],
-              aid="Bar: phase margin, the distance from −180° where the gain is 0 dB."),
-        Panel("loop-nyquist", "Nyquist", Axis("real part", *NYQUIST[0]), Axis("imaginary part", *NYQUIST[1]),
-              [*circles, *plane, minus_one], square=True,
-              aid="The further from −1 (cross) the better: outside the dotted circle Ms is below 2. Marks: margins."),
-    ]  # fmt: skip
+        Panel(
+            "loop-gain",
+            "Bode: gain",
+            across,
+            Axis("gain [dB]", *GAIN_SHOWN),
+            [Rule(look=RULE, axis="y", value=0.0), *gain],
+            aid="Above 0 dB the loop follows and rejects. Bar: gain margin, met where the phase is −180°.",
+        ),
+        Panel(
+            "loop-phase",
+            "Bode: phase",
+            across,
+            Axis("phase [°]", step=90),
+            [Rule(look=RULE, axis="y", value=-180.0), *phase],
+            aid="Bar: phase margin, the distance from −180° where the gain is 0 dB.",
+        ),
+        Panel(
+            "loop-nyquist",
+            "Nyquist",
+            Axis("real part", *NYQUIST[0]),
+            Axis("imaginary part", *NYQUIST[1]),
+            [*circles, *plane, minus_one],
+            square=True,
+            aid="The further from −1 (cross) the better: outside the dotted circle Ms is below 2. Marks: margins.",
+        ),
+    ]
 
 
 def _margin(x: float, y: float, foot: float, look: Look, hover: str, show: Show) -> Points:

@@ -22,7 +22,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from tuner.report.charts.chart import FAR, Array, Axis, Band, Bars, Disc, Line, Mark, Panel, Points, Region, Rule, Words
 from tuner.report.charts.look import INKS, REFERENCE, Look
-from tuner.report.charts.sheet import WIDTH, Sheet
+from tuner.report.charts.sheet import WIDTH, FigureSpec
 
 # Marks at the edge of an axis for what lies beyond it: to the left, right, below, above.
 EDGES = {(-1, 0): "<", (1, 0): ">", (0, -1): "v", (0, 1): "^"}
@@ -97,17 +97,17 @@ def grid(count: int, columns: int, height: float, width: float = WIDTH) -> tuple
 
 def legend_above(figure: Figure, *axes: Axes) -> None:
     """Put one legend for the whole figure above it, each name once, in as many columns as fit."""
-    found: dict[str, Any] = {}
+    handles: dict[str, Any] = {}
     for ax in axes:
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
-            found.setdefault(str(label), handle)
-    if not found:
+            handles.setdefault(str(label), handle)
+    if not handles:
         return
-    widths = [LEGEND_MARK + LEGEND_LETTER * len(label) for label in found]
+    widths = [LEGEND_MARK + LEGEND_LETTER * len(label) for label in handles]
     width, height = figure.get_size_inches()
-    columns = len(found) if sum(widths) <= width else max(int(width / max(widths)), 1)
-    figure.set_size_inches(width, height + LEGEND_ROW * (ceil(len(found) / columns) - 1))
-    figure.legend(found.values(), found.keys(), loc="outside upper center", ncols=columns)
+    columns = len(handles) if sum(widths) <= width else max(int(width / max(widths)), 1)
+    figure.set_size_inches(width, height + LEGEND_ROW * (ceil(len(handles) / columns) - 1))
+    figure.legend(handles.values(), handles.keys(), loc="outside upper center", ncols=columns)
 
 
 def legend_over(ax: Axes, title: str) -> None:
@@ -116,14 +116,29 @@ def legend_over(ax: Axes, title: str) -> None:
     wide = sum(len(label) + 8 for label in labels) > (60 if title else 120)
     columns = (2 if title else 4) if wide else len(labels) or 1
     size: dict[str, Any] = {"fontsize": SMALL, "handlelength": 2.6} if title else {"handlelength": 3.2}
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), borderaxespad=0.2, ncols=columns, columnspacing=1.2,
-              title=title or None, title_fontproperties={"size": 8}, **size)  # fmt: skip
+    ax.legend(
+        loc="lower center",
+        bbox_to_anchor=(0.5, 1.0),
+        borderaxespad=0.2,
+        ncols=columns,
+        columnspacing=1.2,
+        title=title or None,
+        title_fontproperties={"size": 8},
+        **size,
+    )
 
 
 def figure_of(
-    panels: Sequence[Panel], columns: int, height: float, width: float = WIDTH, *,
-    legend: bool = True, titled: bool = False, small: bool = False, note: str = "",
-) -> Figure:  # fmt: skip
+    panels: Sequence[Panel],
+    columns: int,
+    height: float,
+    width: float = WIDTH,
+    *,
+    legend: bool = True,
+    titled: bool = False,
+    small: bool = False,
+    note: str = "",
+) -> Figure:
     """Return a figure of panels in reading order; height of a row and width of the figure [in].
 
     legend: of all panels above the figure, unless panels have their own. titled: panels are headed by their titles. small: axes
@@ -148,7 +163,7 @@ def figure_of(
     return figure
 
 
-def drawn(sheet: Sheet) -> Figure:
+def drawn(sheet: FigureSpec) -> Figure:
     """Return the figure of a sheet."""
     return figure_of(**sheet._asdict())
 
@@ -220,7 +235,7 @@ def _points(ax: Axes, mark: Points, panel: Panel) -> None:
 
 
 def _reach(values: Array, ends: tuple[Array, Array] | None, rows: Array) -> Array | None:
-    """Return how far intervals reach below and above their values, (2, rows)."""
+    """Return the distances of intervals' ends below and above their values, (2, rows)."""
     return None if ends is None else np.maximum(np.stack([values - ends[0], ends[1] - values])[:, rows], 0.0)
 
 
@@ -256,8 +271,17 @@ def _line(ax: Axes, mark: Line, label: str) -> None:
 def _band(ax: Axes, mark: Band, label: str) -> None:
     look, hatch = mark.look, HATCHES.get(mark.look.symbol)
     if hatch:
-        ax.fill_between(mark.x, mark.low, mark.high, facecolor="none", edgecolor=look.ink, hatch=hatch, alpha=look.opacity,
-                        linewidth=0.8, label=label)  # fmt: skip
+        ax.fill_between(
+            mark.x,
+            mark.low,
+            mark.high,
+            facecolor="none",
+            edgecolor=look.ink,
+            hatch=hatch,
+            alpha=look.opacity,
+            linewidth=0.8,
+            label=label,
+        )
     else:
         ax.fill_between(mark.x, mark.low, mark.high, color=look.ink, alpha=look.opacity, linewidth=0, label=label)
 
@@ -282,18 +306,33 @@ def _region(ax: Axes, mark: Region, label: str) -> None:
     filled.set_edgecolor(look.ink)
     filled.set_linewidth(0.0)
     if look.width and any(values.min() < end < values.max() for end in outline):
-        ax.contour(mark.x, mark.y, values, levels=outline, colors=[INKS["ink"]], linewidths=0.65 * look.width,
-                   linestyles=[look.linestyle])  # fmt: skip
+        ax.contour(
+            mark.x,
+            mark.y,
+            values,
+            levels=outline,
+            colors=[INKS["ink"]],
+            linewidths=0.65 * look.width,
+            linestyles=[look.linestyle],
+        )
     ax.fill([], [], facecolor=face, edgecolor=look.ink, hatch=hatch, linewidth=0.3, label=label)
 
 
 def _disc(ax: Axes, mark: Disc, label: str) -> None:
     look = mark.look
-    ax.add_patch(Circle(
-        (mark.x, mark.y), mark.radius, facecolor=look.ink if mark.fill == "filled" else "none", edgecolor=look.ink,
-        hatch=HATCHES["/"] if mark.fill == "hatched" else None, linewidth=0.8, linestyle=look.linestyle, alpha=look.opacity,
-        label=label,
-    ))  # fmt: skip
+    ax.add_patch(
+        Circle(
+            (mark.x, mark.y),
+            mark.radius,
+            facecolor=look.ink if mark.fill == "filled" else "none",
+            edgecolor=look.ink,
+            hatch=HATCHES["/"] if mark.fill == "hatched" else None,
+            linewidth=0.8,
+            linestyle=look.linestyle,
+            alpha=look.opacity,
+            label=label,
+        )
+    )
 
 
 def _words(ax: Axes, mark: Words) -> None:
@@ -353,7 +392,7 @@ def make_ready() -> None:
         printed(figure)
 
 
-def files_of(sheets: Mapping[str, Sheet]) -> dict[str, bytes]:
+def files_of(sheets: Mapping[str, FigureSpec]) -> dict[str, bytes]:
     """Return the files of figures by their names in a results folder."""
     files: dict[str, bytes] = {}
     with style():

@@ -22,9 +22,14 @@ def started() -> Process:
     """Start a process that draws what it is told on standard input, see `printing`, and ends when its parent does."""
     # In a session of its own, Ctrl-C reaches the parent alone.
     return subprocess.Popen(
-        [sys.executable, "-c", CODE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        cwd=Path(__file__).parents[3], env={**os.environ, **ONE_THREAD}, start_new_session=True,
-    )  # fmt: skip
+        [sys.executable, "-c", CODE],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        cwd=Path(__file__).parents[3],
+        env={**os.environ, **ONE_THREAD},
+        start_new_session=True,
+    )
 
 
 def taken() -> Process:

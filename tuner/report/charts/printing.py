@@ -13,13 +13,13 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import IO
 
-from tuner.report.charts.sheet import Sheet
+from tuner.report.charts.sheet import FigureSpec
 
 INPUT, HEAD = 0, 8
 """The file descriptor of standard input, past Python's buffer; bytes of the length ahead of each order."""
 NEW_OBJECTS = 200_000
 """New objects after which circles of garbage are looked for; Python's own number is 700."""
-Order = dict[str, Sheet]
+Order = dict[str, FigureSpec]
 """Sheets by names of figures; an empty one is the last."""
 
 
@@ -29,7 +29,7 @@ def order(sheets: Order) -> bytes:
     return len(content).to_bytes(HEAD) + content
 
 
-class Orders:
+class ParentCommands:
     """Orders of the parent on standard input, whose end is the end of the parent, and at once that of this process."""
 
     def __init__(self) -> None:
@@ -59,7 +59,7 @@ def main() -> None:
     """Draw what is ordered until nothing is, and hand the files over all at once."""
     # A few figures make little garbage, and looking for it takes a tenth of the time.
     gc.set_threshold(NEW_OBJECTS)
-    orders = Orders()
+    orders = ParentCommands()
     spare_imports()
     from tuner.report.charts.paper import files_of, make_ready
 
@@ -93,7 +93,7 @@ def hand_over(files: dict[str, bytes], out: IO[bytes]) -> None:
 
 
 def received(stream: IO[bytes]) -> dict[str, bytes] | None:
-    """Return what `hand_over` wrote to a stream; None where it ended before its time."""
+    """Return the data that `hand_over` wrote to a stream; None where it ended early."""
     try:
         lengths: dict[str, int] = json.loads(stream.readline())
     except ValueError:

@@ -18,13 +18,23 @@ def progress_panels(history: History) -> list[Panel]:
     volume, share = history.hypervolume, 100.0 * history.feasible_share
     x = _generations(history)
     panels = [
-        Panel("progress-hypervolume", "Hypervolume [share of the box]", x, Axis(""),
-              [_series(history, volume, TUNED._replace(symbol="circle"))],
-              aid="Share of the box between zero and 1.1 times the default's values that the front dominates; level: found."),
-        Panel("progress-feasible", "Feasible candidates [%]", x, Axis("", -4.0, 104.0),
-              [_series(history, share, FRONT._replace(symbol="square"))],
-              aid="Share of a generation's candidates that break no limit."),
-    ]  # fmt: skip
+        Panel(
+            "progress-hypervolume",
+            "Hypervolume [share of the box]",
+            x,
+            Axis(""),
+            [_series(history, volume, TUNED._replace(symbol="circle"))],
+            aid="Share of the box between zero and 1.1 times the default's values that the front dominates; level: found.",
+        ),
+        Panel(
+            "progress-feasible",
+            "Feasible candidates [%]",
+            x,
+            Axis("", -4.0, 104.0),
+            [_series(history, share, FRONT._replace(symbol="square"))],
+            aid="Share of a generation's candidates that break no limit.",
+        ),
+    ]
     if history.flights_saved is not None or history.flights_raced is not None:
         panels.append(_flights(history))
     return panels
@@ -35,19 +45,29 @@ def gap_panels(results: TuningFolder) -> list[Panel]:
     return [_gap(results, i) for i in range(len(results.objectives))]
 
 
-def place_panel(results: TuningFolder) -> Panel | None:
-    """Return how sure each finalist's place on the front is; None where the folder does not hold it."""
-    front = results.front
+def front_probability_panel(results: TuningFolder) -> Panel | None:
+    """Return the finalists' probabilities to be on the front; None where the folder does not hold them."""
+    front = results.held_out_front
     probability = front.columns.get("probability")
     if probability is None:
         return None
-    known = [row for row, role in enumerate(front.roles) if role != "default" and np.isfinite(probability[row])]
-    rows = sorted(known, key=lambda row: -probability[row])
-    bars = Bars(look=FRONT._replace(symbol=""), x=np.arange(1.0, len(rows) + 1.0), y=100.0 * probability[rows],
-                labels=[front.points[row] for row in rows])  # fmt: skip
+    finite = [row for row, role in enumerate(front.roles) if role != "default" and np.isfinite(probability[row])]
+    rows = sorted(finite, key=lambda row: -probability[row])
+    bars = Bars(
+        look=FRONT._replace(symbol=""),
+        x=np.arange(1.0, len(rows) + 1.0),
+        y=100.0 * probability[rows],
+        labels=[front.points[row] for row in rows],
+    )
     aid = "Share of resamples of the flights on which no other finalist is better in everything."
-    return Panel("probability", "Places on the front", Axis("finalists, surest first"), Axis("on the front [%]", 0.0, 104.0),
-                 [bars], aid=aid)  # fmt: skip
+    return Panel(
+        "probability",
+        "Places on the front",
+        Axis("finalists, surest first"),
+        Axis("on the front [%]", 0.0, 104.0),
+        [bars],
+        aid=aid,
+    )
 
 
 def _generations(history: History) -> Axis:
@@ -59,8 +79,14 @@ def _generations(history: History) -> Axis:
 
 def _series(history: History, values: np.ndarray, look: Look) -> Line:
     flights = history.flights
-    return Line(look=look, x=history.generation, y=values, tips=(flights, flights), marked=slice(None),
-                tip="%{y:.4~g} after %{customdata[0]:,.0f} flights")  # fmt: skip
+    return Line(
+        look=look,
+        x=history.generation,
+        y=values,
+        tips=(flights, flights),
+        marked=slice(None),
+        tip="%{y:.4~g} after %{customdata[0]:,.0f} flights",
+    )
 
 
 def _flights(history: History) -> Panel:
@@ -69,8 +95,11 @@ def _flights(history: History) -> Panel:
         ("saved by racing", history.flights_raced, FRONT._replace(symbol="/")),
         ("saved by screening", history.flights_saved, DEFAULT._replace(symbol="x")),
     )
-    bars = [Bars(name=name, look=look, x=history.generation, y=counts, stacked=True)
-            for name, counts, look in layers if counts is not None]  # fmt: skip
+    bars = [
+        Bars(name=name, look=look, x=history.generation, y=counts, stacked=True)
+        for name, counts, look in layers
+        if counts is not None
+    ]
     aid = "What the search flew, and what requirements and races spared it."
     return Panel(
         "progress-saved",
@@ -85,7 +114,7 @@ def _flights(history: History) -> Panel:
 
 
 def _gap(results: TuningFolder, i: int) -> Panel:
-    front, entry = results.front, results.objectives[i]
+    front, entry = results.held_out_front, results.objectives[i]
     search, held_out, shown = front.search[:, i], front.held_out[:, i], shown_range(front, i)
     seen = search[np.isfinite(search) & (held_out >= shown.low) & (held_out <= shown.high)]
     ends = np.array([min([shown.low, *seen]), max([shown.high, *seen])])
@@ -104,6 +133,6 @@ def _gap(results: TuningFolder, i: int) -> Panel:
 
 
 def _gap_words(results: TuningFolder, i: int, row: int) -> str:
-    front, unit = results.front, results.objectives[i].unit
+    front, unit = results.held_out_front, results.objectives[i].unit
     search, held_out = significant(front.search[row, i]), significant(front.held_out[row, i])
     return f"{front.points[row]}: search {search}, held-out {held_out} {unit}"

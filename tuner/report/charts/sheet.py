@@ -9,7 +9,7 @@ WIDTH = 7.1
 """Text width of a two-column page [in]."""
 
 
-class Sheet(NamedTuple):
+class FigureSpec(NamedTuple):
     """Panels in reading order, so many columns of them; height of a row and width of the figure [in].
 
     legend: of all panels above the figure, unless panels have their own. titled: panels are headed by their titles. small: axes

@@ -24,6 +24,10 @@ def spectrum_panel(marks: list[Mark]) -> Panel:
     """Return the panel of spectra, with the frequency from which on the metric `noise` counts."""
     dotted = Rule(look=RULE, axis="x", value=CUTOFF)
     return Panel(
-        "spectrum", "Spectrum of the commands", Axis(FREQUENCY, log=True, step=1), Axis(DENSITY), [dotted, *marks],
+        "spectrum",
+        "Spectrum of the commands",
+        Axis(FREQUENCY, log=True, step=1),
+        Axis(DENSITY),
+        [dotted, *marks],
         aid="Of default and recommended gains, over all rotors or inputs. Dotted: from here on the metric noise counts.",
-    )  # fmt: skip
+    )

@@ -31,24 +31,24 @@ class StripScale(NamedTuple):
     width: float = WIDTH
 
     def share(self, value: float) -> float:
-        """Return where a value lies, 0 at the left end and 1 at the right; the ends where it is outside."""
+        """Return the place of a value, 0 at the left end and 1 at the right; the ends where it is outside."""
         inside = min(max(value, self.low), self.high)
         if self.log:
             return log10(inside / self.low) / log10(self.high / self.low)
         return (inside - self.low) / (self.high - self.low)
 
     def place(self, value: float) -> float:
-        """Return where a value lies [px]."""
+        """Return the place of a value [px]."""
         return INSET + (self.width - 2 * INSET) * self.share(value)
 
 
 def scale(numbers: Iterable[float | None], zero: bool = True) -> StripScale:
     """Return a scale that holds all numbers that there are, and zero where asked; logarithmic where they cover decades."""
-    known = [number for number in numbers if number is not None and isfinite(number)]
-    if known and min(known) > 0.0 and max(known) > LOG_FACTOR * min(known):
-        return StripScale(0.8 * min(known), 1.25 * max(known), True)
-    known += [0.0] if zero or not known else []
-    low, high = min(known), max(known)
+    finite = [number for number in numbers if number is not None and isfinite(number)]
+    if finite and min(finite) > 0.0 and max(finite) > LOG_FACTOR * min(finite):
+        return StripScale(0.8 * min(finite), 1.25 * max(finite), True)
+    finite += [0.0] if zero or not finite else []
+    low, high = min(finite), max(finite)
     if low == high:
         return StripScale(low, low + (abs(low) or 1.0))
     margin = PADDING * (high - low)
@@ -99,14 +99,14 @@ def pinned(shown: StripScale, central: Estimate, printed: float, look: Look, ins
 
 
 def ranged(
-    shown: StripScale, near: tuple[float, float], again: tuple[float, float], before: float, inferred: float
+    shown: StripScale, near: tuple[float, float], resampled: tuple[float, float], before: float, inferred: float
 ) -> Markup:
     """Draw a searched range with what fits about as well, what other draws would give, and both values."""
     y = ROW / 2
     parts = [_line(INSET, y, shown.width - INSET, y, "track")]
     parts += [_line(x, y - 5, x, y + 5, "track") for x in (INSET, shown.width - INSET)]
     parts.append(_line(shown.place(near[0]), y, shown.place(near[1]), y, "near"))
-    parts.append(_line(shown.place(again[0]), y + 6, shown.place(again[1]), y + 6, "again"))
+    parts.append(_line(shown.place(resampled[0]), y + 6, shown.place(resampled[1]), y + 6, "again"))
     parts += [drawn_mark(DEFAULT, shown.place(before), y, 14.0), drawn_mark(TUNED, shown.place(inferred), y, 14.0)]
     return _drawing(parts, shown.width, ROW)
 

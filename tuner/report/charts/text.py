@@ -30,14 +30,19 @@ class TextLayer(NamedTuple):
     edge: bool = False
 
 
-def lost_words(lost: np.ndarray) -> str:
+def failed_flights_text(lost: np.ndarray) -> str:
     """Return the legend of points that lost flights; lost (points,): how many each lost."""
     return f"lost flights when held out ({int((lost > 0).sum())} points, {int(lost.sum())} flights; at the edge if beyond it)"
 
 
 def front_lines(results: TuningFolder, width: int, height: int) -> list[str]:
     """Return the lines; values are in the units that reports show, angles in degrees."""
-    names = {".": "tried, as the search saw it", "o": "front", "x": lost_words(results.front.lost), "@": results.called}
+    names = {
+        ".": "tried, as the search saw it",
+        "o": "front",
+        "x": failed_flights_text(results.held_out_front.lost),
+        "@": results.called,
+    }
     return to_text(front_panels(results)[0], names, width, height)
 
 
@@ -63,8 +68,8 @@ def scatter(layers: Sequence[TextLayer], labels: tuple[str, str], width: int, he
 
     Layers that are cut do not widen the axes; at least one point must stand in a layer that is not.
     """
-    known = np.concatenate([layer.points for layer in layers if not layer.cut], axis=0)
-    low, high = axes(known)
+    uncut = np.concatenate([layer.points for layer in layers if not layer.cut], axis=0)
+    low, high = axes(uncut)
     ends = [f"{number:.3g}" for number in (low[1], high[1])]
     indent = max(map(len, ends))
     cells = [[" "] * (width - indent - 2) for _ in range(height)]

@@ -28,7 +28,9 @@ from tuner.report.charts.chart import (
 )
 from tuner.text.markup import Markup, element, join
 
-Trace = dict[str, Any]
+Plotly = dict[str, Any]
+"""An object of plotly.js, which describes its keys."""
+Trace = Plotly
 LARGEST = 65535
 """Largest number of sixteen bits; a step is 1/65535 of what a series spans, a hundredth of a pixel of a small chart."""
 
@@ -37,7 +39,7 @@ class Arrays:
     """Series of numbers, each stored once however often it is drawn: name -> packed, little-endian binary in base64."""
 
     def __init__(self) -> None:
-        self.packed: dict[str, Any] = {}
+        self.packed: Plotly = {}
         self._names: dict[Any, str] = {}
 
     def texts(self, values: Sequence[str]) -> str:
@@ -62,12 +64,12 @@ def singles(values: Array) -> str:
     return packed(values, "<f4")
 
 
-def quantised(values: Array) -> dict[str, Any]:
+def quantised(values: Array) -> Plotly:
     """Return finite numbers in sixteen bits on a scale from the smallest to the largest: value = low + step * q."""
     low, high = float(values.min(axis=None)), float(values.max(axis=None))
     step = (high - low) / LARGEST
-    whole = np.zeros(values.shape) if step == 0.0 else np.clip(np.round((values - low) / step), 0, LARGEST)
-    return {"scale": [low, step], "packed": packed(whole, "<u2")}
+    levels = np.zeros(values.shape) if step == 0.0 else np.clip(np.round((values - low) / step), 0, LARGEST)
+    return {"scale": [low, step], "packed": packed(levels, "<u2")}
 
 
 def packed(values: Array, kind: str) -> str:
@@ -80,7 +82,7 @@ def finite(values: Array) -> list[float | None]:
     return [value if np.isfinite(value) else None for value in values.tolist()]
 
 
-def to_web(panel: Panel, arrays: Arrays) -> dict[str, Any]:
+def to_web(panel: Panel, arrays: Arrays) -> Plotly:
     """Return a panel as {traces, layout}."""
     traces = [trace for mark in panel.marks for trace in _traces(mark, arrays)]
     shapes = [_shape(mark) for mark in panel.marks if isinstance(mark, Rule | Disc)]
@@ -106,13 +108,13 @@ def term(text: str, definition: str) -> Markup:
     return element("span", text, class_="term", tabindex="0", data_tip=definition)
 
 
-def line_of(look: Look, width: float | None = None) -> dict[str, Any]:
+def line_of(look: Look, width: float | None = None) -> Plotly:
     """Return the line of a look for plotly.js."""
     dash = ",".join(f"{length:g}px" for length in look.dash) or "solid"
     return {"width": look.width if width is None else width, "color": f"@{look.colour}", "dash": dash}
 
 
-def marker_of(look: Look) -> dict[str, Any]:
+def marker_of(look: Look) -> Plotly:
     """Return the marker of a look for plotly.js."""
     thin = look.symbol.endswith("thin") or look.symbol.startswith("line-")
     symbol = "circle" if look.symbol == "dot" else look.symbol + ("-open" if look.hollow else "")
@@ -140,8 +142,11 @@ def _points(mark: Points, arrays: Arrays) -> list[Trace]:
     base = {"x": arrays.add(mark.x), "y": arrays.add(mark.y), "meta": mark.show}
     traces = []
     if mark.x_ends or mark.y_ends:
-        bars = {f"error_{name}": _reach(getattr(mark, name), ends, mark.look, arrays)
-                for name, ends in (("x", mark.x_ends), ("y", mark.y_ends)) if ends}  # fmt: skip
+        bars = {
+            f"error_{name}": _reach(getattr(mark, name), ends, mark.look, arrays)
+            for name, ends in (("x", mark.x_ends), ("y", mark.y_ends))
+            if ends
+        }
         shown = {**base, "mode": "markers", "marker": {"size": 1, "color": "rgba(0,0,0,0)"}, "hoverinfo": "skip"}
         traces.append({**shown, "meta": {**mark.show, "part": "intervals"}, "opacity": 0.6, **bars})
     trace = {**base, "mode": "markers", "marker": marker_of(mark.look), "name": escape(mark.name, quote=False)}
@@ -162,7 +167,7 @@ def _points(mark: Points, arrays: Arrays) -> list[Trace]:
     return [*traces, trace]
 
 
-def _reach(values: Array, ends: tuple[Array, Array], look: Look, arrays: Arrays) -> dict[str, Any]:
+def _reach(values: Array, ends: tuple[Array, Array], look: Look, arrays: Arrays) -> Plotly:
     down, up = np.maximum(values - ends[0], 0.0), np.maximum(ends[1] - values, 0.0)
     bars = {
         "type": "data",
@@ -219,14 +224,20 @@ def _bars(mark: Bars, arrays: Arrays) -> Trace:
 
 def _region(mark: Region) -> Trace:
     return {
-        "type": "contour", "x": finite(mark.x), "y": finite(mark.y), "z": [finite(row) for row in mark.values],
-        "contours": {"type": "constraint", "operation": "[]", "value": list(mark.ends)}, "line": line_of(mark.look),
-        "fillcolor": f"@{mark.look.colour}/{mark.look.opacity:g}", "name": escape(mark.name), "meta": mark.show,
+        "type": "contour",
+        "x": finite(mark.x),
+        "y": finite(mark.y),
+        "z": [finite(row) for row in mark.values],
+        "contours": {"type": "constraint", "operation": "[]", "value": list(mark.ends)},
+        "line": line_of(mark.look),
+        "fillcolor": f"@{mark.look.colour}/{mark.look.opacity:g}",
+        "name": escape(mark.name),
+        "meta": mark.show,
         "hoverinfo": "skip",
-    }  # fmt: skip
+    }
 
 
-def _shape(mark: Rule | Disc) -> dict[str, Any]:
+def _shape(mark: Rule | Disc) -> Plotly:
     line = line_of(mark.look)
     if isinstance(mark, Disc):
         ends = {
@@ -242,7 +253,7 @@ def _shape(mark: Rule | Disc) -> dict[str, Any]:
     return {"type": "line", **ends, f"{other}ref": "paper", "line": line, **_shown(mark)}
 
 
-def _annotation(mark: Words) -> dict[str, Any]:
+def _annotation(mark: Words) -> Plotly:
     font = {"color": f"@{mark.look.colour}", "size": 11}
     return {
         "x": mark.x,
@@ -255,12 +266,12 @@ def _annotation(mark: Words) -> dict[str, Any]:
     }
 
 
-def _shown(mark: Mark) -> dict[str, Any]:
+def _shown(mark: Mark) -> Plotly:
     return {"meta": mark.show} if mark.show else {}
 
 
-def _layout(panel: Panel, shapes: list[dict[str, Any]], words: list[dict[str, Any]]) -> dict[str, Any]:
-    layout: dict[str, Any] = {"xaxis": _axis(panel.x), "yaxis": _axis(panel.y)}
+def _layout(panel: Panel, shapes: list[Plotly], words: list[Plotly]) -> Plotly:
+    layout: Plotly = {"xaxis": _axis(panel.x), "yaxis": _axis(panel.y)}
     if panel.square:
         layout["yaxis"]["scaleanchor"] = "x"
     if shapes:
@@ -278,8 +289,8 @@ def _layout(panel: Panel, shapes: list[dict[str, Any]], words: list[dict[str, An
     return layout
 
 
-def _axis(axis: Axis) -> dict[str, Any]:
-    made: dict[str, Any] = {"title": {"text": escape(axis.title, quote=False)}}
+def _axis(axis: Axis) -> Plotly:
+    made: Plotly = {"title": {"text": escape(axis.title, quote=False)}}
     if axis.log:
         made["type"] = "log"
     if axis.ends:

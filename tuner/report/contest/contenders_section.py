@@ -3,6 +3,7 @@
 from typing import NamedTuple
 from urllib.parse import quote
 
+from plant.quadrotor.gains import GROUPS
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import BoundRow, ContenderRow
 from tuner.report.charts.look import looks_of, sample
@@ -18,15 +19,6 @@ BEHIND = [
     "Failed flights",
     "Report",
 ]
-
-
-# Names that stand for several axes in an address, the larger ones first.
-GROUPS = (
-    ("position", ("x", "y", "z")),
-    ("attitude", ("roll", "pitch", "yaw")),
-    ("horizontal", ("x", "y")),
-    ("tilt", ("roll", "pitch")),
-)
 
 
 class Gain(NamedTuple):
@@ -52,9 +44,9 @@ def gains_cards(contest: ComparedFolder) -> Markup:
 
 
 def _row(contest: ComparedFolder, entry: ContenderRow, most: float, laws: list[str]) -> list[Markup | str]:
-    own = f"{entry.folder}/report.html"
-    here = entry.folder is not None and (contest.folder / own).exists()
-    link = element("a", "its own report", href=quote(own)) if here else Markup(MISSING)
+    report = f"{entry.folder}/report.html"
+    has_report = entry.folder is not None and (contest.home / report).exists()
+    link = element("a", "its own report", href=quote(report)) if has_report else Markup(MISSING)
     processor = entry.cost.processor
     gains = element("span", entry.point, element("small", "tuned")) if entry.tuned else "as given"
     bar = element(
@@ -109,11 +101,11 @@ def _bound_text(bound: BoundRow) -> Markup:
 
 def joined(gains: list[Gain]) -> list[Gain]:
     """Return gains in their order, those of a whole group of axes as one where all have the same value."""
-    told = list(gains)
-    for group, axes in GROUPS:
+    merged = list(gains)
+    for group, axes in ((group, axes) for group, axes in GROUPS.items() if len(axes) > 1):
         for name in dict.fromkeys(gain.address.partition(".")[2] for gain in gains):
-            members = [gain for gain in told if gain.address in [f"{axis}.{name}" for axis in axes]]
+            members = [gain for gain in merged if gain.address in [f"{axis}.{name}" for axis in axes]]
             if len(members) == len(axes) and len({gain.value for gain in members}) == 1:
-                told[told.index(members[0])] = members[0]._replace(address=f"{group}.{name}")
-                told = [gain for gain in told if gain not in members]
-    return told
+                merged[merged.index(members[0])] = members[0]._replace(address=f"{group}.{name}")
+                merged = [gain for gain in merged if gain not in members]
+    return merged

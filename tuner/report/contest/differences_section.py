@@ -15,20 +15,20 @@ OPEN_KINDS = ("objective", "constraint")
 
 def forests(contest: ComparedFolder) -> Markup:
     """Return a card for each quantity with differences; those that only printed numbers or claims ask for are folded."""
-    shown, folded, same = [], [], []
+    shown, collapsible, same = [], [], []
     for quantity in contest.shown.quantities:
         rows = [entry for entry in contest.shown.differences if entry.quantity == quantity.label]
         if rows and not any(number for entry in rows for number in entry.estimate):
             same.append(quantity.label)
         elif rows:
-            (shown if quantity.kind in OPEN_KINDS else folded).append(_card(contest, quantity, rows))
+            (shown if quantity.kind in OPEN_KINDS else collapsible).append(_card(contest, quantity, rows))
     if not shown:
-        shown, folded = folded, []
+        shown, collapsible = collapsible, []
     parts = [element("p", f"No two contenders differ at all in {listing(same)}.", class_="aid")] if same else []
     parts.append(element("div", *shown, class_="forests"))
-    if folded:
-        what = f"{len(folded)} more: quantities of printed numbers and claims"
-        inner = element("div", *folded, class_="forests")
+    if collapsible:
+        what = f"{len(collapsible)} more: quantities of printed numbers and claims"
+        inner = element("div", *collapsible, class_="forests")
         parts.append(element("details", element("summary", what), inner, class_="plain"))
     return join(parts)
 

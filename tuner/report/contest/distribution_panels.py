@@ -21,12 +21,12 @@ def distribution_panels(contest: ComparedFolder) -> list[Panel]:
     """Return a panel for each metric and scenario that varies over flights."""
     style, panels = looks_of(contest), []
     for number, quantity in enumerate(_metrics(contest)):
-        found = [entry for entry in contest.scores if entry.quantity == quantity.label and entry.contender in style]
-        if not found or all(entry.values[0] == entry.values[-1] for entry in found):
+        scores = [entry for entry in contest.scores if entry.quantity == quantity.label and entry.contender in style]
+        if not scores or all(entry.values[0] == entry.values[-1] for entry in scores):
             continue
-        shown = span_of([np.quantile(entry.values, [0.0, 1.0 - TAIL], axis=0) for entry in found], LOG_FACTOR)
+        shown = span_of([np.quantile(entry.values, [0.0, 1.0 - TAIL], axis=0) for entry in scores], LOG_FACTOR)
         where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
-        marks = [_curve(contest, entry, plain(quantity.unit)) for entry in found]
+        marks = [_curve(contest, entry, plain(quantity.unit)) for entry in scores]
         x = value_axis(quantity.metric, quantity.unit, shown)
         panels.append(Panel(f"distribution-{number}", f"{quantity.metric}, {where}", x, SHARE, marks))
     return panels
@@ -43,13 +43,18 @@ def steps(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _metrics(contest: ComparedFolder) -> list[QuantityRow]:
     """Return one quantity for each metric and scenario: different risks of one metric have the same flights behind them."""
-    found = {(entry.metric, entry.scenario): entry for entry in reversed(contest.shown.quantities)}
-    return [entry for entry in contest.shown.quantities if found[entry.metric, entry.scenario] is entry]
+    last = {(entry.metric, entry.scenario): entry for entry in reversed(contest.shown.quantities)}
+    return [entry for entry in contest.shown.quantities if last[entry.metric, entry.scenario] is entry]
 
 
 def _curve(contest: ComparedFolder, entry: ContenderScores, unit: str) -> Mark:
     x, y = steps(entry.values)
     return Line(
-        name=entry.contender, look=looks_of(contest)[entry.contender], x=np.append(x[0], x), y=np.append(0.0, y), steps=True,
-        tip=f"%{{y:.3~g}} % of flights at most %{{x:.4~g}} {unit}", show={"layer": contest.layer(entry.contender)},
-    )  # fmt: skip
+        name=entry.contender,
+        look=looks_of(contest)[entry.contender],
+        x=np.append(x[0], x),
+        y=np.append(0.0, y),
+        steps=True,
+        tip=f"%{{y:.3~g}} % of flights at most %{{x:.4~g}} {unit}",
+        show={"layer": contest.layer(entry.contender)},
+    )

@@ -82,9 +82,14 @@ def _front(contest: ComparedFolder, fronts: FrontsPart, front: ContenderFront, p
 
 
 def _points(
-    contest: ComparedFolder, fronts: FrontsPart, front: ContenderFront, x: np.ndarray, y: np.ndarray, look: Look,
+    contest: ComparedFolder,
+    fronts: FrontsPart,
+    front: ContenderFront,
+    x: np.ndarray,
+    y: np.ndarray,
+    look: Look,
     ends: Sequence[tuple[np.ndarray, np.ndarray]],
-) -> list[Mark]:  # fmt: skip
+) -> list[Mark]:
     show, chosen = {"layer": contest.layer(front.contender)}, front.recommended
     hover = hover_texts(contest, fronts, front)
     across, up = ends[0], ends[1] if len(ends) > 1 else None

@@ -5,7 +5,7 @@ from pathlib import Path
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.opening import InferenceFolder
 from tuner.report.contest.inference_section import cells_table, misfits_table, ratios_table, unknowns_table
-from tuner.report.page import Page, Section, aid, folded_text, put_page, wide
+from tuner.report.page import Page, Section, aid, collapsible_text, put_page, wide
 from tuner.report.provenance import environment_facts
 from tuner.store.environment import Environment
 from tuner.text.markup import Markup, described, element, join
@@ -25,8 +25,8 @@ AIDS = {
 
 def write_inference_page(folder: Path) -> Path:
     """Write report.html into a folder with an inference; StoreError where a file is missing or damaged."""
-    found = InferenceFolder(folder)
-    return put_page(folder, inference_page(found.document.in_degrees(), found.environment, found.study))
+    inference = InferenceFolder(folder)
+    return put_page(folder, inference_page(inference.document.in_degrees(), inference.environment, inference.study))
 
 
 def inference_parts(inference: InferenceDocument) -> list[Section]:
@@ -49,7 +49,7 @@ def inference_page(inference: InferenceDocument, environment: Environment, study
         title=inference.title,
         lead=join(
             (
-                element("p", _asked(inference), class_="lead"),
+                element("p", _lead(inference), class_="lead"),
                 element("p", inference.description, class_="aid") if inference.description else "",
                 words,
             )
@@ -60,7 +60,7 @@ def inference_page(inference: InferenceDocument, environment: Environment, study
     )
 
 
-def _asked(inference: InferenceDocument) -> str:
+def _lead(inference: InferenceDocument) -> str:
     cells, unknowns = len(inference.cells), len(inference.unknowns)
     return (
         f"{counted(unknowns, 'open value').capitalize()} were searched so that {listing(inference.contenders)} meet "
@@ -87,9 +87,11 @@ def _provenance(inference: InferenceDocument, environment: Environment, study: s
     facts = [
         ("Study", inference.study),
         ("Seed", significant(inference.seed, 15)),
-        ("Flights of a setting", f"{count(settings.flights)} of each contender and scenario, {count(settings.held_out)} "
-         "held out"),
+        (
+            "Flights of a setting",
+            f"{count(settings.flights)} of each contender and scenario, {count(settings.held_out)} held out",
+        ),
         ("Fits about as well", f"misfit within {per_cent(settings.near)} of the least"),
         *environment_facts(environment),
-    ]  # fmt: skip
-    return join((described(facts, class_="facts columns"), folded_text("Study file as given", study)))
+    ]
+    return join((described(facts, class_="facts columns"), collapsible_text("Study file as given", study)))

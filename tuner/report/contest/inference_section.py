@@ -72,12 +72,12 @@ def _factor(misfit: float) -> str:
 def _unknown(entry: UnknownRow) -> list[Markup | str]:
     shown = StripScale(entry.low, entry.high, entry.scale == "log")
     ends = [significant(entry.low, 3), entry.scale, significant(entry.high, 3)]
-    drawn = ranged(shown, entry.near, entry.again, entry.default, entry.inferred)
+    drawn = ranged(shown, entry.near, entry.resampled, entry.default, entry.inferred)
     scale = element("span", *[element("span", text) for text in ends], class_="ends")
-    near, again = (" to ".join(significant(end, 3) for end in pair) for pair in (entry.near, entry.again))
-    said = [element("small", f"fits about as well: {near}"), element("small", f"one draw leaves: {again} (68 %)")]
+    near, resampled = (" to ".join(significant(end, 3) for end in pair) for pair in (entry.near, entry.resampled))
+    notes = [element("small", f"fits about as well: {near}"), element("small", f"one draw leaves: {resampled} (68 %)")]
     if entry.at_end:
-        said.append(element("small", "reaches an end of the range"))
+        notes.append(element("small", "reaches an end of the range"))
     name = element(
         "span", entry.name, element("details", element("summary", "sets"), *_addresses(entry), class_="plain")
     )
@@ -88,7 +88,7 @@ def _unknown(entry: UnknownRow) -> list[Markup | str]:
         significant(entry.default, 3),
         element("strong", significant(entry.inferred, 3), class_="number"),
         element("span", drawn, scale),
-        element("span", verdict, *said),
+        element("span", verdict, *notes),
     ]
 
 
@@ -97,12 +97,12 @@ def _addresses(entry: UnknownRow) -> list[Markup]:
 
 
 def _cells_row(cells: list[CellRow], names: list[str]) -> Markup:
-    known = {cell.contender: _cell(cell) for cell in cells}
+    by_contender = {cell.contender: _cell(cell) for cell in cells}
     unit = join((" [", marked_up(cells[0].unit), "]")) if cells[0].unit else Markup()
     head = element(
         "th", element("code", cells[0].metric), unit, element("small", f"scenario {cells[0].scenario}"), scope="row"
     )
-    shown = [(name, known.get(name, Markup(MISSING))) for name in names]
+    shown = [(name, by_contender.get(name, Markup(MISSING))) for name in names]
     return element("tr", head, *[element("td", element("div", cell), data_label=name) for name, cell in shown])
 
 

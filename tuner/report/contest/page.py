@@ -12,12 +12,12 @@ from tuner.report.contest.differences_section import forests
 from tuner.report.contest.distribution_panels import distribution_panels
 from tuner.report.contest.fronts_panels import fronts_panels
 from tuner.report.contest.inference_page import inference_parts
-from tuner.report.contest.prose import asked, claims, key_figures, words
+from tuner.report.contest.prose import claims, key_figures, lead_text, words
 from tuner.report.contest.provenance import definitions, document_text, facts
 from tuner.report.contest.published_section import printed_tables, strips
 from tuner.report.contest.response_panels import response_panels
 from tuner.report.contest.values_section import best_table, values_table, volumes_table
-from tuner.report.page import Page, Section, aid, folded, folded_text, put_page, wide
+from tuner.report.page import Page, Section, aid, collapsible, collapsible_text, put_page, wide
 from tuner.text.markup import Markup, described, element, join
 
 AIDS = {
@@ -54,7 +54,7 @@ def contest_page(contest: ComparedFolder) -> Page:
     fronts, responses, spreads = fronts_panels(contest), response_panels(contest), distribution_panels(contest)
     arrays, document = Arrays(), contest.document
     lead = (
-        element("p", asked(contest), " Angles are in degrees.", class_="lead"),
+        element("p", lead_text(contest), " Angles are in degrees.", class_="lead"),
         element("p", document.description, class_="aid") if document.description else "",
         words(contest),
         claims(contest),
@@ -77,29 +77,29 @@ def contest_page(contest: ComparedFolder) -> Page:
 
 def _sections(
     contest: ComparedFolder, fronts: Sequence[Panel], responses: Sequence[Panel], spreads: Sequence[Panel]
-) -> list[Section]:  # fmt: skip
+) -> list[Section]:
     best, parts = contest.shown.best_under, contest.shown.differences
     return [
         Section("values", "Side by side", _values(contest)),
         Section("fronts", "Trade-offs", _fronts(contest, fronts)),
-        Section("differences", "Paired differences", _told("differences", forests(contest)) if parts else Markup()),
-        Section("best", "Best under a limit", _told("best", wide(best_table(contest))) if best else Markup()),
+        Section("differences", "Paired differences", _with_aid("differences", forests(contest)) if parts else Markup()),
+        Section("best", "Best under a limit", _with_aid("best", wide(best_table(contest))) if best else Markup()),
         Section(
             "distributions",
             "Scatter over flights",
-            _told("distributions", grid(spreads, "axis-grid")) if spreads else Markup(),
+            _with_aid("distributions", grid(spreads, "axis-grid")) if spreads else Markup(),
         ),
         Section("published", "Printed numbers", _published(contest)),
         Section("responses", "Responses", _responses(contest, responses)),
-        Section("gains", "Gains", _told("gains", gains_cards(contest))),
+        Section("gains", "Gains", _with_aid("gains", gains_cards(contest))),
         *_inference(contest),
         Section("provenance", "Provenance", _provenance(contest)),
     ]
 
 
 def _values(contest: ComparedFolder) -> Markup:
-    parts = [_told("values", wide(values_table(contest)))] if contest.estimates else []
-    return join((*parts, element("h3", "The contenders"), _told("contenders", wide(contenders_table(contest)))))
+    parts = [_with_aid("values", wide(values_table(contest)))] if contest.estimates else []
+    return join((*parts, element("h3", "The contenders"), _with_aid("contenders", wide(contenders_table(contest)))))
 
 
 def _fronts(contest: ComparedFolder, panels: Sequence[Panel]) -> Markup:
@@ -131,22 +131,22 @@ def _responses(contest: ComparedFolder, panels: Sequence[Panel]) -> Markup:
 def _inference(contest: ComparedFolder) -> list[Section]:
     if contest.inference is None:
         return []
-    told = element("ul", *[element("li", sentence) for sentence in contest.inference.words], class_="words")
+    sentences = element("ul", *[element("li", sentence) for sentence in contest.inference.words], class_="words")
     parts = inference_parts(contest.inference)
     shown = [element("section", element("h3", part.title), part.content, id=f"inference-{part.key}") for part in parts]
-    return [Section("inference", "Open values inferred", join((told, *shown)))]
+    return [Section("inference", "Open values inferred", join((sentences, *shown)))]
 
 
 def _provenance(contest: ComparedFolder) -> Markup:
     folds = (
-        folded("What the words mean", definitions(contest)),
-        folded_text("Study file as given", contest.study),
-        folded_text("Every number of this page, as JSON", document_text(contest)),
+        collapsible("What the words mean", definitions(contest)),
+        collapsible_text("Study file as given", contest.study),
+        collapsible_text("Every number of this page, as JSON", document_text(contest)),
     )
     return join(
         (described(key_figures(contest), class_="figures"), facts(contest), element("div", *folds, class_="foldings"))
     )
 
 
-def _told(key: str, content: Markup) -> Markup:
+def _with_aid(key: str, content: Markup) -> Markup:
     return join((aid(AIDS[key]), content))

@@ -11,8 +11,8 @@ SIGNS = {"survives": "✓", "fails": "✗", "undecided": "≈"}
 COUNTS = {"survives": "for it", "fails": "against it", "undecided": "without a decision"}
 
 
-def asked(contest: ComparedFolder) -> Markup:
-    """Return who flew what, how often and on which airframes."""
+def lead_text(contest: ComparedFolder) -> Markup:
+    """Return the lead: who flew what, how often and on which airframes."""
     many = counted(len(contest.contenders), "controller")
     where = listing([f"{count(entry.flights)} of {entry.scenario}" for entry in contest.document.compared_on])
     flown = f" flew {listing(contest.flown)} through the same flights ({where}), each in the same air. "
@@ -46,8 +46,8 @@ def key_figures(contest: ComparedFolder) -> list[tuple[str, str]]:
 
 def words(contest: ComparedFolder) -> Markup:
     """Return the sentences of the contest but for those that only repeat a claim, which stands below them."""
-    told = tuple(f'The claim "{claim.text}"' for claim in contest.shown.claims if claim.text)
-    shown = [sentence for sentence in contest.document.words if not (told and sentence.startswith(told))]
+    beginnings = tuple(f'The claim "{claim.text}"' for claim in contest.shown.claims if claim.text)
+    shown = [sentence for sentence in contest.document.words if not (beginnings and sentence.startswith(beginnings))]
     return element("ul", *[element("li", sentence) for sentence in shown], class_="words") if shown else Markup()
 
 
@@ -60,8 +60,8 @@ def claims(contest: ComparedFolder) -> Markup:
 
 def _claim(contest: ComparedFolder, claim: ClaimRow) -> Markup:
     text = claim.text or f"{claim.better} is better"
-    counts = [(sum(row.verdict == kind for row in claim.rows), said) for kind, said in COUNTS.items()]
-    rests = f"paired comparisons: {', '.join(f'{number} {said}' for number, said in counts if number)}"
+    counts = [(sum(row.verdict == kind for row in claim.rows), name) for kind, name in COUNTS.items()]
+    rests = f"paired comparisons: {', '.join(f'{number} {name}' for number, name in counts if number)}"
     head = element(
         "summary", _verdict(claim.verdict), element("span", text, class_="claim-text"), element("small", rests)
     )

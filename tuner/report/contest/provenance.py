@@ -48,7 +48,7 @@ def facts(contest: ComparedFolder) -> Markup:
 
 
 def definitions(contest: ComparedFolder) -> Markup:
-    """Return what each metric measures, how operations are counted, and what the words of the page mean."""
+    """Return definitions: of the metrics, of counted operations and of the words of the page."""
     words = list(WORDS)
     if contest.fronts is not None and contest.fronts.meaning:
         words.append(("Share of the box", contest.fronts.meaning))

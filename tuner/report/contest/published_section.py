@@ -38,7 +38,7 @@ def rows_of(cells: list[PublishedRow]) -> list[Row]:
 
 def tally(cells: list[PublishedRow]) -> str:
     """Return "2 of 3", how many printed numbers lie inside; those that the study was set to meet are told apart."""
-    free, fitted = ([cell.inside for cell in cells if cell.fitted is known] for known in (False, True))
+    free, fitted = ([cell.inside for cell in cells if cell.fitted is is_fitted] for is_fitted in (False, True))
     text = f"{sum(free)} of {len(free)}"
     return f"{text}; {sum(fitted)} of {len(fitted)} fitted" if fitted else text
 
@@ -59,19 +59,21 @@ def _table(contest: ComparedFolder, cells: list[PublishedRow]) -> Markup:
     heads = [join((sample(looks_of(contest)[name]), element("br"), name)) for name in names]
     top = element("tr", *[element("th", head, scope="col") for head in ("Printed number", "Unit", *heads)])
     body = [_row([cell for cell in cells if (cell.metric, cell.scenario) == row], names) for row in rows_of(cells)]
-    foot = [element("td", element("div", tally([cell for cell in cells if cell.contender == name])), data_label=name)
-            for name in names]  # fmt: skip
+    foot = [
+        element("td", element("div", tally([cell for cell in cells if cell.contender == name])), data_label=name)
+        for name in names
+    ]
     total = element("tr", element("th", "Inside", scope="row"), element("td"), *foot, class_="total")
     return element("table", element("thead", top), element("tbody", *body, total), class_="values printed stacked")
 
 
 def _row(cells: list[PublishedRow], names: list[str]) -> Markup:
-    known = {cell.contender: _cell(cell) for cell in cells}
+    by_contender = {cell.contender: _cell(cell) for cell in cells}
     about = ", ".join(part for part in (f"scenario {cells[0].scenario}", cells[0].source) if part)
     head = element("th", element("code", cells[0].metric), element("small", about), scope="row")
     shown = [
         ("Unit", marked_up(cells[0].unit or MISSING)),
-        *[(name, known.get(name, Markup(MISSING))) for name in names],
+        *[(name, by_contender.get(name, Markup(MISSING))) for name in names],
     ]
     return element("tr", head, *[element("td", element("div", cell), data_label=name) for name, cell in shown])
 

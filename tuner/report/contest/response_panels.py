@@ -27,8 +27,11 @@ def response_panels(contest: ComparedFolder) -> list[Panel]:
 
 def _air(contest: ComparedFolder, signal: str) -> Panel:
     entries = [entry for entry in contest.air if entry.signal == signal]
-    lines = [Line(look=AIR, x=entry.time, y=entry.value, tip="%{y:.3~g}", show={"scenario": entry.scenario})
-             for entry in entries if entry.value.any()]  # fmt: skip
+    lines = [
+        Line(look=AIR, x=entry.time, y=entry.value, tip="%{y:.3~g}", show={"scenario": entry.scenario})
+        for entry in entries
+        if entry.value.any()
+    ]
     title = signal_title(signal, entries[0].unit)
     return Panel(f"response-{signal}", title, fans.TIME, Axis(""), lines, form="air", hides=True, across=True)
 
@@ -42,10 +45,13 @@ def _signal(contest: ComparedFolder, signal: str, unit: str) -> Panel:
             marks += fans.fan_marks(fans.thinned(fan), style[fan.point], f"{fan.point}, median", show, parts=True)
     marks.sort(key=lambda mark: isinstance(mark, Line))
     for scenario in contest.scenarios:
-        asked = asked_for(contest, scenario, signal)
-        marks += fans.reference(*asked, {"scenario": scenario}) if asked is not None else []
-    marks += [_flight(contest, style[entry.contender], entry) for entry in contest.traces
-              if entry.signal == signal and entry.contender in style]  # fmt: skip
+        reference = asked_for(contest, scenario, signal)
+        marks += fans.reference(*reference, {"scenario": scenario}) if reference is not None else []
+    marks += [
+        _flight(contest, style[entry.contender], entry)
+        for entry in contest.traces
+        if entry.signal == signal and entry.contender in style
+    ]
     form = "rotor" if fans.is_rotor(signal) else "axis"
     return Panel(f"response-{signal}", signal_title(signal, unit), fans.TIME, Axis(""), marks, form=form, across=True)
 

@@ -34,8 +34,10 @@ LEGEND: tuple[Mark, ...] = (
 
 def difference_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
     """Return a forest for each quantity in which contenders differ, a row for each pair of kin; names at the left of each row."""
-    found = [(quantity, _pairs(contest, quantity.label)) for quantity in contest.shown.quantities]
-    shown = [entry for entry in found if any(number for pair in entry[1] for number in pair.estimate)][:MOST_PANELS]
+    pairs_by_quantity = [(quantity, _pairs(contest, quantity.label)) for quantity in contest.shown.quantities]
+    shown = [entry for entry in pairs_by_quantity if any(number for pair in entry[1] for number in pair.estimate)][
+        :MOST_PANELS
+    ]
     return [_forest(quantity, pairs, number % columns == 0) for number, (quantity, pairs) in enumerate(shown)]
 
 
@@ -55,8 +57,8 @@ def value_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
 
 def printed_panels(contest: ComparedFolder) -> list[Panel]:
     """Return a panel for each row of the printed table, a row for each contender."""
-    known = contest.shown.published
-    groups = [[cell for cell in known if (cell.metric, cell.scenario) == row] for row in rows_of(known)]
+    published = contest.shown.published
+    groups = [[cell for cell in published if (cell.metric, cell.scenario) == row] for row in rows_of(published)]
     columns = min(2, len(groups))
     same = all([cell.contender for cell in cells] == [cell.contender for cell in groups[0]] for cells in groups)
     return [_printed(contest, cells, number % columns == 0 or not same) for number, cells in enumerate(groups)]
@@ -74,11 +76,11 @@ def _forest(quantity: QuantityRow, pairs: Sequence[DifferenceRow], named: bool) 
     return Panel("", "", Axis(_title(quantity)), row_axis(names), marks, rows=True)
 
 
-def _estimate(found: Estimate, row: int, look: Look) -> list[Mark]:
-    if found.value is None or found.low is None or found.high is None:
+def _estimate(estimate: Estimate, row: int, look: Look) -> list[Mark]:
+    if estimate.value is None or estimate.low is None or estimate.high is None:
         return []
-    place = np.array([found.value]), np.array([-float(row)])
-    return [Points(look=look, x=place[0], y=place[1], x_ends=(np.array([found.low]), np.array([found.high])))]
+    place = np.array([estimate.value]), np.array([-float(row)])
+    return [Points(look=look, x=place[0], y=place[1], x_ends=(np.array([estimate.low]), np.array([estimate.high])))]
 
 
 def _title(quantity: QuantityRow) -> str:
@@ -99,11 +101,11 @@ def _printed(contest: ComparedFolder, cells: Sequence[PublishedRow], named: bool
         marks.append(Points(look=pin, x=np.array([cell.printed]), y=np.array([0.12 - row])))
         percentile = f"{percentile_text(cell.percentile)} %{'*' if cell.fitted else ''}"
         marks.append(Words(look=ZERO, x=1.01, y=-float(row), text=percentile, place="right"))
-    known = np.array([number for cell in cells for number in (*cell.central, cell.printed) if number is not None])
-    span = span_of([known], LOG_FACTOR)
+    numbers = np.array([number for cell in cells for number in (*cell.central, cell.printed) if number is not None])
+    span = span_of([numbers], LOG_FACTOR)
     # From zero where the numbers do not cover decades.
     axis = value_axis(
-        cells[0].metric, cells[0].unit, span if span.log else span_of([np.append(known, 0.0)], LOG_FACTOR)
+        cells[0].metric, cells[0].unit, span if span.log else span_of([np.append(numbers, 0.0)], LOG_FACTOR)
     )
     names = row_axis([cell.contender if named else "" for cell in cells])._replace(high=0.7)
     return Panel("", "", axis._replace(title=f"{axis.title}\nscenario {cells[0].scenario}"), names, marks, rows=True)

@@ -47,12 +47,12 @@ RATE = Kind(rate, lambda trace: bracketed(f"rate of {trace.signal}", f"{trace.un
 
 
 def position_disturbance(contest: ComparedFolder) -> Figure | None:
-    """Return what pushes the vehicle in flight 0: injected accelerations, else the wind."""
+    """Return the disturbing accelerations of flight 0: injected ones, else the wind."""
     return _disturbance(contest, held_scenario(contest), LINEAR)
 
 
 def attitude_disturbance(contest: ComparedFolder) -> Figure | None:
-    """Return what turns the vehicle in flight 0: injected angular accelerations, else the rates of the gusts."""
+    """Return the disturbing rotations of flight 0: injected angular accelerations, else the rates of the gusts."""
     return _disturbance(contest, levelled_scenario(contest), ANGULAR)
 
 
@@ -149,9 +149,9 @@ def _panel(contest: ComparedFolder, traces: Sequence[Trace], kind: Kind, x: Axis
         lines.append(Line(name=trace.contender, look=look, x=trace.time, y=kind.values(trace), marked=marked))
     if not traces:
         return Panel("", "", x, Axis(""), [])
-    asked = asked_for(contest, traces[0].scenario, traces[0].signal)
-    if asked is not None and kind is VALUE:
-        lines.append(Line(look=REFERENCE, x=asked[0], y=asked[1]))
+    reference = asked_for(contest, traces[0].scenario, traces[0].signal)
+    if reference is not None and kind is VALUE:
+        lines.append(Line(look=REFERENCE, x=reference[0], y=reference[1]))
     y = Axis(kind.title(traces[0]), *_frame(lines, bands))
     return Panel("", "", x, y, [*bands, *lines])
 

@@ -8,7 +8,7 @@ from tuner.report.charts.look import Look, looks_of, sample
 from tuner.report.charts.strip import NARROW, WIDTH, ruler, scale, stacked
 from tuner.text.markup import Markup, coded, element, join, safe, table
 from tuner.text.numbers import MISSING, count, estimate, significant
-from tuner.text.sentences import limit_text
+from tuner.text.sentences import bound_text
 from tuner.text.units import marked_up, plain
 
 BEST, CLOSE, BROKEN = "★", "≈", "✗"
@@ -41,7 +41,7 @@ def quantity_head(quantity: QuantityRow) -> Markup:
     where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
     about = join((coded(risk_words(quantity.label, quantity.risk_text)), ", ", where))
     if quantity.limit is not None:
-        about = join((limit_text(quantity.limit, plain(quantity.unit)), "; ", about))
+        about = join((bound_text(quantity.limit), "; ", about))
     unit = join((" [", marked_up(quantity.unit), "]")) if quantity.unit else Markup()
     return join((link, unit, element("small", about)))
 
@@ -59,14 +59,14 @@ def _group(contest: ComparedFolder, title: str, members: list[QuantityRow]) -> M
 
 def _row(contest: ComparedFolder, quantity: QuantityRow) -> list[Markup]:
     best, close = contest.best(quantity.label), contest.close_to_best(quantity.label)
-    found = [(entry, contest.estimates.get((entry.name, quantity.label))) for entry in contest.contenders]
+    estimates = [(entry, contest.estimates.get((entry.name, quantity.label))) for entry in contest.contenders]
     counts = [contest.counts.get((entry.name, quantity.label)) for entry in contest.contenders]
     shown = [
         _cell(quantity, value, entry.name in best, entry.name in close, count)
-        for (entry, value), count in zip(found, counts, strict=True)
+        for (entry, value), count in zip(estimates, counts, strict=True)
     ]
-    known = [(looks_of(contest)[entry.name], value) for entry, value in found if value is not None]
-    drawn = _drawing(known, quantity.limit, NARROW if len(contest.contenders) > MANY else WIDTH)
+    available = [(looks_of(contest)[entry.name], value) for entry, value in estimates if value is not None]
+    drawn = _drawing(available, quantity.limit, NARROW if len(contest.contenders) > MANY else WIDTH)
     names = [*[entry.name for entry in contest.contenders], "On one scale"]
     content = [*shown, drawn]
     cells = [element("td", element("div", cell), data_label=name) for name, cell in zip(names, content, strict=True)]
@@ -96,8 +96,8 @@ def _cell(quantity: QuantityRow, entry: Estimate | None, best: bool, close: bool
 
 def best_table(contest: ComparedFolder) -> Markup:
     """Return the table, a row a question and a column a contender with a front."""
-    known = {row.contender for entry in contest.shown.best_under for row in entry.rows}
-    names = [name for name in contest.index if name in known]
+    contenders = {row.contender for entry in contest.shown.best_under for row in entry.rows}
+    names = [name for name in contest.index if name in contenders]
     heads = [join((sample(looks_of(contest)[name]), element("br"), name)) for name in names]
     top = element("tr", *[element("th", head, scope="col") for head in ("Smallest", *heads)])
     rows = [_best_row(contest, entry, names) for entry in contest.shown.best_under]
@@ -112,8 +112,8 @@ def _best_row(contest: ComparedFolder, entry: BestUnder, names: list[str]) -> Ma
     unit = join((" [", marked_up(objective.unit), "]")) if objective.unit else Markup()
     head = join((element("code", objective.label), unit, element("small", condition)))
     rows = {row.contender: row for row in entry.rows}
-    known = {name: row.value for name, row in rows.items() if row.value is not None}
-    best = min(known, key=lambda name: known[name]) if known else None
+    values = {name: row.value for name, row in rows.items() if row.value is not None}
+    best = min(values, key=lambda name: values[name]) if values else None
     cells = [element("td", element("div", _best_cell(rows.get(name), name == best)), data_label=name) for name in names]
     return element("tr", element("th", head, scope="row"), *cells)
 

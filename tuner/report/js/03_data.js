@@ -30,16 +30,15 @@ function arrayOf(name) {
   return decoded.get(name);
 }
 
-const inShownUnits = (stored) => stored.map((value, i) => (value == null ? value : value * objectives[i].factor));
 const layerOf = (point) => point.role || (point.front ? "front" : "finalist");
 
-// What is drawn: name, layer, values along all dimensions, intervals of the objectives, and the point as stored.
+// What is drawn: name, layer, values along all dimensions, intervals of the objectives, and the point with its texts.
 const finalists = (data.points ?? []).map((point) => ({
   name: point.name,
   layer: layerOf(point),
-  values: [...inShownUnits(point.held_out), ...point.gains],
-  low: inShownUnits(point.low),
-  high: inShownUnits(point.high),
+  values: [...point.held_out, ...point.gains],
+  low: point.low,
+  high: point.high,
   point,
 }));
 const byName = new Map(finalists.map((row) => [row.name, row]));
@@ -56,7 +55,7 @@ function candidates() {
   candidateRows = Array.from(numbers, (candidate, i) => ({
     name: `candidate ${candidate}`,
     layer: ["infeasible", "searched", "start"][states[i]],
-    values: columns.map((column, d) => (d < objectives.length ? column[i] * objectives[d].factor : column[i])),
+    values: columns.map((column) => column[i]),
   }));
   return candidateRows;
 }

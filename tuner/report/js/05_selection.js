@@ -28,33 +28,16 @@ const nearest = (rows, ranges, spans) =>
 
 function rangeText([low, high], { unit, name }) {
   const end = (value) => withUnit(significant(value, 3), unit);
-  if (low === -Infinity) return `${name} at most ${end(high)}`;
-  if (high === Infinity) return `${name} at least ${end(low)}`;
+  if (low === -Infinity) return `${name} max ${end(high)}`;
+  if (high === Infinity) return `${name} min ${end(low)}`;
   return `${name} ${significant(low, 3)} to ${end(high)}`;
 }
 
 // Lines on a row: what it is and its objectives, with intervals where it was flown on held-out scenarios.
-function summaryOf(row) {
-  return objectives.map((entry, i) => {
-    const [value, interval] = row.low ? estimate(row.values[i], row.low[i], row.high[i]) : [significant(row.values[i], 3), ""];
-    return withUnit(`${entry.label} ${value} ${interval}`.trim(), entry.unit);
-  });
-}
-
-const STATES = {
-  default: "the default", tuned: data.called, front: "on the held-out front", finalist: "off the front when held out",
-  start: "design start, search values", searched: "feasible, search values", infeasible: "breaks a limit, search values",
-};
-
-// What is wrong with a finalist: limits broken, flights lost; empty where nothing is.
-function faultsOf({ point }) {
-  const said = [];
-  if (point && !point.feasible) said.push("breaks a limit");
-  if (point?.lost) said.push(`lost ${point.lost} of ${point.flights ?? data.held_out} held-out flights`);
-  return said.join(", ");
-}
+const summaryOf = ({ values, point }) => objectives.map((entry, i) =>
+  withUnit(`${entry.label} ${(point ? point.texts.values[i] : [significant(values[i], 3)]).join(" ")}`, entry.unit));
 
 function tellingOf(row) {
-  const faults = faultsOf(row);
-  return [`${row.name}: ${STATES[row.layer]}${faults && ` (${faults})`}`, ...summaryOf(row)];
+  const faults = row.point?.texts.faults;
+  return [`${row.name}: ${data.states[row.layer]}${faults ? ` (${faults})` : ""}`, ...summaryOf(row)];
 }

@@ -40,7 +40,7 @@ function startLevels() {
     });
     const refresh = () => {
       const level = store.get().ranges[i]?.[1] ?? Infinity;
-      const text = level === Infinity ? "no limit" : `at most ${withUnit(significant(level, 3), entry.unit)}`;
+      const text = level === Infinity ? "no limit" : `max ${withUnit(significant(level, 3), entry.unit)}`;
       if (document.activeElement !== slider || level === Infinity) {
         slider.value = level === Infinity ? STEPS : Math.round(held(STEPS * placeIn(entry, level), { low: 0, high: STEPS }));
       }

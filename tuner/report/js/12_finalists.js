@@ -14,11 +14,9 @@ function sortKey(row, order) {
   return (row.point[name] ?? 0) * (form === "share" ? -1 : 1);
 }
 
-// A cell of such a column; the default is none of the points that shares are told of.
-function columnCell(row, { name, form }) {
-  const value = row.point[name];
-  return form !== "share" ? significant(value) : row.layer === "default" ? MISSING : perCent(value);
-}
+// A number with its interval.
+const numberCell = ([value, interval]) => make("span", { class: "number" }, value, interval ? " " : null,
+  interval ? make("small", { class: "interval" }, interval) : null);
 
 function showFinalists(holder) {
   const { ranges, order, picked } = store.get();
@@ -37,12 +35,9 @@ function showFinalists(holder) {
   const body = rows.map((row) => [
     make("button", { type: "button", class: "picker", "aria-pressed": String(row.name === picked), "data-point": row.name,
       onclick: () => { pick(row.name); holder.querySelector('[aria-pressed="true"].picker')?.focus(); } }, row.name),
-    ...objectives.map((_, i) => {
-      const [value, interval] = estimate(row.values[i], row.low[i], row.high[i]);
-      return make("span", { class: "number" }, value, " ", make("small", { class: "interval" }, interval));
-    }),
-    ...data.columns.map((entry) => make("span", { class: "number" }, columnCell(row, entry))),
-    [STATES[row.layer], faultsOf(row)].filter(Boolean).join(", "),
+    ...row.point.texts.values.map(numberCell),
+    ...row.point.texts.columns.map((text) => make("span", { class: "number" }, text)),
+    [data.states[row.layer], row.point.texts.faults].filter(Boolean).join(", "),
   ]);
   const table = tableOf(head, body, { class: "stacked" });
   [...table.tBodies[0].rows].forEach((line, k) => line.classList.toggle("picked", rows[k].name === picked));

@@ -55,8 +55,14 @@ FILE = "cortex_m4f.json"
 # What is the same for all pairs of a table, and what is counted for each.
 SHARED = ("target", "compiler", "emulator", "flags")
 COUNTED = (
-    "instructions_attitude", "most_attitude", "instructions_step", "most_step", "text_bytes", "state_bytes", "stack_bytes",
-)  # fmt: skip
+    "instructions_attitude",
+    "most_attitude",
+    "instructions_step",
+    "most_step",
+    "text_bytes",
+    "state_bytes",
+    "stack_bytes",
+)
 
 
 def tabled(position: str, attitude: str) -> ProcessorCost | None:
@@ -80,7 +86,7 @@ def read_table(text: str) -> dict[tuple[str, str], ProcessorCost]:
     }
 
 
-def told(position: str, attitude: str, control_period: float) -> str | None:
+def cost_text(position: str, attitude: str, control_period: float) -> str | None:
     """Return the cost of a pair of laws as a sentence part, or None where the table has it not."""
     cost = tabled(position, attitude)
     if cost is None:

@@ -44,7 +44,7 @@ def cost_screen(table: CostTable, system: System) -> Screen:
     if not (isfinite(table.max) and table.max > 0.0):
         raise InputError(f"given {table.max:g}; a limit must be finite and above 0", key="max")
     quantity = QUANTITIES[table.quantity]
-    value = quantity.value(_known(system), system.timing.control_period)
+    value = quantity.value(_tabled_cost(system), system.timing.control_period)
     if table.hard and value > table.max:
         laws = f"{system.cascade.attitude.name} with {system.cascade.position.name}"
         message = (
@@ -53,7 +53,7 @@ def cost_screen(table: CostTable, system: System) -> Screen:
         )
         raise InputError(message, key="max")
     requirement = Requirement(
-        f"cost({table.quantity})", f"{quantity.about} on a {TARGET}", quantity.unit, table.max, "most", table.hard
+        f"cost({table.quantity})", f"{quantity.about} on a {TARGET}", quantity.unit, table.max, "max", table.hard
     )
 
     def analyse(gains: Array) -> Array:
@@ -62,7 +62,7 @@ def cost_screen(table: CostTable, system: System) -> Screen:
     return Screen((requirement,), analyse)
 
 
-def _known(system: System) -> ProcessorCost:
+def _tabled_cost(system: System) -> ProcessorCost:
     position, attitude = system.cascade.position.name, system.cascade.attitude.name
     cost = tabled(position, attitude)
     if cost is None:

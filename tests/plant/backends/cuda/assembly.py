@@ -13,10 +13,10 @@ from unittest.mock import patch
 import numpy as np
 
 from plant.backends.cuda import BLOCK, BLOCKS, REALS, kernel_names, kernel_source
-from plant.closed_loop import Limits
-from plant.nominal import Nominal
+from plant.quadrotor.closed_loop import Limits
+from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.sample import Targets
 from plant.records import pack, size
-from plant.targets import Targets
 from tests.plant.loops import loop
 
 HOMES = [os.environ.get("CUDA_HOME", ""), "/usr/local/cuda", *map(str, sorted(Path("/usr/local").glob("cuda-*")))]
@@ -73,9 +73,12 @@ def ptx(position, attitude, precision, wind_rows=3, noise_rows=12):
     signature = (one, nominal, one, three, three, one, targets, limits, scalar, scalar, types.int32, one)
     with patch.object(dispatcher, "get_current_device", Anywhere):
         return compile_ptx(
-            names["run"], signature, cc=Anywhere.compute_capability, fastmath=True,
+            names["run"],
+            signature,
+            cc=Anywhere.compute_capability,
+            fastmath=True,
             launch_bounds=(BLOCK, BLOCKS[precision]),  # pyright: ignore[reportCallIssue]
-        )[0]  # fmt: skip
+        )[0]
 
 
 @dataclass(frozen=True)
@@ -107,8 +110,10 @@ def innermost(text):
         if jump and labels[jump[1]] < i:
             loops.append((labels[jump[1]], i))
     inner = [a for a in loops if not any(a != b and a[0] <= b[0] and b[1] <= a[1] for b in loops)]
-    bodies = [[line.split()[0 if not line.startswith("@") else 1] for line in lines[a:b] if line.endswith(";")]
-              for a, b in inner]  # fmt: skip
+    bodies = [
+        [line.split()[0 if not line.startswith("@") else 1] for line in lines[a:b] if line.endswith(";")]
+        for a, b in inner
+    ]
     return max((Counter(body) for body in bodies), key=lambda body: sum(n for name, n in body.items() if "f" in name))
 
 

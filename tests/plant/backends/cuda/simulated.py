@@ -7,8 +7,9 @@ from unittest.mock import patch
 import numpy as np
 
 from objectives.cuda_engine import CudaEngine
+from objectives.flown_system import FlightBatch
 from objectives.metrics.columns import COLUMNS
-from objectives.system import FlightBatch, System
+from objectives.system import System
 from plant.backends import cuda_flights
 from plant.backends.cuda_flights import CudaFlyer
 from tests.plant.backends.cuda.flights import CASES, batch, rows

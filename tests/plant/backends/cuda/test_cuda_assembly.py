@@ -5,7 +5,7 @@ import re
 import pytest
 
 from plant.backends.cuda import BLOCK, BLOCKS
-from plant.closed_loop import LARGEST_STATE
+from plant.quadrotor.closed_loop import LARGEST_STATE
 from tests.plant.backends.cuda.assembly import assembled, digits, innermost, missing, ptx, total
 from tests.plant.backends.cuda.flights import PAIRS
 

@@ -9,8 +9,8 @@ from plant.backends.cuda_flights import by_scenario
 from plant.backends.cuda_precision import CudaRebinder
 from plant.backends.flyer import to_lanes
 from plant.backends.lanes import LANES
-from plant.closed_loop import LARGEST_STATE
 from plant.primitives import __all__ as primitives
+from plant.quadrotor.closed_loop import LARGEST_STATE
 from tests.plant.backends.cuda.flights import PAIRS
 from tests.plant.loops import loop
 

@@ -5,11 +5,12 @@ import pytest
 
 from objectives.cuda_engine import CudaEngine
 from objectives.engine import LocalEngine
-from objectives.system import FlightBatch, System
+from objectives.flown_system import FlightBatch
+from objectives.system import System
 from plant.backends.cuda_card import missing
 from plant.backends.cuda_flights import CudaFlyer
 from plant.backends.flyer import Flyer, result_parts
-from plant.closed_loop import Status
+from plant.status import Status
 from tests.plant.backends.cuda.flights import LONG, PAIRS, assert_alike, batch, rows, tolerance
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, flyer, loop, spec
 

@@ -12,8 +12,8 @@ import pytest
 from plant.backends.flyer import result_parts
 from plant.backends.lanes import LANES, result_rows
 from plant.backends.stepping import Inputs, fly_steps, unchanged
-from plant.closed_loop import Status
 from plant.records import flatten, pack
+from plant.status import Status
 from tests.plant.backends.cuda.flights import CASES, SCENARIOS, SHORT, assert_alike, batch, rows
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, flyer, inputs, loop
 
@@ -35,10 +35,12 @@ def plain(pair, row, scenarios, index):
     """Result of one flight in plain Python."""
     block, lane = divmod(index, LANES)
     flat = Inputs(
-        scenarios.dynamics[block, :, lane].tolist(), scenarios.starts[block, :, lane].tolist(),
+        scenarios.dynamics[block, :, lane].tolist(),
+        scenarios.starts[block, :, lane].tolist(),
         scenarios.disturbances[block, :, :, lane],
-        scenarios.noises[block, :, :, lane], scenarios.references,
-    )  # fmt: skip
+        scenarios.noises[block, :, :, lane],
+        scenarios.references,
+    )
     record = pack(loop(*pair).cascade.Gains, row.tolist())
     flight = fly_steps(loop(*pair), unchanged, record, NOMINAL, flat, scenarios.targets, LIMITS, TIMING)
     return np.array(flatten(flight))[result_rows(loop(*pair))]

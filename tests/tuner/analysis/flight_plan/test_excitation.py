@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import chirp
 
 from plant.references.spec import HOLD, PITCH, ROLL, YAW, YAW_RATE
-from tuner.analysis.flight_plan.choosing import coarse
+from tuner.analysis.flight_plan.choosing import quantize_amplitude
 from tuner.analysis.flight_plan.excitation import LEAD, PAUSE, TAIL, Excitation, Shape, begins, length_of, references
 
 PERIOD = 0.004
@@ -64,4 +64,4 @@ def test_a_flight_excites_one_axis_after_the_other_with_consistent_references():
 def test_an_amplitude_in_whole_steps_is_not_larger_than_it_was(degrees, coarse_degrees):
     """Limits were tried with the amplitude itself; a tenth of a degree is the least that a target takes."""
     given = Excitation("roll", "angle", float(np.radians(degrees)), 0.5, 4.0, 10.0)
-    assert np.degrees(coarse(given).amplitude) == pytest.approx(coarse_degrees)
+    assert np.degrees(quantize_amplitude(given).amplitude) == pytest.approx(coarse_degrees)

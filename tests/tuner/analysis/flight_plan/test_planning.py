@@ -6,14 +6,29 @@ import numpy as np
 import pytest
 
 import tuner
-from plant.airframes import load
 from plant.errors import InputError, UnknownNameError
-from plant.sensors import SensorSpec
+from plant.quadrotor.airframes import load
+from plant.quadrotor.sensors import SensorSpec
 from tuner.analysis.flight_plan import choosing, planning
-from tuner.analysis.flight_plan.choosing import LEAST, LONGEST, Ability, Mix, Task, Trial, Wish, lengths_for
+from tuner.analysis.flight_plan.choosing import (
+    LEAST,
+    LONGEST,
+    AccuracyTarget,
+    CandidateExcitation,
+    ExcitationSet,
+    TargetCapabilities,
+    Task,
+    required_durations,
+)
 from tuner.analysis.flight_plan.excitation import Excitation
 from tuner.analysis.flight_plan.flying import ACCELEROMETER
-from tuner.analysis.flight_plan.planning import Question, check_names, plan_experiment, weaker, wish_of
+from tuner.analysis.flight_plan.planning import (
+    ExperimentSpec,
+    accuracy_target,
+    check_names,
+    plan_experiment,
+    reduce_amplitudes,
+)
 from tuner.analysis.identification.checks import check_flight
 from tuner.analysis.identification.document import gyro_noise
 from tuner.analysis.identification.identify import identify_vehicle
@@ -26,7 +41,7 @@ from tuner.exchange.excitations import EXCITERS
 
 NAME = "crazyflie-pybullet"
 AIRFRAME = load(NAME)
-ASKED = Question(("lag_up", "inertia.x"), 0.08, np.radians(20.0), np.radians(200.0), 0.02, 0.02)
+ASKED = ExperimentSpec(("lag_up", "inertia.x"), 0.08, np.radians(20.0), np.radians(200.0), 0.02, 0.02)
 SPACE = space_of(AIRFRAME.vehicle, ["1"])
 
 
@@ -49,7 +64,7 @@ def made(plan):
 def test_a_plan_keeps_its_limits_and_tells_what_is_asked(made):
     peaks = made.checked.peaks
     assert all(peaks[name] <= limit for name, limit in ASKED.limits.items()) and made.checked.completed
-    assert np.all(made.wish.excess(made.foresight.fit.covariance) <= 1.0)
+    assert np.all(made.accuracy.excess(made.expected.fit.covariance) <= 1.0)
     assert made.wanted == ASKED.numbers and [entry.axis for entry in made.excitations] == ["roll", "lift"]
 
 
@@ -77,7 +92,7 @@ def test_it_is_written_for_its_target_printed_and_shown_on_a_page(plan, capsys):
 
 
 def test_the_log_of_a_simulated_flight_is_one_that_a_vehicle_would_write(made):
-    log = made.task.craft.alone.flown(made.excitations, "test", 1).log(0, "test")
+    log = made.task.simulated.alone.flown(made.excitations, "test", 1).log(0, "test")
     assert not [finding for finding in check_flight(log, AIRFRAME) if finding.fatal]
     assert gyro_noise([log]) == pytest.approx([SensorSpec().rate] * 3, rel=0.1)
     still = log.time < 2.5
@@ -92,8 +107,8 @@ def fabricated(information):
         matrix = np.zeros((len(SPACE.names),) * 2)
         at = SPACE.names.index(name)
         matrix[at, at] = rate
-        trials[axis] = Trial(Excitation(axis, "angle", 0.1, 1.0, 8.0, 8.0), matrix)
-    return Mix(SPACE, trials)
+        trials[axis] = CandidateExcitation(Excitation(axis, "angle", 0.1, 1.0, 8.0, 8.0), matrix)
+    return ExcitationSet(SPACE, trials)
 
 
 def test_turns_of_rotors_that_the_gyro_hears_are_no_errors_of_a_sensor(made):
@@ -106,30 +121,37 @@ def test_turns_of_rotors_that_the_gyro_hears_are_no_errors_of_a_sensor(made):
 def test_excitations_that_move_what_exceeds_its_limit_are_weakened_or_all_where_none_does():
     roll, lift = (Excitation(axis, "angle", 0.2, 1.0, 6.0, 8.0, "chirp") for axis in ("roll", "lift"))
     shares = {"tilt": 0.5, "rate": 0.5, "height": 2.0, "motors": 0.5}
-    assert [entry.amplitude for entry in weaker((roll, lift), shares)] == pytest.approx([0.2, 0.09], abs=0.002)
-    assert [entry.amplitude for entry in weaker((roll,), shares)] == pytest.approx([0.09], abs=0.002)
+    assert [entry.amplitude for entry in reduce_amplitudes((roll, lift), shares)] == pytest.approx(
+        [0.2, 0.09], abs=0.002
+    )
+    assert [entry.amplitude for entry in reduce_amplitudes((roll,), shares)] == pytest.approx([0.09], abs=0.002)
 
 
 def test_lengths_are_those_that_the_information_asks_for():
     """One coordinate an axis: 1 / deviation^2 = prior + rate time, in closed form."""
-    mix, deviation = fabricated({"roll": ("lag_up", 40.0), "pitch": ("lag_down", 4.0)}), 0.05
-    wish = Wish(
+    excitation_set, deviation = fabricated({"roll": ("lag_up", 40.0), "pitch": ("lag_down", 4.0)}), 0.05
+    accuracy = AccuracyTarget(
         np.array([SPACE.names.index("lag_up"), SPACE.names.index("lag_down")]), np.array([deviation, 2.0 * deviation])
     )
-    found = lengths_for(mix, wish, Ability({"roll": "angle", "pitch": "angle"}))
+    found = required_durations(excitation_set, accuracy, TargetCapabilities({"roll": "angle", "pitch": "angle"}))
     needed = {"roll": (deviation**-2 - 1.0) / 40.0, "pitch": ((2.0 * deviation) ** -2 - 1.0) / 4.0}
     for axis, length in found.items():
         assert max(needed[axis], LEAST) <= length <= max(needed[axis], LEAST) + 2.0
-    alike = lengths_for(mix, wish, Ability({"roll": "angle", "pitch": "angle"}, alike=True))
+    alike = required_durations(
+        excitation_set, accuracy, TargetCapabilities({"roll": "angle", "pitch": "angle"}, alike=True)
+    )
     assert alike["roll"] == alike["pitch"] == max(found.values())
 
 
 def test_an_axis_that_tells_nothing_of_what_is_asked_is_not_flown():
-    mix = fabricated({"roll": ("lag_up", 40.0), "pitch": ("lag_down", 4.0)})
-    wish = Wish(np.array([SPACE.names.index("lag_up")]), np.array([0.1]))
-    assert lengths_for(mix, wish, Ability({"roll": "angle", "pitch": "angle"}))["pitch"] == 0.0
-    hopeless = Wish(wish.places, np.array([1e-4]))
-    assert lengths_for(mix, hopeless, Ability({"roll": "angle"}))["roll"] == LONGEST
+    excitation_set = fabricated({"roll": ("lag_up", 40.0), "pitch": ("lag_down", 4.0)})
+    accuracy = AccuracyTarget(np.array([SPACE.names.index("lag_up")]), np.array([0.1]))
+    assert (
+        required_durations(excitation_set, accuracy, TargetCapabilities({"roll": "angle", "pitch": "angle"}))["pitch"]
+        == 0.0
+    )
+    hopeless = AccuracyTarget(accuracy.places, np.array([1e-4]))
+    assert required_durations(excitation_set, hopeless, TargetCapabilities({"roll": "angle"}))["roll"] == LONGEST
 
 
 def test_what_no_flight_tells_is_refused_with_what_to_do():
@@ -145,13 +167,25 @@ def test_what_no_flight_tells_is_refused_with_what_to_do():
 
 def test_what_mass_and_lengths_leave_open_is_refused_with_the_best_that_can_be_had():
     """inertia.x follows from the thrust of a known mass: no flight is long enough for more than mass and arm allow."""
-    mix = fabricated({"roll": ("inertia.x", 1e4)})
-    task = Task(craft_of(AIRFRAME, NAME, None, None), AIRFRAME, SPACE, SPACE.centre, Ability({"roll": "angle"}), {}, {})
-    coupled = {axis: [replace(trial, information=_leaning(trial.information))] for axis, trial in mix.trials.items()}
+    excitation_set = fabricated({"roll": ("inertia.x", 1e4)})
+    task = Task(
+        craft_of(AIRFRAME, NAME, None, None),
+        AIRFRAME,
+        SPACE,
+        SPACE.centre,
+        TargetCapabilities({"roll": "angle"}),
+        {},
+        {},
+    )
+    coupled = {
+        axis: [replace(trial, information=_leaning(trial.information))] for axis, trial in excitation_set.trials.items()
+    }
     narrow = replace(ASKED, numbers=("inertia.x",), within=0.02)
     with pytest.raises(InputError, match=r"comes to within \d.\d % at best, given 2 %, for the mass is known to 2 %"):
-        wish_of(task, narrow, coupled)
-    assert wish_of(task, replace(narrow, within=0.1), coupled).places.tolist() == [SPACE.names.index("inertia.x")]
+        accuracy_target(task, narrow, coupled)
+    assert accuracy_target(task, replace(narrow, within=0.1), coupled).places.tolist() == [
+        SPACE.names.index("inertia.x")
+    ]
 
 
 def _leaning(information):
@@ -168,18 +202,18 @@ def test_plans_keep_their_word_in_flight_after_flight():
 
     The two lags are told apart less well than their intervals of 2.3 % say; what is certain is their mean, to 1.5 %.
     """
-    question = replace(ASKED, numbers=(), within=0.15)
-    craft = craft_of(AIRFRAME, NAME, None, None)
-    plan = plan_experiment(craft, AIRFRAME, question, EXCITERS["ardupilot"].ability, lambda text: None)
+    request = replace(ASKED, numbers=(), within=0.15)
+    simulated = craft_of(AIRFRAME, NAME, None, None)
+    plan = plan_experiment(simulated, AIRFRAME, request, EXCITERS["ardupilot"].capabilities, lambda text: None)
     names = ("inertia.x", "inertia.y", "thrust.65", "lag_up", "lag_down", "torque_ratio")
     at = [plan.task.space.names.index(name) for name in names]
     ratios, errors = [], []
     for k in range(8):
-        log = plan.task.craft.alone.flown(plan.excitations, f"flight {k}", 1).log(0, f"flight {k}")
+        log = plan.task.simulated.alone.flown(plan.excitations, f"flight {k}", 1).log(0, f"flight {k}")
         found = identify_vehicle([log], AIRFRAME)
-        ratios.append(np.sqrt(np.diag(found.fit.covariance))[at] / plan.foresight.deviations[at])
-        errors.append((found.fit.point - plan.task.truth)[at])
+        ratios.append(np.sqrt(np.diag(found.fit.covariance))[at] / plan.expected.deviations[at])
+        errors.append((found.fit.estimate - plan.task.truth)[at])
     assert np.median(ratios, axis=0) == pytest.approx(np.ones(6), abs=0.25)
-    off, widths = np.array(errors), 1.96 * plan.foresight.deviations[at]
+    off, widths = np.array(errors), 1.96 * plan.expected.deviations[at]
     told = [0, 1, 2, 5]
     assert np.all(np.abs(off[:, told]) < widths[told]) and np.abs(off[:, 3:5].mean(axis=1)).max() < 0.015

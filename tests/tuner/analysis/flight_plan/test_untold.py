@@ -5,53 +5,62 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant.airframes import load
 from plant.errors import InputError
-from tuner.analysis.flight_plan.choosing import Wish
+from plant.quadrotor.airframes import load
+from tuner.analysis.flight_plan.choosing import AccuracyTarget
 from tuner.analysis.flight_plan.document import verdict
-from tuner.analysis.flight_plan.planning import Question, check_told
+from tuner.analysis.flight_plan.planning import ExperimentSpec, check_is_informative
 from tuner.analysis.identification.parameters import space_of
 from tuner.documents.flight_plan import PlannedNumber
 
 SPACE = space_of(load("racer5").vehicle, ["1"])
 PLACES = np.array([SPACE.names.index(name) for name in ("inertia.x", "lag_up", "torque_ratio")])
-WISH = Wish(PLACES, np.full(3, 0.07))
+WISH = AccuracyTarget(PLACES, np.full(3, 0.07))
 
 
-def question(*numbers: str) -> Question:
-    return Question(numbers, 0.15, 0.35, 3.5, 0.02, 0.02)
+def request(*numbers: str) -> ExperimentSpec:
+    return ExperimentSpec(numbers, 0.15, 0.35, 3.5, 0.02, 0.02)
 
 
 class Foreseen:
     """Accuracy that a flight is to give: standard deviations over those before it."""
 
     def __init__(self, *shares: float) -> None:
-        self.deviations = SPACE.deviations.copy()
+        self.deviations = SPACE.prior_std.copy()
         self.deviations[PLACES] *= shares
 
 
-def check(asked: Question, *shares: float) -> None:
-    foreseen: Any = Foreseen(*shares)
-    check_told(asked, SPACE, WISH, foreseen)
+def check(asked: ExperimentSpec, *shares: float) -> None:
+    expected_fit: Any = Foreseen(*shares)
+    check_is_informative(asked, SPACE, WISH, expected_fit)
 
 
-def row(name: str, foreseen: float, *, before: float, asked: float | None = 0.15) -> PlannedNumber:
+def row(name: str, expected_fit: float, *, before: float, asked: float | None = 0.15) -> PlannedNumber:
     return PlannedNumber(
-        name=name, meaning="", unit="1", value=1.0, relative=True, asked=asked, before=before, foreseen=foreseen,
-        obtained=foreseen, error=0.0, reason="",
-    )  # fmt: skip
+        name=name,
+        meaning="",
+        unit="1",
+        value=1.0,
+        relative=True,
+        asked=asked,
+        before=before,
+        foreseen=expected_fit,
+        obtained=expected_fit,
+        error=0.0,
+        reason="",
+    )
 
 
 def test_a_plan_that_tells_of_nothing_is_refused_with_the_names() -> None:
     with pytest.raises(InputError, match=r"--within: no flight .* tells of inertia.x, lag_up, torque_ratio"):
-        check(question(), 1.4, 0.97, 2.0)
-    check(question(), 1.4, 0.5, 2.0)
+        check(request(), 1.4, 0.97, 2.0)
+    check(request(), 1.4, 0.5, 2.0)
 
 
 def test_a_number_that_is_named_and_not_told_is_refused() -> None:
     with pytest.raises(InputError, match="--numbers: no flight within these limits tells of lag_up: "):
-        check(question("lag_up", "inertia.x"), 0.3, 1.2, 0.5)
-    check(question("lag_up", "inertia.x"), 0.3, 0.5, 0.5)
+        check(request("lag_up", "inertia.x"), 0.3, 1.2, 0.5)
+    check(request("lag_up", "inertia.x"), 0.3, 0.5, 0.5)
 
 
 def test_widths_are_said_by_how_far_they_miss() -> None:

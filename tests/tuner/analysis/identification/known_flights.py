@@ -8,16 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant.airframes import load
-from plant.attitude import euler_angles
 from plant.backends.array import rebinder
-from plant.disturbance import Disturbance
-from plant.integrator import runge_kutta_step
-from plant.nominal import mixer_matrix
+from plant.quadrotor.airframes import load
+from plant.quadrotor.attitude import euler_angles
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.integrator import runge_kutta_step
+from plant.quadrotor.nominal import mixer_matrix
+from plant.quadrotor.rigid_body import Body, Dynamics, body_rate, dynamics
+from plant.quadrotor.vehicle import Vehicle
 from plant.records import flatten, pack, zeros
-from plant.rigid_body import Body, Dynamics, body_rate, dynamics
 from plant.vectors import Rotors, Vec3, to_body
-from plant.vehicle import Vehicle
 from tuner.logs.flight_log import FlightLog
 
 PERIOD = 0.002
@@ -47,11 +47,17 @@ def drawn_vehicle(draw):
     inertia = Vec3(x, y, min(0.775 * float(factor[4]), 0.98) * (x + y))
     damping = float(DAMPING * factor[8])
     return PRIOR._replace(
-        mass=PRIOR.mass * factor[0], inertia=inertia, thrust_coefficient=PRIOR.thrust_coefficient * factor[5],
-        rotor_x=Rotors(*[factor[1] * x for x in PRIOR.rotor_x]), rotor_y=Rotors(*[factor[1] * y for y in PRIOR.rotor_y]),
-        lag_up=lag, lag_down=lag * 1.3, torque_ratio=PRIOR.torque_ratio * factor[7],
-        rate_damping=Vec3(damping, damping, 0.0), rotor_inertia=PRIOR.rotor_inertia * factor[9],
-    )  # fmt: skip
+        mass=PRIOR.mass * factor[0],
+        inertia=inertia,
+        thrust_coefficient=PRIOR.thrust_coefficient * factor[5],
+        rotor_x=Rotors(*[factor[1] * x for x in PRIOR.rotor_x]),
+        rotor_y=Rotors(*[factor[1] * y for y in PRIOR.rotor_y]),
+        lag_up=lag,
+        lag_down=lag * 1.3,
+        torque_ratio=PRIOR.torque_ratio * factor[7],
+        rate_damping=Vec3(damping, damping, 0.0),
+        rotor_inertia=PRIOR.rotor_inertia * factor[9],
+    )
 
 
 def known_flights(count, duration=12.0, seed=1, excited=AXES, turbulence: float | np.ndarray = 1.0, lost=0.005):
@@ -115,10 +121,13 @@ def _flown(vehicles, shaken, air, noise, delays):
     for k in range(steps):
         roll, pitch, _ = angles(body.attitude)
         rates[k] = np.array(body.rate) + noise[k, :3]
-        turn = np.array([
-            64.0 * (shaken[k, 0] - roll) - 14.0 * rates[k, 0], 64.0 * (shaken[k, 1] - pitch) - 14.0 * rates[k, 1],
-            4.0 * (shaken[k, 2] - rates[k, 2]),
-        ])  # fmt: skip
+        turn = np.array(
+            [
+                64.0 * (shaken[k, 0] - roll) - 14.0 * rates[k, 0],
+                64.0 * (shaken[k, 1] - pitch) - 14.0 * rates[k, 1],
+                4.0 * (shaken[k, 2] - rates[k, 2]),
+            ]
+        )
         climb = PRIOR.mass * (PRIOR.gravity + shaken[k, 3] - 1.5 * body.velocity.z - 0.5 * body.position.z)
         asked = mixer @ np.vstack([climb, np.array(PRIOR.inertia)[:, None] * turn])
         share = np.sqrt(np.clip(asked / full, 0.01, 1.0))
@@ -142,12 +151,24 @@ def truth_of(flight):
         vehicle.rotor_inertia / PRIOR.rotor_inertia * np.sqrt(PRIOR.thrust_coefficient / vehicle.thrust_coefficient)
     )
     return {
-        "mass": vehicle.mass, "arm": vehicle.rotor_x.r1 / PRIOR.rotor_x.r1, "inertia.x": x, "inertia.y": y,
-        "inertia_share": z / (x + y), "thrust.30": 0.09 * full, "thrust.65": 0.4225 * full, "thrust.100": full,
-        "lag_up": vehicle.lag_up, "lag_down": vehicle.lag_down, "dead_time": flight.dead_time, "centre.x": 0.0, "centre.y": 0.0,
-        "torque_ratio": vehicle.torque_ratio, "drag_linear.z": vehicle.drag_linear.z,
-        "rate_damping": vehicle.rate_damping.x, "rotor_inertia": turned,
-    }  # fmt: skip
+        "mass": vehicle.mass,
+        "arm": vehicle.rotor_x.r1 / PRIOR.rotor_x.r1,
+        "inertia.x": x,
+        "inertia.y": y,
+        "inertia_share": z / (x + y),
+        "thrust.30": 0.09 * full,
+        "thrust.65": 0.4225 * full,
+        "thrust.100": full,
+        "lag_up": vehicle.lag_up,
+        "lag_down": vehicle.lag_down,
+        "dead_time": flight.dead_time,
+        "centre.x": 0.0,
+        "centre.y": 0.0,
+        "torque_ratio": vehicle.torque_ratio,
+        "drag_linear.z": vehicle.drag_linear.z,
+        "rate_damping": vehicle.rate_damping.x,
+        "rotor_inertia": turned,
+    }
 
 
 def misses(found, flight):
@@ -161,7 +182,7 @@ def distances(found, truth):
     return {
         entry.name: (value - (np.log(truth[entry.name]) if entry.positive else truth[entry.name])) / deviation
         for entry, value, deviation in zip(
-            found.space.parameters, found.fit.point.tolist(), deviations.tolist(), strict=True
+            found.space.parameters, found.fit.estimate.tolist(), deviations.tolist(), strict=True
         )
         if entry.name in truth
     }

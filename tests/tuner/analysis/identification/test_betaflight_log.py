@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.airframes.actuation import actuation
-from plant.attitude import euler_angles
 from plant.backends.instants import Instant
-from plant.disturbance import Disturbance
-from plant.integrator import runge_kutta_step
+from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes.actuation import actuation
+from plant.quadrotor.attitude import euler_angles
+from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.integrator import runge_kutta_step
+from plant.quadrotor.rigid_body import Body, body_rate, dynamics
 from plant.records import zeros
-from plant.rigid_body import Body, body_rate, dynamics
 from plant.vectors import Quaternion, Rotors, Vec3, to_body
 from tests.clients import ask, client
 from tests.tuner.analysis.identification.known_flights import GYRO, LIFT, distances
@@ -54,9 +54,13 @@ def flown_vehicle():
     known = AIRFRAME.vehicle
     x, y, z = known.inertia
     return known._replace(
-        inertia=Vec3(1.2 * x, 0.85 * y, 1.05 * z), thrust_coefficient=1.1 * known.thrust_coefficient, lag_up=0.8 * known.lag_up,
-        lag_down=0.9 * known.lag_down, torque_ratio=1.2 * known.torque_ratio, rate_damping=Vec3(0.004, 0.004, 0.0),
-    )  # fmt: skip
+        inertia=Vec3(1.2 * x, 0.85 * y, 1.05 * z),
+        thrust_coefficient=1.1 * known.thrust_coefficient,
+        lag_up=0.8 * known.lag_up,
+        lag_down=0.9 * known.lag_down,
+        torque_ratio=1.2 * known.torque_ratio,
+        rate_damping=Vec3(0.004, 0.004, 0.0),
+    )
 
 
 def turned(body):
@@ -114,15 +118,23 @@ def test_the_vehicle_that_betaflight_flew_lies_within_the_intervals(tmp_path, mo
     vehicle, firmware = flown_vehicle(), powered(tmp_path / "board")
     try:
         fly(firmware, vehicle, monkeypatch)
-        ask("betaflight", DECODE, f"{firmware._own.name}/LOG00001.BF", str(tmp_path / "log.csv"))
+        ask("betaflight", DECODE, f"{firmware._workspace.name}/LOG00001.BF", str(tmp_path / "log.csv"))
     finally:
         firmware.close()
     found = identify_vehicle([read_log(tmp_path / "log.csv")], AIRFRAME)
     full, (x, y, z) = vehicle.thrust_coefficient * vehicle.speed_max**2, vehicle.inertia
     truth = {
-        "inertia.x": x, "inertia.y": y, "inertia_share": z / (x + y), "thrust.30": 0.09 * full, "thrust.65": 0.4225 * full,
-        "lag_up": vehicle.lag_up, "lag_down": vehicle.lag_down, "torque_ratio": vehicle.torque_ratio, "rate_damping": 0.004, "rotor_inertia": 1.1**-0.5,
-    }  # fmt: skip
+        "inertia.x": x,
+        "inertia.y": y,
+        "inertia_share": z / (x + y),
+        "thrust.30": 0.09 * full,
+        "thrust.65": 0.4225 * full,
+        "lag_up": vehicle.lag_up,
+        "lag_down": vehicle.lag_down,
+        "torque_ratio": vehicle.torque_ratio,
+        "rate_damping": 0.004,
+        "rotor_inertia": 1.1**-0.5,
+    }
     deviations = dict(zip(found.space.names, np.sqrt(np.diag(found.fit.covariance)), strict=True))
     told = distances(found, truth)
     assert told.keys() == truth.keys()

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.airframes.schema import Sourced
 from plant.errors import InputError
+from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes.schema import Sourced
 from tests.tuner.analysis.identification.known_flights import (
     AIRFRAME,
     AXES,
@@ -19,10 +19,10 @@ from tests.tuner.analysis.identification.known_flights import (
     truth_of,
 )
 from tuner.analysis.identification.checks import check_flight
-from tuner.analysis.identification.document import gyro_noise, identification_document, known_from, verdict
+from tuner.analysis.identification.document import earlier_posterior, gyro_noise, identification_document, verdict
 from tuner.analysis.identification.identify import GIVEN, OF_OUTPUT, airborne, identify_vehicle, wider_than_prior
 from tuner.analysis.identification.onward import identified_text, identified_values, uncertainty_of
-from tuner.analysis.identification.parameters import Known
+from tuner.analysis.identification.parameters import EarlierPosterior
 from tuner.documents.identification import IdentificationDocument
 from tuner.logs.reading import read_log
 
@@ -63,7 +63,7 @@ def test_the_truth_lies_within_the_intervals(flights, identified):
 def test_intervals_are_narrower_than_the_prior_and_the_given_stays(identified):
     for found in identified:
         ratio = dict(
-            zip(found.space.names, np.sqrt(np.diag(found.fit.covariance)) / found.space.deviations, strict=True)
+            zip(found.space.names, np.sqrt(np.diag(found.fit.covariance)) / found.space.prior_std, strict=True)
         )
         assert max(ratio[name] for name in ("inertia.x", "inertia.y", "lag_up", "lag_down")) < 0.4
         assert set(GIVEN) <= set(found.reasons)
@@ -74,7 +74,7 @@ def test_the_two_regressions_lie_on_both_sides_and_further_away(flights, identif
     ratios = []
     for flight, found in zip(flights, identified, strict=True):
         truth = flight.vehicle.inertia
-        ours = found.space.numbers(found.fit.point).inertia
+        ours = found.space.numbers(found.fit.estimate).inertia
         for k in range(2):
             high, low = (value / truth[k] for value in found.regressions[k])
             ratios.append((abs(np.log(ours[k] / truth[k])), np.log(high / low)))
@@ -96,7 +96,7 @@ def test_axes_that_are_not_excited_are_named_and_stay_at_the_prior(flown):
     for name in (*OF_OUTPUT["pitch"], *OF_OUTPUT["yaw"]):
         at = found.space.names.index(name)
         assert name in found.reasons
-        assert found.fit.point[at] == found.space.centre[at]
+        assert found.fit.estimate[at] == found.space.centre[at]
     assert "inertia.x" not in found.reasons
 
 
@@ -137,7 +137,7 @@ def test_yaw_that_no_body_can_have_is_left_at_the_prior(crazyflie):
 def test_the_airframe_file_holds_the_numbers_and_the_set(crazyflie, tmp_path):
     file = tmp_path / "mine.toml"
     file.write_text(identified_text(crazyflie, "A Crazyflie"))
-    read, numbers = load(file), crazyflie.space.numbers(crazyflie.fit.point)
+    read, numbers = load(file), crazyflie.space.numbers(crazyflie.fit.estimate)
     assert read.uncertainty == uncertainty_of(crazyflie)
     assert read.vehicle.inertia == pytest.approx(numbers.inertia, rel=1e-4)
     assert read.vehicle.thrust_coefficient * read.vehicle.speed_max**2 == pytest.approx(numbers.thrust[-1], rel=1e-4)
@@ -177,13 +177,13 @@ def test_a_second_log_on_top_of_the_first_tells_what_both_at_once_tell(flights):
     parts = [flight.log.between(0.0, half), flight.log.between(half, flight.log.time[-1])]
     first, both = (identify_vehicle(logs, AIRFRAME) for logs in (parts[:1], parts))
     document = IdentificationDocument.parse(identification_document(first, [], None).text())
-    second = identify_vehicle(parts[1:], AIRFRAME, known=known_from(document, AIRFRAME, Path("first.json")))
+    second = identify_vehicle(parts[1:], AIRFRAME, earlier=earlier_posterior(document, AIRFRAME, Path("first.json")))
     left = set(both.reasons) | set(second.reasons)
     told = [k for k, name in enumerate(first.space.names[: first.space.physical]) if name not in left]
     # A number at the edge may be told by the one and not by the other.
     assert len(told) > 8 and len(set(both.reasons) ^ set(second.reasons)) < 2
     wide, narrow, same = (np.sqrt(np.diag(found.fit.covariance))[told] for found in (first, second, both))
-    assert np.all(np.abs(second.fit.point[told] - both.fit.point[told]) < same)
+    assert np.all(np.abs(second.fit.estimate[told] - both.fit.estimate[told]) < same)
     apart = np.abs(narrow / same - 1.0)
     assert np.median(apart) < 0.35 and apart.max() < 0.7 and np.mean(wide / same) > 1.15
 
@@ -191,11 +191,11 @@ def test_a_second_log_on_top_of_the_first_tells_what_both_at_once_tell(flights):
 def test_what_the_first_log_told_stays_told_where_the_second_is_silent(flown):
     first = identify_vehicle([flown[0].log], AIRFRAME)
     n = first.space.physical
-    known = Known(first.fit.point[:n], first.fit.covariance[:n, :n], first.space.wide[:n])
-    second = identify_vehicle([flown[2].log], AIRFRAME, known=known)
+    known = EarlierPosterior(first.fit.estimate[:n], first.fit.covariance[:n, :n], first.space.initial_std[:n])
+    second = identify_vehicle([flown[2].log], AIRFRAME, earlier=known)
     at = first.space.names.index("inertia.y")
     assert "inertia.y" not in second.reasons
-    assert second.fit.point[at] == pytest.approx(first.fit.point[at])
+    assert second.fit.estimate[at] == pytest.approx(first.fit.estimate[at])
     assert identified_values(second, ())["inertia.y"].value == pytest.approx(
         identified_values(first, ())["inertia.y"].value, rel=1e-4
     )
@@ -227,11 +227,11 @@ def hopped(log, lengths):
 
 def test_the_flight_of_a_log_that_is_used_is_named_and_so_are_the_others(flights):
     log = airborne(hopped(flights[0].log, (7.0, 12.0)), AIRFRAME)
-    (said,) = [text for text in log.said if "flights" in text]
+    (said,) = [text for text in log.notes if "flights" in text]
     assert "2 flights" in said and "the longest is used" in said and "@BEGIN:END" in said
     assert f"from {log.time[0]:.1f} to {log.time[-1]:.1f} s" in said and 7.0 < log.duration < 9.0
     assert any("the longest is used" in finding.text for finding in check_flight(log, AIRFRAME))
-    assert not airborne(flights[0].log, AIRFRAME).said
+    assert not airborne(flights[0].log, AIRFRAME).notes
 
 
 def test_flights_that_are_too_short_are_refused_with_their_lengths(flights):
@@ -248,7 +248,7 @@ def test_a_number_wider_than_its_prior_is_not_identified(identified):
     assert wider_than_prior(found.fit, free) == {}
     k = found.space.names.index("lag_up")
     wide = found.fit.covariance.copy()
-    wide[k, k] = (1.3 * found.space.wide[k]) ** 2
+    wide[k, k] = (1.3 * found.space.initial_std[k]) ** 2
     assert wider_than_prior(replace(found.fit, covariance=wide), free) == {
         "lag_up": "its interval is 130 % of the prior's: no better known than before"
     }

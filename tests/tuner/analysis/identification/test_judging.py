@@ -8,7 +8,7 @@ import pytest
 from tests.tuner.analysis.identification.known_flights import AIRFRAME, known_flights
 from tuner.analysis.identification.document import identification_document, prediction_words
 from tuner.analysis.identification.identify import identify_vehicle
-from tuner.analysis.identification.judging import density, judged
+from tuner.analysis.identification.judging import density, validate_fit
 from tuner.report.identification_page import identification_page
 
 
@@ -18,25 +18,25 @@ def identified():
 
 
 def test_the_band_of_95_per_cent_holds_about_that_of_what_was_not_used(identified):
-    covered = np.array([found.judging.covered for found in identified])
+    covered = np.array([found.validation.covered for found in identified])
     # Noise whose memory is as long as a window leaves few independent samples.
     assert 0.85 < covered.mean() < 0.99
 
 
 def test_a_wrong_lag_is_seen_in_the_band_and_in_what_is_left_over(identified):
     found = identified[0]
-    point = found.early.point.copy()
+    point = found.early.estimate.copy()
     point[[found.space.names.index(name) for name in ("lag_up", "lag_down")]] += 0.8
-    wrong = judged(replace(found.early, point=point), found.problem)
+    wrong = validate_fit(replace(found.early, estimate=point), found.problem)
     assert wrong.windows.explained[0] < found.windows.explained[0] - 0.05
-    assert np.all(wrong.spectra[2][:3, 0] > found.judging.spectra[2][:3, 0])
-    assert wrong.correlated[:2].max() > 0.25 > found.judging.correlated.max()
+    assert np.all(wrong.spectra[2][:3, 0] > found.validation.spectra[2][:3, 0])
+    assert wrong.correlated[:2].max() > 0.25 > found.validation.correlated.max()
 
 
 def test_a_posterior_without_numbers_has_a_narrower_band(identified):
     found = identified[0]
-    sure = judged(replace(found.early, covariance=0.0 * found.early.covariance), found.problem)
-    assert np.all(sure.spread < found.judging.spread)
+    sure = validate_fit(replace(found.early, covariance=0.0 * found.early.covariance), found.problem)
+    assert np.all(sure.spread < found.validation.spread)
 
 
 def test_the_density_of_white_noise_is_flat_and_that_of_a_sine_stands_at_its_frequency():
@@ -50,7 +50,7 @@ def test_the_density_of_white_noise_is_flat_and_that_of_a_sine_stands_at_its_fre
 
 def test_the_model_explains_slow_motion_and_not_the_noise_of_the_sensors(identified):
     for found in identified:
-        assert np.all((found.judging.reach[:2] > 3.0) & (found.judging.reach[:2] < 60.0))
+        assert np.all((found.validation.reach[:2] > 3.0) & (found.validation.reach[:2] < 60.0))
 
 
 def test_the_verdict_names_a_band_that_is_too_narrow_and_what_is_not_white(identified):

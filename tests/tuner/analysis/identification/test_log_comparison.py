@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from objectives.metrics import METRICS, noise
-from plant.airframes import load
 from plant.errors import InputError
+from plant.quadrotor.airframes import load
 from tuner.analysis.identification.checks import check_flight
 from tuner.analysis.identification.log_comparison import MEASURES, Spread, measured, ratio_of
 from tuner.logs.flight_log import FlightLog

@@ -68,9 +68,11 @@ def weighed(truth):
     known = AIRFRAME.vehicle
     scale = truth["lever"] / abs(known.rotor_x.r1)
     vehicle = known._replace(
-        mass=truth["mass"], rotor_inertia=0.0, rotor_x=known.rotor_x._make(scale * x for x in known.rotor_x),
+        mass=truth["mass"],
+        rotor_inertia=0.0,
+        rotor_x=known.rotor_x._make(scale * x for x in known.rotor_x),
         rotor_y=known.rotor_y._make(scale * y for y in known.rotor_y),
-    )  # fmt: skip
+    )
     return replace(AIRFRAME, vehicle=vehicle)
 
 

@@ -51,11 +51,14 @@ def test_all_kept_is_0_and_every_row_is_told(judged, gains):
     assert (code, err) == (0, "")
     assert document["verdict"] == "pass" and document["flights"] == 32 and document["stream"] == "check"
     assert verdicts(document) == {
-        "mean(failure)": "pass", "phase_margin(roll)": "pass", "cvar90(itae.position)": "reported", "mean(travel)": "reported",
-    }  # fmt: skip
+        "mean(failure)": "pass",
+        "phase_margin(roll)": "pass",
+        "cvar90(itae.position)": "reported",
+        "mean(travel)": "reported",
+    }
     failure, margin, itae, _ = document["rows"]
     assert (failure["limit"], failure["value"], failure["low"], failure["flights"]) == (0.5, 0.0, 0.0, 32)
-    assert (margin["sense"], margin["unit"], margin["low"], margin["flights"]) == ("least", "rad", None, 0)
+    assert (margin["sense"], margin["unit"], margin["low"], margin["flights"]) == ("min", "rad", None, 0)
     assert itae["low"] < itae["value"] < itae["high"] and itae["limit"] is None
     assert str(gains) == document["gains"]
 
@@ -117,14 +120,18 @@ def test_a_limit_inside_the_interval_is_not_certain_and_0(judged):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (changed('attitude = "hybrid"', 'attitude = "ladrc"').replace('"roll.k1" = 20.0\n', "").replace(
-            '"tilt.lambda" = { low = 1, high = 16 }', ""), "attitude law 'hybrid' instead of 'ladrc'"),
+        (
+            changed('attitude = "hybrid"', 'attitude = "ladrc"')
+            .replace('"roll.k1" = 20.0\n', "")
+            .replace('"tilt.lambda" = { low = 1, high = 16 }', ""),
+            "attitude law 'hybrid' instead of 'ladrc'",
+        ),
         (changed("hummingbird", "iris"), "airframe 'hummingbird' instead of 'iris'"),
         (STUDY.replace('[[constraint]]\nmetric = "failure"\nmax = 0.0\n', ""), "nothing here limits anything"),
         (changed("[search]", "[contender.one]\n\n[search]"), "this is a contest"),
         (changed("seed = 1", "sed = 1"), "did you mean 'seed'"),
     ],
-)  # fmt: skip
+)
 def test_bad_input_is_2_and_one_line(judged, text, words):
     code, out, err = judged(text)
     assert (code, out) == (2, "")

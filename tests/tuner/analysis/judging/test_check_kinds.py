@@ -10,8 +10,8 @@ import pytest
 
 from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
-from plant.airframes import load
-from plant.cascade import AXES
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import AXES
 from plant.vectors import Vec3
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.contest.contest_text import write as write_contest
@@ -207,9 +207,11 @@ def test_automatic_limits_are_told_with_their_key(checked, told, tmp_path):
     # A step of 1 m at 0.5 s of 2 s.
     (row,) = figures["automatic_limits"]
     assert row == {
-        "label": "quantile50(rms.position)@gusts", "unit": "m", "limit": pytest.approx(0.7 * sqrt(0.75), rel=1e-3),
+        "label": "quantile50(rms.position)@gusts",
+        "unit": "m",
+        "limit": pytest.approx(0.7 * sqrt(0.75), rel=1e-3),
         "key": "mission.followed",
-    }  # fmt: skip
+    }
     assert "quantile50(rms.position)@gusts at most 0.6062 m (automatic: mission.followed)" in told(path)[1]
 
 

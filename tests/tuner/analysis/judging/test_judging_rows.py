@@ -1,5 +1,6 @@
 """Verdicts one by one: intervals against SciPy's, limits met, crossed and broken, and what has to agree."""
 
+import json
 from dataclasses import replace
 from math import inf
 from typing import Any
@@ -11,14 +12,14 @@ from objectives.metrics import parse
 from objectives.problem import Constraint, Evaluation, Objective
 from objectives.requirements import Requirement
 from objectives.risk import Risk
-from plant.airframes import load
 from plant.errors import InputError
-from plant.laws import law
 from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART, SMALL
-from tuner.analysis.judging.judge import check_agreement, differences
 from tuner.analysis.judging.rows import flown_row, interval, known_row, overall, verdict
+from tuner.api.gains import default_gains
+from tuner.gains import to_document
 from tuner.study import load_study
+from tuner.study.study import differences
 
 
 @pytest.fixture(scope="module")
@@ -75,11 +76,11 @@ def test_verdicts_on_flights(most, value, high, said):
 @pytest.mark.parametrize(
     ("sense", "hard", "value", "said"),
     [
-        ("least", True, 35.0, "pass"),
-        ("least", True, 34.9, "fail"),
-        ("least", False, 34.9, "target missed"),
-        ("least", False, inf, "target kept"),
-        ("most", True, inf, "fail"),
+        ("min", True, 35.0, "pass"),
+        ("min", True, 34.9, "fail"),
+        ("min", False, 34.9, "target missed"),
+        ("min", False, inf, "target kept"),
+        ("max", True, inf, "fail"),
     ],
 )
 def test_verdicts_without_flights(sense, hard, value, said):
@@ -89,7 +90,7 @@ def test_verdicts_without_flights(sense, hard, value, said):
 
 def test_the_worst_row_decides_and_a_target_does_not():
     def rows(*said):
-        one = known_row(Requirement("margin", "what", "1", 1.0, "least"), 2.0)
+        one = known_row(Requirement("margin", "what", "1", 1.0, "min"), 2.0)
         return [one.model_copy(update={"verdict": entry}) for entry in said]
 
     assert overall(rows("pass", "reported", "target missed")) == "pass"
@@ -97,18 +98,21 @@ def test_the_worst_row_decides_and_a_target_does_not():
     assert overall(rows("not certain", "fail", "pass")) == "fail"
 
 
-def test_everything_that_differs_is_named(study):
+def test_everything_that_differs_is_named(study, tmp_path):
     mine = study.controller(study.default_row)
     assert differences(mine, study) == []
-    other = replace(
-        mine, airframe=load("iris"), control_period=0.002, options=replace(mine.options, delay=False),
-        cascade=replace(mine.cascade, attitude=law("pid")),
-    )  # fmt: skip
+    pid = default_gains("pid", mine.cascade.position.name, airframe="iris").controller
+    other = replace(pid, control_period=0.002, options=replace(mine.options, delay=False))
+    (tmp_path / "other.json").write_text(json.dumps(to_document(other, {})), encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        check_agreement(other, QUICKSTART.with_name("g.json"), study)
+        study.read_row(tmp_path / "other.json")
     said = str(caught.value)
-    for words in ("airframe 'iris' instead of 'hummingbird'", "attitude law 'pid' instead of 'hybrid'",
-                  "control_period [s] 0.002 instead of 0.004", "delay False instead of True"):  # fmt: skip
+    for words in (
+        "airframe 'iris' instead of 'hummingbird'",
+        "attitude law 'pid' instead of 'hybrid'",
+        "control_period [s] 0.002 instead of 0.004",
+        "delay False instead of True",
+    ):
         assert words in said
     assert "position law" not in said and "lag_aware" not in said and said.startswith(f"{QUICKSTART}: airframe: ")
 

@@ -49,8 +49,17 @@ def document(hybrid):
 
 def test_the_schema_is_that_of_the_docstring(document):
     assert list(document) == [
-        "format", "version", "airframe", "laws", "control_period", "trim", "channels", "multiloop", "requirements", "passed",
-    ]  # fmt: skip
+        "format",
+        "version",
+        "airframe",
+        "laws",
+        "control_period",
+        "trim",
+        "channels",
+        "multiloop",
+        "requirements",
+        "passed",
+    ]
     assert [entry["channel"] for entry in document["channels"]] == list(CHANNELS)
     for entry in document["channels"]:
         assert list(entry) == ["channel", "stable", "growth", "amplitude_dependent", "quantities", "disk_range"]
@@ -111,11 +120,11 @@ def test_requirements_are_judged_with_hard_limits_and_soft_targets(document):
     assert marks_of([LimitRow(**row) for row in document["requirements"]])["roll", "phase_margin"] == "!"
 
 
-@pytest.mark.parametrize(("sense", "inside", "outside"), [("least", 2.0, 1.999), ("most", 2.0, 2.001)])
+@pytest.mark.parametrize(("sense", "inside", "outside"), [("min", 2.0, 1.999), ("max", 2.0, 2.001)])
 def test_a_limit_itself_is_kept(sense, inside, outside):
     limit = LoopLimit("ms", sense, 2.0)
-    assert limit.kept(inside) and not limit.kept(outside)
-    assert limit.kept(np.inf) == (sense == "least")
+    assert limit.is_satisfied(inside) and not limit.is_satisfied(outside)
+    assert limit.is_satisfied(np.inf) == (sense == "min")
 
 
 def test_exit_code_and_json_of_the_command(tmp_path):
@@ -181,7 +190,7 @@ def test_the_margin_tables_of_a_study_take_the_place_of_the_limits(tmp_path):
     controller = default_gains("hybrid").controller
     rows = study_requirements(load_study(study), controller)
     assert rows is not None and [row.label for row in rows] == ["ms(attitude)", "gain_up"]
-    assert rows[0].limit == 2.2 and not rows[0].kept and (rows[1].unit, rows[1].shown_unit) == ("1", "dB")
+    assert rows[0].limit == 2.2 and not rows[0].is_satisfied and (rows[1].unit, rows[1].shown_unit) == ("1", "dB")
     done = asked("--law", "hybrid", "--study", study, "--json")
     assert done.exit_code == 1 and MarginsDocument.parse(done.stdout).requirements == rows
     assert "ms(attitude)" in asked("--law", "hybrid", "--study", study).stdout
@@ -201,10 +210,10 @@ def test_help_has_an_example(command):
 
 
 def test_out_holds_the_document_with_extents_that_are_printed_too(tmp_path, monkeypatch):
-    from tuner.analysis.margins.mismatch import Extent
+    from tuner.analysis.margins.mismatch import ToleranceRange
     from tuner.report import margin_figures as figures
 
-    ends = [Extent("mass", "stability", 0.5, None), Extent("mass", "limits", 1.0, 1.0)]
+    ends = [ToleranceRange("mass", "stability", 0.5, None), ToleranceRange("mass", "limits", 1.0, 1.0)]
     monkeypatch.setattr(figures, "write_margin_figures", lambda *_: ends)
     done = asked("--law", "pid", "--out", tmp_path / "new")
     assert_covered(tmp_path / "new")
@@ -233,9 +242,15 @@ def test_certificates_are_those_that_apply_to_each_axis(monkeypatch):
     found = json.loads(asked("--law", "pid", "--certificates", "--json").stdout)["certificates"]
     assert [row["axis"] for row in found] == ["roll", "pitch", "yaw"]
     assert found[0] == {
-        "axis": "roll", "name": "mine", "title": "title", "value": 2.0, "unit": "s", "verified": True, "why": "because",
+        "axis": "roll",
+        "name": "mine",
+        "title": "title",
+        "value": 2.0,
+        "unit": "s",
+        "verified": True,
+        "why": "because",
         "source": "source",
-    }  # fmt: skip
+    }
     assert "because" in asked("--law", "pid", "--certificates").stdout
 
 
@@ -253,9 +268,14 @@ def test_the_first_compilation_is_announced_on_stderr_and_no_other(tmp_path):
     told, command = [], [sys.executable, "-c", "from tuner.cli.main import main; main()"]
     for _ in range(2):
         done = subprocess.run(
-            [*command, "margins", "--law", "pid", "--json"], cwd=ROOT, capture_output=True,
-            text=True, timeout=120, check=False, env={**os.environ, "TUNER_CACHE_DIR": str(tmp_path)},
-        )  # fmt: skip
+            [*command, "margins", "--law", "pid", "--json"],
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+            env={**os.environ, "TUNER_CACHE_DIR": str(tmp_path)},
+        )
         assert json.loads(done.stdout)["format"]
         told.append(done.stderr)
     assert "Compiling the margins" in told[0] and "Compiling" not in told[1]

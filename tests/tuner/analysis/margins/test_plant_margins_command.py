@@ -11,7 +11,7 @@ from objectives.certificates.peak_gain import disturbed
 from objectives.certificates.plant_axis import PlantAxis
 from objectives.certificates.supertwisting import largest_rate
 from objectives.margins.quantities import REPORTED
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Channel
 from tests.objectives.certificates.test_plant_axis import impulse
@@ -23,9 +23,9 @@ from tuner.api.studies import load_study
 from tuner.cli.main import app
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.opening import open_results
-from tuner.experiments.tuning.tables import model_of
 from tuner.gains.plant_document import plant_gains_document
 from tuner.store.document import json_text
+from tuner.study.plant_study import PlantStudy
 
 FOLDER = QUICKSTART.parent
 MOTOR = FOLDER / "dc_motor.toml"
@@ -37,7 +37,7 @@ def asked(*arguments):
 
 @pytest.fixture(scope="module")
 def study():
-    return load_study(MOTOR)
+    return load_study(MOTOR, kind=PlantStudy)
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_values_are_those_of_the_report_and_limits_those_of_the_study(gains, stu
     assert content["limit_cycles"] == []
     (channel,) = content["channels"]
     assert list(channel["quantities"]) == list(REPORTED)
-    margins = model_of(study).evaluate(study.default_row[None])
+    margins = study.margin_model().evaluate(study.default_row[None])
     assert channel["quantities"]["ms"]["value"] == pytest.approx(margins.sensitivity.value[0, 0], rel=1e-9)
     assert [(row["label"], row["limit"]) for row in content["requirements"]] == [("ms", 1.8)]
     assert [row["name"] for row in content["certificates"]] == ["peak_gain", "common_lyapunov"]
@@ -98,7 +98,7 @@ def test_proofs_of_super_twisting_count_the_plant_as_it_is_driven():
 
 
 def test_a_process_whose_output_answers_a_disturbance_at_once_has_bounds_too():
-    study = load_study(FOLDER / "dead_time.toml")
+    study = load_study(FOLDER / "dead_time.toml", kind=PlantStudy)
     rows = plant_certificate_rows(plant_subject(study.system, study.default_row))
     assert [row.name for row in rows] == ["peak_gain", "peak_gain", "common_lyapunov"]
     # What shifts the output is in it before any controller answers, and then comes what the controller makes of it.

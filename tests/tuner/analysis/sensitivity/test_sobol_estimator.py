@@ -11,9 +11,9 @@ from scipy.stats import rankdata
 from plant.errors import InputError
 from plant.seeds import generator
 from tuner.analysis.sensitivity import analysis as module
-from tuner.analysis.sensitivity.analysis import Sampled, analyse, judged
+from tuner.analysis.sensitivity.analysis import Sampled, analyze, estimate
 from tuner.analysis.sensitivity.design import SobolDesign, checked_base, sobol_design
-from tuner.analysis.sensitivity.indices import RANK, VALUE, held_to_completed, places, sobol_spans
+from tuner.analysis.sensitivity.indices import RANK, VALUE, clip_to_completed, places, sobol_spans
 
 G = np.array([0.0, 0.5, 3.0, 9.0])
 
@@ -53,7 +53,7 @@ def test_ishigami_function_has_its_closed_form():
     # T. Ishigami, T. Homma, ISUMA 1990, with a = 7, b = 0.1.
     a, b = 7.0, 0.1
     v1, v2, v13 = 0.5 * (1.0 + b * pi**4 / 5.0) ** 2, a**2 / 8.0, 8.0 * b**2 * pi**8 / 225.0
-    found = analyse(2048, 3, sampled(ishigami), 1).indices[VALUE]
+    found = analyze(2048, 3, sampled(ishigami), 1).indices[VALUE]
     total = v1 + v2 + v13
     near(found.first, 0, np.array([v1, v2, 0.0]) / total)
     near(found.total, 0, np.array([v1 + v13, v2, v13]) / total)
@@ -62,7 +62,7 @@ def test_ishigami_function_has_its_closed_form():
 def test_g_function_has_its_closed_form_beside_another_output():
     v = 1.0 / (3.0 * (1.0 + G) ** 2)
     whole = np.prod(1.0 + v, axis=0) - 1.0
-    found = analyse(2048, 4, sampled(lambda points: 3.0 * points[:, 3] - 5.0, g_function), 2).indices[VALUE]
+    found = analyze(2048, 4, sampled(lambda points: 3.0 * points[:, 3] - 5.0, g_function), 2).indices[VALUE]
     near(found.first, 1, v / whole)
     near(found.total, 1, v * np.prod(1.0 + v, axis=0) / (1.0 + v) / whole)
     near(found.first, 0, np.array([0.0, 0.0, 0.0, 1.0]))
@@ -76,7 +76,7 @@ def test_rank_indices_are_those_of_the_distribution_function():
 
     given = lambda x1: quad(lambda x2: rank(x1 * x2), 0.0, 1.0)[0]  # noqa: E731
     first = (quad(lambda x1: given(x1) ** 2, 0.0, 1.0)[0] - 0.25) * 12.0
-    found = analyse(2048, 2, sampled(lambda points: points[:, 0] * points[:, 1]), 3).indices[RANK]
+    found = analyze(2048, 2, sampled(lambda points: points[:, 0] * points[:, 1]), 3).indices[RANK]
     near(found.first, 0, np.array([first, first]))
     near(found.total, 0, np.array([1.0 - first, 1.0 - first]))
 
@@ -100,7 +100,7 @@ def test_intervals_cover_the_truth_where_the_samples_are_independent(base):
 def test_intervals_of_a_sobol_sequence_are_not_too_narrow():
     truth, hits, runs = np.array([0.1, 0.9]), np.zeros((2, 2)), 100
     for run in range(runs):
-        found = analyse(64, 2, sampled(lambda points: points[:, 0] + 3.0 * points[:, 1]), run).indices[VALUE]
+        found = analyze(64, 2, sampled(lambda points: points[:, 0] + 3.0 * points[:, 1]), run).indices[VALUE]
         for order, spans in enumerate(found):
             hits[order] += (spans.low[0] <= truth) & (truth <= spans.high[0])
     assert np.all(hits / runs > 0.9), hits / runs
@@ -115,7 +115,7 @@ def test_a_failure_s_price_changes_no_rank_and_no_held_value():
             lambda points: np.where(lost(points) > 0.0, price + points[:, 1], ishigami(points)), failures=lost
         )
 
-    cheap, dear = (analyse(256, 3, priced(price), 4) for price in (100.0, 1e9))
+    cheap, dear = (analyze(256, 3, priced(price), 4) for price in (100.0, 1e9))
     for scale in (RANK, VALUE):
         for mine, other in zip(cheap.indices[scale], dear.indices[scale], strict=True):
             assert all(np.array_equal(a, b) for a, b in zip(mine, other, strict=True))
@@ -127,12 +127,12 @@ def test_a_failure_s_price_changes_no_rank_and_no_held_value():
 
 def test_values_are_held_to_the_worst_that_completed():
     values, failures = np.array([[1.0, 5.0], [9.0, 2.0], [3.0, 3.0]]), np.array([0.0, 0.5, 0.0])
-    assert held_to_completed(values, failures).tolist() == [[1.0, 5.0], [3.0, 2.0], [3.0, 3.0]]
-    assert held_to_completed(values, np.ones(3)) is values
+    assert clip_to_completed(values, failures).tolist() == [[1.0, 5.0], [3.0, 2.0], [3.0, 3.0]]
+    assert clip_to_completed(values, np.ones(3)) is values
 
 
 def test_a_monotone_scale_changes_no_rank():
-    plain, bent = (analyse(128, 3, sampled(f), 5) for f in (ishigami, lambda points: np.exp(ishigami(points))))
+    plain, bent = (analyze(128, 3, sampled(f), 5) for f in (ishigami, lambda points: np.exp(ishigami(points))))
     for mine, other in zip(plain.indices[RANK], bent.indices[RANK], strict=True):
         assert all(np.array_equal(a, b) for a, b in zip(mine, other, strict=True))
 
@@ -145,7 +145,7 @@ def test_relabelled_variables_have_their_own_indices():
 
     def judge(design, values):
         ones = np.ones(len(values), dtype=bool)
-        return judged(design, values[:, None], np.zeros(len(values)), ones, [np.zeros((256, 2))], 1)
+        return estimate(design, values[:, None], np.zeros(len(values)), ones, [np.zeros((256, 2))], 1)
 
     plain = judge(design, ishigami(design.points))
     moved = judge(turned, ishigami(turned.points[:, np.argsort(order)]))
@@ -158,7 +158,7 @@ def test_relabelled_variables_have_their_own_indices():
 @pytest.mark.parametrize("dimensions", [1, 2])
 def test_a_constant_has_zeros_and_no_warning(dimensions):
     # 0.1 is no binary fraction: its mean over samples differs from it in the last bit.
-    found = analyse(8, dimensions, sampled(lambda points: np.full(len(points), 0.1)), 6)
+    found = analyze(8, dimensions, sampled(lambda points: np.full(len(points), 0.1)), 6)
     for scale in (RANK, VALUE):
         for spans in found.indices[scale]:
             assert all(part.shape == (2, dimensions) and not part.any() for part in spans)
@@ -166,15 +166,15 @@ def test_a_constant_has_zeros_and_no_warning(dimensions):
 
 
 def test_one_variable_explains_everything():
-    found = analyse(256, 1, sampled(lambda points: points[:, 0] ** 3), 8).indices[VALUE]
+    found = analyze(256, 1, sampled(lambda points: points[:, 0] ** 3), 8).indices[VALUE]
     near(found.total, 0, np.array([1.0]))
     near(found.first, 0, np.array([1.0]))
 
 
 def test_the_same_bits_for_one_seed_and_any_batch(monkeypatch):
-    runs = [analyse(32, 3, sampled(ishigami), seed) for seed in (1, 1, 2)]
+    runs = [analyze(32, 3, sampled(ishigami), seed) for seed in (1, 1, 2)]
     monkeypatch.setattr(module, "BATCH", 7)
-    runs.insert(2, analyse(32, 3, sampled(ishigami), 1))
+    runs.insert(2, analyze(32, 3, sampled(ishigami), 1))
     for one, other in pairwise(runs[:3]):
         assert np.array_equal(one.values, other.values)
         assert np.array_equal(one.indices[RANK].first.high, other.indices[RANK].first.high)

@@ -61,17 +61,30 @@ def scheduler(tmp_path, *arguments):
     # Only its own: a dashboard of another run may have the usual port.
     options = arguments or ("--port", "0")
     return process(
-        "scheduler", *options, "--host", "127.0.0.1", "--dashboard-address", ":0",
-        said=r"tcp://127\.0\.0\.1:\d+", log=tmp_path / "scheduler.log",
-    )  # fmt: skip
+        "scheduler",
+        *options,
+        "--host",
+        "127.0.0.1",
+        "--dashboard-address",
+        ":0",
+        said=r"tcp://127\.0\.0\.1:\d+",
+        log=tmp_path / "scheduler.log",
+    )
 
 
 def worker(tmp_path, address, *arguments, name="worker", **environment):
     options = arguments or ("--nthreads", "1", "--no-nanny")
     return process(
-        "worker", address, *options, "--local-directory", str(tmp_path), "--no-dashboard",
-        said=r"Registered to", log=tmp_path / f"{name}.log", **environment,
-    )  # fmt: skip
+        "worker",
+        address,
+        *options,
+        "--local-directory",
+        str(tmp_path),
+        "--no-dashboard",
+        said=r"Registered to",
+        log=tmp_path / f"{name}.log",
+        **environment,
+    )
 
 
 def session_of(pid):

@@ -111,14 +111,33 @@ def test_the_driver_of_ten_thousand_candidates_stays_under_a_gibibyte(tmp_path):
         "finally:\n    print(next(x for x in open('/proc/self/status') if x.startswith('VmHWM')), file=sys.stderr)"
     )
     changes = {
-        "search.population": 1000, "search.generations": 10, "scenario.0.search": 64, "scenario.0.held_out": 256,
-        "scenario.0.duration": 1.0, "scenario.0.reference.time": 0.1, "margin": "[]",
-    }  # fmt: skip
+        "search.population": 1000,
+        "search.generations": 10,
+        "scenario.0.search": 64,
+        "scenario.0.held_out": 256,
+        "scenario.0.duration": 1.0,
+        "scenario.0.reference.time": 0.1,
+        "margin": "[]",
+    }
     sets = [part for key, value in changes.items() for part in ("--set", f"{key}={value}")]
     done = subprocess.run(
-        [sys.executable, "-c", code, "run", "studies/quickstart.toml", "--out", str(tmp_path / "r"), *sets, "--dask", "local:2"],
-        cwd=ROOT, capture_output=True, text=True, timeout=1200,
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-c",
+            code,
+            "run",
+            "studies/quickstart.toml",
+            "--out",
+            str(tmp_path / "r"),
+            *sets,
+            "--dask",
+            "local:2",
+        ],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=1200,
+    )
     # Whether a flight of a second keeps every limit does not matter here.
     assert done.returncode in (0, NOTHING_FEASIBLE), done.stderr
     assert int(re.findall(r"VmHWM:\s+(\d+)", done.stderr)[-1]) / 1024 < 1024.0

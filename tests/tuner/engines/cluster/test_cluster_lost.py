@@ -23,7 +23,7 @@ from tests.tuner.engines.cluster.clusters import (
 )
 from tests.tuner.experiments.again.killing import command, run_arguments
 from tests.tuner.in_process import tuner
-from tuner.engines.cluster.connect import asked
+from tuner.engines.cluster.connect import required
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
 
@@ -81,8 +81,17 @@ def test_a_worker_told_another_processor_goes_over_to_that_of_the_run(tmp_path):
 def test_every_kind_of_difference_is_named():
     ours = machine_report()
     assert set(ours) == {
-        "python", "holdfast", "numpy", "numba", "llvmlite", "scipy", "sources", "target", "numpy-simd", "libc"
-    }  # fmt: skip
+        "python",
+        "holdfast",
+        "numpy",
+        "numba",
+        "llvmlite",
+        "scipy",
+        "sources",
+        "target",
+        "numpy-simd",
+        "libc",
+    }
     for name in ours:
         assert differences(ours, {"w": {**ours, name: "9.9"}}) == [f"w: {name} 9.9 there, {ours[name]} here"]
     assert differences(ours, {"a": ours, "b": dict(ours)}) == []
@@ -180,11 +189,16 @@ def test_a_block_that_ends_every_worker_is_given_up():
 )
 def test_what_is_no_cluster(where):
     with pytest.raises(InputError, match="write local:N"):
-        asked(where)
+        required(where)
 
 
 def test_addresses():
-    assert [asked("local:1"), asked("local:256"), asked("tcp://host:8786"), asked("tls://host:1")] == [1, 256, 0, 0]
+    assert [required("local:1"), required("local:256"), required("tcp://host:8786"), required("tls://host:1")] == [
+        1,
+        256,
+        0,
+        0,
+    ]
 
 
 def test_nobody_answers(monkeypatch):

@@ -5,15 +5,16 @@ import shutil
 
 import pytest
 
-from objectives.system import FlightBatch
+from objectives.flown_system import FlightBatch
 from plant.errors import InputError
 from tests.plant.own_files import forget
 from tests.tuner.engines.cluster.clusters import scheduler, worker
 from tests.tuner.experiments.own_motor import PLANT, write_motor
 from tests.tuner.in_process import tuner
 from tuner.api.studies import load_study, make_study
-from tuner.engines.cluster.brief import Brief, brief_of, system_of
+from tuner.engines.cluster.brief import BatchSpec, brief_of, system_of
 from tuner.engines.cluster.own_files import not_here, own_files_of
+from tuner.study.plant_study import PlantStudy
 from tuner.text.toml_text import toml_text
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
@@ -27,8 +28,8 @@ def motor(tmp_path):
     return write_motor(tmp_path)
 
 
-def brief(file) -> Brief:
-    study = load_study(file)
+def brief(file) -> BatchSpec:
+    study = load_study(file, kind=PlantStudy)
     return brief_of(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4))
 
 
@@ -45,12 +46,12 @@ def test_processes_of_this_machine_leave_what_none_leave(motor, tmp_path, monkey
 def test_a_brief_holds_a_digest_and_numbers_and_its_worker_builds_the_same_loop(motor):
     sent = pickle.dumps(brief(motor))
     assert b"def derivative" not in sent and str(motor.parent).encode() not in sent
-    assert system_of(pickle.loads(sent)).plan.names == ("angle",)
+    assert list(system_of(pickle.loads(sent)).laws) == ["angle"]
 
 
 def test_a_worker_without_the_file_is_told_so_in_one_line(motor):
     sent = pickle.dumps(brief(motor))
-    (own,) = own_files_of(load_study(motor).system, [])
+    (own,) = own_files_of(load_study(motor, kind=PlantStudy).system, [])
     assert not_here([own.digest]) == []
     forget()
     assert not_here([own.digest]) == [own.digest]
@@ -64,7 +65,7 @@ def test_another_version_of_the_file_is_another_file(motor):
     sent = pickle.dumps(brief(motor))
     forget()
     motor.with_name("motor.py").write_text(PLANT.replace("4.0", "5.0"), encoding="utf-8")
-    load_study(motor)
+    load_study(motor, kind=PlantStudy)
     with pytest.raises(InputError, match=r"has not been given motor.py"):
         system_of(pickle.loads(sent))
 

@@ -7,11 +7,11 @@ import json
 import struct
 import sys
 
-from plant.airframes import load
 from plant.backends.instants import Instant
-from plant.cascade import close_cascade
-from plant.laws import LAWS
-from plant.nominal import ControlOptions, nominal
+from plant.law_registry import LAWS
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.nominal import ControlOptions, nominal
 from plant.records import pack
 from tests.plant.attitude_outside import AttitudeOutside
 

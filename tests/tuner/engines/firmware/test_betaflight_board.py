@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant.airframes import load as load_airframe
-from plant.airframes.actuation import actuation
-from plant.attitude import euler_angles
 from plant.backends.instants import Instant
 from plant.errors import InputError
+from plant.quadrotor.airframes import load as load_airframe
+from plant.quadrotor.airframes.actuation import actuation
+from plant.quadrotor.attitude import euler_angles
 from plant.vectors import Quaternion
 from tests.clients import program
 from tuner.engines.firmware.betaflight import board, command_line

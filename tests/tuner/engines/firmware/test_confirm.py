@@ -25,9 +25,14 @@ from tuner.engines.firmware import registry
 from tuner.engines.firmware.registry import FIRMWARES
 
 SMALL = {
-    "search.algorithm": "nsga2", "search.population": 8, "search.generations": 2, "scenario.0.search": 4,
-    "scenario.0.held_out": 32, "scenario.0.duration": 0.5, "margin": [],
-}  # fmt: skip
+    "search.algorithm": "nsga2",
+    "search.population": 8,
+    "search.generations": 2,
+    "scenario.0.search": 4,
+    "scenario.0.held_out": 32,
+    "scenario.0.duration": 0.5,
+    "margin": [],
+}
 # A gap of a program that flies the same loops, relative: both are compiled, each in its own order of sums.
 ROUNDING = 1e-6
 

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.airframes.actuation import actuation
 from plant.backends.instants import Instant
 from plant.errors import InputError
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes.actuation import actuation
+from plant.quadrotor.rigid_body import rotor_torque
 from plant.records import pack
-from plant.rigid_body import rotor_torque
 from plant.vectors import Rotors
 from tests.clients import program
 from tests.clients.crazyflie_firmware import build
@@ -201,12 +201,15 @@ def test_a_line_that_stores_nothing_is_refused():
 
 
 WAYS = {
-    "absent": ("raise ModuleNotFoundError('No module named numpy')", "cannot be run: ModuleNotFoundError: No module named numpy"),
+    "absent": (
+        "raise ModuleNotFoundError('No module named numpy')",
+        "cannot be run: ModuleNotFoundError: No module named numpy",
+    ),
     "dies": ("raise SystemExit(3)", f"ended by itself, with exit code 3, under {re.escape(sys.executable)}"),
     "killed": ("import os; os.kill(os.getpid(), 9)", "ended by itself, with exit code -9"),
     "silent": ("import threading; threading.Event().wait()", "does not answer within 2 s"),
     "another": ("_cffirmware = __import__('os')", "cannot be run: "),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize(("text", "said"), WAYS.values(), ids=WAYS)

@@ -6,14 +6,14 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.airframes.actuation import actuation
 from plant.backends.lanes import compiled
 from plant.errors import InputError, UnknownNameError
-from plant.gains import default_row
-from plant.laws import law
+from plant.law_registry import law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.piloted import angle, pilot_of
+from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes.actuation import actuation
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.piloted import angle, pilot_of
 from tests.tuner.exchange.controllers import controller
 from tuner.engines.firmware.firmware import Bench
 from tuner.engines.firmware.flying import throttle_for, thrusts_of
@@ -43,9 +43,11 @@ def exported(entry, plain=None):
     period = plain.control_period
     row = tuple(default_row(plain.cascade, plain.airframe.vehicle))
     request = Request(
-        type(plain)(plain.airframe, plain.cascade, plain.options, period, period, row), "0" * 64,
-        settings_of(exporter(entry.target), ()), None,
-    )  # fmt: skip
+        type(plain)(plain.airframe, plain.cascade, plain.options, period, period, row),
+        "0" * 64,
+        settings_of(exporter(entry.target), ()),
+        None,
+    )
     check_laws(exporter(entry.target), request)
     return bundle_of(exporter(entry.target), request)
 

@@ -10,7 +10,7 @@ import pytest
 
 from plant.errors import InputError
 from plant.laws.pid import Gains
-from plant.nominal import ControlOptions
+from plant.quadrotor.nominal import ControlOptions
 from tests.clients import CLIENTS, ask, client
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import (
@@ -44,10 +44,18 @@ def fitting(airframe="iris", **gains):
     return pid(
         airframe,
         **{
-            "yaw__kp": 26.0, "yaw__ki": 10.0, "yaw__kd": 6.5, "z__kp": 7.4, "z__ki": 4.9, "z__kd": 3.4,
-            "pitch__kp": 80.0, "pitch__ki": 50.0, "pitch__kd": 14.0, **gains,
+            "yaw__kp": 26.0,
+            "yaw__ki": 10.0,
+            "yaw__kd": 6.5,
+            "z__kp": 7.4,
+            "z__ki": 4.9,
+            "z__kd": 3.4,
+            "pitch__kp": 80.0,
+            "pitch__ki": 50.0,
+            "pitch__kd": 14.0,
+            **gains,
         },
-    )  # fmt: skip
+    )
 
 
 def values_of(content):

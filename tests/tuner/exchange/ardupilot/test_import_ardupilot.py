@@ -13,8 +13,14 @@ from tuner.exchange.registry import settings_of
 from tuner.exchange.target import Request
 
 FITTING = {
-    "yaw__kp": 26.0, "yaw__ki": 10.0, "yaw__kd": 6.5, "z__kp": 7.4, "z__ki": 4.9, "z__kd": 3.4, "pitch__kp": 80.0,
-}  # fmt: skip
+    "yaw__kp": 26.0,
+    "yaw__ki": 10.0,
+    "yaw__kd": 6.5,
+    "z__kp": 7.4,
+    "z__ki": 4.9,
+    "z__kd": 3.4,
+    "pitch__kp": 80.0,
+}
 
 
 @pytest.mark.parametrize("firmware", ["4.6", "4.7"])

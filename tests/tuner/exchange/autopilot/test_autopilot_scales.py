@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.airframes.actuation import RotorMount, actuation
-from plant.airframes.scales import (
+from plant.errors import InputError
+from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes.actuation import RotorMount, actuation
+from plant.quadrotor.airframes.scales import (
     ardupilot_factors,
     betaflight_factors,
     command_slope,
@@ -18,8 +19,7 @@ from plant.airframes.scales import (
     px4_factors,
     torque_scale,
 )
-from plant.errors import InputError
-from plant.nominal import off_centre
+from plant.quadrotor.nominal import shift_center_of_mass
 from plant.vectors import Rotors
 from tests.tuner.exchange.controllers import controller, pid
 from tests.tuner.exchange.flying_autopilots import (
@@ -105,7 +105,7 @@ def test_a_unit_of_output_gives_that_torque(airframe, target):
 @pytest.mark.parametrize("target", FACTORS)
 def test_rotors_about_another_point_than_the_centre_of_mass(target):
     """PX4's pseudo-inverse knows the places and keeps the axes apart; fixed factors do not, and lift would turn the vehicle."""
-    vehicle = off_centre(load("iris").vehicle, 0.01, 0.005)
+    vehicle = shift_center_of_mass(load("iris").vehicle, 0.01, 0.005)
     rotors = actuation(vehicle)
     if target == "px4":
         assert min(torque_scale(rotors, px4_factors(rotors), 5.0, target)) > 0.0
@@ -140,8 +140,15 @@ PUBLISHED = {
     "crazyflie": ("holdfast_params.yaml", {1: (45, False), 2: (135, True), 3: (225, False), 4: (315, True)}),
 }
 BEARINGS = {
-    "front right": 45, "rear right": 135, "rear left": 225, "front left": 315, "front": 0, "right": 90, "rear": 180, "left": 270
-}  # fmt: skip
+    "front right": 45,
+    "rear right": 135,
+    "rear left": 225,
+    "front left": 315,
+    "front": 0,
+    "right": 90,
+    "rear": 180,
+    "left": 270,
+}
 
 
 def told_motors(text):

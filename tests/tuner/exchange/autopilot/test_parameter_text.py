@@ -13,9 +13,9 @@ from tuner.exchange.autopilot.parameters import (
     MOST,
     ParameterInfo,
     enter,
-    misfit,
     parameters,
     positional,
+    range_violation,
     read_lines,
     read_number,
     single,
@@ -90,7 +90,7 @@ def test_values_without_upper_limit_and_at_the_limit():
     with pytest.raises(InputError, match="MC_N: works out at -1, allowed at least 0: change"):
         parameters(TABLE, {"MC_N": -1.0}, single, "PX4 1.16")
     (at_limit,) = parameters(TABLE, {"MC_P": 0.6}, single, "PX4 1.16")
-    assert at_limit.low <= at_limit.held <= at_limit.high and at_limit.asked == 0.6 and at_limit.usual == 0.3
-    assert misfit(TABLE, {"MC_P": 0.6, "MC_N": 5.0}) == 0.0
-    assert misfit(TABLE, {"MC_P": 0.85}) == pytest.approx(0.5, rel=1e-6)
-    assert misfit(TABLE, {"MC_P": 0.05}) == pytest.approx(0.1, rel=1e-6)
+    assert at_limit.low <= at_limit.held <= at_limit.high and at_limit.unrounded == 0.6 and at_limit.usual == 0.3
+    assert range_violation(TABLE, {"MC_P": 0.6, "MC_N": 5.0}) == 0.0
+    assert range_violation(TABLE, {"MC_P": 0.85}) == pytest.approx(0.5, rel=1e-6)
+    assert range_violation(TABLE, {"MC_P": 0.05}) == pytest.approx(0.1, rel=1e-6)

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.airframes.actuation import actuation
 from plant.errors import InputError
+from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes.actuation import actuation
 from plant.vectors import Rotors, Vec3
 from tests.tuner.exchange.controllers import controller, pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, betaflight_torque, by_address
@@ -108,7 +108,7 @@ def test_integers_are_said():
     made = bundle(pid("iris"))
     text = "\n".join(made.differences)
     for parameter in made.parameters:
-        assert parameter.held == round(parameter.asked)
+        assert parameter.held == round(parameter.unrounded)
     assert "p_roll 26.14 -> 26 (-0.5 %)" in text and "angle_p_gain 52.36 -> 52" in text
     for word in ("position loops", "heading loop", "slope at hover", "iterm_windup", "dshot_idle_value"):
         assert word in text

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from plant.gains import default_row, gain_addresses
+from plant.quadrotor.gains import default_row, gain_addresses
 from tests.clients import client
 from tests.clients.betaflight import Firmware
 from tests.tuner.exchange.controllers import controller, pid
@@ -14,13 +14,24 @@ from tests.tuner.exchange.flying_autopilots import by_address
 from tests.tuner.exchange.reading import read, same_flight, write
 from tuner.exchange.betaflight.export import FILE, TARGET
 from tuner.exchange.betaflight.map import SWITCHES
-from tuner.exchange.betaflight.own_loops import OWN_TABLE, own_switches
+from tuner.exchange.betaflight.native_loops import NATIVE_TABLE, native_switches
 from tuner.exchange.betaflight.rpm_filter import FIXED, RPM_TABLE
 from tuner.exchange.registry import settings_of
 from tuner.exchange.target import Request
 
 YAW = {"yaw__kp": 20.0, "yaw__ki": 12.0, "yaw__kd": 6.0}
-FLOWN = {"p_roll": "52", "i_pitch": "70"} | {name: "2" for name in ("d_yaw", "d_max_yaw", "f_yaw", "anti_gravity_gain", "yaw_lowpass_hz", "thrust_linear", "angle_feedforward")}  # fmt: skip
+FLOWN = {"p_roll": "52", "i_pitch": "70"} | {
+    name: "2"
+    for name in (
+        "d_yaw",
+        "d_max_yaw",
+        "f_yaw",
+        "anti_gravity_gain",
+        "yaw_lowpass_hz",
+        "thrust_linear",
+        "angle_feedforward",
+    )
+}
 # Settings of a vehicle that somebody has flown: one or more of each kind away from its default.
 
 
@@ -52,12 +63,12 @@ def flown(vehicle, profile=0):
 
 def test_names_ranges_and_defaults_are_the_firmwares(firmware):
     # Motors of the simulator do not tell their speed, so it has no RPM filter.
-    for entry in [entry for name, entry in OWN_TABLE.items() if name not in RPM_TABLE]:
+    for entry in [entry for name, entry in NATIVE_TABLE.items() if name not in RPM_TABLE]:
         answer = firmware.say(f"get {entry.name}")
         found = re.search(rf"^{entry.name} = (\d+)$.*?^Allowed range: (\d+) - (\d+)$", answer, re.MULTILINE | re.DOTALL)
         assert found, answer
         assert tuple(map(float, found.groups())) == (entry.usual, entry.low, entry.high), answer
-    for name, (off, usual) in {**SWITCHES, **own_switches(own_controller())}.items():
+    for name, (off, usual) in {**SWITCHES, **native_switches(own_controller())}.items():
         answer = firmware.say(f"get {name}")
         found = re.search(rf"^{name} = (\w+)$.*?^Allowed values: (.*)$", answer, re.MULTILINE | re.DOTALL)
         assert found, answer
@@ -91,11 +102,20 @@ def test_its_own_loops_are_taken_and_come_back(firmware, tmp_path):
         **{f"{axis}__{name}": value for axis in ("roll", "pitch") for name, value in (("p", 61), ("i", 70), ("d", 25))},
         **{f"{axis}__gyro_lpf1": 180 for axis in ("roll", "pitch", "yaw")},
         **{f"{axis}__d_lpf2": 140 for axis in ("roll", "pitch", "yaw")},
-        **{f"{axis}__{name}": value for axis in ("roll", "pitch", "yaw") for name, value in (
-            ("notch", 200), ("notch_cutoff", 150), ("relax", 8), ("relax_cutoff", 9), ("tpa_rate", 40), ("tpa_breakpoint", 1400),
-            ("tpa_p", 1),
-        )},
-    }  # fmt: skip
+        **{
+            f"{axis}__{name}": value
+            for axis in ("roll", "pitch", "yaw")
+            for name, value in (
+                ("notch", 200),
+                ("notch_cutoff", 150),
+                ("relax", 8),
+                ("relax_cutoff", 9),
+                ("tpa_rate", 40),
+                ("tpa_breakpoint", 1400),
+                ("tpa_p", 1),
+            )
+        },
+    }
     given = own_controller(**changed)
     made = bundle(given)
     answer = firmware.load(made.files[FILE])

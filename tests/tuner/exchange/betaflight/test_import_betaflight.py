@@ -73,8 +73,14 @@ def test_an_export_comes_back_as_what_it_holds(airframe, profile, tmp_path):
 @pytest.mark.parametrize(("profile", "p_roll", "i_roll", "level"), [(0, 50, 90, 60), (1, 77, 80, 50), (2, 45, 80, 50)])
 def test_a_vehicles_own_diff_flies_as_betaflight_would(profile, p_roll, i_roll, level, tmp_path):
     values = {
-        "p_roll": p_roll, "i_roll": i_roll, "p_pitch": 47, "i_pitch": 84, "p_yaw": 45, "i_yaw": 80, "angle_p_gain": level,
-    }  # fmt: skip
+        "p_roll": p_roll,
+        "i_roll": i_roll,
+        "p_pitch": 47,
+        "i_pitch": 84,
+        "p_yaw": 45,
+        "i_yaw": 80,
+        "angle_p_gain": level,
+    }
     back = read("betaflight", write(tmp_path, DIFF), f"profile={profile}", "heading_gain=3", airframe="iris")
     vehicle = back.controller.airframe.vehicle
     flown, _ = attitude_feedback(lambda a, r, i: betaflight_torque(values, vehicle, 1.0, a, r, i, 3.0), vehicle)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.airframes import load
 from plant.errors import InputError
-from plant.nominal import ControlOptions
+from plant.quadrotor.airframes import load
+from plant.quadrotor.nominal import ControlOptions
 from tuner.exchange.betaflight.export import TARGET
 from tuner.exchange.betaflight.import_ import IMPORTER
 from tuner.exchange.betaflight.rpm_filter import RPM_TABLE

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from plant.backends.c_code import REALS
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import gain_addresses
 from plant.records import size
 from plant.seeds import generator
 from tests.clients import program

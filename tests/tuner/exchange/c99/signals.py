@@ -8,10 +8,10 @@ from plant import primitives
 from plant.backends import vector_math
 from plant.backends.c_code import REALS
 from plant.backends.rebind import Rebinder
+from plant.quadrotor.sensors import Measurement
 from plant.records import flatten, pack
 from plant.references.track import Reference
 from plant.seeds import generator
-from plant.sensors import Measurement
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, entries
 from tuner.exchange.c99.precision import as_signals, matrix, rebinder, signals
 from tuner.exchange.c99.tracing import constants_of, nominal_of

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from plant.attitude import euler_angles
-from plant.laws import LAWS
-from plant.nominal import ControlOptions, nominal
+from plant.law_registry import LAWS
+from plant.quadrotor.attitude import euler_angles
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.rigid_body import Body
+from plant.quadrotor.sensors import Noise, measure
 from plant.records import flatten
-from plant.rigid_body import Body
-from plant.sensors import Noise, measure
 from plant.vectors import Quaternion, Rotors, Vec3
 from tests.tuner.exchange.c99.compiled import build, uneven
 from tests.tuner.exchange.c99.signals import (

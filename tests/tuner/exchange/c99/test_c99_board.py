@@ -2,7 +2,7 @@
 
 import pytest
 
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from tests.tuner.exchange.c99.compiled import uneven
 from tuner.exchange.c99.export import TARGET
 from tuner.exchange.processor_cost import qemu

@@ -12,12 +12,12 @@ import pytest
 
 from plant.backends.c_code import REALS
 from plant.errors import InputError
-from plant.gains import default_row
-from plant.laws import LAWS
-from plant.nominal import ControlOptions
+from plant.law_registry import LAWS
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.nominal import ControlOptions
 from tests.clients import program
 from tests.tuner.exchange.c99.compiled import FLAGS, uneven
-from tuner.exchange.c99.export import TARGET, held
+from tuner.exchange.c99.export import TARGET, as_held
 from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.target import Request
 from tuner.gains import read_gains, to_document
@@ -158,7 +158,7 @@ def test_held_gains_are_floats():
     found = usual("pid", "hybrid")
     for asked, kept in zip(controller.gains, found.held.gains, strict=True):
         assert kept == float(np.float32(asked))
-    assert held(controller, REALS["double"]).gains == controller.gains
+    assert as_held(controller.gains, REALS["double"]) == controller.gains
     assert found.differences
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from tests.clients import program
 from tests.tuner.exchange.c99.compiled import FLAGS, STRICT, uneven
 from tuner.exchange.c99.sources import c_sources

@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 
 from objectives.margins.period import NO_METERS
-from plant.allocation import speed_commands
-from plant.attitude import euler_angles
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.backends.symbolic import symbolic_function
-from plant.closed_loop import Limits, close_loop, held_by
 from plant.laws.channel import Applied
 from plant.loop import Timing
-from plant.nominal import ControlOptions
+from plant.quadrotor.allocation import speed_commands
+from plant.quadrotor.attitude import euler_angles
+from plant.quadrotor.closed_loop import Limits, close_loop, held_by
+from plant.quadrotor.nominal import ControlOptions
+from plant.quadrotor.rigid_body import Body, dynamics
+from plant.quadrotor.sample import Targets
+from plant.quadrotor.sensors import Measurement, Noise, measure
+from plant.quadrotor.trim import trim_of
 from plant.records import flatten, pack
 from plant.references.track import Reference
-from plant.rigid_body import Body, dynamics
-from plant.sensors import Measurement, Noise, measure
-from plant.targets import Targets
-from plant.trim import trim_of
 from tests.tuner.exchange.c99.compiled import build, uneven
 from tests.tuner.exchange.c99.signals import attitude_inputs
 from tests.tuner.exchange.controllers import controller

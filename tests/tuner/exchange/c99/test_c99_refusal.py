@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from plant.laws import LAWS
-from plant.nominal import nominal
+from plant.law_registry import LAWS
+from plant.quadrotor.nominal import nominal
 from plant.seeds import generator
 from tests.tuner.exchange.c99.compiled import build, uneven
 from tests.tuner.exchange.c99.signals import attitude_inputs, step_inputs

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from tests.clients import program
 from tests.tuner.exchange.c99.compiled import uneven
 from tests.tuner.exchange.c99.signals import step_inputs

@@ -19,7 +19,7 @@ from plant.model.signals import Step
 from plant.records import flatten, pack, size
 from tests.clients import program
 from tuner.api.plants import LAWS, Actuator, Channel, export_plant, plant_system
-from tuner.exchange.c99.plant_export import plant_files
+from tuner.exchange.c99.export import plant_files
 from tuner.exchange.c99.plant_sources import tuned_plant
 
 EXAMPLE = Path(__file__).with_name("dc_motor.py")
@@ -127,10 +127,13 @@ def library(tmp_path_factory):
 def flight(of, gains):
     """A flight in Python with noise on every output: measurements, references, commands, and memories of its controller."""
     spec = PlantScenario(
-        "flight", STEPS * of.timing.control_period, {each.name: Step(1.0, 0.02) for each in of.plan.outer}, {},
+        "flight",
+        STEPS * of.timing.control_period,
+        {each.name: Step(1.0, 0.02) for each in of.plan.outer},
+        {},
         {name: SensorNoise(0.002, 0.001) for name in of.plant.Output._fields},
         dict.fromkeys(of.plant.Parameters._fields, 0.1),
-    )  # fmt: skip
+    )
     drawn = of.sample(spec, 7, "c99", [0])
     inputs, flights = lane_of(drawn, 0), []
     row = pack(of.loop.records.Gains, gains)
@@ -253,10 +256,11 @@ def test_the_texts_have_units_laws_and_gains():
     texts = {name: content.decode() for name, content in files("cascade").items()}
     header, source = texts["cascade_controller.h"], texts["cascade_controller.c"]
     for line in (
-        "cascade_real acceleration; /* [rad/s2] */", "cascade_real voltage; /* [V] */",
+        "cascade_real acceleration; /* [rad/s2] */",
+        "cascade_real voltage; /* [V] */",
         "position      pid, from angle to turning, every 5 periods",
         "cascade_real position; /* [rad/s] */",
-    ):  # fmt: skip
+    ):
         assert line in header
     assert "/* position.kp = 60 s^-2, position.ki = 60 s^-3, position.kd = 14 s^-1, position.t_f = 0.005 s */" in source
     assert "power" not in header

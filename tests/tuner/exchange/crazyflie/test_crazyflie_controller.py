@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError
-from plant.laws import LAWS
-from plant.nominal import ControlOptions
+from plant.law_registry import LAWS
+from plant.quadrotor.nominal import ControlOptions
 from tests.clients import program
 from tests.tuner.exchange.controllers import controller
 from tuner.exchange.crazyflie.export import TARGET
@@ -155,9 +155,16 @@ def test_it_compiles_without_a_warning(tmp_path, compiler, position, attitude):
         assert done.returncode == 0, done.stderr
     if target:
         symbols = subprocess.run(
-            [program("arm-none-eabi-nm"), "-u", str(source / "controller_holdfast.o"), str(source / "holdfast_controller.o")],
-            capture_output=True, text=True, check=True,
-        ).stdout  # fmt: skip
+            [
+                program("arm-none-eabi-nm"),
+                "-u",
+                str(source / "controller_holdfast.o"),
+                str(source / "holdfast_controller.o"),
+            ],
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
         assert not [line for line in symbols.splitlines() if "__aeabi_d" in line or "__aeabi_f2d" in line], symbols
 
 
@@ -503,9 +510,12 @@ def test_the_rollback_is_what_was_flown_before(tmp_path):
     previous.write_text(json.dumps(to_document(flown, {})))
     given = controller("pid", "hybrid", "crazyflie-pybullet", 0.002)
     back = TARGET.export(Request(given, "5" * 64, SETTINGS, previous)).rollback
-    assert back["src/holdfast_controller.c"] == TARGET.export(
-        Request(flown, back["src/holdfast_controller.h"].decode().split("gains ")[1].split()[0], SETTINGS)
-    ).files["src/holdfast_controller.c"]  # fmt: skip
+    assert (
+        back["src/holdfast_controller.c"]
+        == TARGET.export(
+            Request(flown, back["src/holdfast_controller.h"].decode().split("gains ")[1].split()[0], SETTINGS)
+        ).files["src/holdfast_controller.c"]
+    )
     assert b"7.5" in back["src/holdfast_controller.c"]
 
 

@@ -8,16 +8,16 @@ import pytest
 
 from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
-from plant.airframes import load
-from plant.cascade import close_cascade
 from plant.errors import InputError
-from plant.gains import default_row, gain_addresses
-from plant.laws import LAWS, law
+from plant.law_registry import LAWS, law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.loop import Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.rigid_body import rotor_torque
 from plant.records import pack
-from plant.rigid_body import rotor_torque
 from plant.vectors import Rotors, Vec3
 from tests.clients import ask
 from tests.objectives.margins.test_margin_autopilots import LAG, expected_loop
@@ -31,9 +31,15 @@ AXES = ("roll", "pitch", "yaw")
 H = 0.002
 # A gain of each kind away from the firmware's default.
 TUNED = {
-    "roll.p": 310.0, "roll.i": 420.0, "pitch.d": 3.3, "yaw.ff": 12.0, "roll.angle_p": 7.7, "pitch.angle_i": 1.3, "yaw.angle_d": 0.2,
+    "roll.p": 310.0,
+    "roll.i": 420.0,
+    "pitch.d": 3.3,
+    "yaw.ff": 12.0,
+    "roll.angle_p": 7.7,
+    "pitch.angle_i": 1.3,
+    "yaw.angle_d": 0.2,
     "pitch.angle_d": 0.01,
-}  # fmt: skip
+}
 
 
 def own(airframe="crazyflie-pybullet", changed=None, **changes):
@@ -55,10 +61,18 @@ def test_cflib_reads_the_gains_themselves(tmp_path):
     file.write_bytes(TARGET.export(request(own())).files[FILE])
     found = {name: value for name, (_, _, value) in ask("crazyflie", READ, str(file)).items()}
     expected = {
-        "pid_rate.roll_kp": 310.0, "pid_rate.roll_ki": 420.0, "pid_rate.pitch_kd": 3.3, "pid_rate.yaw_kff": 12.0,
-        "pid_rate.yaw_ki": 16.7, "pid_attitude.roll_kp": 7.7, "pid_attitude.pitch_ki": 1.3, "pid_attitude.yaw_kd": 0.2,
-        "pid_attitude.roll_kff": 0.0, "pid_rate.rateFiltEn": 0, "posCtlPid.zKi": 0.0,
-    }  # fmt: skip
+        "pid_rate.roll_kp": 310.0,
+        "pid_rate.roll_ki": 420.0,
+        "pid_rate.pitch_kd": 3.3,
+        "pid_rate.yaw_kff": 12.0,
+        "pid_rate.yaw_ki": 16.7,
+        "pid_attitude.roll_kp": 7.7,
+        "pid_attitude.pitch_ki": 1.3,
+        "pid_attitude.yaw_kd": 0.2,
+        "pid_attitude.roll_kff": 0.0,
+        "pid_rate.rateFiltEn": 0,
+        "posCtlPid.zKi": 0.0,
+    }
     assert {name: found[name] for name in expected} == pytest.approx(expected, rel=1e-7)
     assert set(found) <= set(TABLE)
 
@@ -106,8 +120,14 @@ def test_margins_of_what_the_vehicle_holds_are_those_of_the_file(d_cutoff):
     """An independent loop transfer function of the numbers in the file, with the authority that the mixing has."""
     frame, none = load("hummingbird-rotorpy", allow_unphysical=True), Vec3(0.0, 0.0, 0.0)
     vehicle = frame.vehicle._replace(
-        drag_linear=none, drag_quadratic=none, rate_damping=none, drag_height=0.0, lag_up=LAG, lag_down=LAG, rotor_inertia=0.0
-    )  # fmt: skip
+        drag_linear=none,
+        drag_quadratic=none,
+        rate_damping=none,
+        drag_height=0.0,
+        lag_up=LAG,
+        lag_down=LAG,
+        rotor_inertia=0.0,
+    )
     frame = replace(frame, vehicle=vehicle)
     given = own(changed=frame, roll__d_cutoff=d_cutoff, pitch__d_cutoff=d_cutoff, yaw__d_cutoff=d_cutoff)
     bundle = TARGET.export(request(given))
@@ -117,9 +137,10 @@ def test_margins_of_what_the_vehicle_holds_are_those_of_the_file(d_cutoff):
     gains = {
         **{f"angle_{term}": values[f"pid_attitude.roll_k{term}"] for term in "pid"},
         **{term: values[f"pid_rate.roll_k{term}"] for term in ("p", "i", "d", "ff")},
-        "d_cutoff": values["pid_rate.omxFiltCut"], "gyro_cutoff": 80.0,
+        "d_cutoff": values["pid_rate.omxFiltCut"],
+        "gyro_cutoff": 80.0,
         "authority": turned(vehicle, 1.0, 0, vehicle.thrust_coefficient * vehicle.speed_max**2),
-    }  # fmt: skip
+    }
     w = np.array([found.crossover.value[0, 3]])
     there = expected_loop("crazyflie", gains, w, H)
     assert found.stable[0, 3] and abs(there[0]) == pytest.approx(1.0, abs=1e-6)

@@ -7,12 +7,12 @@ from math import cos, degrees, pi, radians, sin
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.airframes.actuation import actuation
 from plant.errors import InputError
-from plant.nominal import ControlOptions
+from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes.actuation import actuation
+from plant.quadrotor.nominal import ControlOptions
+from plant.quadrotor.rigid_body import rotor_torque
 from plant.records import pack
-from plant.rigid_body import rotor_torque
 from plant.vectors import Rotors
 from tests.clients import ask
 from tests.tuner.exchange.controllers import controller, pid
@@ -64,7 +64,7 @@ def test_cflib_reads_what_the_vehicle_is_to_hold(tmp_path):
         assert type(value) is type(usual) is (int if whole else float), parameter.name
         # float32 on the vehicle
         assert np.float32(value) == np.float32(parameter.held) and np.float32(usual) == np.float32(parameter.usual)
-        assert abs(parameter.held - parameter.asked) <= (0.5 if whole else 6e-8 * abs(parameter.asked))
+        assert abs(parameter.held - parameter.unrounded) <= (0.5 if whole else 6e-8 * abs(parameter.unrounded))
 
 
 def test_cflib_refuses_an_unquoted_version(tmp_path):
@@ -173,8 +173,11 @@ def test_what_the_firmware_has_of_its_own_is_switched_off():
         *(f"pid_attitude.{axis}_kp" for axis in ("roll", "pitch", "yaw")),
         *(f"velCtlPid.v{axis}{name}" for axis in "xyz" for name in ("Kp", "Ki")),
         *(f"posCtlPid.{axis}Kp" for axis in "xyz"),
-        "posCtlPid.rLimit", "posCtlPid.pLimit", "posCtlPid.thrustBase", "posCtlPid.thrustMin",
-    }  # fmt: skip
+        "posCtlPid.rLimit",
+        "posCtlPid.pLimit",
+        "posCtlPid.thrustBase",
+        "posCtlPid.thrustMin",
+    }
 
 
 def test_limits_and_hover():

@@ -5,11 +5,11 @@ import json
 import subprocess
 from pathlib import Path
 
-from plant.airframes import load
-from plant.cascade import close_cascade
-from plant.gains import default_row
-from plant.laws import law
-from plant.nominal import ControlOptions
+from plant.law_registry import law
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import default_row
+from plant.quadrotor.nominal import ControlOptions
 from tests.clients import program
 from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.processor_cost.inputs import step_row, typical_inputs

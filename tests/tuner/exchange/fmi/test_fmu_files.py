@@ -10,8 +10,8 @@ from fractions import Fraction
 import pytest
 
 import tuner.exchange.fmi.export as exporter
-from plant.gains import gain_addresses
-from plant.laws import LAWS
+from plant.law_registry import LAWS
+from plant.quadrotor.gains import gain_addresses
 from tests.clients import ask, program
 from tests.tuner.exchange.fmi.fmus import STEP_INPUTS, STEP_OUTPUTS, request
 from tuner.exchange.fmi.export import TARGET, fmu
@@ -39,9 +39,13 @@ def test_the_same_gains_give_the_same_bytes_and_anything_else_gives_another_guid
         assert {entry.date_time for entry in held.infolist()} == {(1980, 1, 1, 0, 0, 0)}
         assert held.namelist() == sorted(held.namelist())
     others = [
-        request(factor=1.0000001), request(digest="f" * 64), request("double"), request(attitude="adrc"),
-        request(period=0.004), request(delay=True),
-    ]  # fmt: skip
+        request(factor=1.0000001),
+        request(digest="f" * 64),
+        request("double"),
+        request(attitude="adrc"),
+        request(period=0.004),
+        request(delay=True),
+    ]
     guids = [description(one).get("guid") for one in [mock_up, *(fmu(other)[0] for other in others)]]
     assert len(set(guids)) == len(guids)
 
@@ -93,10 +97,15 @@ def test_variables_have_units_and_gains_are_constants_of_the_file():
 @pytest.mark.parametrize(
     ("unit", "parts"),
     [
-        ("1", {}), ("m/s^2", {"m": 1, "s": -2}), ("N", {"kg": 1, "m": 1, "s": -2}), ("s^-3", {"s": -3}), ("m s^-3", {"m": 1, "s": -3}),
-        ("rad^(-1/2) s^(1/2)", {"rad": Fraction(-1, 2), "s": Fraction(1, 2)}), ("N m s/rad", {"kg": 1, "m": 2, "s": -1, "rad": -1}),
+        ("1", {}),
+        ("m/s^2", {"m": 1, "s": -2}),
+        ("N", {"kg": 1, "m": 1, "s": -2}),
+        ("s^-3", {"s": -3}),
+        ("m s^-3", {"m": 1, "s": -3}),
+        ("rad^(-1/2) s^(1/2)", {"rad": Fraction(-1, 2), "s": Fraction(1, 2)}),
+        ("N m s/rad", {"kg": 1, "m": 2, "s": -1, "rad": -1}),
     ],
-)  # fmt: skip
+)
 def test_units_as_exponents(unit, parts):
     assert exponents(unit) == parts
 

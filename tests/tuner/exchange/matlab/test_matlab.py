@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import pytest
 
-from plant.gains import gain_addresses
-from plant.laws import LAWS
-from plant.nominal import ControlOptions
+from plant.law_registry import LAWS
+from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.nominal import ControlOptions
 from tests.clients import program
 from tests.tuner.exchange.controllers import controller
 from tuner.exchange.matlab.export import FILE, TARGET, path

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.records import flatten
 from plant.vectors import Vec3
 from tests.clients import program

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError, UnknownNameError
-from plant.nominal import ControlOptions
+from plant.quadrotor.nominal import ControlOptions
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, by_address, px4_torque
 from tests.tuner.exchange.reading import exported, read, same_flight, write
@@ -57,10 +57,20 @@ def test_k_scales_p_and_i(tmp_path):
 def test_a_vehicles_own_file_flies_as_px4_would(tmp_path):
     """PX4's defaults but for a few, on the Iris, whose curve the vehicle does not undo; D left out."""
     values = {
-        "MC_ROLLRATE_P": 0.15, "MC_ROLLRATE_I": 0.2, "MC_ROLLRATE_K": 1.3, "MC_ROLL_P": 6.5, "MC_PITCHRATE_P": 0.15,
-        "MC_PITCHRATE_I": 0.2, "MC_PITCHRATE_K": 1.0, "MC_PITCH_P": 6.5, "MC_YAWRATE_P": 0.2, "MC_YAWRATE_I": 0.1,
-        "MC_YAWRATE_K": 1.0, "MC_YAW_P": 2.8, "THR_MDL_FAC": 0.0,
-    }  # fmt: skip
+        "MC_ROLLRATE_P": 0.15,
+        "MC_ROLLRATE_I": 0.2,
+        "MC_ROLLRATE_K": 1.3,
+        "MC_ROLL_P": 6.5,
+        "MC_PITCHRATE_P": 0.15,
+        "MC_PITCHRATE_I": 0.2,
+        "MC_PITCHRATE_K": 1.0,
+        "MC_PITCH_P": 6.5,
+        "MC_YAWRATE_P": 0.2,
+        "MC_YAWRATE_I": 0.1,
+        "MC_YAWRATE_K": 1.0,
+        "MC_YAW_P": 2.8,
+        "THR_MDL_FAC": 0.0,
+    }
     content = (
         line("MC_ROLLRATE_K", 1.3)
         + line("MC_ROLL_P", 6.5)

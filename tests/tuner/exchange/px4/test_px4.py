@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.airframes import load
 from plant.errors import InputError
-from plant.nominal import ControlOptions
+from plant.quadrotor.airframes import load
+from plant.quadrotor.nominal import ControlOptions
 from tests.clients import ask
 from tests.tuner.exchange.controllers import controller, pid
 from tests.tuner.exchange.flying_autopilots import (
@@ -111,7 +111,7 @@ def test_held_is_within_float32_of_what_was_asked():
     made = bundle(given)
     assert np.allclose(made.held.gains, given.gains, rtol=1e-6)
     assert made.held.gains != given.gains
-    assert all(parameter.held == float(np.float32(parameter.asked)) for parameter in made.parameters)
+    assert all(parameter.held == float(np.float32(parameter.unrounded)) for parameter in made.parameters)
     assert {parameter.name: parameter.held for parameter in made.parameters} == {
         name: float(np.float32(value)) for name, value in values_of(made.files[FILE]).items()
     }

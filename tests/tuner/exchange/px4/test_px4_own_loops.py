@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.cascade import close_cascade
 from plant.errors import InputError
-from plant.gains import default_row, gain_addresses
-from plant.laws import law
-from plant.nominal import ControlOptions
+from plant.law_registry import law
+from plant.quadrotor.airframes import load
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, by_address, px4_torque
 from tests.tuner.exchange.px4.test_px4 import bundle, values_of
 from tuner.exchange.px4.export import FILE
@@ -37,10 +37,22 @@ def own(airframe="f450", **changes):
 def test_the_file_holds_the_gains_themselves():
     values = values_of(bundle(own()).files[FILE])
     expected = {
-        "MC_ROLLRATE_P": 0.11, "MC_ROLLRATE_D": 0.0021, "MC_PITCHRATE_P": 0.15, "MC_PITCHRATE_I": 0.33, "MC_YAWRATE_FF": 0.02,
-        "MC_YR_INT_LIM": 0.2, "MC_YAW_P": 2.8, "MPC_XY_P": 1.1, "MPC_Z_VEL_P_ACC": 5.5, "IMU_GYRO_CUTOFF": 70.0,
-        "IMU_DGYRO_CUTOFF": 30.0, "IMU_GYRO_NF0_FRQ": 85.0, "MPC_VELD_LP": 5.0, "MC_ROLLRATE_K": 1.0, "MC_YAW_WEIGHT": 1.0,
-    }  # fmt: skip
+        "MC_ROLLRATE_P": 0.11,
+        "MC_ROLLRATE_D": 0.0021,
+        "MC_PITCHRATE_P": 0.15,
+        "MC_PITCHRATE_I": 0.33,
+        "MC_YAWRATE_FF": 0.02,
+        "MC_YR_INT_LIM": 0.2,
+        "MC_YAW_P": 2.8,
+        "MPC_XY_P": 1.1,
+        "MPC_Z_VEL_P_ACC": 5.5,
+        "IMU_GYRO_CUTOFF": 70.0,
+        "IMU_DGYRO_CUTOFF": 30.0,
+        "IMU_GYRO_NF0_FRQ": 85.0,
+        "MPC_VELD_LP": 5.0,
+        "MC_ROLLRATE_K": 1.0,
+        "MC_YAW_WEIGHT": 1.0,
+    }
     assert {name: values[name] for name in expected} == pytest.approx(expected, rel=1e-6)
 
 

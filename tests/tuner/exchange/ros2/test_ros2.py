@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import pytest
 
-from plant.cascade import ATTITUDE_AXES, POSITION_AXES
 from plant.errors import InputError
 from plant.laws import pid as law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.nominal import ControlOptions
+from plant.quadrotor.cascade import ATTITUDE_AXES, POSITION_AXES
+from plant.quadrotor.nominal import ControlOptions
 from plant.records import pack
 from tests.clients import ask
 from tests.tuner.exchange.controllers import controller, pid

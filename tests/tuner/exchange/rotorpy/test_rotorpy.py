@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from plant.airframes import load
-from plant.attitude import euler_angles
 from plant.backends.stepping import Inputs, fly_steps, unchanged
-from plant.cascade import hovering
-from plant.closed_loop import Limits
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.loop import Timing
-from plant.nominal import ControlOptions, nominal
+from plant.quadrotor.airframes import load
+from plant.quadrotor.attitude import euler_angles
+from plant.quadrotor.cascade import hovering
+from plant.quadrotor.closed_loop import Limits
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.rigid_body import Body, dynamics
+from plant.quadrotor.sensors import Noise, measure
+from plant.quadrotor.trim import trim_of
 from plant.records import flatten, pack
 from plant.references.track import Reference
-from plant.rigid_body import Body, dynamics
-from plant.sensors import Noise, measure
-from plant.trim import trim_of
 from plant.vectors import Rotors, Vec3
 from tests.clients import ask
 from tests.plant.harness import TARGETS, loop_of, random_quaternion, references
@@ -82,10 +82,16 @@ def ours(given, vehicle=None, steps=STEPS):
     start = trim_of(given.airframe.vehicle, [0.0, 0.0, 0.0]).body[0]
     places = []
     fly_steps(
-        loop_of(given.cascade.position.name, given.cascade.attitude.name), unchanged, pack(given.cascade.Gains, given.gains),
-        nominal(given.airframe.vehicle, given.options, given.control_period), Inputs(plant, start, none, none, reference), TARGETS,
-        LIMITS, Timing(given.control_period, given.plant_step), lambda k, flight: places.append(flight.body.position),
-    )  # fmt: skip
+        loop_of(given.cascade.position.name, given.cascade.attitude.name),
+        unchanged,
+        pack(given.cascade.Gains, given.gains),
+        nominal(given.airframe.vehicle, given.options, given.control_period),
+        Inputs(plant, start, none, none, reference),
+        TARGETS,
+        LIMITS,
+        Timing(given.control_period, given.plant_step),
+        lambda k, flight: places.append(flight.body.position),
+    )
     return np.array(places)
 
 
@@ -199,7 +205,7 @@ def random_flight(steps):
 @pytest.mark.parametrize("delay", [False, True])
 @pytest.mark.parametrize("law", list(LAWS))
 def test_the_package_computes_our_bits(load_package, law, delay):
-    """Its commands are those of the cascade stepped as `plant.closed_loop` steps it, bit for bit."""
+    """Its commands are those of the cascade stepped as `plant.quadrotor.closed_loop` steps it, bit for bit."""
     given = controller("pid" if law == "ladrc" else "ladrc", law, options=ControlOptions(delay=delay))
     flyer = load_package(given, f"copy_of_{law}_{delay}").controller()
     assert type(flyer).__module__.startswith("copy_of_")

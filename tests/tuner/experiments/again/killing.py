@@ -13,9 +13,13 @@ from tuner.store import manifest
 from tuner.store.manifest import first_damage, read_manifest
 
 CHANGES = {
-    "search.population": 8, "search.generations": 5, "scenario.0.search": 6, "scenario.0.held_out": 32,
-    "scenario.0.duration": 2.0, "margin": [],
-}  # fmt: skip
+    "search.population": 8,
+    "search.generations": 5,
+    "scenario.0.search": 6,
+    "scenario.0.held_out": 32,
+    "scenario.0.duration": 2.0,
+    "margin": [],
+}
 # The default search through all of its stages: a model that asks for margins, survivors that make more flights, finalists that stop
 # once their place is settled, and an end where the front has come to rest.
 STAGES = {
@@ -56,8 +60,10 @@ def killed(folder, reached, changes=CHANGES):
     begin = time.perf_counter()
     process = subprocess.Popen(
         command(*run_arguments(folder, changes)),
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
-    )  # fmt: skip
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
     while not reached(time.perf_counter() - begin):
         if process.poll() is not None:
             return False

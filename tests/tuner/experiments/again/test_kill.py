@@ -20,7 +20,7 @@ from tests.tuner.experiments.again.killing import (
     run_arguments,
     timed,
 )
-from tuner.search.rest import FEWEST
+from tuner.search.convergence import MIN_GENERATIONS
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +58,7 @@ def test_the_run_that_is_killed_goes_through_all_stages(through_all_stages):
     generations = sum(name.startswith("generations/") for name in through_all_stages)
     said = through_all_stages["summary.json"]
     assert said["search"].startswith("Search: gaussian_process") and said["settled"]["candidates"] > 0
-    assert FEWEST <= generations < STAGES["search.generations"]
+    assert MIN_GENERATIONS <= generations < STAGES["search.generations"]
     assert any(name.startswith("flights/survivors") for name in through_all_stages)
 
 

@@ -8,8 +8,8 @@ import sys
 
 import pytest
 
+from objectives.flown_system import FlightBatch
 from objectives.memory import scenario_key
-from objectives.system import FlightBatch
 from plant.backends import processor
 from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_as, missing_features, this_processor
 from plant.errors import StoreError
@@ -103,7 +103,7 @@ def test_here_computes_all_of_it_anew(small_run, copy):
     (copy / "start.json").write_text(json.dumps(start | {"machine": "no-such-cpu"}))
     for file in (copy / "flights").glob("*"):
         file.unlink()
-    study, folder = reopen(copy, None, here=True)
+    study, folder = reopen(copy, None, recompute=True)
     outcome = TuningRun(study, folder, Watcher(), threads=2).carry_out()
     assert outcome.problem.flights_made > 0
     compare(result_of(copy), result_of(small_run[1]))

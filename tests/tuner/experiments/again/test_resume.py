@@ -10,7 +10,7 @@ import pytest
 import tuner.report
 from objectives import memory
 from plant.errors import InputError, StoreError
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from tests.tuner.conftest import NoDrawing, run_small
 from tests.tuner.experiments.again.killing import compare, result_of, unsealed
 from tuner.analysis import finals
@@ -19,7 +19,7 @@ from tuner.experiments.again.resume import reopen
 from tuner.experiments.again.verify import verify
 from tuner.experiments.tuning.problem import batches, problem_of
 from tuner.experiments.tuning.run import TuningRun
-from tuner.search import rest
+from tuner.search import convergence
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.inputs import read_record
@@ -81,10 +81,12 @@ def test_the_number_of_threads_changes_no_bit(small_run, tmp_path, threads):
 def test_a_search_by_a_model_goes_on_with_the_same_bits(tmp_path):
     # It asks for margins between flights, so its points follow from more than what was flown.
     changes = {
-        "search__algorithm": "gaussian_process", "search__generations": 3, "scenario__0__duration": 1.0,
+        "search__algorithm": "gaussian_process",
+        "search__generations": 3,
+        "scenario__0__duration": 1.0,
         "scenario__0__reference__time": 0.1,
         "margin": [{"quantity": "phase_margin", "min": 35}, {"quantity": "ms", "max": 2}],
-    }  # fmt: skip
+    }
     run_small(tmp_path / "run", 2, **changes)
     whole = result_of(tmp_path / "run")
     flights_file(tmp_path / "run", "search-0001").unlink()
@@ -96,7 +98,7 @@ def test_a_search_by_a_model_goes_on_with_the_same_bits(tmp_path):
 
 def test_a_search_that_converged_and_finalists_that_stopped_keep_their_bits(tmp_path, monkeypatch):
     # Two generations are enough here, and of the finalists only the recommended goes on.
-    monkeypatch.setattr(rest, "has_converged", lambda volumes: len(volumes) == 2)
+    monkeypatch.setattr(convergence, "has_converged", lambda volumes: len(volumes) == 2)
     monkeypatch.setattr(finals, "decided", lambda found, choose: np.arange(len(found.complete)) > 0)
     monkeypatch.setattr(finals, "decisive", lambda found, choose: np.empty(0, dtype=int))
     path, heard = tmp_path / "run", Heard()
@@ -138,9 +140,18 @@ def test_a_damaged_file_of_flights_is_named_set_aside_and_flown_again(small_run,
 
 @pytest.mark.parametrize(
     "name",
-    ["generations/0001.parquet", "front.csv", "summary.json", "gains.json", "resolved.json", "start.json", "history.csv",
-     "environment.json", "responses.parquet"],
-)  # fmt: skip
+    [
+        "generations/0001.parquet",
+        "front.csv",
+        "summary.json",
+        "gains.json",
+        "resolved.json",
+        "start.json",
+        "history.csv",
+        "environment.json",
+        "responses.parquet",
+    ],
+)
 def test_any_other_file_that_is_spoilt_is_written_again(small_run, copy, name):
     (copy / name).write_bytes(b"\x00spoilt")
     outcome, _ = resumed(copy)
@@ -224,9 +235,9 @@ def test_the_inputs_run_alone_to_the_same_result(small_run, copy, tmp_path):
 def test_an_airframe_file_is_carried_along(tmp_path):
     source = tmp_path / "study"
     (source / "frames").mkdir(parents=True)
-    import plant.airframes
+    import plant.quadrotor.airframes
 
-    bundled = next(iter(plant.airframes.__path__))
+    bundled = next(iter(plant.quadrotor.airframes.__path__))
     shutil.copy(f"{bundled}/hummingbird.toml", source / "frames" / "mine.toml")
     from tests.tuner.conftest import QUICKSTART, SMALL
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from plant.airframes import load
+from plant.quadrotor.airframes import load
 from tuner.experiments.compare.entrants import read_entrants
 from tuner.experiments.compare.plan import base_study, plan_comparison
 from tuner.experiments.compare.run import ComparisonRun, comparison_document

@@ -9,8 +9,8 @@ import pytest
 
 from objectives.decisions import DecisionSpace
 from objectives.problem import Constraint, FlightBatch, Problem
-from plant.airframes import load
-from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
+from plant.quadrotor.airframes import load
+from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.experiments.compare.conftest import SEEDS, compared
 from tests.tuner.in_process import tuner
@@ -187,9 +187,12 @@ def test_a_long_front_is_thinned_evenly_and_keeps_its_recommended_point(comparis
     count = 5 * MOST_POINTS
     points = tuple(f"p{i}" for i in range(count))
     long = replace(
-        small, points=points, rows=np.tile(small.rows[:1], (count, 1)) * np.arange(count)[:, None], point="p17",
+        small,
+        points=points,
+        rows=np.tile(small.rows[:1], (count, 1)) * np.arange(count)[:, None],
+        point="p17",
         picked=np.arange(2.0 * count).reshape(count, 2),
-    )  # fmt: skip
+    )
     kept = thinned(long, np.arange(count)[::-1])
     assert isinstance(kept, Entrant) and {"p0", "p17", f"p{count - 1}"} <= set(kept.points)
     assert MOST_POINTS <= len(kept.points) <= MOST_POINTS + 1

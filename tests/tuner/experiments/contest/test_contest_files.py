@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-import plant.airframes
-from plant.airframes import load
+import plant.quadrotor.airframes
 from plant.errors import InputError
+from plant.quadrotor.airframes import load
 from tests.tuner.experiments.contest.contest_text import CONTEST, NAMES, changed, write
 from tests.tuner.study.loading import load_contest
 from tuner.study.build import study_from_table
@@ -37,8 +37,8 @@ def test_a_contender_is_the_base_study_with_its_own_tables_on_top(tmp_path):
     pid, hybrid, ladrc = contest.contenders
     assert [entry.name for entry in contest.contenders] == NAMES
     assert [entry.slug for entry in contest.contenders] == ["pid", "the-hybrid-v1-0", "ladrc"]
-    assert [entry.study.system.cascade.attitude.name for entry in contest.contenders] == ["pid", "hybrid", "ladrc"]
-    assert [entry.study.system.cascade.position.name for entry in contest.contenders] == ["pid", "ladrc", "ladrc"]
+    assert [entry.study.system.laws["attitude"].name for entry in contest.contenders] == ["pid", "hybrid", "ladrc"]
+    assert [entry.study.system.laws["position"].name for entry in contest.contenders] == ["pid", "ladrc", "ladrc"]
     assert [airframe_of(entry).name for entry in contest.contenders] == ["hummingbird", "hummingbird", "f450"]
     assert [entry.tuned for entry in contest.contenders] == [True, False, False]
     assert pid.study.title == "Test: PID"
@@ -102,7 +102,7 @@ def test_base_is_merged_deep_lists_are_replaced_and_contenders_may_come_from_it(
 
 
 def test_an_airframe_replaces_the_one_below(tmp_path):
-    frame = (Path(plant.airframes.__file__).parent / "iris.toml").read_text()
+    frame = (Path(plant.quadrotor.airframes.__file__).parent / "iris.toml").read_text()
     write(tmp_path, frame, "mine.toml")
     text = changed('airframe = { name = "f450" }', 'airframe = { file = "mine.toml" }')
     assert airframe_of(load_contest(write(tmp_path, text)).contenders[2]).title == load("iris").title

@@ -9,11 +9,11 @@ import pytest
 
 from objectives.problem import FlightBatch, Problem
 from objectives.risk import Risk
-from plant.airframes import load
 from plant.backends.lanes import LANES
 from plant.errors import StoreError
 from plant.loop import Timing
-from plant.scenarios import CONFIRMATION, HELD_OUT, for_vehicle, sample_scenarios
+from plant.quadrotor.airframes import load
+from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT, for_vehicle, sample_scenarios
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.experiments.contest.conftest import run_small
 from tests.tuner.experiments.contest.contest_text import CONTEST, NAMES, changed, write
@@ -28,10 +28,22 @@ from tuner.search.watcher import Watcher
 from tuner.study import load_study
 
 FILES = (
-    "study.toml", "resolved.json", "environment.json", "contest.json", "scores.parquet", "differences.csv", "published.csv",
-    "fronts.csv", "responses.parquet", "traces.parquet", "wind.parquet", "report.html", "contenders/pid.toml",
-    "contenders/pid/front.csv", "contenders/pid/report.html",
-)  # fmt: skip
+    "study.toml",
+    "resolved.json",
+    "environment.json",
+    "contest.json",
+    "scores.parquet",
+    "differences.csv",
+    "published.csv",
+    "fronts.csv",
+    "responses.parquet",
+    "traces.parquet",
+    "wind.parquet",
+    "report.html",
+    "contenders/pid.toml",
+    "contenders/pid/front.csv",
+    "contenders/pid/report.html",
+)
 GIVEN_ONLY = changed("{ low = 20.0, high = 200.0 }", "60.0")
 # Nothing of the clock, the machine or the path.
 TIMES = {"wall_seconds"}
@@ -157,8 +169,10 @@ def test_estimates_and_cells_follow_from_the_scores(small_contest):
         assert entry["failures"] == pytest.approx(values[entry["name"], "mean(failure)"].mean(), rel=1e-12)
     assert found["contenders"][2]["failures"] > 0.0
     assert [(cell["contender"], cell["value"], cell["fitted"]) for cell in found["published"]] == [
-        ("PID", 0.2, False), ("LADRC", 0.2, False), ("PID", 0.1, True),
-    ]  # fmt: skip
+        ("PID", 0.2, False),
+        ("LADRC", 0.2, False),
+        ("PID", 0.1, True),
+    ]
     for cell in found["published"]:
         mine = values[cell["contender"], "mean(peak.roll)@gusts"]
         assert len(mine) == 8

@@ -12,7 +12,7 @@ from scipy import stats
 from objectives.metrics import parse
 from objectives.problem import Objective
 from objectives.risk import Risk, paired_difference
-from plant.laws import LAWS
+from plant.law_registry import LAWS
 from plant.laws.law import Law
 from plant.seeds import generator
 from tuner.experiments.contest.comparison import compare_all

@@ -58,8 +58,12 @@ def cell(contender, percentile, fitted):
 
 def test_numbers_that_the_study_was_set_to_meet_are_counted_apart():
     cells = [
-        cell("A", 2.5, False), cell("A", 2.4, False), cell("B", 97.6, False), cell("B", 50.0, True), cell("B", 97.5, True),
-    ]  # fmt: skip
+        cell("A", 2.5, False),
+        cell("A", 2.4, False),
+        cell("B", 97.6, False),
+        cell("B", 50.0, True),
+        cell("B", 97.5, True),
+    ]
     free, fitted = published_words(result(published=cells))
     assert free.startswith("Of 3 comparisons with printed numbers, 1 lie between")
     assert free.endswith("A 1 of 2 and B 0 of 1.")

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from objectives.problem import FlightBatch, Problem
-from plant.scenarios import CONFIRMATION
+from plant.quadrotor.scenarios import CONFIRMATION
 from tests.tuner.experiments.own_motor import STUDY, write_motor
 from tests.tuner.in_process import called, tuner
-from tuner.api.studies import load_study
+from tests.tuner.study.loading import load_contest
 from tuner.documents.opening import open_results
 
 SMALL = '[search]\nalgorithm = "nsga2"\npopulation = 8\ngenerations = 2\nracing = false\n'
@@ -61,7 +61,7 @@ def test_the_document_tells_the_plant_and_the_law_of_each_channel(contest):
 
 def test_the_mission_stands_at_the_top_and_holds_for_all(contest, tmp_path):
     path = write_motor(tmp_path, BASE + "[mission]\nfollowed = 0.5\n" + ADRC)
-    for entry in load_study(path).contenders:
+    for entry in load_contest(path).contenders:
         assert {each.objective.label: each.most for each in entry.study.automatic_limits} == {
             "quantile50(rms.angle)@step": pytest.approx(0.5)
         }
@@ -71,7 +71,7 @@ def test_the_mission_stands_at_the_top_and_holds_for_all(contest, tmp_path):
 
 def test_every_contender_flies_the_same_confirmation_flights(contest):
     """The scores of the table are those of each study's own problem on a stream that no search saw."""
-    asked, rows = load_study(contest[0]), document(contest[1])
+    asked, rows = load_contest(contest[0]), document(contest[1])
     for contender, row in zip(asked.contenders, rows["contenders"], strict=True):
         study = contender.study
         gains = np.array([[row["gains"][gain.address]["value"] for gain in study.system.gains]])
@@ -100,10 +100,10 @@ def test_other_channels_meet_the_same_motors_loads_and_noise(tmp_path):
     inner += ' { name = "speed", law = "pid", output = "angle", to = "voltage" }]\n[contender.gains]\n'
     gains = "".join(f'"{name}.{gain}" = 0.01\n' for name in ("angle", "speed") for gain in ("kp", "ki", "kd", "t_f"))
     file = write_motor(tmp_path, f'{BASE}\n[[contender]]\nname = "one"\n\n[[contender]]\nname = "two"\n{inner}{gains}')
-    one, two = (contender.study for contender in load_study(file).contenders)
+    one, two = (contender.study for contender in load_contest(file).contenders)
     spec = one.scenarios[0].spec
     drawn = [study.system.sample(spec, 7, CONFIRMATION, range(3)) for study in (one, two)]
-    assert len(two.system.plan.channels) == 2
+    assert len(two.system.laws) == 2
     for part in ("dynamics", "starts", "disturbances", "noises"):
         assert np.array_equal(*[getattr(inputs, part) for inputs in drawn]), part
 
@@ -111,15 +111,23 @@ def test_other_channels_meet_the_same_motors_loads_and_noise(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("channel.angle = {", "channel.angel = {", "contender[1].channel.angel: unknown channel 'angel'; did you mean 'angle'?"),
+        (
+            "channel.angle = {",
+            "channel.angel = {",
+            "contender[1].channel.angel: unknown channel 'angel'; did you mean 'angle'?",
+        ),
         ('law = "ladrc",', 'law = "ladrcc",', "contender[1].channel[0].law: unknown law 'ladrcc'"),
-        ("b0 = 2122.0 }", "b0 = 2122.0, limit = 3.0 }", "'ADRC' is judged by angle (output angle, limit 3), 'PID' by angle"),
+        (
+            "b0 = 2122.0 }",
+            "b0 = 2122.0, limit = 3.0 }",
+            "'ADRC' is judged by angle (output angle, limit 3), 'PID' by angle",
+        ),
         ('name = "ADRC"', 'name = "ADRC"\nscenario = []', "'scenario' is the same for all contenders"),
         ('name = "ADRC"', 'name = "ADRC"\ncontroller.attitude = "pid"', "contender[1].controller"),
         ('in = "itae.angle"', 'in = "itae.roll"', "unknown metric address 'itae.roll'"),
         ("[[claim]]", '[[unknown]]\nname = "x"\n\n[[claim]]', "an inference is of quadrotors"),
     ],
-)  # fmt: skip
+)
 def test_what_does_not_fit_is_one_line_with_its_key(tmp_path, monkeypatch, capsys, old, new, said):
     text = BASE + ADRC + CLAIM
     assert old in text

@@ -5,7 +5,7 @@ from unittest.mock import patch
 
 import pytest
 
-from plant.scenarios import HELD_OUT
+from plant.quadrotor.scenarios import HELD_OUT
 from tests.tuner.experiments.inference.asked import synthetic_paper, write
 from tests.tuner.study.loading import load_inference
 from tuner.experiments.inference.run import InferenceRun

@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import plant.airframes
-from plant.scenarios import SEARCH
+import plant.quadrotor.airframes
+from plant.quadrotor.scenarios import SEARCH
 from tests.tuner.experiments.inference.asked import CELLS, STUDY, cell, published_medians, write
 from tests.tuner.experiments.inference.conftest import SMALL, run
 from tests.tuner.study.loading import load_contest, load_inference
@@ -17,6 +17,7 @@ from tuner.experiments.inference.flying import SettingFlyer
 from tuner.experiments.inference.tables import with_values
 from tuner.experiments.inference.words import unknown_words
 from tuner.store.folder import Folder
+from tuner.study.study import Study
 from tuner.text.toml_text import toml_text
 
 ROOT = Path(__file__).parents[4]
@@ -41,10 +42,13 @@ def test_an_absurd_cell_is_not_reproducible_and_the_others_stay(tmp_path, paper)
 
 def test_an_unknown_that_no_cell_tells_is_called_so(tmp_path, paper):
     """k1 is 0 in both contenders, so delta, the width of its saturation, moves next to nothing once k1 is tiny."""
-    text = STUDY.replace('"attitude.k1" = 0.0', '"attitude.k1" = 1e-4').replace("[search]", (
-        '[[unknown]]\nname = "delta"\nunit = "rad/s"\nlow = 0.05\nhigh = 1.0\nscale = "log"\n'
-        'set = ["contender.soft.gains.attitude.delta", "contender.stiff v1.0.gains.attitude.delta"]\n\n[search]'
-    ))  # fmt: skip
+    text = STUDY.replace('"attitude.k1" = 0.0', '"attitude.k1" = 1e-4').replace(
+        "[search]",
+        (
+            '[[unknown]]\nname = "delta"\nunit = "rad/s"\nlow = 0.05\nhigh = 1.0\nscale = "log"\n'
+            'set = ["contender.soft.gains.attitude.delta", "contender.stiff v1.0.gains.attitude.delta"]\n\n[search]'
+        ),
+    )
     findings, folder = run(
         tmp_path / "untold", text + published_medians(paper), changes={"search.generations": 3, "inference.flights": 16}
     )
@@ -63,14 +67,15 @@ def test_an_unknown_that_no_cell_tells_is_called_so(tmp_path, paper):
 
 def test_an_inferred_study_still_finds_its_files(tmp_path, paper):
     (tmp_path / "own").mkdir()
-    bundled = Path(str(plant.airframes.__file__)).with_name("hummingbird.toml")
+    bundled = Path(str(plant.quadrotor.airframes.__file__)).with_name("hummingbird.toml")
     (tmp_path / "own" / "mine.toml").write_text(bundled.read_text(encoding="utf-8"), encoding="utf-8")
     text = STUDY.replace('name = "hummingbird"', 'file = "own/mine.toml"') + CELLS
     asked = load_inference(write(tmp_path, text))
 
     folder = Folder.create(tmp_path / "deep" / "out")
     folder.write_text("inferred.toml", toml_text(with_values(asked, np.array([1.0, 2.0]), folder)))
-    assert load_contest(folder.path / "inferred.toml").base.system.vehicle == asked.contest.base.system.vehicle
+    found, given = load_contest(folder.path / "inferred.toml").base, asked.contest.base
+    assert isinstance(found, Study) and isinstance(given, Study) and found.system.vehicle == given.system.vehicle
 
 
 @pytest.mark.slow

@@ -7,11 +7,11 @@ import pytest
 
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
-from plant.airframes import load
 from plant.loop import Timing
-from plant.scenarios import Bands, ScenarioSpec, Spread, sample_scenarios
-from plant.sensors import SensorSpec
-from tuner.experiments.inference.draws import KEPT, Draws, FlightRange
+from plant.quadrotor.airframes import load
+from plant.quadrotor.scenarios import Bands, ScenarioSpec, Spread, sample_scenarios
+from plant.quadrotor.sensors import SensorSpec
+from tuner.experiments.inference.draws import MAX_CACHED, FlightRange, FlightSampler
 
 TIMING = Timing(0.004, 0.001)
 VEHICLE = load("hummingbird").vehicle
@@ -47,14 +47,14 @@ def anew(asked, root=3):
 
 @pytest.mark.parametrize("name", SPECS)
 def test_same_bits_as_drawn_anew_at_first_and_from_what_is_kept(name):
-    draws = Draws(3)
+    draws = FlightSampler(3)
     asked = flights(SPECS[name], 5, 23)
     for _ in range(2):
         assert same(draws.inputs(asked), anew(asked))
 
 
 def test_settings_one_after_the_other_do_not_disturb_each_other():
-    draws = Draws(3)
+    draws = FlightSampler(3)
     for time in (0.3, 0.05, 2.0, 0.3):
         for sigma in (1.0, 4.0):
             injection = replace(INJECTION, angular_time=(time, time, 0.1), angular_sigma=(sigma, 0.0, sigma))
@@ -70,27 +70,27 @@ def test_settings_one_after_the_other_do_not_disturb_each_other():
 
 
 def test_streams_roots_names_and_chunks_are_told_apart():
-    draws = Draws(3)
+    draws = FlightSampler(3)
     spec = replace(SPEC, spread=Spread(mass=0.1))
     other = replace(spec, name="b")
     for asked in (flights(spec), flights(spec, 20, 40), flights(spec, stream="held-out"), flights(other)):
         assert same(draws.inputs(asked), anew(asked))
-    assert not same(Draws(4).inputs(flights(SPEC)), anew(flights(SPEC)))
+    assert not same(FlightSampler(4).inputs(flights(SPEC)), anew(flights(SPEC)))
 
 
 def test_what_is_kept_does_not_grow_and_what_is_forgotten_is_drawn_again():
-    draws = Draws(3)
-    chunks = [flights(SPEC, 16 * i, 16 * i + 16) for i in range(KEPT)]
+    draws = FlightSampler(3)
+    chunks = [flights(SPEC, 16 * i, 16 * i + 16) for i in range(MAX_CACHED)]
     first = draws.inputs(chunks[0])
     for chunk in chunks:
         draws.inputs(chunk)
-    assert len(draws._kept) == KEPT
+    assert len(draws._cache) == MAX_CACHED
     assert same(draws.inputs(chunks[0]), first)
 
 
 def test_another_correlation_time_filters_the_same_normals():
     """Processes of times 0.3 and 0.25 s driven by one white noise have the correlation 2 sqrt(ab) / (a + b), nearly 1."""
-    draws = Draws(3)
+    draws = FlightSampler(3)
     columns = []
     for time in (0.3, 0.25):
         injection = Injection(angular_sigma=(1.0, 0.0, 0.0), angular_time=(time, 1.0, 1.0))

@@ -25,8 +25,9 @@ def test_what_a_file_becomes(tmp_path):
     asked = load(tmp_path)
     assert kind_of_layers(read_layers(asked.path)).name == "inference"
     assert [(u.variable.name, u.unit, u.default) for u in asked.unknowns] == [
-        ("intensity", "rad/s2", 1.0), ("k2 of soft", "1/s", 1.5),
-    ]  # fmt: skip
+        ("intensity", "rad/s2", 1.0),
+        ("k2 of soft", "1/s", 1.5),
+    ]
     assert [kind.name for kind in asked.kinds] == ["peak", "settling"]
     assert asked.kind_of.tolist() == [0, 0, 1, 1]
     assert [(r.first, r.second) for r in asked.ratios] == [(0, 1), (2, 3)]
@@ -80,9 +81,11 @@ def test_the_file_may_lie_over_another(tmp_path):
 
 
 def test_every_inference_among_the_studies_loads():
-    found = [path for path in sorted(STUDIES.glob("*.toml")) if kind_of_layers(read_layers(path)).name == "inference"]
-    assert [path.name for path in found] == ["paper_inference.toml"]
-    asked = load_inference(found[0])
+    settings = [
+        path for path in sorted(STUDIES.glob("*.toml")) if kind_of_layers(read_layers(path)).name == "inference"
+    ]
+    assert [path.name for path in settings] == ["paper_inference.toml"]
+    asked = load_inference(settings[0])
     assert len(asked.cells) == 18
     assert [kind.name for kind in asked.kinds] == ["peak", "settling"]
 

@@ -64,9 +64,9 @@ def test_the_tolerance_of_a_lognormal_is_its_sigma():
 def test_percentiles_of_draws_of_the_same_kind_are_uniform():
     draw = np.random.default_rng(5)
     scores, published = draw.gamma(3.0, size=(4000, 1, 400)), draw.gamma(3.0, size=(4000, 1))
-    found = np.array([percentile_of(p, s)[0] for s, p in zip(scores, published, strict=True)])
-    assert stats.kstest(found / 100.0, "uniform").pvalue > 1e-3
-    assert abs(is_inside(found).mean() - 0.95) < 4.0 * np.sqrt(0.95 * 0.05 / 4000) + 1.0 / 400
+    settings = np.array([percentile_of(p, s)[0] for s, p in zip(scores, published, strict=True)])
+    assert stats.kstest(settings / 100.0, "uniform").pvalue > 1e-3
+    assert abs(is_inside(settings).mean() - 0.95) < 4.0 * np.sqrt(0.95 * 0.05 / 4000) + 1.0 / 400
 
 
 def test_ties_count_half_and_the_outermost_are_outside():

@@ -25,15 +25,15 @@ class Listener(Watcher):
 
 
 def results(folder):
-    found = {
+    settings = {
         file.relative_to(folder).as_posix(): file.read_bytes()
         for file in sorted(folder.rglob("*"))
         if file.is_file()
         and file.suffix in (".parquet", ".toml", ".json")
         and file.name not in ("environment.json", "manifest.json")
     }
-    document = json.loads(found.pop("inference.json"))
-    return found, {key: value for key, value in document.items() if key not in TIMES}
+    document = json.loads(settings.pop("inference.json"))
+    return settings, {key: value for key, value in document.items() if key not in TIMES}
 
 
 @pytest.fixture
@@ -53,9 +53,11 @@ def test_a_damaged_generation_is_flown_again_and_nothing_else(paper, tmp_path, w
     made = []
     from tuner.experiments.inference.flying import SettingFlyer
 
-    original = SettingFlyer._flown
+    original = SettingFlyer._fly_missing
     monkeypatch.setattr(
-        SettingFlyer, "_flown", lambda self, values, *rest: made.append(len(values)) or original(self, values, *rest)
+        SettingFlyer,
+        "_fly_missing",
+        lambda self, values, *rest: made.append(len(values)) or original(self, values, *rest),
     )
     inference, folder = reopen(tmp_path / "out", None)
     listener = Listener()

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from plant.scenarios import HELD_OUT, SEARCH
+from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.experiments.inference.asked import (
     CONTENDERS,
@@ -24,7 +24,7 @@ from tests.tuner.experiments.inference.asked import (
 )
 from tests.tuner.experiments.inference.conftest import run
 from tests.tuner.study.loading import load_contest, load_inference
-from tuner.experiments.inference.findings import thinned
+from tuner.experiments.inference.findings import select_subset
 from tuner.experiments.inference.flying import CHUNK, SettingFlyer
 from tuner.experiments.inference.misfit import log_ratio, ratio_scores
 from tuner.experiments.inference.run import SWEEP
@@ -33,9 +33,16 @@ from tuner.study.layers import read_layers
 
 VALUES = np.array(list(TRUTH.values()))
 FILES = (
-    "study.toml", "environment.json", "history.csv", "candidates.parquet", "inference.json", "inferred.toml",
-    "figures/inference.png", "figures/inference.pdf", "generations/0000.parquet",
-)  # fmt: skip
+    "study.toml",
+    "environment.json",
+    "history.csv",
+    "candidates.parquet",
+    "inference.json",
+    "inferred.toml",
+    "figures/inference.png",
+    "figures/inference.pdf",
+    "generations/0000.parquet",
+)
 
 
 @pytest.fixture(scope="session")
@@ -75,19 +82,19 @@ def seed_noise(answered, paper):
     rows = VALUES * np.exp(step * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]))
     scores, _ = SettingFlyer(inference, 2).fly(rows, HELD_OUT, PUBLISHED_FLIGHTS)
     logs = np.log(np.median(scores, axis=-1))
-    slope = np.stack([logs[0] - logs[1], logs[2] - logs[3]], axis=1) / (2.0 * step)
+    jacobian = np.stack([logs[0] - logs[1], logs[2] - logs[3]], axis=1) / (2.0 * step)
     flown = np.stack(list(paper.values()))
     cells = median_covariance(flown, inference.flights) + median_covariance(flown, PUBLISHED_FLIGHTS)
-    answer = np.linalg.pinv(slope)
+    answer = np.linalg.pinv(jacobian)
     return 4.0 * np.sqrt(np.diag(answer @ cells @ answer.T))
 
 
 def test_the_values_of_a_synthetic_paper_are_found_again(answered, paper):
     findings, _, document = answered
-    found = np.array([row["inferred"] for row in document["unknowns"]])
+    settings = np.array([row["inferred"] for row in document["unknowns"]])
     default = np.array([row["default"] for row in document["unknowns"]])
     allowed = seed_noise(answered, paper)
-    assert np.all(np.abs(np.log(found / VALUES)) < allowed)
+    assert np.all(np.abs(np.log(settings / VALUES)) < allowed)
     assert np.all(np.abs(np.log(default / VALUES)) > allowed), "the study must not start at the answer"
     assert np.all(allowed < 0.8)
     misfit = document["misfit"]
@@ -142,11 +149,11 @@ def test_cells_are_told_from_the_held_out_flights(answered):
 
 def test_settings_are_told_from_the_flights_of_the_search(answered):
     findings, _, _ = answered
-    inference, found = findings.inference, findings.found
+    inference, settings = findings.inference, findings.settings
     rows = [0, 5, findings.chosen]
-    scores, _ = SettingFlyer(inference, 1).fly(found.values[rows], SEARCH, inference.flights)
-    assert np.array_equal(found.median[rows], np.median(scores, axis=-1))
-    assert np.array_equal(found.percentile[rows], 100.0 * np.mean(scores < inference.published[:, None], axis=-1))
+    scores, _ = SettingFlyer(inference, 1).fly(settings.values[rows], SEARCH, inference.flights)
+    assert np.array_equal(settings.median[rows], np.median(scores, axis=-1))
+    assert np.array_equal(settings.percentile[rows], 100.0 * np.mean(scores < inference.published[:, None], axis=-1))
 
 
 def test_tables_agree_with_the_document(answered):
@@ -194,13 +201,13 @@ def test_the_front_is_non_dominated_and_holds_the_inferred(answered):
         assert one["misfit:peak"] < other["misfit:peak"]
         assert one["misfit:settling"] > other["misfit:settling"]
     for row in document["front"]:
-        found = table[table.candidate == int(row["candidate"][1:])].iloc[0]
-        assert row["search"]["peak"] == found["misfit:peak"]
+        settings = table[table.candidate == int(row["candidate"][1:])].iloc[0]
+        assert row["search"]["peak"] == settings["misfit:peak"]
 
 
 def test_a_long_front_is_thinned_from_end_to_end():
     values = np.stack([np.arange(100.0), 100.0 - np.arange(100.0)], axis=1)[np.random.default_rng(1).permutation(100)]
-    rows = thinned(values, np.arange(100))
+    rows = select_subset(values, np.arange(100))
     assert len(rows) == 12
     assert values[rows, 0].tolist() == sorted(values[rows, 0])
     assert (values[rows[0], 0], values[rows[-1], 0]) == (0.0, 99.0)
@@ -212,7 +219,7 @@ def test_the_inferred_study_is_a_contest_that_flies_the_inferred_values(answered
     assert kind_of_layers(read_layers(path)).name == "contest"
     table = tomllib.loads(path.read_text())
     assert not {"unknown", "inference", "base"} & set(table)
-    expected = findings.inference.studies(findings.found.values[findings.chosen])
+    expected = findings.inference.studies(findings.settings.values[findings.chosen])
     contest = load_contest(path)
     assert {c.name: c.study.digest() for c in contest.contenders} == {n: s.digest() for n, s in expected.items()}
     assert [(cell.contenders, cell.value) for cell in contest.published] == [

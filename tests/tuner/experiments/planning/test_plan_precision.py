@@ -6,7 +6,7 @@ import pytest
 from objectives.metrics import parse
 from objectives.problem import Objective
 from objectives.risk import Risk, minimum_samples
-from plant.scenarios import ScenarioSpec
+from plant.quadrotor.scenarios import ScenarioSpec
 from plant.seeds import generator
 from tuner.documents.parts import PlantStep
 from tuner.experiments.planning.pilot import Pilot, ScenarioPilot, pilot_size

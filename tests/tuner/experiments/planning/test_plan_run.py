@@ -10,7 +10,7 @@ import pytest
 
 from objectives.problem import FlightBatch
 from objectives.risk import bootstrap_interval
-from plant.scenarios import HELD_OUT
+from plant.quadrotor.scenarios import HELD_OUT
 from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.in_process import tuner
@@ -55,8 +55,12 @@ def ran(small_run, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "small"
     done = subprocess.run(
         [sys.executable, "-c", RUN, str(folder)],
-        cwd=ROOT, capture_output=True, text=True, check=True, timeout=300,
-    )  # fmt: skip
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=300,
+    )
     return (*json.loads(done.stdout.splitlines()[-1]), folder)
 
 

@@ -78,7 +78,7 @@ def concluded(study, out, metrics=made, answered=lambda lines: lines):
     """Ask and tell until the run is concluded; answered: what becomes of the lines of a round, such as another order."""
     while True:
         asked = ask(study, out)
-        if asked.concluded:
+        if asked.is_concluded:
             return out
         tell(out, answered([line(trial.content(), metrics) for trial in asked.trials]), "lines")
 

@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from math import sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,13 +12,13 @@ import pytest
 from plant.errors import InputError, StoreError
 from tests.tuner.experiments.trials.bench import SAME, bowls, concluded, content, line, made, noisy
 from tests.tuner.store.faults import AFTER, FULL, Faults
-from tuner.api.results import open_results
-from tuner.api.story import story
+from tuner.api.results import TuningResults, open_results
+from tuner.api.run_report import report_run
 from tuner.experiments.again.resume import resume
 from tuner.experiments.registry import run
 from tuner.experiments.trials.asking import ask, tell
 from tuner.experiments.trials.run import TrialRun
-from tuner.store.trials import TOLD, TrialRecord
+from tuner.store.trials import RESULTS_FILE, TrialRecord
 
 
 @pytest.fixture
@@ -56,7 +57,7 @@ def test_what_is_told_is_asked_for_no_more(tmp_path):
     study, out = bowls(tmp_path), tmp_path / "out"
     trials = ask(study, out).trials
     told = tell(out, [line(trial.content(), made) for trial in trials[:5]], "lines")
-    assert (told.taken, told.repeated, told.refused, told.lacking) == (5, 0, [], 11)
+    assert (told.n_accepted, told.n_duplicates, told.rejected, told.n_pending) == (5, 0, [], 11)
     assert ask(study, out).trials == trials[5:]
     tell(out, [line(trial.content(), made) for trial in trials[5:]], "lines")
     following = ask(study, out).trials
@@ -72,19 +73,20 @@ def test_the_front_in_closed_form_is_met(tmp_path, undrawn_page):
     search = {"search": {"algorithm": "gaussian_process", "population": 8, "generations": 8}}
     study, out = bowls(tmp_path, search), tmp_path / "out"
     concluded(study, out)
-    results = open_results(out)
+    results = open_results(out, kind=TuningResults)
     begin = (1.0 - sqrt(0.55)) ** 2
     beyond = [0.55 * f - (f - 4.0 / 3.0 * f**1.5 + f**2 / 2.0) for f in (begin, 1.0)]
     area = beyond[1] - beyond[0] + 0.55 * 1.75
     assert results.document.hypervolume == pytest.approx(area / (2.75 * 0.55), rel=0.01)
     assert results.document.hypervolume <= area / (2.75 * 0.55)
     picked = results.recommended
+    assert picked is not None
     assert sqrt(picked["x"] ** 2 + picked["y"] ** 2) + sqrt((picked["x"] - 1) ** 2 + picked["y"] ** 2) < 1.02
 
 
 def test_a_concluded_folder_is_that_of_a_tuning_run(whole):
     study, out = whole
-    results = open_results(out)
+    results = open_results(out, kind=TuningResults)
     assert results.recommended == {row.name: row.tuned for row in results.document.variables}
     assert results.default == pytest.approx({"x": 1.5, "y": 0.5})
     assert results.gains("default") == results.default
@@ -93,25 +95,26 @@ def test_a_concluded_folder_is_that_of_a_tuning_run(whole):
     assert {name: entry["value"] for name, entry in written["gains"].items()} == results.recommended
     # Intervals come from the scenarios, which differ.
     row = results.document.compared[0]
-    assert row.tuned.low < row.tuned.value < row.tuned.high
+    value, low, high = row.tuned.value, row.tuned.low, row.tuned.high
+    assert low is not None and value is not None and high is not None and low < value < high
     assert list(results.history.index) == [0, 1]
     page = (out / "report.html").read_text()
     assert "trials that another program made" in page
     for absent in ("Its responses", "Its loops", "The air that was flown", "Airframe"):
         assert absent not in page
-    told = story(out).document
-    assert told.asked.airframe is None
-    assert told.commands == [f"tuner report {out}"]
-    assert ask(study, out).concluded
+    told: Any = report_run(out).document
+    assert "airframe" not in told["asked"]
+    assert told["commands"] == [f"tuner report {out}"]
+    assert ask(study, out).is_concluded
 
 
 def test_the_values_are_those_that_were_told(whole):
     """The values of candidates in the search are the means of what was told of them, by whoever reads the two records."""
     _, out = whole
     record = TrialRecord(out)
-    tried = open_results(out).candidates
+    tried = open_results(out, kind=TuningResults).candidates
     for candidate in (1, 7, 12):
-        told = [record.told[f"p{candidate:04d}-search-{i:03d}"].metrics or {} for i in (0, 1)]
+        told = [record.answers[f"p{candidate:04d}-search-{i:03d}"].metrics or {} for i in (0, 1)]
         assert tried.loc[candidate, "objective:mean(left)"] == pytest.approx(np.mean([entry["left"] for entry in told]))
 
 
@@ -140,14 +143,14 @@ def test_a_run_that_is_interrupted_anywhere_ends_with_the_same_bytes(tmp_path, w
     for nth in places:
         again = tmp_path / f"{nth}"
         interrupted(study, again, Faults(again, nth, kind))
-        before = (again / TOLD).read_bytes() if (again / TOLD).exists() else b""
+        before = (again / RESULTS_FILE).read_bytes() if (again / RESULTS_FILE).exists() else b""
         if again.exists() and not (again / "run.json").exists():
             # Killed while the folder was made: the same command begins again.
             assert before == b""
         concluded(study, again, noisy)
         assert content(again) == content(out), (nth, faults.told)
         # Nothing that was told in whole lines is lost.
-        assert (again / TOLD).read_bytes().startswith(before[: before.rfind(b"\n") + 1])
+        assert (again / RESULTS_FILE).read_bytes().startswith(before[: before.rfind(b"\n") + 1])
 
 
 def test_a_line_that_a_killed_process_left_in_part_is_asked_for_again(tmp_path, whole, undrawn_page):
@@ -155,9 +158,9 @@ def test_a_line_that_a_killed_process_left_in_part_is_asked_for_again(tmp_path, 
     out = tmp_path / "out"
     trials = ask(study, out).trials
     tell(out, [line(trial.content(), noisy) for trial in trials[:3]], "lines")
-    content_told = (out / TOLD).read_bytes()
+    content_told = (out / RESULTS_FILE).read_bytes()
     for cut in (1, 20, len(content_told) - content_told.rfind(b"\n", 0, -1) - 2):
-        (out / TOLD).write_bytes(content_told[:-cut])
+        (out / RESULTS_FILE).write_bytes(content_told[:-cut])
         assert len(ask(study, out).trials) == 14
     concluded(study, out, noisy)
     assert content(out) == content(finished)
@@ -179,7 +182,7 @@ def test_a_killed_process_is_followed_by_another(tmp_path, whole, undrawn_page):
     )
     killed = subprocess.run([sys.executable, "-c", script, str(study.path), str(out)], capture_output=True, text=True)
     assert killed.returncode == -9, killed.stderr
-    assert len(TrialRecord(out).told) == 20
+    assert len(TrialRecord(out).answers) == 20
     concluded(study, out, noisy)
     assert content(out) == content(finished)
 
@@ -197,10 +200,10 @@ def test_a_failed_trial_costs_more_than_any_that_did_not(tmp_path, undrawn_page)
     lines = [json.dumps({"id": trial.id, "metrics": {"cost": 1.0}}) for trial in trials]
     lines[2] = json.dumps({"id": trials[2].id, "failed": True, "reason": "it\nbroke"})
     lines[3] = json.dumps({"id": trials[3].id, "metrics": {"cost": 1e9}})
-    assert tell(out, lines, "lines").refused == []
-    assert TrialRecord(out).told[trials[2].id].reason == "it\\nbroke"
+    assert tell(out, lines, "lines").rejected == []
+    assert TrialRecord(out).answers[trials[2].id].reason == "it\\nbroke"
     concluded(study, out, lambda trial: {"cost": 1.0})
-    tried = open_results(out).candidates
+    tried = open_results(out, kind=TuningResults).candidates
     assert tried["objective:mean(cost)"].tolist() == [1.0, 1.0, 8.0, 4.0, 1.0, 1.0, 1.0, 1.0]
     assert tried["feasible"].tolist() == [True, True, False, True, True, True, True, True]
 
@@ -208,7 +211,7 @@ def test_a_failed_trial_costs_more_than_any_that_did_not(tmp_path, undrawn_page)
 def test_nothing_feasible_is_told_and_not_recommended(tmp_path, undrawn_page):
     study, out = bowls(tmp_path, {"constraint": [{"metric": "left", "max": 0.0}]}), tmp_path / "out"
     concluded(study, out)
-    results = open_results(out)
+    results = open_results(out, kind=TuningResults)
     assert not results.feasible
     assert results.recommended is None
     assert json.loads((out / "infeasible.json").read_text())["feasible"] is False
@@ -251,11 +254,11 @@ def test_a_damaged_line_is_told_with_its_number_and_what_to_do(tmp_path):
     study, out = bowls(tmp_path), tmp_path / "out"
     trials = ask(study, out).trials
     tell(out, [line(trial.content(), made) for trial in trials[:3]], "lines")
-    lines = (out / TOLD).read_bytes().splitlines(keepends=True)
-    (out / TOLD).write_bytes(lines[0] + b"garbage\n" + lines[2])
+    lines = (out / RESULTS_FILE).read_bytes().splitlines(keepends=True)
+    (out / RESULTS_FILE).write_bytes(lines[0] + b"garbage\n" + lines[2])
     with pytest.raises(StoreError, match=r"told\.jsonl: line 2 is damaged; take the line out"):
         ask(study, out)
-    (out / TOLD).write_bytes(lines[0] + lines[2])
+    (out / RESULTS_FILE).write_bytes(lines[0] + lines[2])
     assert trials[1] in ask(study, out).trials
 
 

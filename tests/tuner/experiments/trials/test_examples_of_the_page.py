@@ -10,11 +10,11 @@ import pytest
 from tests.clients import client
 from tests.tuner.experiments.trials.bench import bowls, line, made
 from tests.tuner.in_process import called
-from tuner.api.results import open_results
+from tuner.api.results import TuningResults, open_results
 from tuner.api.trials import ask
 from tuner.experiments.planning.preview import preview
 from tuner.experiments.trials.run import TrialRun
-from tuner.store.trials import TOLD, TrialRecord
+from tuner.store.trials import RESULTS_FILE, TrialRecord
 from tuner.study.kinds import load_any
 
 EXAMPLES = Path(__file__).parents[4] / "docs" / "ask_and_tell"
@@ -40,12 +40,12 @@ def test_gymnasiums_pendulum_is_tuned(tmp_path, undrawn_page):
     python, out = client("rotorpy"), tmp_path / "out"
     study = load_any(EXAMPLES / "pendulum.toml", FEW)
     command = f"{quote(python)} {quote(str(EXAMPLES / 'pendulum.py'))}"
-    assert ask(study, out, command=command, timeout=120.0).concluded
-    results = open_results(out)
+    assert ask(study, out, command=command, timeout=120.0).is_concluded
+    results = open_results(out, kind=TuningResults)
     assert results.feasible
     # A pendulum that is let go falls: of the widest ranges some laws lose it, and no lost one is recommended.
     assert results.document.compared[-1].tuned.value == 0.0
-    told = TrialRecord(out).told
+    told = TrialRecord(out).answers
     assert told["p0000-search-000"].metrics != told["p0000-search-001"].metrics
 
 
@@ -68,8 +68,10 @@ def test_the_commands_print_trials_take_answers_and_say_what_comes_next(tmp_path
     code, said, told = called("ask", study, "--out", out, "--count", 3)
     assert code == 0
     assert [json.loads(entry)["id"] for entry in said.splitlines()] == [
-        "p0000-search-000", "p0000-search-001", "p0001-search-000",
-    ]  # fmt: skip
+        "p0000-search-000",
+        "p0000-search-001",
+        "p0001-search-000",
+    ]
     assert told == f"16 trials to be made; tell what they gave with `tuner tell {out}`, then ask again.\n"
     assert called("ask", study, "--out", out, "--count", 3)[1] == said
     answers = tmp_path / "answers.jsonl"
@@ -79,7 +81,7 @@ def test_the_commands_print_trials_take_answers_and_say_what_comes_next(tmp_path
     assert (code, said) == (2, "")
     assert told.splitlines()[0].startswith(f"Refused: {answers}, line 4: 'nonsense' is not JSON; each line is")
     assert told.splitlines()[1] == "Lines: 3 taken, 0 told before, 1 refused. 13 trials still lacking."
-    assert len((out / TOLD).read_text().splitlines()) == 3
+    assert len((out / RESULTS_FILE).read_text().splitlines()) == 3
     code, said, _ = called("show", out)
     assert code == 0
     assert f"tuner ask {out}/study.toml --out {out}" in said.replace("\n", " ")

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from tests.tuner.experiments.trials.bench import bowls, line, made
-from tuner.experiments.trials.answers import LONGEST_LINE
+from tuner.experiments.trials.answers import MAX_LINE_BYTES
 from tuner.experiments.trials.asking import ask, lines_of, tell
 from tuner.experiments.trials.problem import TrialProblem
-from tuner.store.trials import ASKED, TOLD, Answer, TrialRecord
+from tuner.store.trials import REQUESTS_FILE, RESULTS_FILE, Answer, TrialRecord
 
 
 @pytest.fixture(scope="module")
@@ -27,11 +27,13 @@ def begun(tmp_path_factory):
 
 def refusal(out, given):
     """Return the error of a line that is refused; nothing on record changes."""
-    before = [(out / name).read_bytes() if (out / name).exists() else b"" for name in (ASKED, TOLD)]
+    before = [(out / name).read_bytes() if (out / name).exists() else b"" for name in (REQUESTS_FILE, RESULTS_FILE)]
     told = tell(out, [given], "lines")
-    assert (told.taken, len(told.refused)) == (0, 1), given[:200]
-    assert [(out / name).read_bytes() if (out / name).exists() else b"" for name in (ASKED, TOLD)] == before
-    text = str(told.refused[0])
+    assert (told.n_accepted, len(told.rejected)) == (0, 1), given[:200]
+    assert [
+        (out / name).read_bytes() if (out / name).exists() else b"" for name in (REQUESTS_FILE, RESULTS_FILE)
+    ] == before
+    text = str(told.rejected[0])
     assert text.isprintable()
     assert len(text) < 700
     return text
@@ -81,7 +83,7 @@ def test_a_wrong_line_is_refused_with_what_is_allowed(begun, given, said):
         (b'{"id": "a", "id": "b"}', "the key 'id' stands in it twice"),
         (b"[" * 100_000, "is not JSON"),
         (b"9" * 5000, "is not JSON"),
-        (b'{"id": "' + b"a" * LONGEST_LINE + b'"}', f"is longer than {LONGEST_LINE:,} bytes"),
+        (b'{"id": "' + b"a" * MAX_LINE_BYTES + b'"}', f"is longer than {MAX_LINE_BYTES:,} bytes"),
         (b'{"id": "\\u001b[2J\\u202e"}', "unknown id"),
     ],
     ids=lambda value: repr(value)[:30],
@@ -119,15 +121,15 @@ def test_two_hundred_spoiled_lines_are_refused_and_the_good_ones_taken(tmp_path)
     lines = [spoiled(draw, line(draw.choice(trials), made)) for _ in range(200)]
     told = tell(out, lines, "lines")
     blank = sum(not given.strip() for given in lines)
-    assert told.taken + told.repeated + len(told.refused) + blank == 200
-    assert len(told.refused) > 150
-    for error in told.refused:
+    assert told.n_accepted + told.n_duplicates + len(told.rejected) + blank == 200
+    assert len(told.rejected) > 150
+    for error in told.rejected:
         assert isinstance(error, InputError)
         assert str(error).isprintable()
         assert len(str(error)) < 700
-    rest = [line(trial.content(), made) for trial in ask(study, out).trials[: told.lacking]]
-    assert tell(out, rest, "lines").refused == []
-    kept = [json.loads(entry) for entry in (out / TOLD).read_text().splitlines()]
+    rest = [line(trial.content(), made) for trial in ask(study, out).trials[: told.n_pending]]
+    assert tell(out, rest, "lines").rejected == []
+    kept = [json.loads(entry) for entry in (out / RESULTS_FILE).read_text().splitlines()]
     assert len(kept) == 16 == len({entry["id"] for entry in kept})
 
 
@@ -135,14 +137,14 @@ def test_told_twice_is_ignored_and_told_otherwise_refused(tmp_path):
     study, out = bowls(tmp_path), tmp_path / "out"
     trial = ask(study, out).trials[0].content()
     good = line(trial, made)
-    assert tell(out, [good], "lines").taken == 1
-    before = (out / TOLD).read_bytes()
+    assert tell(out, [good], "lines").n_accepted == 1
+    before = (out / RESULTS_FILE).read_bytes()
     told = tell(out, [good, json.dumps({**trial, "metrics": made(trial)})], "lines")
-    assert (told.taken, told.repeated, told.refused) == (0, 2, [])
+    assert (told.n_accepted, told.n_duplicates, told.rejected) == (0, 2, [])
     other = refusal(out, json.dumps({"id": trial["id"], "metrics": {"left": 1.0, "right": 2.0}}))
     assert f"{trial['id']}: was told before as" in other
     assert "what was told first stays" in other
-    assert (out / TOLD).read_bytes() == before
+    assert (out / RESULTS_FILE).read_bytes() == before
 
 
 def test_late_is_what_was_given_up_before(tmp_path):
@@ -150,7 +152,7 @@ def test_late_is_what_was_given_up_before(tmp_path):
     study, out = bowls(tmp_path), tmp_path / "out"
     trials = [trial.content() for trial in ask(study, out).trials]
     given_up = json.dumps({"id": trials[0]["id"], "failed": True, "reason": "no answer for an hour"})
-    assert tell(out, [given_up, *[line(trial, made) for trial in trials[1:]]], "lines").taken == 16
+    assert tell(out, [given_up, *[line(trial, made) for trial in trials[1:]]], "lines").n_accepted == 16
     following = ask(study, out).trials
     assert trials[0]["id"] not in {trial.id for trial in following}
     late = refusal(out, line(trials[0], made))
@@ -159,7 +161,7 @@ def test_late_is_what_was_given_up_before(tmp_path):
 
 
 def test_of_a_line_that_is_too_long_one_part_is_given_and_the_next_line_whole():
-    source = BytesIO(b"x" * (3 * LONGEST_LINE) + b"\nnext\n" + b"y" * (LONGEST_LINE + 5) + b"\nlast")
+    source = BytesIO(b"x" * (3 * MAX_LINE_BYTES) + b"\nnext\n" + b"y" * (MAX_LINE_BYTES + 5) + b"\nlast")
     lines = list(lines_of(source))
     assert [line[:4] for line in lines] == [b"xxxx", b"next", b"yyyy", b"last"]
 
@@ -177,7 +179,7 @@ def test_candidates_keep_their_numbers_where_survivors_make_more_trials(tmp_path
     flown = np.empty((0, 0))
     for rows, first, last in (([[0.1, 0.2], [0.3, 0.4]], 0, 1), ([[0.3, 0.4]], 1, 2), ([[0.5, 0.6]], 0, 1)):
         problem.scored(np.array(rows), flown, batch, first, last)  # pyright: ignore[reportArgumentType]
-    assert list(record.asked) == ["p0000-search-000", "p0001-search-000", "p0001-search-001", "p0002-search-000"]
+    assert list(record.trials) == ["p0000-search-000", "p0001-search-000", "p0001-search-001", "p0002-search-000"]
 
 
 def answer_of(trial):

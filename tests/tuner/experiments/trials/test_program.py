@@ -7,9 +7,9 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.experiments.trials.bench import bowls, concluded, content, made
-from tuner.api.results import open_results
+from tuner.api.results import TuningResults, open_results
 from tuner.api.trials import ask
-from tuner.experiments.trials.program import Program
+from tuner.experiments.trials.program import TrialProcess
 from tuner.experiments.trials.run import TrialRun
 from tuner.store.trials import TrialRecord
 
@@ -38,8 +38,8 @@ def command(tmp_path, before="pass", text=WORKS):
 
 def test_a_program_gives_the_same_run_as_lines_that_are_told_and_as_a_function(tmp_path):
     study = bowls(tmp_path)
-    assert ask(study, tmp_path / "run", command=command(tmp_path)).concluded
-    assert ask(study, tmp_path / "function", make=made).concluded
+    assert ask(study, tmp_path / "run", command=command(tmp_path)).is_concluded
+    assert ask(study, tmp_path / "function", make=made).is_concluded
     concluded(study, tmp_path / "told")
     assert content(tmp_path / "run") == content(tmp_path / "told") == content(tmp_path / "function")
 
@@ -47,15 +47,15 @@ def test_a_program_gives_the_same_run_as_lines_that_are_told_and_as_a_function(t
 def test_a_program_that_ends_or_hangs_costs_the_trial_that_it_was_at(tmp_path):
     study, out = bowls(tmp_path), tmp_path / "out"
     before = 'if trial["id"].startswith("p0003-search"): sys.exit(3)\n    if trial["id"] == "p0004-search-001": time.sleep(60)'
-    assert ask(study, out, command=command(tmp_path, before), timeout=4.0).concluded
-    told = TrialRecord(out).told
+    assert ask(study, out, command=command(tmp_path, before), timeout=4.0).is_concluded
+    told = TrialRecord(out).answers
     failed = {name: entry.reason for name, entry in told.items() if entry.failed}
     assert failed == {
         "p0003-search-000": "the program ended with exit code 3",
         "p0003-search-001": "the program ended with exit code 3",
         "p0004-search-001": "the program gave no answer within 4 s",
     }
-    assert open_results(out).candidates.loc[3, "objective:mean(left)"] == 40.0
+    assert open_results(out, kind=TuningResults).candidates.loc[3, "objective:mean(left)"] == 40.0
 
 
 @pytest.mark.parametrize(
@@ -71,8 +71,8 @@ def test_a_program_that_never_answers_stops_the_run_and_nothing_counts_as_failed
     study, out = bowls(tmp_path), tmp_path / "out"
     with pytest.raises(InputError, match=said):
         ask(study, out, command=command(tmp_path, text=text), timeout=timeout)
-    assert TrialRecord(out).told == {}
-    assert ask(study, out, command=command(tmp_path)).concluded
+    assert TrialRecord(out).answers == {}
+    assert ask(study, out, command=command(tmp_path)).is_concluded
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_a_command_that_is_none_is_told(tmp_path, given, said):
 def test_a_program_is_ended_with_all_that_it_started(tmp_path):
     mark = tmp_path / "ended"
     text = f"import atexit, sys\natexit.register(lambda: open({str(mark)!r}, 'w').close())\nfor line in sys.stdin: pass"
-    program = Program(command(tmp_path, text=text))
+    program = TrialProcess(command(tmp_path, text=text))
     program._started()
     program.__exit__(None, None, None)
     # The end of its input lets it end by itself.
@@ -99,5 +99,5 @@ def test_a_program_that_a_signal_ends_is_said_by_name_or_number(tmp_path, number
     """Signals from 35 on have no name in Python."""
     study, out = bowls(tmp_path), tmp_path / "out"
     before = f'if trial["id"] == "p0003-search-000": os.kill(os.getpid(), {number}); time.sleep(60)'
-    assert ask(study, out, command=command(tmp_path, before)).concluded
-    assert TrialRecord(out).told["p0003-search-000"].reason == f"the program was ended by {name}"
+    assert ask(study, out, command=command(tmp_path, before)).is_concluded
+    assert TrialRecord(out).answers["p0003-search-000"].reason == f"the program was ended by {name}"

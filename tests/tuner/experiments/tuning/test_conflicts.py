@@ -23,8 +23,8 @@ from tuner.search.loop import Archive
 
 SATURATION = Constraint(Objective(parse("saturation"), Risk("mean")), 0.02)
 FAILURE = Constraint(Objective(parse("failure"), Risk("mean")), 0.0)
-PHASE = Requirement("phase_margin", "a margin", "deg", 35.0, "least")
-PEAK = Requirement("ms", "a peak", "1", 2.0, "most", hard=False)
+PHASE = Requirement("phase_margin", "a margin", "deg", 35.0, "min")
+PEAK = Requirement("ms", "a peak", "1", 2.0, "max", hard=False)
 CONSTRAINTS, REQUIREMENTS = (SATURATION, FAILURE), (PHASE, PEAK)
 LIMITS = limits_of(CONSTRAINTS, REQUIREMENTS)
 
@@ -77,20 +77,24 @@ def test_nothing_to_say_where_somebody_keeps_all():
 
 
 def test_conflict_and_both_relaxations_by_hand():
-    found = archive([
-        [0.030, 0.0, 36.0, 1.9],  # saturation too high by 50 %
-        [0.010, 0.0, 31.2, 1.9],  # phase margin too low by 3.8/35 = 10.9 %
-        [0.010, 0.0, 28.0, 1.9],  # the same by 20 %
-        [0.021, 0.0, 33.6, 1.9],  # 5 % and 4 %: the least in common
-        [0.010, 0.0, 40.0, 9.0],  # ms too high by 350 %
-    ])  # fmt: skip
+    found = archive(
+        [
+            [0.030, 0.0, 36.0, 1.9],  # saturation too high by 50 %
+            [0.010, 0.0, 31.2, 1.9],  # phase margin too low by 3.8/35 = 10.9 %
+            [0.010, 0.0, 28.0, 1.9],  # the same by 20 %
+            [0.021, 0.0, 33.6, 1.9],  # 5 % and 4 %: the least in common
+            [0.010, 0.0, 40.0, 9.0],  # ms too high by 350 %
+        ]
+    )
     conflict = conflicting(found, LIMITS)
     assert conflict is not None
     # Phase and saturation are kept together by the last, as is each pair: only all three conflict.
     assert conflict.sets == ((0, 2, 3),)
     assert [(entry.candidate, [i for i, _ in entry.changes]) for entry in conflict.single] == [
-        (0, [0]), (1, [2]), (4, [3]),
-    ]  # fmt: skip
+        (0, [0]),
+        (1, [2]),
+        (4, [3]),
+    ]
     assert [entry.changes[0][1] for entry in conflict.single] == pytest.approx([0.03, 31.2, 9.0])
     assert conflict.common is not None and conflict.common.candidate == 3
     assert conflict.common.share == pytest.approx(0.05)

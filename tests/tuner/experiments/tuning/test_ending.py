@@ -13,15 +13,15 @@ import pandas as pd
 import pytest
 
 from objectives.margins.margins import MarginModel
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import gain_addresses
 from tests.tuner.conftest import NoDrawing, run_small
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, write
 from tuner import report
 from tuner.analysis.held_out import compare
-from tuner.api.story import story
+from tuner.api.run_report import report_run
 from tuner.cli.main import _invoke
-from tuner.cli.printers.story import print_story
+from tuner.cli.printers.run_report import print_run_report
 from tuner.cli.terminal import Console
 from tuner.documents.summary import GAINS, INFEASIBLE, NOTHING
 from tuner.documents.tuning import TuningFolder
@@ -135,11 +135,11 @@ def test_json_says_so_too_and_a_resume_ends_alike(ran, tmp_path, monkeypatch, ca
 
 def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, capsys):
     _, _, _, _, folder = ran
-    print_story(story(folder), Console(width=400))
+    print_run_report(report_run(folder), Console(width=400))
     out = capsys.readouterr().out
     assert out.splitlines()[1].startswith(NOTHING)
     assert "tuner fly" not in out and "tuner export" not in out and "Nearest to feasible, not recommended" in out
-    told = json.loads(story(folder).json)
+    told = json.loads(report_run(folder).json)
     assert told["feasible"] is False and told["recommended"] is None and told["nearest"]["point"]
     text = tuning_page(TuningFolder(folder)).text()
     assert NOTHING in text and text.index(NOTHING) < text.index('class="lead"') < text.index("Nothing is recommended")

@@ -10,20 +10,25 @@ import pytest
 
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from tests.plant.fmu.fmus import write_motor
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.in_process import called, tuner
 from tuner.api.studies import load_study
 from tuner.documents.opening import open_results
+from tuner.study.plant_study import PlantStudy
 
 FOLDER = QUICKSTART.parent
 MOTOR = (FOLDER / "dc_motor.toml").read_text(encoding="utf-8").replace("lag = 0.001 ", "lag = 0.0 ")
 STUDY = MOTOR.replace('file = "dc_motor.py"', 'fmu = "motor.fmu"\ndisturbances = ["torque"]')
 # A search that compares candidates alone goes the same way where they differ in the last bits.
 SHORT = {
-    "search.algorithm": "nsga2", "search.population": 8, "search.generations": 2, "scenario.0.search": 4, "scenario.0.held_out": 8,
-}  # fmt: skip
+    "search.algorithm": "nsga2",
+    "search.population": 8,
+    "search.generations": 2,
+    "scenario.0.search": 4,
+    "scenario.0.held_out": 8,
+}
 SET = [word for key, value in SHORT.items() for word in ("--set", f"{key}={value}")]
 
 
@@ -57,7 +62,7 @@ def test_the_outcome_is_that_of_the_plant_in_python(run, written):
     numbers = theirs.select_dtypes("number").columns
     assert list(mine.columns) == list(theirs.columns) and len(mine) == len(theirs)
     np.testing.assert_allclose(mine[numbers], theirs[numbers], rtol=1e-6, atol=1e-12)
-    gains = [open_results(folder).gains.gains for folder in (run, other)]
+    gains = [open_results(folder).gains_document.gains for folder in (run, other)]
     for address, entry in gains[1].items():
         assert gains[0][address].value == pytest.approx(entry.value, rel=1e-6), address
 
@@ -72,7 +77,7 @@ def test_an_angle_that_nothing_judges_is_held_by_the_default_as_in_python(writte
         path.write_text(
             text.replace('metric = "overshoot.angle"\nmax = 10.0', 'metric = "failure"\nmax = 0.0'), encoding="utf-8"
         )
-        found.append(load_study(path, SHORT).automatic_limits)
+        found.append(load_study(path, SHORT, kind=PlantStudy).automatic_limits)
     (fmu,), (python,) = found
     assert (fmu.objective.label, fmu.floor) == ("quantile50(rms.angle)@turn", "mission.off")
     # The torque of 1 mN m turns the shaft; a default of 10 V/rad holds it to a small part of a radian.
@@ -156,7 +161,7 @@ def test_check_tells_what_a_study_may_name(written, monkeypatch, capsys):
         ('["torque"]', '["torque"]\npatience = 0.0', "plant.patience"),
         ('to = "voltage"', 'to = "torque"', "unknown input or channel 'torque'"),
     ],
-)  # fmt: skip
+)
 def test_what_does_not_fit_is_one_line(written, tmp_path, old, new, said):
     assert old in STUDY
     for name in ("motor.fmu", "dc_motor.py"):
@@ -177,7 +182,7 @@ def test_the_shipped_example_flies_as_the_tool_builds_it(tmp_path):
     from pythonfmu.builder import FmuBuilder
 
     FmuBuilder.build_FMU(tmp_path / "studies/from_fmu/iron.py", dest=tmp_path / "studies/from_fmu")
-    study = load_study(tmp_path / "studies/from_fmu/iron.toml")
+    study = load_study(tmp_path / "studies/from_fmu/iron.toml", kind=PlantStudy)
     problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 2, study.screens)
     flown = problem.evaluate_gains(study.default_row[None], (FlightBatch(study.scenarios[0].spec, SEARCH, 4),))
     assert flown.failures.tolist() == [0.0] and flown.flown.all()

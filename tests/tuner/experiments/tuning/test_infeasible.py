@@ -7,8 +7,8 @@ from objectives.requirements import Requirement, known_violations
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive
 
-BOUND = Requirement("bound", "a bound", "rad", 2.0, "most")
-RATE = Requirement("rate", "a rate", "1", 10.0, "least", hard=False)
+BOUND = Requirement("bound", "a bound", "rad", 2.0, "max")
+RATE = Requirement("rate", "a rate", "1", 10.0, "min", hard=False)
 
 
 def archive(constraints, known, requirements, flown):

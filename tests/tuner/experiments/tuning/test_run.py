@@ -7,16 +7,26 @@ import pandas as pd
 import pytest
 
 from plant.errors import StoreError
-from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
+from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tests.tuner.conftest import QUICKSTART, run_small
 from tuner.experiments.tuning.problem import batches
 from tuner.gains import read_gains
 from tuner.store.folder import Folder
 
 FILES = (
-    "study.toml", "resolved.json", "environment.json", "history.csv", "front.csv", "summary.json", "gains.json",
-    "responses.parquet", "report.html", "figures/front.png", "figures/front.pdf", "figures/responses.png",
-)  # fmt: skip
+    "study.toml",
+    "resolved.json",
+    "environment.json",
+    "history.csv",
+    "front.csv",
+    "summary.json",
+    "gains.json",
+    "responses.parquet",
+    "report.html",
+    "figures/front.png",
+    "figures/front.pdf",
+    "figures/responses.png",
+)
 
 
 def generations(folder):

@@ -11,7 +11,7 @@ import pytest
 from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
 from plant.errors import InputError
-from plant.scenarios import HELD_OUT
+from plant.quadrotor.scenarios import HELD_OUT
 from tuner.analysis.responses import LEVELS, quantiles
 from tuner.experiments.tuning import fans, tables
 from tuner.experiments.tuning.fans import (

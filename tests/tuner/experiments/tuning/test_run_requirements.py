@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from objectives.requirements import Requirement, Screen
-from plant.gains import gain_addresses
+from plant.quadrotor.gains import gain_addresses
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.cli.printers.tuning import comparison_table
 from tuner.documents.summary import Summary
@@ -47,8 +47,8 @@ def required(study, limit=12.0, hard=True, address="roll.lambda"):
     """A stand-in for theory: roll.lambda itself must be at least so large, and x.zeta not above 3 (always kept)."""
     columns = [gain_of(study, address), gain_of(study, "x.zeta")]
     asked = (
-        Requirement("slope(roll)", "slope of the sliding surface", "rad/s", limit, "least", hard),
-        Requirement("damping(x)", "damping ratio", "1", 3.0, "most", hard),
+        Requirement("slope(roll)", "slope of the sliding surface", "rad/s", limit, "min", hard),
+        Requirement("damping(x)", "damping ratio", "1", 3.0, "max", hard),
     )
     return replace(study, screens=(Screen(asked, lambda gains: gains[:, columns]),))
 
@@ -67,7 +67,7 @@ def ran(small, tmp_path_factory):
     folder, watcher = tmp_path_factory.mktemp("runs") / "required", Listener()
     with pytest.MonkeyPatch.context() as patch:
         # The first generation stays a plain hypercube, so that some of it breaks the requirement.
-        patch.setattr("tuner.search.first_generation.FURTHER", 0)
+        patch.setattr("tuner.search.initial_design.MAX_EXTRA_HYPERCUBES", 0)
         return run(folder, required(small), watcher), folder, watcher
 
 
@@ -124,7 +124,7 @@ def test_the_summary_tells_requirements_without_intervals(ran):
     rows = [row for row in json.loads((folder / "summary.json").read_text())["table"] if row["kind"] == "requirement"]
     assert [row["label"] for row in rows] == ["slope(roll)", "damping(x)"]
     slope = rows[0]
-    assert (slope["unit"], slope["limit"], slope["sense"], slope["hard"]) == ("rad/s", 12.0, "least", True)
+    assert (slope["unit"], slope["limit"], slope["sense"], slope["hard"]) == ("rad/s", 12.0, "min", True)
     assert slope["quantity"] == "slope of the sliding surface" and slope["verdict"] == "kept"
     column = gain_of(outcome.study, "roll.lambda")
     for name, row in (("default", 0), ("tuned", outcome.tuned)):
@@ -139,11 +139,11 @@ def test_terminal_and_page_show_them(ran):
     console = Console(width=160, record=True, file=StringIO())
     console.print(comparison_table(Summary.model_validate(summary)))
     text = console.export_text()
-    assert "at least 12 rad/s" in text and "kept: " in text
+    assert "min 12 rad/s" in text and "kept: " in text
     page = write_report(folder).read_text(encoding="utf-8")
     assert "Known without flying" in page and "slope(roll)" in page
     # Angles in degrees: 12 rad/s are 687.5 deg/s.
-    assert "at least 687.5" in page and "°/s" in page and "slope of the sliding surface" in page
+    assert "min 687.5" in page and "°/s" in page and "slope of the sliding surface" in page
     assert ("Every limit is kept." in page) != ("It breaks" in page)
     (slope, _) = TuningFolder(folder).requirements
     assert slope.limit == pytest.approx(np.degrees(12.0)) and slope.tuned.low is None
@@ -177,7 +177,7 @@ def test_a_requirement_that_nobody_can_keep_is_named(small, tmp_path):
     assert ("a constraint on the held-out scenarios" in limits) == broken[:-2].any()
     assert "a requirement; see the table" in limits and broken[-2:].tolist() == [True, False]
     assert outcome.generations[-1].hypervolume == 0.0
-    assert [row.verdict for row in outcome.known] == ["broken", "kept"]
+    assert [row.verdict for row in outcome.required_rows] == ["broken", "kept"]
 
 
 def test_a_soft_requirement_that_nobody_keeps_is_flown_and_named(small, tmp_path):

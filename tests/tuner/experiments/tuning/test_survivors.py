@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from plant.scenarios import SEARCH
+from plant.quadrotor.scenarios import SEARCH
 from tests.tuner.conftest import run_small
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.problem import batches
@@ -57,9 +57,14 @@ def test_the_front_survives_and_what_is_surely_beaten_does_not(staged):
     scores[1, :2] *= 10.0
     values[1] *= 10.0
     pair = type(seen)(
-        values, np.zeros((2, seen.violations.shape[1])), np.zeros(2), scores, seen.origin,
-        np.zeros((2, 0)), np.ones(2, dtype=bool),
-    )  # fmt: skip
+        values,
+        np.zeros((2, seen.violations.shape[1])),
+        np.zeros(2),
+        scores,
+        seen.origin,
+        np.zeros((2, 0)),
+        np.ones(2, dtype=bool),
+    )
     assert surviving(outcome.problem, pair, 1).tolist() == [0]
 
 

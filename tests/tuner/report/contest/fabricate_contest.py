@@ -31,9 +31,17 @@ def quantity(metric, unit, size, kind, scenario=None, risk="mean", limit=None):
     label = f"{risk}({metric})" + (f"@{scenario}" if scenario else "")
     said = "mean over scenarios" if risk == "mean" else "mean of the worst share 1 - `level` of the scenarios"
     row = {
-        "label": label, "metric": metric, "unit": unit, "risk": risk.rstrip("0123456789"), "level": None,
-        "scenario": scenario, "definition": f"what {metric} is", "risk_definition": said, "kind": kind, "limit": limit,
-    }  # fmt: skip
+        "label": label,
+        "metric": metric,
+        "unit": unit,
+        "risk": risk.rstrip("0123456789"),
+        "level": None,
+        "scenario": scenario,
+        "definition": f"what {metric} is",
+        "risk_definition": said,
+        "kind": kind,
+        "limit": limit,
+    }
     return row, size
 
 
@@ -150,24 +158,34 @@ def spread(values):
 def contest_document(made, scores, fronts):
     quantities = [row for row, _ in made.quantities]
     return {
-        "title": made.title, "description": "Made up for tests.", "study": "made.toml", "seed": 2025, "flights": 38400,
+        "title": made.title,
+        "description": "Made up for tests.",
+        "study": "made.toml",
+        "seed": 2025,
+        "flights": 38400,
         "stream": "confirmation",
         "compared_on": [{"scenario": name, "flights": n, "duration": 10.0} for name, n in FLIGHTS.items()],
         "wall_seconds": 72.4,
         "contenders": [contender(made, name) for name in made.names],
         "quantities": quantities,
-        "estimates": [{"contender": name, "quantity": label, **spread(values)} for (name, label), values in scores.items()],
+        "estimates": [
+            {"contender": name, "quantity": label, **spread(values)} for (name, label), values in scores.items()
+        ],
         "differences": [
             difference(first, second, row["label"], scores)
-            for row in quantities for first, second in combinations(made.names, 2)
+            for row in quantities
+            for first, second in combinations(made.names, 2)
         ],
         "fronts": fronts_part(made, fronts) if fronts else None,
         "best_under": best_under(made, fronts) if fronts and made.objectives == 2 else [],
         "published": [cell(name, row, scores) for row in quantities if row["metric"] in PRINTED for name in made.names],
         "claims": [claim(made, scores)] if len(made.names) > 1 else [],
-        "words": ["cvar80(itae.position): A-ST-SMC has the lowest value, 0.18 m.", "The claim \"The last is best\" fails: of 2."],
+        "words": [
+            "cvar80(itae.position): A-ST-SMC has the lowest value, 0.18 m.",
+            'The claim "The last is best" fails: of 2.',
+        ],
         "warnings": ["cvar80(itae.position) rests on 8 search scenarios."],
-    }  # fmt: skip
+    }
 
 
 def contender(made, name):
@@ -176,17 +194,30 @@ def contender(made, name):
     gains |= {f"{axis}.{key}": {"value": v, "unit": unit} for axis in AXES[3:] for key, (v, unit) in GAINS[law].items()}
     if law == "ladrc":
         gains["yaw.omega_o"] = {"value": 3.5, "unit": "rad/s"}
-    end = {"variable": "attitude.kp", "end": "high", "bound": 60.0, "value": 57.2, "recommended": True, "share": 0.25,
-           "natural": False}  # fmt: skip
+    end = {
+        "variable": "attitude.kp",
+        "end": "high",
+        "bound": 60.0,
+        "value": 57.2,
+        "recommended": True,
+        "share": 0.25,
+        "natural": False,
+    }
     return {
-        "name": name, "slug": "".join(c if c.isalnum() else "-" for c in name.lower()),
-        "laws": {"position": "ladrc", "attitude": law}, "airframe": "iris" if "other" in name else "hummingbird",
-        "tuned": made.tuned, "folder": f"contenders/{name.lower()}" if made.tuned else None,
-        "point": "p0073" if made.tuned else "given", "budget": None, "gains": gains,
+        "name": name,
+        "slug": "".join(c if c.isalnum() else "-" for c in name.lower()),
+        "laws": {"position": "ladrc", "attitude": law},
+        "airframe": "iris" if "other" in name else "hummingbird",
+        "tuned": made.tuned,
+        "folder": f"contenders/{name.lower()}" if made.tuned else None,
+        "point": "p0073" if made.tuned else "given",
+        "budget": None,
+        "gains": gains,
         "searched": [f"attitude.{key}" for key in GAINS[law]] if made.tuned else [],
         "cost": {"operations": 100 + 3 * len(law), "position": 34, "attitude": 25, "meaning": "counted instructions"},
-        "on_bounds": [end] if law == "pid" and made.tuned else [], "failures": 0.0,
-    }  # fmt: skip
+        "on_bounds": [end] if law == "pid" and made.tuned else [],
+        "failures": 0.0,
+    }
 
 
 def difference(first, second, label, scores):
@@ -202,11 +233,24 @@ def cell(name, row, scores):
     low, median, high = np.quantile(values, [0.025, 0.5, 0.975], axis=0).tolist()
     percentile = 100.0 * float(np.mean(values < value, axis=0))
     return {
-        "contender": name, "contenders": [name], "metric": row["metric"], "unit": row["unit"], "scenario": row["scenario"],
-        "quantity": row["label"], "value": value, "source": "Table 3", "fitted": name == "PID" and row["metric"] == "peak.roll",
-        "mean": float(np.mean(values, axis=0)), "low": 0.0, "high": 0.0, "p2_5": low, "median": median, "p97_5": high,
-        "percentile": percentile, "inside": 2.5 <= percentile <= 97.5,
-    }  # fmt: skip
+        "contender": name,
+        "contenders": [name],
+        "metric": row["metric"],
+        "unit": row["unit"],
+        "scenario": row["scenario"],
+        "quantity": row["label"],
+        "value": value,
+        "source": "Table 3",
+        "fitted": name == "PID" and row["metric"] == "peak.roll",
+        "mean": float(np.mean(values, axis=0)),
+        "low": 0.0,
+        "high": 0.0,
+        "p2_5": low,
+        "median": median,
+        "p97_5": high,
+        "percentile": percentile,
+        "inside": 2.5 <= percentile <= 97.5,
+    }
 
 
 def claim(made, scores):
@@ -260,10 +304,14 @@ def fronts_part(made, fronts):
     ]
     sizes = dict(zip(made.labels, (size for _, size in made.quantities), strict=False))
     return {
-        "objectives": made.labels, "ideal": dict.fromkeys(made.labels, 0.0), "reference": {k: 2.2 * v for k, v in sizes.items()},
-        "meaning": "share of the box", "sizes": [{"contender": name, "points": len(rows)} for name, rows in fronts.items()],
-        "hypervolume": [{"contender": name, **share} for name, share in shares.items()], "differences": pairs,
-    }  # fmt: skip
+        "objectives": made.labels,
+        "ideal": dict.fromkeys(made.labels, 0.0),
+        "reference": {k: 2.2 * v for k, v in sizes.items()},
+        "meaning": "share of the box",
+        "sizes": [{"contender": name, "points": len(rows)} for name, rows in fronts.items()],
+        "hypervolume": [{"contender": name, **share} for name, share in shares.items()],
+        "differences": pairs,
+    }
 
 
 def best_under(made, fronts):

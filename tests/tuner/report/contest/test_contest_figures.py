@@ -234,10 +234,11 @@ def test_differences_stand_where_they_are(folder, contest):
     assert len(axes) == len(labels)
     for ax, label in zip(axes, labels, strict=True):
         pairs = [
-            d for d in told
+            d
+            for d in told
             if d["quantity"] == label
             and (airframes[d["first"]] == airframes[d["second"]] or laws[d["first"]] == laws[d["second"]])
-        ]  # fmt: skip
+        ]
         marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
         assert [across(line)[0] for line in marks] == pytest.approx([d["difference"] for d in pairs])
         assert [line.get_markerfacecolor() == "white" for line in marks] == [d["lower"] is None for d in pairs]

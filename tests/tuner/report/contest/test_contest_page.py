@@ -420,7 +420,7 @@ def test_what_has_no_data_is_left_out(tmp_path):
     write_contest_report(folder)
     page = read(folder)
     assert [i for i in page.ids if i.endswith("-title")] == ["values-title", "gains-title", "provenance-title"]
-    assert page.data["charts"] == {} and "Mind this" not in said(folder)
+    assert page.data["charts"] == {} and "Warnings" not in said(folder)
     assert open_results(folder).fronts is None
 
 

@@ -12,9 +12,9 @@ from tests.tuner.experiments.contest.contest_text import CONTEST, changed, write
 from tests.tuner.study.loading import load_contest
 from tuner.experiments.contest.cost import step_cost
 from tuner.experiments.contest.words import cost_words
-from tuner.gains.schema import cost_schema
+from tuner.gains.schema import COST
 from tuner.study import load_study
-from tuner.study.processor_cost.cost import gains_rows, tabled, told
+from tuner.study.processor_cost.cost import cost_text, gains_rows, tabled
 from tuner.study.processor_cost.requirement import QUANTITIES
 
 STUDY = CONTEST[: CONTEST.index("[[contender]]")].replace("# A second", "# A flight of a second")
@@ -32,10 +32,12 @@ def limit(quantity, most, hard=True):
 @pytest.mark.parametrize(
     ("quantity", "value", "unit"),
     [
-        ("instructions", "instructions_step", "1"), ("text", "text_bytes", "byte"), ("state", "state_bytes", "byte"),
+        ("instructions", "instructions_step", "1"),
+        ("text", "text_bytes", "byte"),
+        ("state", "state_bytes", "byte"),
         ("stack", "stack_bytes", "byte"),
     ],
-)  # fmt: skip
+)
 def test_a_limit_is_a_requirement_that_all_gains_keep_or_break_alike(quantity, value, unit, tmp_path):
     asked = study(tmp_path, limit(quantity, 10000.0))
     (screen,), (requirement,) = asked.screens, asked.requirements
@@ -44,17 +46,17 @@ def test_a_limit_is_a_requirement_that_all_gains_keep_or_break_alike(quantity, v
     assert (requirement.label, requirement.unit, requirement.sense, requirement.hard) == (
         f"cost({quantity})",
         unit,
-        "most",
+        "max",
         True,
     )
-    assert bool(requirement.kept(np.array([known]))[0])
+    assert bool(requirement.is_satisfied(np.array([known]))[0])
     # No gains keep a limit below what the laws take: refused where it is hard, told where it is soft.
     below = 0.99 * known
     with pytest.raises(InputError, match="no candidate can keep this: raise it") as caught:
         study(tmp_path, limit(quantity, below))
     assert caught.value.key == "cost[0].max"
     (soft,) = study(tmp_path, limit(quantity, below, hard=False)).requirements
-    assert not soft.kept(np.array([known]))[0]
+    assert not soft.is_satisfied(np.array([known]))[0]
 
 
 def test_instructions_a_second_depend_on_the_period(tmp_path):
@@ -117,13 +119,13 @@ def test_contenders_are_told_with_their_instructions(tmp_path):
 
 def test_report_line_and_gains_file_say_the_same_in_their_units():
     assert HYBRID is not None
-    text = told("ladrc", "hybrid", 0.004)
+    text = cost_text("ladrc", "hybrid", 0.004)
     assert text is not None and text.startswith(f"{HYBRID.instructions_step:.0f} instructions on a Cortex-M4F, ")
     (rate,) = re.findall(r", ([\d.]+) million a second", text)
     assert float(rate) == pytest.approx(250e-6 * HYBRID.instructions_step, rel=5e-3)
-    assert told("ladrc", "of tomorrow", 0.004) is None
+    assert cost_text("ladrc", "of tomorrow", 0.004) is None
     (row,) = gains_rows(HYBRID)
-    jsonschema.validate(row, cost_schema())
+    jsonschema.validate(row, COST)
     assert row["instructions"]["value"] == HYBRID.instructions_step and gains_rows(None) == []
 
 

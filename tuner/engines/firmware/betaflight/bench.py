@@ -9,9 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from plant.airframes.actuation import Actuation
 from plant.errors import InputError
 from plant.laws.channel import Measured, Setpoint
+from plant.quadrotor.airframes.actuation import Actuation
 from tuner.engines.firmware.betaflight.board import BetaflightBoard, Sticks, shim_in
 from tuner.engines.firmware.betaflight.command_line import load
 from tuner.engines.firmware.firmware import Bench, Firmware
@@ -64,8 +64,8 @@ def bench_lines(rotors: Actuation, control_period: float) -> list[str]:
 def install(bench: Bench, content: bytes) -> Callable[[], BetaflightBoard]:
     """Set a board up with the bench's settings, then with the file of the gains as a person loads it."""
     text = content.decode("ascii")
-    found = ANGLE_LIMIT.search(text)
-    if found is None:
+    match = ANGLE_LIMIT.search(text)
+    if match is None:
         raise InputError("the exported file sets no angle_limit, by which sticks are scaled", key="angle_limit")
     if any(mount.x * mount.y == 0.0 for mount in bench.rotors.rotors):
         raise InputError("the rotors stand in a plus; the bench flies an X, Betaflight's mixer QUADX", key="airframe")
@@ -73,7 +73,7 @@ def install(bench: Bench, content: bytes) -> Callable[[], BetaflightBoard]:
     shim = shim_in(bench.folder)
     for lines in (bench_lines(bench.rotors, bench.control_period), text.splitlines()):
         load(bench.binary, bench.folder, shim, lines)
-    sticks = Sticks(float(found[1]), float(YAW_RATE))
+    sticks = Sticks(float(match[1]), float(YAW_RATE))
     return partial(BetaflightBoard, bench.binary, bench.folder, shim, sticks, bench.control_period)
 
 

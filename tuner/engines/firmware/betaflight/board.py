@@ -41,10 +41,10 @@ class Sticks:
     tilt: float
     yaw_rate: float
 
-    def channels(self, asked: Instant, throttle: float) -> tuple[int, int, int, int]:
+    def channels(self, setpoints: Instant, throttle: float) -> tuple[int, int, int, int]:
         """Return roll, pitch, throttle and yaw [us]; right, nose down and clockwise are positive."""
-        roll, pitch = (self._stick(math.degrees(angle) / self.tilt) for angle in asked.tilt)
-        yaw = self._stick(-math.degrees(asked.yaw) / self.yaw_rate)
+        roll, pitch = (self._stick(math.degrees(angle) / self.tilt) for angle in setpoints.tilt)
+        yaw = self._stick(-math.degrees(setpoints.yaw) / self.yaw_rate)
         return roll, pitch, min(1000 + round(1000.0 * throttle), MOST), yaw
 
     @staticmethod
@@ -60,13 +60,13 @@ class BetaflightBoard:
         self._binary, self._sticks, self._period = binary, sticks, control_period
         self._last: tuple[int, ...] = ()
         self._process: subprocess.Popen[bytes] | None = None
-        self._own = tempfile.TemporaryDirectory(prefix="holdfast-")
+        self._workspace = tempfile.TemporaryDirectory(prefix="holdfast-")
         pairs = [socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(3)]
         self._state, self._sent, self._motors = (ours for ours, _ in pairs)
         theirs = [end for _, end in pairs]
         try:
-            shutil.copy(folder / "eeprom.bin", self._own.name)
-            self._process = powered_up(binary, Path(self._own.name), shim, self._places(theirs), theirs)
+            shutil.copy(folder / "eeprom.bin", self._workspace.name)
+            self._process = powered_up(binary, Path(self._workspace.name), shim, self._places(theirs), theirs)
             for end in theirs:
                 end.close()
             self._answer()
@@ -84,18 +84,18 @@ class BetaflightBoard:
         places = {name: str(end.fileno()) for name, end in zip(names, theirs, strict=True)}
         return {**places, "LOCKSTEP_PERIOD": str(round(1e9 * self._period))}
 
-    def arm(self, asked: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:  # noqa: ARG002
+    def arm(self, initial: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:  # noqa: ARG002
         """Wait until its sensors are calibrated, arm it level, and let it settle; raises InputError where it does not arm."""
         for low, switch, duration in ((True, OFF, WAKING), (True, ON, SETTLING), (False, ON, SETTLING)):
             for _ in range(round(duration / self._period)):
                 sticks = self._sticks.channels(LEVEL, throttle)
-                found = self._step(LEVEL, (*sticks[:2], LOW if low else sticks[2], sticks[3], switch, ON))
-        if not min(found) > 0.0:
+                motors = self._step(LEVEL, (*sticks[:2], LOW if low else sticks[2], sticks[3], switch, ON))
+        if not min(motors) > 0.0:
             raise InputError("Betaflight does not arm: its motors stand still at hover throttle", file=self._binary)
 
-    def step(self, asked: Instant, throttle: float) -> tuple[float, float, float, float]:
+    def step(self, setpoints: Instant, throttle: float) -> tuple[float, float, float, float]:
         """Run one control period."""
-        return self._step(asked, (*self._sticks.channels(asked, throttle), ON, ON))
+        return self._step(setpoints, (*self._sticks.channels(setpoints, throttle), ON, ON))
 
     def close(self) -> None:
         """Power off."""
@@ -104,36 +104,36 @@ class BetaflightBoard:
             self._process.wait()
         for end in (self._state, self._sent, self._motors):
             end.close()
-        self._own.cleanup()
+        self._workspace.cleanup()
 
-    def _step(self, asked: Instant, channels: tuple[int, ...]) -> tuple[float, float, float, float]:
+    def _step(self, setpoints: Instant, channels: tuple[int, ...]) -> tuple[float, float, float, float]:
         try:
             if channels != self._last:
                 self._sent.send(CHANNELS.pack(0.0, *channels, *(OFF,) * (16 - len(channels))))
                 self._last = channels
-            x, y, z = asked.rate
-            self._state.send(STATE.pack(0.0, x, -y, -z, *AT_REST, *attitude(asked.angles), *NOWHERE, PRESSURE))
+            x, y, z = setpoints.rate
+            self._state.send(STATE.pack(0.0, x, -y, -z, *AT_REST, *attitude(setpoints.angles), *NOWHERE, PRESSURE))
         except OSError:
             raise self._silent() from None
-        found = MOTORS.unpack(self._answer())
-        first, second, third, fourth = (found[place] for place in PLACES)
+        motors = MOTORS.unpack(self._answer())
+        first, second, third, fourth = (motors[place] for place in PLACES)
         return first, second, third, fourth
 
     def _answer(self) -> bytes:
         try:
-            found = self._motors.recv(4096)
+            answer = self._motors.recv(4096)
         except OSError:
             raise self._silent() from None
-        if not found:
+        if not answer:
             raise self._silent()
-        if len(found) != MOTORS.size:
-            raise InputError(f"answered with {len(found)} bytes, four motors are {MOTORS.size}", file=self._binary)
-        return found
+        if len(answer) != MOTORS.size:
+            raise InputError(f"answered with {len(answer)} bytes, four motors are {MOTORS.size}", file=self._binary)
+        return answer
 
     def _silent(self) -> InputError:
         code = None if self._process is None else self._ended(self._process)
-        said = f"does not answer within {PATIENCE:g} s" if code is None else f"ended by itself, with exit code {code}"
-        return InputError(f"{said}; docs/how_to/confirm.md says how to build it", file=self._binary)
+        reason = f"does not answer within {PATIENCE:g} s" if code is None else f"ended by itself, with exit code {code}"
+        return InputError(f"{reason}; docs/how_to/confirm.md says how to build it", file=self._binary)
 
     @staticmethod
     def _ended(process: "subprocess.Popen[bytes]") -> int | None:
@@ -174,15 +174,19 @@ def shim_in(folder: Path) -> Path:
 
 
 def powered_up(
-    binary: Path, folder: Path, shim: Path, places: dict[str, str], kept: list[socket.socket]
+    binary: Path, folder: Path, shim: Path, places: dict[str, str], sockets: list[socket.socket]
 ) -> subprocess.Popen[bytes]:
     """Start the program in a folder, with sockets of ours; raises InputError where it cannot be run."""
     before = " ".join(filter(None, (str(shim), os.environ.get("LD_PRELOAD"))))
     try:
         return subprocess.Popen(
-            [str(binary.resolve())], cwd=folder, env={**os.environ, "LD_PRELOAD": before, **places},
-            pass_fds=[end.fileno() for end in kept], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            [str(binary.resolve())],
+            cwd=folder,
+            env={**os.environ, "LD_PRELOAD": before, **places},
+            pass_fds=[end.fileno() for end in sockets],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+        )
     except OSError as error:
         raise InputError(f"cannot be run: {error.strerror}", file=binary, key="--binary") from None

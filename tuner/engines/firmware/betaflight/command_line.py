@@ -112,8 +112,8 @@ def _give(line: CommandLine, text: str, binary: Path) -> None:
     for _ in range(TRIES):
         answer = line.say(text)
         if "###" in answer:
-            said = " ".join(answer.split("###")[1].split())
-            raise InputError(f"refuses '{shortened(text)}': {shortened(said)}", file=binary)
+            message = " ".join(answer.split("###")[1].split())
+            raise InputError(f"refuses '{shortened(text)}': {shortened(message)}", file=binary)
         if setting is None or f"{setting[1]} set to {setting[2]}" in answer:
             return
     raise InputError(f"does not confirm '{shortened(text)}'", file=binary)

@@ -28,10 +28,10 @@ def module_in(given: Path) -> Path:
     """Return the compiled module of a folder of the build, or the file itself; raises InputError where there is none or many."""
     if not given.is_dir():
         return given
-    found = sorted(given.glob(MODULES))
-    if len(found) == 1:
-        return found[0]
-    names = ", ".join(path.name for path in found) or "none"
+    modules = sorted(given.glob(MODULES))
+    if len(modules) == 1:
+        return modules[0]
+    names = ", ".join(path.name for path in modules) or "none"
     raise InputError(f"holds {names}; one {MODULES} is needed; {BUILT}", file=given, key="--binary")
 
 
@@ -41,15 +41,15 @@ def interpreter_for(module: Path) -> Path:
     if tag is None or (int(tag[1]), int(tag[2])) == sys.version_info[:2]:
         return Path(sys.executable)
     name = f"python{tag[1]}.{tag[2]}"
-    found = shutil.which(name)
-    if found is None:
+    interpreter = shutil.which(name)
+    if interpreter is None:
         raise InputError(
             f"cannot be run: it was built for Python {tag[1]}.{tag[2]}, and there is no {name} on the path; build it with "
             f"{sys.executable}, or put that Python on the path",
             file=module,
             key="--binary",
         )
-    return Path(found)
+    return Path(interpreter)
 
 
 def check_period(control_period: float) -> None:
@@ -63,17 +63,17 @@ def check_period(control_period: float) -> None:
 
 
 def parameters_of(content: bytes) -> dict[str, float]:
-    """Return what an exported file stores, without the position loops; raises InputError naming what cannot be set."""
-    found: dict[str, float] = {}
+    """Return the parameters of an exported file without the position loops; raises InputError naming what cannot be set."""
+    parameters: dict[str, float] = {}
     for line in content.decode("ascii").splitlines():
         entry = VALUE.fullmatch(line)
         if entry is None and HEADS.match(line) is None:
             raise InputError(f"the exported file has the line '{shortened(line)}', which stores no parameter")
         if entry is not None and not entry[1].startswith(POSITION):
-            found[entry[1]] = float(entry[2])
-    for name in found.keys() - SETTABLE:
+            parameters[entry[1]] = float(entry[2])
+    for name in parameters.keys() - SETTABLE:
         raise InputError("the Python module of the firmware has nothing that sets this parameter", key=name)
-    return found
+    return parameters
 
 
 def install(bench: Bench, content: bytes) -> Callable[[], CrazyflieBoard]:

@@ -17,9 +17,9 @@ from plant.backends.instants import Instant
 from plant.errors import InputError, shortened
 from tuner.engines.firmware.crazyflie.stabilizer import ATTITUDE_RATE, IN, OUT
 
-# Longest waits for an answer and for the end of a process that has closed its line [s]; longest first answer [bytes], and what of
-# it is told.
-PATIENCE, ENDING, LONGEST, SAID = 20.0, 0.5, 10_000, 300
+# Longest waits for an answer and for the end of a process that has closed its line [s]; longest first answer [bytes], and
+# the part of it that an error shows.
+PATIENCE, ENDING, LONGEST, MAX_MESSAGE = 20.0, 0.5, 10_000, 300
 STABILIZER = Path(__file__).with_name("stabilizer.py")
 # Counts of full thrust; places of the motors 1 to 4 at our rotors: front left, front right, rear left, rear right.
 FULL, PLACES = 65535.0, (3, 0, 2, 1)
@@ -54,22 +54,22 @@ class CrazyflieBoard:
             self.close()
             raise
 
-    def arm(self, asked: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:
+    def arm(self, initial: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:
         """Reset it by no thrust, then turn it by hand until its integrals hold it; raises InputError where its motors turn."""
-        still = replace(asked, rate=(0.0, 0.0, 0.0), tilt=asked.angles[:2], yaw=asked.angles[2])
-        found = self.step(still, 0.0)
-        if any(found):
-            given = ", ".join(f"{command:g}" for command in found)
+        still = replace(initial, rate=(0.0, 0.0, 0.0), tilt=initial.angles[:2], yaw=initial.angles[2])
+        commands = self.step(still, 0.0)
+        if any(commands):
+            given = ", ".join(f"{command:g}" for command in commands)
             raise self._wrong(f"turns its motors at no thrust ({given})")
         turned = replace(still, rate=turning(held, self._parameters))
         for begin in (*[turned] * TURNS, *[still] * STILL):
             self.step(begin, throttle)
 
-    def step(self, asked: Instant, throttle: float) -> tuple[float, float, float, float]:
+    def step(self, setpoints: Instant, throttle: float) -> tuple[float, float, float, float]:
         """Run one control period."""
-        self._say(IN.pack(*frame(asked, throttle)))
-        found = OUT.unpack(self._hear(OUT.size))
-        first, second, third, fourth = (found[place] / FULL for place in PLACES)
+        self._say(IN.pack(*frame(setpoints, throttle)))
+        counts = OUT.unpack(self._hear(OUT.size))
+        first, second, third, fourth = (counts[place] / FULL for place in PLACES)
         return first, second, third, fourth
 
     def close(self) -> None:
@@ -84,7 +84,7 @@ class CrazyflieBoard:
         except (ValueError, KeyError, TypeError):
             raise self._wrong(f"answers with nonsense ({shortened(repr(answer))})") from None
         if refused:
-            raise self._wrong(f"cannot be run: {shortened(' '.join(refused.split()), SAID)}")
+            raise self._wrong(f"cannot be run: {shortened(' '.join(refused.split()), MAX_MESSAGE)}")
 
     def _say(self, content: bytes) -> None:
         try:
@@ -117,8 +117,8 @@ class CrazyflieBoard:
         except subprocess.TimeoutExpired:
             return self._wrong(f"does not answer within {PATIENCE:g} s")
 
-    def _wrong(self, said: str) -> InputError:
-        return InputError(f"{said}; {BUILT}", file=self._module, key="--binary")
+    def _wrong(self, problem: str) -> InputError:
+        return InputError(f"{problem}; {BUILT}", file=self._module, key="--binary")
 
 
 def turning(held: tuple[float, float, float, float], parameters: Mapping[str, float]) -> tuple[float, float, float]:
@@ -131,9 +131,9 @@ def turning(held: tuple[float, float, float, float], parameters: Mapping[str, fl
     return filled[0], filled[1], filled[2]
 
 
-def frame(asked: Instant, throttle: float) -> tuple[float, ...]:
+def frame(setpoints: Instant, throttle: float) -> tuple[float, ...]:
     """Return an instant in the firmware's units: degrees, angles of pitch nose up, gyro about our axes, thrust in counts."""
-    x, y, z = map(math.degrees, asked.rate)
-    roll, pitch, yaw = map(math.degrees, asked.angles)
-    to_roll, to_pitch, to_yaw = map(math.degrees, (*asked.tilt, asked.yaw))
+    x, y, z = map(math.degrees, setpoints.rate)
+    roll, pitch, yaw = map(math.degrees, setpoints.angles)
+    to_roll, to_pitch, to_yaw = map(math.degrees, (*setpoints.tilt, setpoints.yaw))
     return x, y, z, roll, -pitch, yaw, to_roll, -to_pitch, to_yaw, FULL * throttle

@@ -26,8 +26,10 @@ PIDS = {
 TERMS = {"kp": "pidSetKp", "ki": "pidSetKi", "kd": "pidSetKd", "kff": "pidSetKff"}
 FILTER_SWITCH = "pid_rate.rateFiltEn"
 FILTERS = {
-    "pid_rate.omxFiltCut": "pidRollRate", "pid_rate.omyFiltCut": "pidPitchRate", "pid_rate.omzFiltCut": "pidYawRate",
-}  # fmt: skip
+    "pid_rate.omxFiltCut": "pidRollRate",
+    "pid_rate.omyFiltCut": "pidPitchRate",
+    "pid_rate.omzFiltCut": "pidYawRate",
+}
 SETTERS = {start + term: (thing, setter) for start, thing in PIDS.items() for term, setter in TERMS.items()}
 """Gain's parameter -> object, and the function that sets it."""
 SETTABLE = frozenset({*SETTERS, *FILTERS, FILTER_SWITCH})
@@ -45,14 +47,14 @@ class Stabilizer:
         self.pass_gyro.restype, self.pass_gyro.argtypes = ctypes.c_float, (ctypes.c_void_p, ctypes.c_float)
         # Room for the filter's seven floats, and more.
         self.filters = [(ctypes.c_double * 16)() for _ in range(3)]
-        for kept in self.filters:
-            library.lpf2pInit(kept, ctypes.c_float(MAIN_RATE), ctypes.c_float(GYRO_CUTOFF))
+        for memory in self.filters:
+            library.lpf2pInit(memory, ctypes.c_float(MAIN_RATE), ctypes.c_float(GYRO_CUTOFF))
         set_gains(library, parameters)
         firmware.controllerPidInit()
         set_filters(library, parameters)
         self.control, self.setpoint = firmware.control_t(), firmware.setpoint_t()
         self.sensors, self.state = firmware.sensorData_t(), firmware.state_t()
-        self.asked, self.motors = firmware.motors_thrust_uncapped_t(), firmware.motors_thrust_pwm_t()
+        self.thrusts, self.motors = firmware.motors_thrust_uncapped_t(), firmware.motors_thrust_pwm_t()
         mode = self.setpoint.mode
         mode.x = mode.y = mode.z = firmware.modeDisable
         mode.roll = mode.pitch = mode.yaw = firmware.modeAbs
@@ -63,20 +65,20 @@ class Stabilizer:
         seen.roll, seen.pitch, seen.yaw, goal.roll, goal.pitch, goal.yaw, setpoint.thrust = numbers[3:]
         for _ in range(MAIN_RATE // ATTITUDE_RATE):
             self._step(numbers[:3])
-        found = self.motors.motors
-        return found.m1, found.m2, found.m3, found.m4
+        motors = self.motors.motors
+        return motors.m1, motors.m2, motors.m3, motors.m4
 
     def _step(self, rates: tuple[float, ...]) -> None:
         gyro, firmware = self.sensors.gyro, self.firmware
         gyro.x, gyro.y, gyro.z = map(self.pass_gyro, self.filters, rates)
         firmware.controllerPid(self.control, self.setpoint, self.sensors, self.state, self.tick)
-        firmware.powerDistribution(self.control, self.asked)
-        firmware.powerDistributionCap(self.asked, self.motors)
+        firmware.powerDistribution(self.control, self.thrusts)
+        firmware.powerDistributionCap(self.thrusts, self.motors)
         self.tick += 1
 
 
 def address(library: Any, name: str) -> Any:
-    """Return where an object of the library lies."""
+    """Return the address of an object of the library."""
     return ctypes.byref(ctypes.c_char.in_dll(library, name))
 
 
@@ -99,7 +101,7 @@ def set_filters(library: Any, parameters: dict[str, float]) -> None:
 def main() -> None:
     """Answer until nothing more comes."""
     # What the module prints must not reach the answers.
-    heard, told = os.fdopen(os.dup(0), "rb"), os.dup(1)
+    heard, answers = os.fdopen(os.dup(0), "rb"), os.dup(1)
     os.dup2(2, 1)
     # Our own folder holds no module for it.
     sys.path[0] = sys.argv[1]
@@ -108,11 +110,11 @@ def main() -> None:
         stabilizer = Stabilizer(importlib.import_module("cffirmware"), parameters)
     except Exception as error:  # noqa: BLE001
         refused = f"{type(error).__name__}: {error}"
-        os.write(told, json.dumps({"refused": refused}).encode() + b"\n")
+        os.write(answers, json.dumps({"refused": refused}).encode() + b"\n")
         return
-    os.write(told, json.dumps({"refused": ""}).encode() + b"\n")
+    os.write(answers, json.dumps({"refused": ""}).encode() + b"\n")
     while len(frame := heard.read(IN.size)) == IN.size:
-        os.write(told, OUT.pack(*stabilizer.run(IN.unpack(frame))))
+        os.write(answers, OUT.pack(*stabilizer.run(IN.unpack(frame))))
 
 
 if __name__ == "__main__":

@@ -5,7 +5,6 @@ A guard before looks at the study, one after at the outcome; both return sentenc
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -25,9 +24,9 @@ from tuner.experiments.tuning.guards.before import (
 )
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.study.plant_study import PlantStudy
-from tuner.study.study import SearchedStudy, Study, TuningStudy
+from tuner.study.searched import SearchedStudy
 
-__all__ = ["GUARDS", "Guard", "warnings_after_run", "warnings_before_run", "times_of_never"]
+__all__ = ["GUARDS", "Guard", "warnings_after_run", "warnings_before_run"]
 
 BEFORE, AFTER = "before", "after"
 
@@ -35,13 +34,13 @@ BEFORE, AFTER = "before", "after"
 @dataclass(frozen=True)
 class Guard:
     """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line.
-    of: studies that it looks at.
+    everywhere: whether it looks at every study, else at those that name it.
     """
 
     when: str
     what: str
     message: Callable[[Any], list[str]]
-    of: type = object
+    everywhere: bool = True
 
 
 def _labels(outcome: Outcome) -> list[str]:
@@ -54,8 +53,8 @@ def _flown_values(outcome: Outcome) -> np.ndarray:
 
 def _duplicate_knees(outcome: Outcome) -> list[str]:
     rows = np.flatnonzero(outcome.finalists.non_dominated).tolist()
-    apart = differences_to(outcome.finalists.flown, outcome.tuned)
-    return after.duplicate_knees(outcome.names, outcome.tuned, rows, apart.low, apart.high)
+    gaps = differences_to(outcome.finalists.flown, outcome.tuned)
+    return after.duplicate_knees(outcome.names, outcome.tuned, rows, gaps.low, gaps.high)
 
 
 def _lost(outcome: Outcome) -> list[str]:
@@ -78,30 +77,6 @@ def _idle(outcome: Outcome) -> list[str]:
     return after.idle_candidates(int(idle), floor)
 
 
-@singledispatch
-def times_of_never(study: SearchedStudy) -> list[list[float]]:
-    """Return for each objective, by scenario, the time [s] that stands for an event that a flight did not come to.
-
-    Nothing is known of trials that another program made.
-    """
-    return [[] for _ in study.objectives]
-
-
-@times_of_never.register
-def _(study: TuningStudy) -> list[list[float]]:
-    found = []
-    for objective in study.objectives:
-        metric = objective.metric.metric
-        seen = [entry.spec for entry in study.scenarios if objective.scenario in (None, entry.spec.name)]
-        windows = [
-            min(getattr(target, metric.window) if metric.window else 0.0 for target in study.system.targets(spec))
-            for spec in seen
-        ]
-        left = [spec.duration - begin for spec, begin in zip(seen, windows, strict=True)]
-        found.append(left if metric.censored is not None else [])
-    return found
-
-
 def _unjudged(study: PlantStudy) -> list[str]:
     judged = [*study.objectives, *[entry.objective for entry in study.constraints if not entry.floor]]
     names = [entry.spec.name for entry in study.scenarios]
@@ -116,45 +91,57 @@ def _unjudged(study: PlantStudy) -> list[str]:
 GUARDS = {
     "few_scenarios": Guard(BEFORE, "too few scenarios for the level of a risk", few_scenarios),
     "unprovable_shares": Guard(BEFORE, "limits on shares that the held-out flights cannot show", unprovable_shares),
-    "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere, Study),
-    "rates_without_damping": Guard(BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping, Study),
-    "leading_yaw": Guard(
-        BEFORE, "a yaw loop that the inertia of the rotors speeds up",
-        lambda study: leading_yaw(study, study.default_row, "the default's yaw loop"), Study,
+    "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere, False),
+    "rates_without_damping": Guard(
+        BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping, False
     ),
-    "unjudged": Guard(BEFORE, "channels and scenarios that no objective and no limit judges", _unjudged, PlantStudy),
-    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle, TuningStudy),
+    "leading_yaw": Guard(
+        BEFORE,
+        "a yaw loop that the inertia of the rotors speeds up",
+        lambda study: leading_yaw(study, study.default_row, "the default's yaw loop"),
+        False,
+    ),
+    "unjudged": Guard(BEFORE, "channels and scenarios that no objective and no limit judges", _unjudged, False),
+    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle),
     "constant_objective": Guard(
-        AFTER, "an objective that nothing searched moves",
-        lambda outcome: after.constant_objectives(_labels(outcome), _flown_values(outcome), times_of_never(outcome.study)),
+        AFTER,
+        "an objective that nothing searched moves",
+        lambda outcome: after.constant_objectives(
+            _labels(outcome), _flown_values(outcome), outcome.study.censored_times()
+        ),
     ),
     "correlated_objectives": Guard(
-        AFTER, "two objectives that rank all candidates alike",
+        AFTER,
+        "two objectives that rank all candidates alike",
         lambda outcome: after.correlated_objectives(_labels(outcome), _flown_values(outcome)),
     ),
     "duplicate_knee": Guard(AFTER, "points that cannot be told from the recommended one", _duplicate_knees),
     "lost_flights": Guard(AFTER, "a recommended point that loses flights which nothing limits", _lost),
     "on_bound": Guard(AFTER, "recommended gains at an end of their range", _on_bounds),
     "still_rising": Guard(
-        AFTER, "a search that ended before its front had come to rest",
+        AFTER,
+        "a search that ended before its front had come to rest",
         lambda outcome: after.still_rising(
-            [entry.hypervolume for entry in outcome.generations], [entry.flights for entry in outcome.generations],
-            isinstance(outcome.study, TuningStudy) and outcome.study.is_in_files,
+            [entry.hypervolume for entry in outcome.generations],
+            [entry.flights for entry in outcome.generations],
+            outcome.study.is_resumable,
         ),
     ),
-}  # fmt: skip
+}
 
 
 def warnings_before_run(study: SearchedStudy) -> list[str]:
-    """Return what the guards say of a study before it runs."""
+    """Return the checks' warnings about a study before it runs."""
     return [text for guard in guards_of(study, BEFORE) for text in guard.message(study)]
 
 
 def warnings_after_run(outcome: Outcome) -> list[str]:
-    """Return what the guards say of an outcome."""
+    """Return the checks' warnings about an outcome."""
     return [text for guard in guards_of(outcome.study, AFTER) for text in guard.message(outcome)]
 
 
 def guards_of(study: SearchedStudy, when: str) -> list[Guard]:
     """Return the guards that look at a study, or at its outcome."""
-    return [guard for guard in GUARDS.values() if guard.when == when and isinstance(study, guard.of)]
+    return [
+        guard for name, guard in GUARDS.items() if guard.when == when and (guard.everywhere or name in study.guards)
+    ]

@@ -7,7 +7,7 @@ import numpy as np
 
 from tuner.analysis.sensitivity.indices import places
 from tuner.documents.contest_document import BoundRow
-from tuner.search.rest import RESTING, gained, generations_to_rest, last_quarter
+from tuner.search.convergence import TOLERANCE, generations_to_convergence, last_quarter, last_quarter_improvement
 
 Times = Sequence[float]
 # Objectives that differ by less than this share of their size are constant; rank correlations from here on are perfect.
@@ -85,12 +85,12 @@ def lost_flights(lost: int, flights: int, limited: bool) -> list[str]:
     ]
 
 
-def gains_on_bounds(found: Sequence[BoundRow]) -> list[str]:
+def gains_on_bounds(bounds: Sequence[BoundRow]) -> list[str]:
     """Warn of recommended gains that ended at an end of their range that could be moved."""
     return [
         f"{entry.variable} = {entry.value:.4g} stands at the {entry.end} end of its range, {entry.bound:.4g}"
         f"{_others_there(entry)}: the range decided, not the search. Widen it there, if the vehicle allows."
-        for entry in found
+        for entry in bounds
         if entry.recommended and not entry.natural
     ]
 
@@ -103,10 +103,10 @@ def still_rising(volumes: Sequence[float], flights: Sequence[int], resumable: bo
     """Warn where a search had not come to rest, with the budget after which it would have; hypervolume and flights so far, one a
     generation. resumable: whether the run can go on with a larger budget.
     """
-    done, share = len(volumes), gained(volumes)
-    if share <= RESTING:
+    done, share = len(volumes), last_quarter_improvement(volumes)
+    if share <= TOLERANCE:
         return []
-    budget = generations_to_rest(volumes)
+    budget = generations_to_convergence(volumes)
     if budget is None:
         advice = "When it comes to rest cannot be told from these generations"
         budget = 2 * done

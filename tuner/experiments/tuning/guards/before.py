@@ -11,12 +11,11 @@ from objectives.margins.trim import Trim
 from objectives.problem import Objective
 from objectives.risk import clopper_pearson, flights_to_show, minimum_samples
 from objectives.risk.measures import TAIL_SCENARIOS
-from plant.nominal import yaw_lead
-from plant.scenarios import HELD_OUT, SEARCH
-from tuner.analysis.judging.judge import differences
+from plant.quadrotor.nominal import yaw_lead
+from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from tuner.gains import read_gains
 from tuner.search.names import ALGORITHMS
-from tuner.study.study import SearchedStudy, Study
+from tuner.study.study import SearchedStudy, Study, differences
 
 
 def few_scenarios(study: SearchedStudy) -> list[str]:
@@ -61,14 +60,14 @@ def default_elsewhere(study: Study) -> list[str]:
     given = study.table.controller.default
     if given is None:
         return []
-    said = []
-    differing = differences(read_gains(study.path.parent / given), study)
-    if differing:
-        said.append(
-            f"What {given} holds differs from what this study flies: {'; '.join(differing)}. So the Default column is not what "
+    texts = []
+    others = differences(read_gains(study.path.parent / given), study)
+    if others:
+        texts.append(
+            f"What {given} holds differs from what this study flies: {'; '.join(others)}. So the Default column is not what "
             "that vehicle does; change the study, or read the file for this airframe and period."
         )
-    return [*said, *_merged(study)]
+    return [*texts, *_merged(study)]
 
 
 def _merged(study: Study) -> list[str]:
@@ -93,7 +92,7 @@ def unjudged_channels(held: Sequence[tuple[str, str]], free: Sequence[tuple[str,
         held: Those that an automatic limit holds.
         free: Those whose automatic limit the study switches off.
     """
-    said = []
+    texts = []
     for places, what in (
         (held, "an automatic limit alone holds it"),
         (free, "mission.off leaves it without any limit"),
@@ -101,11 +100,11 @@ def unjudged_channels(held: Sequence[tuple[str, str]], free: Sequence[tuple[str,
         if places:
             channel, scenario = places[0]
             named = ", ".join(f'{name} in scenario "{at}"' for name, at in places)
-            said.append(
+            texts.append(
                 f"No objective and no limit of the study judges {named}: {what}, and the search looks for nothing better. "
                 f'Add for instance [[objective]] metric = "rms.{channel}", scenario = "{scenario}".'
             )
-    return said
+    return texts
 
 
 # The lead of the rotors' inertia is felt where it begins below this many times the crossover of yaw: at 3 it still adds 18 deg

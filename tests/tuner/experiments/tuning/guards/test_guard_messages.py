@@ -8,7 +8,7 @@ import pytest
 from objectives.metrics import METRICS
 from tests.tuner.conftest import QUICKSTART
 from tuner.documents.contest_document import BoundRow
-from tuner.experiments.tuning.guards import AFTER, BEFORE, GUARDS, times_of_never, warnings_before_run
+from tuner.experiments.tuning.guards import AFTER, BEFORE, GUARDS, warnings_before_run
 from tuner.experiments.tuning.guards.after import (
     constant_objectives,
     correlated_objectives,
@@ -50,7 +50,7 @@ def test_times_of_never_are_those_that_flights_without_an_event_are_scored_by():
     objective = {"metric": "settling.position", "risk": "mean"}
     study = load_study(QUICKSTART, {"margin": [], "objective": [objective, {"metric": "travel"}]})
     spec, timing = study.scenarios[0].spec, study.system.timing
-    (never, nothing) = times_of_never(study)
+    (never, nothing) = study.censored_times()
     target = spec.targets(timing).x
     context = SimpleNamespace(duration=spec.duration, h=timing.control_period)
     view = SimpleNamespace(meter=SimpleNamespace(last_outside=spec.duration), target=target, context=context)

@@ -1,0 +1,125 @@
+"""Reads an airframe: one of the bundled TOML files by name, or a user's file of the same form by path."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plant.errors import InputError, UnknownNameError, UnphysicalError
+from plant.input_files import read_input_text
+from plant.quadrotor.airframes.geometry import FRAMES, SPINS
+from plant.quadrotor.airframes.rules import broken_rules
+from plant.quadrotor.airframes.schema import (
+    GROUPS,
+    OPTIONAL,
+    SCALARS,
+    Sourced,
+    check_together,
+    read_flag,
+    read_numbers,
+    read_text,
+)
+from plant.quadrotor.airframes.uncertainty import Uncertainty, read_uncertainty
+from plant.quadrotor.vehicle import Vehicle
+from plant.texts import check_name, check_texts, check_title, toml_table
+from plant.vectors import Vec3
+
+_BUNDLED = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Airframe:
+    """One vehicle as its file describes it.
+
+    Attributes:
+        name: the file's stem.
+        title: one line for people.
+        frame: a key of `geometry.FRAMES`.
+        vehicle: the numbers as the kernels read them.
+        sources: dotted key -> (value, unit, source) of every number in the file.
+        path: the file.
+        uncertainty: how far the numbers are known, where the file says so.
+    """
+
+    name: str
+    title: str
+    frame: str
+    vehicle: Vehicle
+    sources: dict[str, Sourced]
+    path: Path
+    uncertainty: Uncertainty | None = None
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of the bundled airframes, sorted."""
+    return tuple(sorted(path.stem for path in _BUNDLED.glob("*.toml")))
+
+
+def load(name_or_path: str | Path, *, allow_unphysical: bool = False) -> Airframe:
+    """Return a bundled airframe, or that of a TOML file.
+
+    Args:
+        name_or_path: A bundled name ("hummingbird"), or a file: a Path, or a text with "/" or ".toml".
+        allow_unphysical: Accept numbers that break `airframes.rules`; the file must say `allow_unphysical = true` too.
+
+    Returns:
+        The airframe, every number in SI units with its source.
+
+    Raises:
+        UnknownNameError: The name is not bundled.
+        InputError: Something is wrong in the file; the message names file and key.
+        UnphysicalError: Numbers break rules of physics; the message lists every broken rule.
+    """
+    path = _located(name_or_path)
+    check_name(path.stem, file=path, key="file name")
+    table = _parsed(path)
+    check_texts(table, file=path)
+    title = read_text(table, "title", path)
+    check_title(title, file=path, key="title")
+    frame = read_text(table, "frame", path, tuple(FRAMES))
+    spin = read_text(table, "spin", path, tuple(SPINS))
+    sources = read_numbers(table, FRAMES[frame].lengths, path)
+    check_together(sources, path)
+    vehicle = _vehicle({key: number.value for key, number in sources.items()}, frame, spin)
+    _judge(vehicle, path, in_file=read_flag(table, "allow_unphysical", path), by_caller=allow_unphysical)
+    return Airframe(path.stem, title, frame, vehicle, sources, path, read_uncertainty(table, path))
+
+
+def _located(name_or_path: str | Path) -> Path:
+    text = str(name_or_path)
+    if isinstance(name_or_path, Path) or text.endswith(".toml") or "/" in text or "\\" in text:
+        return Path(name_or_path)
+    if text not in names():
+        raise UnknownNameError("airframe", text, names())
+    return _BUNDLED / f"{text}.toml"
+
+
+def _parsed(path: Path) -> Mapping[str, object]:
+    try:
+        return toml_table(read_input_text(path, "utf-8-sig"), path)
+    except OSError as error:
+        message = f"cannot be read ({error.strerror}); give a TOML file or a bundled airframe: {', '.join(names())}"
+        raise InputError(message, file=path) from error
+    except UnicodeDecodeError as error:
+        message = f"is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8"
+        raise InputError(message, file=path) from error
+
+
+def _vehicle(values: Mapping[str, float], frame: str, spin: str) -> Vehicle:
+    rotors = FRAMES[frame].positions(values)
+    numbers: dict[str, Any] = {key: values[key] for key in (*SCALARS, *OPTIONAL) if key in values}
+    numbers |= {key: Vec3(values[f"{key}.x"], values[f"{key}.y"], values[f"{key}.z"]) for key in GROUPS}
+    return Vehicle(rotor_x=rotors.x, rotor_y=rotors.y, spin=SPINS[spin], **numbers)
+
+
+def _judge(vehicle: Vehicle, path: Path, *, in_file: bool, by_caller: bool) -> None:
+    broken = broken_rules(vehicle)
+    if not broken or (in_file and by_caller):
+        return
+    if in_file:
+        remedy = "the file says so itself: to fly it all the same, load it with allow_unphysical = true"
+    elif by_caller:
+        remedy = "correct the file, or have it say allow_unphysical = true as well"
+    else:
+        remedy = "correct the file, or allow it both in the file and when loading it: allow_unphysical = true"
+    raise UnphysicalError(f"no real airframe has these numbers: {'; '.join(broken)}. What to do: {remedy}", file=path)

@@ -1,0 +1,91 @@
+"""Features of a vehicle and its controller: they decide which states the closed loop has besides the body and the cascade's."""
+
+from typing import NamedTuple
+
+from plant.errors import InputError
+from plant.quadrotor.battery import DRAINING, HELD, MAINS, Supply, has_battery
+from plant.quadrotor.gyro import Gyro, gyro_of
+from plant.quadrotor.notches import Notches, notches_of
+from plant.quadrotor.vehicle import Vehicle, late_periods
+
+# The bilinear transform of a mode keeps its frequency up to here, over the control rate.
+MOST_OF_RATE = 0.4
+
+
+class VehicleFeatures(NamedTuple):
+    """late: control periods by which rotors feel a command late. vibrates: whether the gyro hears rotors. flexes: whether the
+    frame has a mode. filters: whether the gyro has a low-pass below half the control rate. harmonics: of the rotors' speed, at
+    each of which the controller has a notch. supply: of the rotors.
+    """
+
+    delay_steps: int = 0
+    has_vibration: bool = False
+    has_flexible_mode: bool = False
+    has_low_pass: bool = False
+    harmonics: int = 0
+    supply: Supply = MAINS
+
+    @property
+    def gyro(self) -> Gyro:
+        """The gyro."""
+        return gyro_of(
+            has_vibration=self.has_vibration, has_flexible_mode=self.has_flexible_mode, has_low_pass=self.has_low_pass
+        )
+
+    @property
+    def notches(self) -> Notches:
+        """The notches that follow the rotors."""
+        return notches_of(self.harmonics)
+
+    @property
+    def feedback(self) -> "VehicleFeatures":
+        """The part that is feedback: lines of rotors return nothing of a small signal, and charge goes too slowly to."""
+        return self._replace(has_vibration=False, supply=MAINS if self.supply is MAINS else HELD)
+
+    @property
+    def name(self) -> str:
+        """End of the names of kernels, "" for none of it."""
+        sags = self.supply is not MAINS
+        words = {
+            "vibrates": self.has_vibration,
+            "flexes": self.has_flexible_mode,
+            "filters": self.has_low_pass,
+            "sags": sags,
+        }
+        delay = f"_late{self.delay_steps}" if self.delay_steps else ""
+        notches = f"_notches{self.harmonics}" if self.harmonics else ""
+        return delay + "".join(f"_{word}" for word, is_present in words.items() if is_present) + notches
+
+
+BARE = VehicleFeatures()
+"""Of a vehicle whose file says nothing of it."""
+
+
+def hears_rotors(vehicle: Vehicle) -> bool:
+    """Return True if a vehicle's gyro measures lines of the rotors."""
+    return any((vehicle.vibration_1, vehicle.vibration_2, vehicle.vibration_3))
+
+
+def vehicle_features(vehicle: Vehicle, control_period: float, harmonics: float = 0.0) -> VehicleFeatures:
+    """Return the features of a vehicle and its controller; harmonics: of the rotor notches.
+
+    InputError where its loop cannot be sampled so slowly.
+    """
+    has_flexible_mode = vehicle.mode_gain != 0.0
+    if has_flexible_mode and vehicle.mode_frequency * control_period > MOST_OF_RATE:
+        raise InputError(
+            f"given {vehicle.mode_frequency:g} Hz with a control period of {control_period:g} s; at most {MOST_OF_RATE:g} of "
+            f"the control rate, {MOST_OF_RATE / control_period:g} Hz, is sampled: take a shorter period, or leave mode_gain "
+            "out",
+            key="mode_frequency",
+        )
+    has_low_pass = 0.0 < vehicle.gyro_cutoff * control_period < 0.5
+    supply = DRAINING if has_battery(vehicle) else MAINS
+    return VehicleFeatures(
+        late_periods(vehicle, control_period),
+        hears_rotors(vehicle),
+        has_flexible_mode,
+        has_low_pass,
+        int(harmonics),
+        supply,
+    )

@@ -1,0 +1,109 @@
+"""Dead time of the rotors: whole control periods between the command in force and the speed that rotors turn towards."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from objectives import meters
+from plant.backends.flyer import Flyer
+from plant.backends.stepping import fly_steps, unchanged
+from plant.errors import InputError
+from plant.loop import MeterModel
+from plant.quadrotor.airframes import load
+from plant.quadrotor.closed_loop import CascadeLoop, close_loop
+from plant.quadrotor.features import VehicleFeatures
+from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.vehicle import late_periods
+from plant.records import flatten
+from tests.plant.harness import (
+    HUMMINGBIRD,
+    LIMITS,
+    TARGETS,
+    TIMING,
+    H,
+    batch,
+    default_gains,
+    in_blocks,
+    loop_of,
+    references,
+    scenario,
+)
+
+STEPS, JUMP = 40, 10
+PROMPT = nominal(HUMMINGBIRD, ControlOptions(), H)
+
+
+def late_loop(late: int) -> CascadeLoop:
+    return close_loop(
+        loop_of("pid", "pid").cascade, MeterModel(meters.Meters, meters.start, meters.update), VehicleFeatures(late)
+    )
+
+
+def flown(loop: CascadeLoop, know: Any, step: float) -> list[Any]:
+    """The Flight record of every control instant of a flight up by a step [m]."""
+    asked = references(STEPS, z=0.0)
+    asked[JUMP:, 2] = step
+    calm, seen = np.zeros((1, STEPS, 12)), []
+    inputs = scenario(batch([HUMMINGBIRD], calm, calm, asked), 0)
+    fly_steps(
+        loop,
+        unchanged,
+        default_gains(loop),
+        know,
+        inputs,
+        TARGETS,
+        LIMITS,
+        TIMING,
+        lambda k, flight: seen.append(flight),
+    )
+    return seen
+
+
+@pytest.mark.parametrize("late", [0, 1, 3])
+def test_motion_begins_so_many_periods_later(late: int) -> None:
+    """A reference that jumps at instant 10 moves the vehicle from instant 11 on, with dead time as many periods later."""
+    still, moving = (flown(late_loop(late), PROMPT, step) for step in (0.0, 0.5))
+    changed = [a.body.velocity != b.body.velocity for a, b in zip(still, moving, strict=True)]
+    assert changed.index(True) == JUMP + 1 + late
+
+
+def test_one_period_of_dead_time_moves_the_vehicle_as_one_of_computing() -> None:
+    """Away from limits a PID does not ask what the rotors deliver, so it cannot tell the two."""
+    computing = flown(late_loop(0), nominal(HUMMINGBIRD, ControlOptions(delay=True), H), 0.05)
+    waiting = flown(late_loop(1), PROMPT, 0.05)
+    assert [flight.body for flight in waiting] == [flight.body for flight in computing]
+    assert waiting[-1].body.position.z > 1e-4
+
+
+@pytest.mark.slow
+def test_lanes_fly_the_queue() -> None:
+    """Kernels and plain Python agree on every meter of a flight with three periods of dead time."""
+    loop, calm, asked = late_loop(3), np.zeros((1, STEPS, 12)), references(STEPS, z=0.0)
+    asked[JUMP:, 2] = 0.5
+    inputs = in_blocks(batch([HUMMINGBIRD], calm, calm, asked))
+    lanes = Flyer(loop, LIMITS, TIMING, 1).fly(np.array([flatten(default_gains(loop))]), PROMPT, inputs)
+    plain = flown(loop, PROMPT, 0.5)[-1]
+    assert np.ravel(lanes)[: len(flatten(plain.meters))] == pytest.approx(flatten(plain.meters), rel=1e-9, abs=1e-12)
+
+
+def test_dead_time_is_rounded_to_whole_periods() -> None:
+    """1.2 ms are one period of 1 ms and none of 4 ms; what no flight could keep is refused."""
+    vehicle = HUMMINGBIRD._replace(dead_time=0.0012)
+    assert [late_periods(vehicle, h) for h in (0.001, 0.002, 0.004)] == [1, 1, 0]
+    with pytest.raises(InputError, match="at most 32 are kept"):
+        late_periods(vehicle._replace(dead_time=0.1), 0.001)
+
+
+def test_an_airframe_file_may_give_it(tmp_path: Path) -> None:
+    """It is 0 where the file is silent, and cannot be negative."""
+    text = load("f450").path.read_text(encoding="utf-8")
+    line = 'dead_time = {{ value = {value}, unit = "s", source = "a test" }}\n\n[inertia]'
+    file = tmp_path / "late.toml"
+    file.write_text(text.replace("[inertia]", line.format(value=0.002), 1), encoding="utf-8")
+    assert load(file).vehicle == load("f450").vehicle._replace(dead_time=0.002)
+    assert load("f450").vehicle.dead_time == 0.0
+    file.write_text(text.replace("[inertia]", line.format(value=-0.002), 1), encoding="utf-8")
+    with pytest.raises(InputError, match="must be not negative"):
+        load(file)

@@ -1,0 +1,70 @@
+"""Foresight of a flight: the intervals that identification would give of a vehicle, from the information of its own model.
+
+The flight is simulated; sensitivities, noise model and the rules by which a number is left at its prior are those of
+`tuner.analysis.identification`.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant.quadrotor.airframes import Airframe
+from tuner.analysis.identification.fit import Fit, Problem, expected_fit
+from tuner.analysis.identification.identify import (
+    GIVEN,
+    airborne,
+    counted_outputs,
+    resample_segments,
+    unidentifiable,
+    wider_than_prior,
+)
+from tuner.analysis.identification.parameters import ParameterSpace
+from tuner.analysis.identification.prediction import prediction_windows
+from tuner.analysis.identification.samples import OUTPUTS
+from tuner.logs.flight_log import FlightLog
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ExpectedAccuracy:
+    """Expected fit to a flight; reasons: name of a parameter -> why it would not be identified."""
+
+    fit: Fit
+    reasons: dict[str, str]
+
+    @property
+    def deviations(self) -> Array:
+        """Standard deviations (n,) of the coordinates after the flight."""
+        return np.sqrt(np.diag(self.fit.covariance))
+
+
+def problem_of(log: FlightLog, airframe: Airframe, space: ParameterSpace) -> Problem:
+    """Return the identification problem of a log."""
+    samples = resample_segments([airborne(log, airframe)])
+    return Problem(space, airframe.vehicle, samples, tuple(np.ones(len(part.time)) for part in samples))
+
+
+def information_of(log: FlightLog, airframe: Airframe, space: ParameterSpace, truth: Array, axis: str) -> Array:
+    """Return the Fisher information (n, n) of a simulated flight that excites one axis.
+
+    Only this output counts: identification believes no output that hardly moves.
+    """
+    problem = replace(problem_of(log, airframe, space), outputs=tuple(name == axis for name in OUTPUTS))
+    return expected_fit(problem, truth, identifiable_parameters(space)).information
+
+
+def identifiable_parameters(space: ParameterSpace) -> NDArray[np.bool_]:
+    """Return a mask (n,) of the coordinates that a flight may identify."""
+    return np.array([name not in GIVEN for name in space.names])
+
+
+def expected_accuracy(log: FlightLog, airframe: Airframe, space: ParameterSpace, truth: Array) -> ExpectedAccuracy:
+    """Return the expected accuracy of identification from a simulated flight."""
+    problem, is_free = problem_of(log, airframe, space), identifiable_parameters(space)
+    first = expected_fit(problem, truth, is_free)
+    reasons = unidentifiable(first, prediction_windows(problem, truth, held_out=False))
+    is_free &= np.array([name not in reasons for name in space.names])
+    fit = expected_fit(counted_outputs(problem, reasons), truth, is_free)
+    return ExpectedAccuracy(fit, reasons | wider_than_prior(fit, is_free))

@@ -1,0 +1,69 @@
+"""What is to be flown: a system with gains, through a scenario."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from objectives.flown_system import FlownSystem, Scenario
+from objectives.metrics import MetricAddress
+from plant.errors import InputError
+from plant.quadrotor.scenarios import HELD_OUT
+from tuner.analysis.judged_metrics import shown_metrics
+from tuner.analysis.responses import LIMITS, system_of, usual_scenario
+from tuner.api.studies import StudyLike, tuning_study
+from tuner.gains import Controller
+from tuner.study.plant_controller import PlantController
+from tuner.study.study import TuningStudy
+
+
+@dataclass(frozen=True)
+class FlightSetup:
+    """Flights to be made.
+
+    Attributes:
+        system: Flies the gains, a row (g,), through the scenario `spec`.
+        root: Root seed of the draws.
+        laws: In words.
+        metrics: Addresses that such flights can be judged by.
+        draws: Stream and numbers of the flights.
+
+    """
+
+    system: FlownSystem
+    gains: np.ndarray
+    spec: Scenario
+    root: int
+    laws: str
+    metrics: list[MetricAddress]
+    draws: tuple[str, range] = (HELD_OUT, range(0))
+
+
+def quadrotor_setup(controller: Controller, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
+    """Return the study's scenario and limits where a study is given, the usual ones else."""
+    row = np.array(controller.gains)
+    laws = f"{controller.cascade.position.name} / {controller.cascade.attitude.name}"
+    if study is None:
+        system = system_of(controller, LIMITS)
+        spec, root = usual_scenario(system), seed
+    else:
+        given = tuning_study(study, "tuner fly --study")
+        system = system_of(controller, given.system.limits)
+        spec, root = spec_of(given, scenario), given.seed
+    return FlightSetup(system, row, spec, root, laws, shown_metrics(system, spec))
+
+
+def plant_setup(controller: PlantController, scenario: int) -> FlightSetup:
+    """Return a scenario of the study that closes a plant's loops."""
+    study = controller.study
+    spec, laws = spec_of(study, scenario), dict(study.about)["laws"]
+    metrics = shown_metrics(study.system, spec)
+    return FlightSetup(study.system, np.array(controller.gains), spec, study.seed, laws, metrics)
+
+
+def spec_of(study: TuningStudy, scenario: int) -> Scenario:
+    """Return a scenario of a study by its number from 0; InputError where there is none."""
+    if scenario >= len(study.scenarios):
+        raise InputError(
+            f"given scenario {scenario}; allowed: 0 to {len(study.scenarios) - 1}", file=study.path, key="--scenario"
+        )
+    return study.scenarios[scenario].spec

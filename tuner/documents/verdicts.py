@@ -1,0 +1,28 @@
+"""Verdicts on quantities, in the words of files, terminal and page: the one place that decides which holds."""
+
+from math import inf
+
+from tuner.documents.parts import Estimate, SampledValue
+
+BETTER, WORSE, NO_DIFFERENCE = "better", "worse", "no clear difference"
+SATISFIED, NOT_CERTAIN, BROKEN = "kept", "not certain", "broken"
+UNKNOWN = "not known"
+# The same gains, decoded from a point of the unit cube, differ in the last digit.
+SAME = 1e-9
+
+
+def verdict_on_difference(default: float, difference: Estimate | SampledValue) -> str:
+    """Return the verdict that the interval of a difference to the default's value allows."""
+    if difference.value is None or difference.low is None or difference.high is None:
+        return UNKNOWN
+    if abs(difference.value) <= SAME * abs(default):
+        return NO_DIFFERENCE
+    if difference.high < 0.0:
+        return BETTER
+    return WORSE if difference.low > 0.0 else NO_DIFFERENCE
+
+
+def verdict_on_limit(value: float | None, limit: float, sense: str = "max") -> str:
+    """Return the verdict on a value with a limit; null is infinite."""
+    value = inf if value is None else value
+    return SATISFIED if (value >= limit if sense == "min" else value <= limit) else BROKEN

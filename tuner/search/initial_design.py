@@ -1,0 +1,52 @@
+"""The initial design: the given starting points, then a Latin hypercube.
+
+M. D. McKay, R. J. Beckman, W. J. Conover, Technometrics 21(2):239-245, 1979: each variable takes every stratum once. Points that
+fail pre-screening are replaced by points of further hypercubes that pass: screening costs little, and a search that starts from a
+handful of feasible points stays near them.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+# Largest number of hypercubes sampled to replace points: enough where 3 % pass pre-screening, for a second or two.
+MAX_EXTRA_HYPERCUBES = 48
+# Hypercubes that are screened at once: one after the other takes longer.
+HYPERCUBE_BATCH = 6
+
+
+def latin_hypercube(count: int, dimensions: int, rng: np.random.Generator) -> np.ndarray:
+    """Return points (count, dimensions): one in each of `count` strata of every dimension of the unit cube."""
+    strata = np.stack([rng.permutation(count) for _ in range(dimensions)], axis=1)
+    return (strata + rng.uniform(size=(count, dimensions))) / count
+
+
+def initial_design(
+    starts: np.ndarray,
+    count: int,
+    rng: np.random.Generator,
+    passes_screening: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> np.ndarray:
+    """Return `count` points (count, d): the starting points (k, d), then a Latin hypercube of the rest.
+
+    passes_screening: points (n, d) -> mask (n,) of those worth a flight; None for all.
+    """
+    points = latin_hypercube(count - len(starts), starts.shape[1], rng)
+    if passes_screening is not None:
+        points = _replace_failing(points, rng, passes_screening)
+    return np.concatenate([starts, points], axis=0)
+
+
+def _replace_failing(
+    points: np.ndarray, rng: np.random.Generator, passes_screening: Callable[[np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """Return points (n, d), those that fail screening replaced by sampled ones that pass."""
+    points, open_rows = points.copy(), np.flatnonzero(~passes_screening(points))
+    for _ in range(MAX_EXTRA_HYPERCUBES // HYPERCUBE_BATCH):
+        if not len(open_rows):
+            break
+        samples = np.concatenate([latin_hypercube(len(points), points.shape[1], rng) for _ in range(HYPERCUBE_BATCH)])
+        passing = samples[passes_screening(samples)][: len(open_rows)]
+        points[open_rows[: len(passing)]] = passing
+        open_rows = open_rows[len(passing) :]
+    return points
