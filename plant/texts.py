@@ -8,13 +8,20 @@ import json
 import re
 import signal
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from datetime import date, time
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from plant.errors import InputError, one_line, shortened
 from plant.input_files import check_json_size
 
+PlainValue: TypeAlias = (
+    None | bool | int | float | str | date | time | Sequence["PlainValue"] | Mapping[str, "PlainValue"]
+)
+"""A value of a TOML or JSON file, read or to be written; a reader of one finds out which it is before it uses it."""
+PlainTable: TypeAlias = dict[str, PlainValue]
+"""Content of such a file, or one of its tables."""
 DEEPEST = 16
 """Levels of tables and lists inside each other that are read; what anything here needs is 5."""
 # Digits of a whole number; one of more has no place among floating-point numbers.
@@ -65,7 +72,7 @@ def check_title(title: str, *, file: Path | None = None, key: str | None = None)
     check_text(title, LONGEST_TITLE, file=file, key=key)
 
 
-def check_texts(table: Any, *, file: Path | None = None) -> None:
+def check_texts(table: PlainValue, *, file: Path | None = None) -> None:
     """Refuse a text anywhere in nested tables and lists that `check_text` refuses; raises InputError with its key."""
     for key, text in texts_in(table):
         lines = text.replace("\t", " ").splitlines() if key.split(".")[-1] in PROSE else [text]
@@ -73,13 +80,12 @@ def check_texts(table: Any, *, file: Path | None = None) -> None:
             check_text(line, file=file, key=key)
 
 
-def texts_in(table: Any, key: str = "") -> Iterator[tuple[str, str]]:
+def texts_in(table: PlainValue, key: str = "") -> Iterator[tuple[str, str]]:
     """Yield dotted key and text of every text in nested tables and lists."""
     if isinstance(table, str):
         yield key, table
     elif isinstance(table, dict):
-        members: dict[str, Any] = table
-        for name, inner in members.items():
+        for name, inner in table.items():
             yield from texts_in(inner, f"{key}.{name}" if key else name)
     elif isinstance(table, list):
         for i, inner in enumerate(table):
@@ -94,12 +100,12 @@ def signal_name(number: int) -> str:
         return f"signal {number}"
 
 
-def toml_table(text: str, file: Path) -> dict[str, Any]:
+def toml_table(text: str, file: Path) -> PlainTable:
     """Return the content of a TOML text; InputError, with the line where there is one, if it is none."""
     return _read(tomllib.loads, text, file, "TOML")
 
 
-def json_table(text: str, file: Path) -> dict[str, Any]:
+def json_table(text: str, file: Path) -> PlainTable:
     """Return the content of a JSON text that holds an object; InputError, with the line where there is one, if it is none."""
     try:
         check_json_size(text)
@@ -143,16 +149,17 @@ def _line_of(text: str, message: str) -> str:
     return f"; correct this line: {line.strip()}"
 
 
-def _leaves(table: Any) -> tuple[list[Any], bool]:
+def _leaves(table: PlainValue) -> tuple[list[PlainValue], bool]:
     """Return the values in nested tables and lists up to `DEEPEST`, and True if deeper ones exist."""
-    leaves, layer = [], [table]
+    leaves: list[PlainValue] = []
+    layer = [table]
     for _ in range(DEEPEST):
         leaves += [value for value in layer if not isinstance(value, dict | list)]
         layer = [inner for value in layer for inner in _inside(value)]
     return leaves + layer, any(isinstance(value, dict | list) for value in layer)
 
 
-def _inside(value: Any) -> list[Any]:
+def _inside(value: PlainValue) -> list[PlainValue]:
     if isinstance(value, dict):
         return list(value.values())
     return value if isinstance(value, list) else []

@@ -44,7 +44,7 @@ def _is_linear(study: Path) -> bool:
         plant = toml_table(read_input_text(study, "utf-8-sig"), study).get("plant", {})
     except (OSError, ValueError, InputError):
         return False
-    return not {"transfer_function", "state_space"}.isdisjoint(plant)
+    return isinstance(plant, dict) and not {"transfer_function", "state_space"}.isdisjoint(plant)
 
 
 def can_be_resumed(path: Path) -> bool:

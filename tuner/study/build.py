@@ -27,6 +27,7 @@ from plant.quadrotor.scenarios import Bands, ScenarioSpec, Spread
 from plant.quadrotor.sensors import SensorSpec
 from plant.references import ReferenceSpec, from_mapping
 from plant.references.spec import HOLD, POSITION, VELOCITY
+from plant.texts import PlainValue
 from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usual_timing
 from tuner.study.assembly import assembled, judging_of
@@ -58,7 +59,7 @@ MOST_SPEED = 150.0
 AIRFRAME = "airframe"
 
 
-def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
+def load_study(path: Path, overrides: Mapping[str, PlainValue] | None = None) -> Study:
     """Read and check a study file; overrides: dotted keys that replace values of the file.
 
     Raises InputError naming file and key.
@@ -66,7 +67,7 @@ def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
     return _build(path, read_study_table(path, overrides or {}))
 
 
-def study_from_table(path: Path, raw: Mapping[str, Any]) -> Study:
+def study_from_table(path: Path, raw: Mapping[str, PlainValue]) -> Study:
     """Check the content of a study that was put together elsewhere; errors name path, files are relative to its folder."""
     return _build(path, checked_table(path, raw, StudyTable))
 
@@ -192,22 +193,14 @@ def _limits(table: LimitsTable) -> Limits:
 
 
 def _scenario(table: ScenarioTable, timing: Timing, path: Path, airframe: Airframe) -> StudyScenario:
-    air = table.air.model_dump()
-    for key, kind in (("gust", Gust), ("injection", Injection)):
-        if air[key] is not None:
-            values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in air[key].items()}
-            with located(None, "air"):
-                air[key] = kind(**values)
-    air |= {"window": None if table.air.window is None else tuple(table.air.window)}
-    parts: dict[str, Any] = {}
-    for key, kind, fields in (
-        ("air", AirSpec, air),
-        ("sensors", SensorSpec, table.sensors.model_dump()),
-        ("spread", Spread, _widths(table.spread)),
-        ("bands", Bands, table.bands.model_dump()),
-    ):
-        with located(None, key):
-            parts[key] = kind(**fields)
+    with located(None, "air"):
+        air = _air(table.air)
+    with located(None, "sensors"):
+        sensors = SensorSpec(**table.sensors.model_dump())
+    with located(None, "spread"):
+        spread = Spread(**_widths(table.spread))
+    with located(None, "bands"):
+        bands = Bands(**table.bands.model_dump())
     reference = _reference(table.reference, path)
     if not table.name.strip():
         raise InputError('given an empty name; write for instance name = "gusts"', key="name")
@@ -218,7 +211,10 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path, airframe: Airfra
         recovery_from=table.recovery_from,
         steady_share=table.steady_share,
         uncertainty=_uncertainty(table.spread, airframe),
-        **parts,
+        air=air,
+        sensors=sensors,
+        spread=spread,
+        bands=bands,
     )
     _check_duration(spec.duration, timing.control_period)
     _check_steady_share(spec, timing.control_period)
@@ -228,7 +224,19 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path, airframe: Airfra
     return StudyScenario(spec, table.search, table.held_out)
 
 
-def _widths(table: Any) -> dict[str, Any]:
+def _air(table: Any) -> AirSpec:
+    """Return the air that a [scenario.air] describes, whose lists are tuples here."""
+    gust, injection, window = table.gust, table.injection, table.window
+    if gust is not None:
+        direction = tuple(gust.direction) if isinstance(gust.direction, list) else gust.direction
+        gust = Gust(gust.amplitude, gust.start, gust.length, direction)
+    if injection is not None:
+        injection = Injection(**{name: tuple(values) for name, values in injection.model_dump().items()})
+    parts = {"gust": gust, "injection": injection, "window": None if window is None else tuple(window)}
+    return AirSpec(**table.model_dump(exclude=set(parts)), **parts)
+
+
+def _widths(table: Any) -> dict[str, float]:
     """Return the numbers of a [scenario.spread], none where the airframe's uncertainty stands in for them."""
     return {} if getattr(table, "from") is not None else table.model_dump(exclude={"from"})
 
@@ -253,7 +261,7 @@ def _uncertainty(table: Any, airframe: Airframe) -> Uncertainty | None:
     return airframe.uncertainty
 
 
-def _reference(table: Mapping[str, Any], path: Path) -> ReferenceSpec:
+def _reference(table: Mapping[str, PlainValue], path: Path) -> ReferenceSpec:
     try:
         return from_mapping(table, base=path.parent)
     except InputError as error:

@@ -5,13 +5,14 @@ import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from objectives.metrics import MetricAddress
 from objectives.problem import Objective
 from objectives.risk import Risk
 from plant.input_files import read_input_text
 from plant.quadrotor.scenarios import CONFIRMATION
+from plant.texts import PlainTable
 from tuner.study.study import StudyScenario, TuningStudy
 from tuner.text.markup import element, table
 
@@ -23,7 +24,7 @@ class Contender:
     name: str
     slug: str
     study: TuningStudy
-    raw: dict[str, Any]
+    raw: PlainTable
 
     @property
     def tuned(self) -> bool:
@@ -92,7 +93,7 @@ class Contest:
     contenders: tuple[Contender, ...]
     published: tuple[Published, ...]
     claims: tuple[Claim, ...]
-    table: dict[str, Any]
+    table: PlainTable
     stream: str = CONFIRMATION
 
     def _repr_html_(self) -> str:
@@ -120,11 +121,11 @@ class Contest:
         return read_input_text(self.path)
 
     @property
-    def content(self) -> dict[str, Any]:
+    def content(self) -> PlainTable:
         """The content of the file, see `table`."""
         return self.table
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> PlainTable:
         """Return every value of every contender's study, as JSON-able data by the contender's name."""
         return {entry.name: entry.study.resolved() for entry in self.contenders}
 

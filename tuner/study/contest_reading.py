@@ -11,6 +11,7 @@ from objectives.metrics import MetricAddress, check, parse
 from objectives.problem import Objective
 from objectives.risk import Risk
 from plant.errors import InputError, UnknownNameError
+from plant.texts import PlainTable, PlainValue
 from tuner.study.contest import Claim, Contender, Contest, Published
 from tuner.study.contest_schema import (
     CONTEST_TABLES,
@@ -21,16 +22,17 @@ from tuner.study.contest_schema import (
     PublishedTable,
 )
 from tuner.study.contest_terms import check_alike, terms_of
-from tuner.study.layers import REPLACED, Layer, Table, depth, laid_over, merged_layers
+from tuner.study.layers import REPLACED, Layer, depth, laid_over, merged_layers
 from tuner.study.messages import translated
 from tuner.study.reading import put
 from tuner.study.schema import StrictTable
 from tuner.text.input_errors import check_magnitudes, located, moved
+from tuner.text.toml_text import tables_in
 
 Tables = TypeVar("Tables", bound=StrictTable)
 
 
-def contest_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> Contest:
+def contest_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, PlainValue]) -> Contest:
     """Check a contest whose files have been read."""
     table = merged_layers(layers)
     for key, value in overrides.items():
@@ -38,7 +40,7 @@ def contest_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mappin
     return contest_from_table(path, table, layers)
 
 
-def contest_from_table(path: Path, table: Table, layers: tuple[Layer, ...] = ()) -> Contest:
+def contest_from_table(path: Path, table: PlainTable, layers: tuple[Layer, ...] = ()) -> Contest:
     """Check the merged content of a contest; path: the file that errors name where no layer holds the key."""
     terms = terms_of(table)
     _refuse_shared(path, table, terms.individual, terms.shared)
@@ -57,7 +59,7 @@ def contest_from_table(path: Path, table: Table, layers: tuple[Layer, ...] = ())
     )
 
 
-def checked_tables(model: type[Tables], table: Table, path: Path) -> Tables:
+def checked_tables(model: type[Tables], table: PlainTable, path: Path) -> Tables:
     """Return those tables of a file that a model holds, checked."""
     given = {key: table[key] for key in model.model_fields if key in table}
     try:
@@ -68,7 +70,7 @@ def checked_tables(model: type[Tables], table: Table, path: Path) -> Tables:
     return checked
 
 
-def _refuse_shared(path: Path, table: Table, individual: tuple[str, ...], shared: tuple[str, ...]) -> None:
+def _refuse_shared(path: Path, table: PlainTable, individual: tuple[str, ...], shared: tuple[str, ...]) -> None:
     """Say why a contender cannot have its own scenario, objective, ...; a misspelt key is found later."""
     entries = table.get("contender")
     for i, entry in enumerate(entries if isinstance(entries, list) else []):
@@ -80,7 +82,7 @@ def _refuse_shared(path: Path, table: Table, individual: tuple[str, ...], shared
                 raise InputError(message + ", ".join(individual), file=path, key=f"contender[{i}].{key}")
 
 
-def _contender(i: int, entry: ContenderTable, shared: Table, path: Path, layers: tuple[Layer, ...]) -> Contender:
+def _contender(i: int, entry: ContenderTable, shared: PlainTable, path: Path, layers: tuple[Layer, ...]) -> Contender:
     slug = slug_of(entry.name)
     if not slug:
         message = f'given {entry.name!r}; write a name with a letter or digit, for instance name = "PID"'
@@ -105,7 +107,7 @@ def slug_of(name: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
 
 
-def _moved(error: InputError, i: int, individual: Table, path: Path, layers: tuple[Layer, ...]) -> InputError:
+def _moved(error: InputError, i: int, individual: PlainTable, path: Path, layers: tuple[Layer, ...]) -> InputError:
     """Return an error of a contender's study with the file and key where the value was given."""
     if error.file != str(path) or error.key is None:
         return error
@@ -182,7 +184,7 @@ class _Judge:
         return metric
 
 
-def put_in_contest(table: dict[str, Any], key: str, value: Any, path: Path) -> None:
+def put_in_contest(table: PlainTable, key: str, value: Any, path: Path) -> None:
     """Set a dotted key in the content of a contest: one of a study, contender.NAME.KEY or contender.0.KEY.
 
     Raises InputError where a contender or a list entry is not there.
@@ -202,10 +204,9 @@ def put_in_contest(table: dict[str, Any], key: str, value: Any, path: Path) -> N
         raise InputError(error.message, file=path, key=key) from None
 
 
-def _named_contender(table: dict[str, Any], key: str, path: Path) -> tuple[dict[str, Any], str]:
+def _named_contender(table: PlainTable, key: str, path: Path) -> tuple[PlainTable, str]:
     """Return a contender's table and what is left of the key; a name may hold dots, so the longest that fits is taken."""
-    entries = table.get("contender")
-    entries = entries if isinstance(entries, list) else []
+    entries = tables_in(table.get("contender"))
     rest = re.sub(r"^\[(\d+)\]", r"\1", key.removeprefix("contender").removeprefix("."))
     number, _, behind = rest.partition(".")
     if number.isdecimal():

@@ -4,6 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
+from plant.texts import PlainTable
 from tuner.study.schema import StrictTable
 from tuner.study.size import MOST_FLIGHTS
 
@@ -33,7 +34,7 @@ class ContenderTable(StrictTable):
     pick: dict[str, Any] | None = None
     """Its own [pick]."""
 
-    def tables(self) -> dict[str, Any]:
+    def tables(self) -> PlainTable:
         """Return the contender's own tables."""
         given = {key: getattr(self, key) for key in type(self).model_fields if key != "name"}
         return {key: value for key, value in given.items() if value is not None}

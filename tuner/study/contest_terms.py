@@ -3,16 +3,17 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from plant.errors import InputError, UnknownNameError
+from plant.texts import PlainTable, PlainValue
 from tuner.study.build import study_from_table
 from tuner.study.contest import Contender
-from tuner.study.layers import Table, merged
+from tuner.study.layers import merged
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.plant_study import PlantStudy, plant_study_from_table
 from tuner.study.schema import StudyTable
 from tuner.study.study import TuningStudy
+from tuner.text.toml_text import tables_in
 
 
 @dataclass(frozen=True)
@@ -25,27 +26,26 @@ class Terms:
 
     individual: tuple[str, ...]
     shared: tuple[str, ...]
-    build: Callable[[Path, Mapping[str, Any]], TuningStudy]
-    completed: Callable[[Table, Table], Table]
+    build: Callable[[Path, Mapping[str, PlainValue]], TuningStudy]
+    completed: Callable[[PlainTable, PlainTable], PlainTable]
 
 
-def _as_given(base: Table, individual: Table) -> Table:  # noqa: ARG001
+def _as_given(base: PlainTable, individual: PlainTable) -> PlainTable:  # noqa: ARG001
     return individual
 
 
-def _with_channels(base: Table, individual: Table) -> Table:
+def _with_channels(base: PlainTable, individual: PlainTable) -> PlainTable:
     """Return a contender's tables with the channels of the base, its own keys laid over them by name, where it gives such."""
     given, base_channels = individual.get("channel"), base.get("channel")
     if not isinstance(given, dict) or not isinstance(base_channels, list):
         return individual
-    names = [str(entry.get("name")) for entry in base_channels if isinstance(entry, dict)]
+    channels = tables_in(base_channels)
+    names = [str(entry.get("name")) for entry in channels]
     for name in given:
         if name not in names:
             raise UnknownNameError("channel", name, names, key=f"channel.{name}")
-    channels = [
-        merged(entry, given.get(str(entry.get("name")), {})) for entry in base_channels if isinstance(entry, dict)
-    ]
-    return {**individual, "channel": channels}
+    over = {name: keys for name, keys in given.items() if isinstance(keys, Mapping)}
+    return {**individual, "channel": [merged(entry, over.get(str(entry.get("name")), {})) for entry in channels]}
 
 
 OF_QUADROTORS = ("airframe", "controller", "gains", "search", "pick")
@@ -64,7 +64,7 @@ PLANT = Terms(
 )
 
 
-def terms_of(content: Table) -> Terms:
+def terms_of(content: PlainTable) -> Terms:
     """Return the terms of a contest by its tables."""
     return PLANT if PlantStudy.kind in content else QUADROTOR
 

@@ -6,13 +6,14 @@ from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, cast
+from typing import ClassVar, cast
 
 import numpy as np
 
 from objectives.decisions import DecisionSpace, Variable
 from objectives.metrics import MetricAddress
 from objectives.metrics.metric import Metric
+from plant.texts import PlainTable
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import contest_from_table
 from tuner.study.study import SearchSpec, Study
@@ -75,7 +76,7 @@ class Inference:
     flights: int
     held_out: int
     near: float
-    table: dict[str, Any]
+    table: PlainTable
 
     def _repr_html_(self) -> str:
         rows = [(u.variable.name, f"{u.variable.low:g} to {u.variable.high:g}") for u in self.unknowns]
@@ -109,7 +110,7 @@ class Inference:
         return self.contest.seed
 
     @property
-    def content(self) -> dict[str, Any]:
+    def content(self) -> PlainTable:
         """The content of the file, see `table`."""
         return self.table
 

@@ -13,6 +13,7 @@ import numpy as np
 from objectives.decisions import Variable
 from plant.errors import InputError, UnknownNameError
 from plant.quadrotor.gains import GROUPS
+from plant.texts import PlainValue
 from tuner.search.names import AUTOMATIC
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import checked_tables, contest_from_layers, contest_from_table
@@ -25,9 +26,10 @@ from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import SearchSpec, TuningStudy
 from tuner.study.unknown_paths import CONTENDER, GAINS, Place, place_of, value_at
 from tuner.text.input_errors import located
+from tuner.text.toml_text import tables_in
 
 
-def inference_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> Inference:
+def inference_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, PlainValue]) -> Inference:
     """Check an inference whose files have been read."""
     if any(PlantStudy.kind in layer.table for layer in layers):
         raise InputError("an inference is of quadrotors; leave [[unknown]] out for a contest", file=path, key="unknown")
@@ -61,8 +63,8 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
         if name not in names:
             raise UnknownNameError("contender", name, names, key=f"inference.contenders[{i}]")
     table = deepcopy(contest.table)
-    contenders = zip(table.get("contender", []), names, strict=True)
-    published = zip(table.get("published", []), contest.published, strict=True)
+    contenders = zip(tables_in(table.get("contender")), names, strict=True)
+    published = zip(tables_in(table.get("published")), contest.published, strict=True)
     individual = {
         "contender": [raw for raw, name in contenders if name in chosen],
         "published": [
@@ -229,7 +231,7 @@ def _place(contest: Contest, path: str) -> Place:
         raise UnknownNameError("table to look for an unknown in", head, TABLES)
     place = place_of(contest.table, path)
     if place[0] == CONTENDER and place[2] == GAINS and GAINS in contest.table:
-        entry = contest.table[CONTENDER][place[1]]
+        entry = tables_in(contest.table[CONTENDER])[int(place[1])]
         if GAINS not in entry:
             line = f"{GAINS}.{place[3]}" if len(place) > 3 else GAINS
             message = f"'{entry['name']}' has no gains of its own and would lose those that all share; write {line}"
@@ -249,7 +251,7 @@ def _default(contest: Contest, path: str, place: Place) -> float:
 
 def _resolved(contest: Contest, path: str, place: Place) -> Any:
     """Return the default of a key that is not given."""
-    entries = contest.table[CONTENDER]
+    entries = tables_in(contest.table[CONTENDER])
     if place[0] == CONTENDER:
         studies, inner = [contest.contenders[int(place[1])].study], place[2:]
     else:

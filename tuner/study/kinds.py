@@ -3,9 +3,10 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from plant.errors import InputError
+from plant.texts import PlainValue
 from tuner.study.build import study_from_table
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import contest_from_layers
@@ -19,7 +20,7 @@ from tuner.study.study import Study, TuningStudy
 from tuner.study.trials import TrialStudy, trials_from_layers
 
 AnyStudy = Study | Contest | Inference | PlantStudy | TrialStudy
-Overrides = Mapping[str, Any]
+Overrides = Mapping[str, PlainValue]
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class StudyKind:
     build: Callable[[Path, tuple[Layer, ...], Overrides], AnyStudy]
 
 
-def _of_one_file(build: Callable[[Path, Mapping[str, Any]], AnyStudy]) -> Callable[..., AnyStudy]:
+def _of_one_file(build: Callable[[Path, Mapping[str, PlainValue]], AnyStudy]) -> Callable[..., AnyStudy]:
     """Return the reader of studies that are built from the content of one file."""
 
     def read(path: Path, layers: tuple[Layer, ...], overrides: Overrides) -> AnyStudy:

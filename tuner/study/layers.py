@@ -5,15 +5,13 @@ from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from plant.errors import InputError
+from plant.texts import PlainTable, PlainValue
 from tuner.study.files import base_file
 from tuner.study.reading import key_parts, parse_toml
 from tuner.study.renamed import with_new_names
 from tuner.text.toml_text import with_paths
-
-Table = dict[str, Any]
 
 REPLACED = ("airframe",)
 """Tables that are replaced and not merged: a name and a file, or a permission for another vehicle, do not go together."""
@@ -24,7 +22,7 @@ class Layer:
     """The content of one file, paths in it relative to the folder of the first file of the chain."""
 
     path: Path
-    table: Table
+    table: PlainTable
 
 
 def read_layers(path: Path) -> tuple[Layer, ...]:
@@ -52,21 +50,21 @@ def _base(path: Path, name: object, seen: list[Path]) -> Path:
     return base
 
 
-def merged_layers(layers: tuple[Layer, ...]) -> Table:
+def merged_layers(layers: tuple[Layer, ...]) -> PlainTable:
     """Return the content of all layers, the nearest on top."""
-    content: Table = {}
+    content: PlainTable = {}
     for layer in reversed(layers):
         content = laid_over(content, layer.table, REPLACED)
     content.pop("base", None)
     return content
 
 
-def laid_over(under: Mapping[str, Any], over: Mapping[str, Any], replaced: tuple[str, ...]) -> Table:
+def laid_over(under: Mapping[str, PlainValue], over: Mapping[str, PlainValue], replaced: tuple[str, ...]) -> PlainTable:
     """Return `under` with `over` merged over it, but for the tables named in `replaced`, which are replaced."""
     return merged({key: value for key, value in under.items() if key not in replaced or key not in over}, over)
 
 
-def merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> Table:
+def merged(under: Mapping[str, PlainValue], over: Mapping[str, PlainValue]) -> PlainTable:
     """Return `under` with `over` laid on top: tables key by key, everything else, lists too, replaced."""
     result = deepcopy(dict(under))
     for key, value in over.items():
@@ -78,7 +76,7 @@ def merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> Table:
     return result
 
 
-def _anchored(table: Table, folder: Path, home: Path) -> Table:
+def _anchored(table: PlainTable, folder: Path, home: Path) -> PlainTable:
     if folder == home:
         return table
     return with_paths(table, lambda name: os.path.relpath(folder / name, home))

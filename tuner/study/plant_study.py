@@ -31,6 +31,7 @@ from plant.model.signals import Signal, signal_from
 from plant.own_code import run_own_code
 from plant.quadrotor.gains import GainAddress
 from plant.records import flatten, paths
+from plant.texts import PlainTable, PlainValue
 from tuner.gains.plant_document import plant_gains_document
 from tuner.gains.ranges import (
     LONGEST_OF_PLANTS,
@@ -136,7 +137,7 @@ class PlantStudy(TuningStudy):
         """Return the gains row (gains,) of a file of its loops; InputError names all that differs."""
         return read_plant_row(file, self.system)
 
-    def gains_document(self, row: np.ndarray, parts: dict[str, Any]) -> dict[str, Any]:
+    def gains_document(self, row: np.ndarray, parts: PlainTable) -> PlainTable:
         """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""
         return plant_gains_document(self.system, row, self.code_digest) | parts
 
@@ -172,15 +173,16 @@ class PlantStudy(TuningStudy):
             )
         return replace(system, plan=plan)
 
-    def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
+    def comparable(self, without: tuple[str, ...] = ()) -> PlainTable:
         """Return the values that decide the result, as JSON-able data by table, but for some tables; paths do not count."""
         # A study that asks for nothing else has the digest that it had before there was a floor.
         content = super().comparable((*without, *(("mission",) if self.mission == USUAL else ())))
-        if "plant" in content:
-            content["plant"] = {key: value for key, value in content["plant"].items() if key not in PATHS}
+        plant = content.get("plant")
+        if isinstance(plant, Mapping):
+            content["plant"] = {key: value for key, value in plant.items() if key not in PATHS}
         return content
 
-    def _values(self) -> dict[str, Any]:
+    def _values(self) -> PlainTable:
         system = self.system
         parameters = dict(zip(paths(system.plant.Parameters), flatten(system.parameters), strict=True))
         # A plant in Python is as it was before there were FMUs.
@@ -201,7 +203,7 @@ def _listed(channels: Sequence[Channel]) -> str:
     return listing(f"{each.name} (output {each.output})" for each in channels)
 
 
-def plant_study_from_table(path: Path, raw: Mapping[str, Any], plant: PlantRecords | None = None) -> PlantStudy:
+def plant_study_from_table(path: Path, raw: Mapping[str, PlainValue], plant: PlantRecords | None = None) -> PlantStudy:
     """Check the content of a study of a plant; errors name path and key, files are relative to its folder.
 
     plant: the plant, where it comes from no file.
@@ -422,7 +424,7 @@ def _scenario(table: PlantScenarioTable, system: PlantSystem) -> StudyScenario:
     return StudyScenario(spec, table.search, table.held_out)
 
 
-def _signals(key: str, tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Signal]:
+def _signals(key: str, tables: Mapping[str, Mapping[str, PlainValue]]) -> dict[str, Signal]:
     by_name = {}
     for name, values in tables.items():
         with located(None, f"{key}.{name}"):

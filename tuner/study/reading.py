@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from plant.errors import InputError
 from plant.input_files import read_input_text
-from plant.texts import LONGEST_TITLE, check_text, check_texts, check_title, toml_table
+from plant.texts import LONGEST_TITLE, PlainTable, PlainValue, check_text, check_texts, check_title, toml_table
 from tuner.study.messages import translated
 from tuner.study.renamed import with_new_name, with_new_names
 from tuner.study.schema import StudyTable
@@ -19,7 +19,7 @@ from tuner.study.targets import with_target
 Tables = TypeVar("Tables", bound=BaseModel)
 
 
-def read_study_table(path: Path, overrides: Mapping[str, Any]) -> StudyTable:
+def read_study_table(path: Path, overrides: Mapping[str, PlainValue]) -> StudyTable:
     """Return the tables of a study file, with dotted overrides ("search.generations", "scenario.0.search") put in."""
     table = with_new_names(parse_toml(path), path)
     for key, value in overrides.items():
@@ -27,7 +27,7 @@ def read_study_table(path: Path, overrides: Mapping[str, Any]) -> StudyTable:
     return checked_table(path, table, StudyTable)
 
 
-def checked_table(path: Path, table: Mapping[str, Any], model: type[Tables]) -> Tables:
+def checked_table(path: Path, table: Mapping[str, PlainValue], model: type[Tables]) -> Tables:
     """Return the content of a study in its checked shape, a model with a title and scenarios; path: the file that errors name."""
     # Whole tables may come from a command line or from another file.
     table = with_target(with_new_names(table, path), path)
@@ -43,7 +43,7 @@ def checked_table(path: Path, table: Mapping[str, Any], model: type[Tables]) -> 
     return checked
 
 
-def parse_toml(path: Path) -> dict[str, Any]:
+def parse_toml(path: Path) -> PlainTable:
     """Return the content of a TOML file; InputError where it is missing or no TOML, with line and column."""
     try:
         # utf-8-sig: some editors put a byte order mark in front, which is no TOML.

@@ -3,9 +3,9 @@
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from plant.errors import InputError
+from plant.texts import PlainTable, PlainValue
 from tuner.text.errors import RenamedKeyWarning
 
 RENAMED = {"most": "max", "least": "min"}
@@ -16,7 +16,7 @@ TABLES = ("constraint", "margin", "guarantee", "cost")
 RECORD = "run.json"
 
 
-def with_new_names(table: Mapping[str, Any], path: Path) -> dict[str, Any]:
+def with_new_names(table: Mapping[str, PlainValue], path: Path) -> PlainTable:
     """Return the content of a study with every key under its present name; path: the file that errors and warnings name.
 
     Raises InputError where a table has a key under both names.
@@ -43,7 +43,7 @@ def with_new_name(key: str) -> str:
     return f"{head}.{RENAMED[leaf]}"
 
 
-def _renamed(entry: Mapping[str, Any], place: str, path: Path, renamed: list[str]) -> dict[str, Any]:
+def _renamed(entry: Mapping[str, PlainValue], place: str, path: Path, renamed: list[str]) -> PlainTable:
     for old, new in RENAMED.items():
         if old in entry and new in entry:
             raise InputError(

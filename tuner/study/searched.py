@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, NotRequired, Self, TypedDict
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from objectives.problem import Constraint, Objective
 from objectives.requirements import Requirement, Screen, requirements_of
 from plant.input_files import read_input_text
 from plant.quadrotor.gains import MOST_OBSERVER
+from plant.texts import PlainTable
 from tuner.gains.document import seed_entry
 from tuner.search.convergence import StoppingRule
 from tuner.search.names import CONVERGED, GENERATIONS
@@ -24,6 +25,17 @@ from tuner.text.markup import element, table
 
 if TYPE_CHECKING:
     from objectives.margins.results import Margins
+
+
+class Origin(TypedDict):
+    """Origin of gains, as gains.json holds it; seed: a text where a double does not hold it, feasible: only where it is False."""
+
+    name: str
+    title: str
+    seed: int | str
+    digest: str
+    point: str
+    feasible: NotRequired[bool]
 
 
 @dataclass(frozen=True)
@@ -67,13 +79,13 @@ class SearchSpec:
         return flights if self.first is None else min(self.first, flights)
 
     @property
-    def sizes(self) -> dict[str, Any]:
+    def sizes(self) -> dict[str, str | int]:
         """Algorithm and sizes as a study file gives them."""
-        sizes = {"algorithm": self.algorithm, "population": self.population, "generations": self.generations}
-        return sizes if self.first is None else {**sizes, "first": self.first}
+        first = {} if self.first is None else {"first": self.first}
+        return {"algorithm": self.algorithm, "population": self.population, "generations": self.generations, **first}
 
     @property
-    def values(self) -> dict[str, Any]:
+    def values(self) -> PlainTable:
         """What decides what is searched, as JSON-able data."""
         return {**self.sizes, "initial": list(self.initial), "stop": self.stop, "racing": self.racing}
 
@@ -184,7 +196,7 @@ class SearchedStudy:
         return [[] for _ in self.objectives]
 
     @property
-    def air(self) -> list[dict[str, Any]]:
+    def air(self) -> list[dict[str, float | str]]:
         """The air of each scenario, as summary.json holds it."""
         return []
 
@@ -209,7 +221,7 @@ class SearchedStudy:
         return read_input_text(self.path) if self.given is None else self.given
 
     @property
-    def content(self) -> dict[str, Any]:
+    def content(self) -> PlainTable:
         """The content of the file, overrides and the search that was chosen included, paths relative to its folder."""
         search = self.table.search.model_copy(update=self.search.sizes)
         return self.table.model_copy(update={"search": search}).model_dump(mode="json", exclude_unset=True)
@@ -224,17 +236,17 @@ class SearchedStudy:
         """Row (gains,) of the default: default and fixed values."""
         return np.array(self.space.base)
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> PlainTable:
         """Return every value of the study, defaults, airframe numbers and measured limits included, as JSON-able data."""
         search = {**self.search.values, "why": self.search.why}
         return {**self._values(), "search": search, "digest": self.digest()}
 
-    def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
+    def comparable(self, without: tuple[str, ...] = ()) -> PlainTable:
         """Return the values that decide the result, as JSON-able data by table, but for some tables; paths do not count."""
         left = ("title", "description", *usual_keys(self.table.confidence), *without)
         return {key: value for key, value in self._values().items() if key not in left}
 
-    def _values(self) -> dict[str, Any]:
+    def _values(self) -> PlainTable:
         """Return every value of the study, as JSON-able data by table."""
         raise NotImplementedError
 
@@ -284,7 +296,7 @@ class TuningStudy(SearchedStudy):
         """Requirements on the gains that are known without flying."""
         return requirements_of(self.screens)
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> PlainTable:
         """Return every value of the study, defaults, airframe numbers and measured limits included, as JSON-able data."""
         rows = [
             {
@@ -309,7 +321,7 @@ class TuningStudy(SearchedStudy):
         )
         return replace(self, screens=plain, si=False)
 
-    def origin(self, point: str) -> dict[str, Any]:
+    def origin(self, point: str) -> Origin:
         """Return the origin of a point's gains, as gains.json holds it."""
         return {
             "name": self.path.name,
@@ -379,7 +391,7 @@ class TuningStudy(SearchedStudy):
         """Return the gains row (gains,) of a file of its controller; InputError names all that differs."""
         raise NotImplementedError
 
-    def gains_document(self, row: np.ndarray, parts: dict[str, Any]) -> dict[str, Any]:
+    def gains_document(self, row: np.ndarray, parts: PlainTable) -> PlainTable:
         """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""
         raise NotImplementedError
 

@@ -21,6 +21,7 @@ from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.nominal import ControlOptions, nominal
 from plant.quadrotor.scenarios import ScenarioSpec, drawn_numbers
 from plant.references import ReferenceSpec
+from plant.texts import PlainTable
 from tuner.gains import Controller, VehicleRecord, read_gains, to_document
 from tuner.search.names import GENERATIONS
 from tuner.study.fitted import fitted_texts
@@ -58,7 +59,7 @@ class Study(TuningStudy):
         """Name of the airframe."""
         return self.airframe.name
 
-    def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
+    def comparable(self, without: tuple[str, ...] = ()) -> PlainTable:
         """Return all that decides the result, as JSON-able data by table; some tables and all paths are left out."""
         # What is usual is as it was before anything else could be asked for.
         usual = {"cost": not self.table.cost, "mission": self.mission == USUAL}
@@ -79,7 +80,7 @@ class Study(TuningStudy):
             "vehicle": self.system.vehicle,
         }
         if self.search.stop == GENERATIONS:
-            content["search"] = {key: value for key, value in content["search"].items() if key != "stop"}
+            content["search"] = {key: value for key, value in self.search.values.items() if key != "stop"}
         return {key: value for key, value in content.items() if key not in left}
 
     def controller(self, gains: Iterable[float]) -> Controller:
@@ -119,7 +120,7 @@ class Study(TuningStudy):
         return [*fitted_texts(self.system), *trim_texts([entry.spec for entry in self.scenarios], self.system)]
 
     @property
-    def air(self) -> list[dict[str, Any]]:
+    def air(self) -> list[dict[str, float | str]]:
         """The air of each scenario, with the trim of flights that start in it."""
         return [
             {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, self.system)}
@@ -157,7 +158,7 @@ class Study(TuningStudy):
             )
         return np.array(controller.gains)
 
-    def gains_document(self, row: np.ndarray, parts: dict[str, Any]) -> dict[str, Any]:
+    def gains_document(self, row: np.ndarray, parts: PlainTable) -> PlainTable:
         """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""
         variables = self.space.variables
         ranges = {address: (each.low, each.high) for each in variables for address in each.addresses}
@@ -188,7 +189,7 @@ class Study(TuningStudy):
         }
         return {table: digests for table, digests in by_table.items() if digests}
 
-    def _values(self) -> dict[str, Any]:
+    def _values(self) -> PlainTable:
         return {
             **_dumped(
                 self.table, {"law", "metric", "reference"} | ({"target"} if self.table.target is None else set())
@@ -203,14 +204,14 @@ class Study(TuningStudy):
             "variables": [variable.content() for variable in self.space.variables],
         }
 
-    def _controller(self, without: set[str] | None = None) -> dict[str, Any]:
+    def _controller(self, without: set[str] | None = None) -> PlainTable:
         """Return every value of the controller, with the plant step that is flown."""
         # A study of one rate keeps the digest that it had before there were two.
         unused = {"position_every"} if self.system.cascade.position_every == 1 else set[str]()
         values = _dumped(self.table.controller, (without or set()) | unused)
         return {**values, "plant_step": self.system.timing.plant_step}
 
-    def _scenarios(self, paths: bool) -> list[dict[str, Any]]:
+    def _scenarios(self, paths: bool) -> list[PlainTable]:
         """Return every value of the scenarios; paths: with those of waypoint files, as given, so that folders can move."""
         return [
             {
@@ -222,25 +223,25 @@ class Study(TuningStudy):
         ]
 
 
-def _airframe_values(airframe: Airframe) -> dict[str, Any]:
+def _airframe_values(airframe: Airframe) -> PlainTable:
     numbers = {key: entry._asdict() for key, entry in airframe.sources.items()}
     return {"name": airframe.name, "title": airframe.title, "frame": airframe.frame, "numbers": numbers}
 
 
-def _spread_values(spec: ScenarioSpec, table: Any) -> dict[str, Any]:
+def _spread_values(spec: ScenarioSpec, table: Any) -> PlainTable:
     """Return the spread, or where the vehicles are drawn from and the uncertainty that stands there."""
     if spec.uncertainty is None:
         return table.model_dump(mode="json", exclude={"from"})
     return {"from": getattr(table, "from"), **asdict(spec.uncertainty)}
 
 
-def _reference_values(spec: ReferenceSpec, given: dict[str, Any], paths: bool) -> dict[str, Any]:
+def _reference_values(spec: ReferenceSpec, given: PlainTable, paths: bool) -> PlainTable:
     """Return kind, every parameter and the points of a waypoint file; paths: with its path as given."""
     values = {"kind": spec.kind, **asdict(spec), **{key: value for key, value in given.items() if key == "path"}}
     return {key: value for key, value in values.items() if paths or key != "path"}
 
 
-def _dumped(table: StrictTable, without: set[str] | None = None) -> dict[str, Any]:
+def _dumped(table: StrictTable, without: set[str] | None = None) -> PlainTable:
     return table.model_dump(mode="json", by_alias=True, exclude=without)
 
 

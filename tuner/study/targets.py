@@ -7,11 +7,11 @@ that what is found can be exported as it is. A range beyond the law's own is ref
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from objectives.decisions import DecisionSpace
 from plant.errors import InputError, UnknownNameError
 from plant.quadrotor.gains import GainAddress
+from plant.texts import PlainValue
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ TARGETS = {
 LAWS = ("attitude", "position")
 
 
-def with_target(table: Mapping[str, Any], path: Path) -> Mapping[str, Any]:
+def with_target(table: Mapping[str, PlainValue], path: Path) -> Mapping[str, PlainValue]:
     """Return the tables of a study with what its target says of [controller]; InputError where the study says otherwise."""
     name, controller = table.get("target"), table.get("controller", {})
     # Types are checked with all others.

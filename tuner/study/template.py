@@ -3,13 +3,12 @@
 import os
 import re
 from pathlib import Path
-from typing import Any
 
 from plant.errors import InputError, StoreError
 from plant.input_files import read_input_text
 from plant.output_files import make_folders, write_new_file
 from plant.own_code import refuse_unnamed
-from plant.texts import toml_table
+from plant.texts import PlainTable, toml_table
 from tuner.study.files import SHIPPED, check_file_name, study_file
 from tuner.study.reading import parse_toml
 from tuner.text.toml_text import with_paths
@@ -100,7 +99,7 @@ def copied_study(source: Path, target: Path) -> str:
     return text
 
 
-def _moved(table: dict[str, Any], home: Path, away: Path, moves: dict[str, str]) -> dict[str, Any]:
+def _moved(table: PlainTable, home: Path, away: Path, moves: dict[str, str]) -> PlainTable:
     """Return the content of a study with its paths from another folder; moves: filled with what each became."""
     shipped = home.resolve() == SHIPPED
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field, ValidationError
 
@@ -20,7 +20,7 @@ from objectives.metrics.metric import Metric
 from objectives.problem import Constraint, Objective
 from plant.errors import InputError, UnknownNameError
 from plant.seeds import generator
-from plant.texts import check_name, check_texts, check_title
+from plant.texts import PlainTable, PlainValue, check_name, check_texts, check_title
 from tuner.study.judged_reading import held_with, listed, pick_rule, risk_of, unique
 from tuner.study.layers import Layer
 from tuner.study.messages import translated
@@ -157,7 +157,7 @@ class TrialStudy(SearchedStudy):
         """Return the seed of a scenario of a stream, which every candidate meets."""
         return int(generator(self.seed, f"trials/{stream}", scenario).integers(SEEDS))
 
-    def _values(self) -> dict[str, Any]:
+    def _values(self) -> PlainTable:
         return {
             **self.table.model_dump(mode="json", by_alias=True),
             "search": self.search.values,
@@ -175,7 +175,7 @@ class TrialStudy(SearchedStudy):
         return element("div", element("strong", self.title), markup_table(("", f"seed {self.seed}"), rows))
 
 
-def trials_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> TrialStudy:
+def trials_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, PlainValue]) -> TrialStudy:
     """Check a study of trials whose file has been read; InputError names file and key."""
     table = layers[0].table
     for key, value in overrides.items():

@@ -7,13 +7,14 @@ A path may end at a key that does not stand there yet, in tables that do not eit
 from typing import Any
 
 from plant.errors import InputError, UnknownNameError
+from plant.texts import PlainTable
 
 CONTENDER, GAINS = "contender", "gains"
 Place = tuple[str | int, ...]
 """The keys and list indices that lead from the top of the tables to one value."""
 
 
-def place_of(table: dict[str, Any], path: str) -> Place:
+def place_of(table: PlainTable, path: str) -> Place:
     """Return the place that a path leads to; InputError, without file and key, where there can be none."""
     place: list[str | int] = []
     level: Any = table

@@ -4,9 +4,10 @@ import json
 import re
 from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
-from typing import Any
 
-Table = Mapping[str, Any]
+from plant.texts import PlainTable, PlainValue
+
+Table = Mapping[str, PlainValue]
 
 
 def toml_text(table: Table) -> str:
@@ -15,21 +16,24 @@ def toml_text(table: Table) -> str:
 
 
 def _lines(table: Table, head: tuple[str, ...]) -> Iterator[str]:
-    inner = {key: value for key, value in table.items() if isinstance(value, Mapping) or _is_tables(value)}
+    inner = {key: _tables_of(value) for key, value in table.items()}
     for key, value in table.items():
-        if key not in inner:
+        if not inner[key]:
             yield f"{_key(key)} = {_value(value)}"
-    for key, value in inner.items():
+    for key, tables in inner.items():
         path = (*head, _key(key))
-        for entry in [value] if isinstance(value, Mapping) else value:
+        for entry in tables:
             name = ".".join(path)
             yield ""
-            yield f"[{name}]" if isinstance(value, Mapping) else f"[[{name}]]"
+            yield f"[{name}]" if isinstance(table[key], Mapping) else f"[[{name}]]"
             yield from _lines(entry, path)
 
 
-def _is_tables(value: object) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(entry, Mapping) for entry in value)
+def _tables_of(value: PlainValue) -> list[Table]:
+    """Return a table alone, or the entries of a list of tables; of any other value nothing."""
+    entries = value if isinstance(value, list) else [value]
+    tables = [entry for entry in entries if isinstance(entry, Mapping)]
+    return tables if len(tables) == len(entries) else []
 
 
 def _key(key: str) -> str:
@@ -42,7 +46,7 @@ def quoted(value: str) -> str:
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
 
 
-def _value(value: Any) -> str:
+def _value(value: PlainValue) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -59,14 +63,14 @@ def shown(given: object) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def with_paths(table: dict[str, Any], move: Callable[[str], str]) -> dict[str, Any]:
+def with_paths(table: PlainTable, move: Callable[[str], str]) -> PlainTable:
     """Return a study's content with every path in it put through `move`: of airframes, default gains, references, own code."""
     result = deepcopy(table)
-    holders = [result, *_tables_in(result.get("contender"))]
+    holders = [result, *tables_in(result.get("contender"))]
     for holder, key in [
         *[(holder.get("airframe"), "file") for holder in holders],
         *[(holder.get("controller"), "default") for holder in holders],
-        *[(entry.get("reference"), "path") for entry in _tables_in(result.get("scenario"))],
+        *[(entry.get("reference"), "path") for entry in tables_in(result.get("scenario"))],
         *[(holder.get(table), "file") for holder in holders for table in ("law", "metric", "reference", "plant")],
         *[(holder.get("plant"), "fmu") for holder in holders],
     ]:
@@ -78,5 +82,6 @@ def with_paths(table: dict[str, Any], move: Callable[[str], str]) -> dict[str, A
     return result
 
 
-def _tables_in(entries: object) -> list[dict[str, Any]]:
+def tables_in(entries: PlainValue) -> list[PlainTable]:
+    """Return the tables of a list; of any other value none."""
     return [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []

@@ -21,7 +21,7 @@ from plant.quadrotor.airframes.schema import (
 )
 from plant.quadrotor.airframes.uncertainty import Uncertainty, read_uncertainty
 from plant.quadrotor.vehicle import Vehicle
-from plant.texts import check_name, check_texts, check_title, toml_table
+from plant.texts import PlainTable, check_name, check_texts, check_title, toml_table
 from plant.vectors import Vec3
 
 _BUNDLED = Path(__file__).parent
@@ -94,7 +94,7 @@ def _located(name_or_path: str | Path) -> Path:
     return _BUNDLED / f"{text}.toml"
 
 
-def _parsed(path: Path) -> Mapping[str, object]:
+def _parsed(path: Path) -> PlainTable:
     try:
         return toml_table(read_input_text(path, "utf-8-sig"), path)
     except OSError as error:

@@ -9,7 +9,8 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any
+
+from plant.texts import PlainTable
 
 TARGET = "Cortex-M4F"
 MEANING = (
@@ -98,7 +99,7 @@ def cost_text(position: str, attitude: str, control_period: float) -> str | None
     )
 
 
-def gains_rows(cost: ProcessorCost | None) -> list[dict[str, Any]]:
+def gains_rows(cost: ProcessorCost | None) -> list[PlainTable]:
     """Return the block "cost" of gains.json: instructions of a control step, bytes of code and constants."""
     if cost is None:
         return []
