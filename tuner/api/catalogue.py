@@ -17,14 +17,14 @@ from plant.quadrotor import airframes as bundled
 from plant.quadrotor.airframes.derived import quantities
 from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES, parameters
-from plant.texts import toml_table
+from plant.texts import PlainTable, toml_table
 from tuner.api.frames import frame
 from tuner.search.names import ALGORITHMS, AUTOMATIC
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Rows = list[dict[str, Any]]
+Rows = list[PlainTable]
 
 
 def laws() -> Rows:
@@ -150,11 +150,10 @@ def margins() -> Rows:
 
 def searches() -> Rows:
     """Searches that [search] algorithm may ask for."""
-    usual = {"search": AUTOMATIC, "objectives": "1 or more", "about": "usual: one of these, by the size of the study"}
-    named = [
-        {"search": name, "objectives": entry.objectives, "about": entry.about} for name, entry in ALGORITHMS.items()
+    return [
+        {"search": AUTOMATIC, "objectives": "1 or more", "about": "usual: one of these, by the size of the study"},
+        *[{"search": name, "objectives": entry.objectives, "about": entry.about} for name, entry in ALGORITHMS.items()],
     ]
-    return [usual, *named]
 
 
 def studies() -> Rows:

@@ -7,7 +7,7 @@ import typer
 
 import tuner
 from plant.errors import InputError
-from plant.texts import toml_table
+from plant.texts import PlainTable, toml_table
 from tuner.cli.answer import answer, progress
 from tuner.cli.app import AsJson, Folder, StudyFile, Threads, app, option_of, set_option, study_option
 from tuner.experiments.options import ResumeOptions, RunOptions, with_options
@@ -90,9 +90,9 @@ def rejudge(
     answer(result, as_json, 0 if result.feasible else NOTHING_FEASIBLE)
 
 
-def changes(given: list[str] | None) -> dict[str, Any]:
+def changes(given: list[str] | None) -> PlainTable:
     """Turn KEY=VALUE texts into values; a value is read as TOML, and as plain text where it is none."""
-    parsed: dict[str, Any] = {}
+    parsed: PlainTable = {}
     for change in given or []:
         key, equals, text = change.partition("=")
         if not equals or not key:

@@ -1,8 +1,9 @@
 """resolved.json: every value of a study, defaults and airframe numbers included."""
 
 import json
-from typing import Any, Self
+from typing import Self
 
+from plant.texts import PlainTable
 from tuner.store.document import Document, DocumentPart, Json, Scale, Sense
 
 
@@ -165,6 +166,6 @@ class Resolved(Document):
     digest: str = ""
 
     @classmethod
-    def of(cls, values: dict[str, Any]) -> Self:
+    def of(cls, values: PlainTable) -> Self:
         """Return the document of the values of a study."""
         return cls.parse(json.dumps(values, allow_nan=False))

@@ -56,7 +56,7 @@ SMALL_BATCH = 32
 QUICKSTART_LIMITS = {"phase_margin": 35.0, "gain_margin": 6.0, "ms": 2.0, "delay_periods": 2.0}
 
 
-def bench(flights: int, threads: int | None = None) -> dict[str, Any]:
+def bench(flights: int, threads: int | None = None) -> dict[str, float | str]:
     """Return steps per second of lanes, scalar (one flight at a time, same functions and threads) and numpy; margins."""
     timing, limits = Timing(0.004, 0.001), Limits(5.0, 0.17)
     vehicle = load("hummingbird").vehicle

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 from math import isfinite
-from typing import Any
 
 import numpy as np
 
 from plant.errors import InputError, UnknownNameError
+from plant.texts import PlainTable, PlainValue
 
 # The reference point of the hypervolume, in units of the default gains' values.
 REFERENCE = 1.1
@@ -125,7 +125,7 @@ def pick(rule: str, values: np.ndarray, names: list[str]) -> tuple[int, str]:
     return int(np.argmin(values[:, names.index(name)])), f"it has the smallest {name}"
 
 
-def resolved_rule(rule: str, weights: Mapping[str, Any], labels: list[str], addresses: list[str]) -> str:
+def resolved_rule(rule: str, weights: Mapping[str, PlainValue], labels: list[str], addresses: list[str]) -> str:
     """Return a pick rule of a study with the objectives spelt out: "min:LABEL", or "weights:2.0,1.0" in their order.
 
     labels, addresses: of each objective; either may name it. InputError (key "rule" or "weights") where that fails.
@@ -144,7 +144,7 @@ def resolved_rule(rule: str, weights: Mapping[str, Any], labels: list[str], addr
     return SMALLEST + labels[_objective_index(rule.removeprefix(SMALLEST), labels, addresses, "rule", SMALLEST)]
 
 
-def weights_of(weights: Mapping[str, Any], labels: list[str], addresses: list[str]) -> list[float]:
+def weights_of(weights: Mapping[str, PlainValue], labels: list[str], addresses: list[str]) -> list[float]:
     """Return the weight of each objective, 0 by default; InputError for an invalid key or number."""
     by_objective = [0.0] * len(labels)
     for name, weight in _flat(weights).items():
@@ -161,9 +161,9 @@ def weights_of(weights: Mapping[str, Any], labels: list[str], addresses: list[st
     return by_objective
 
 
-def _flat(weights: Mapping[str, Any]) -> dict[str, Any]:
+def _flat(weights: Mapping[str, PlainValue]) -> PlainTable:
     """Return nested tables as flat keys: TOML reads itae.position = 2 as a table "itae"."""
-    flat: dict[str, Any] = {}
+    flat: PlainTable = {}
     for name, entry in weights.items():
         inner = {f"{name}.{leaf}": value for leaf, value in entry.items()} if isinstance(entry, Mapping) else {}
         flat |= inner or {name: entry}

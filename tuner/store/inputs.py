@@ -5,7 +5,7 @@ gives the same results.
 """
 
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -15,6 +15,7 @@ from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_
 from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input, read_input_text
 from plant.own_code import sources_of
+from plant.texts import PlainTable
 from tuner.store.advice import RECORD, restart_hint
 from tuner.store.document import Document, DocumentPart, explained
 from tuner.store.folder import Folder
@@ -85,7 +86,7 @@ def freeze(
     folder: Folder,
     kind: str,
     source: Path,
-    table: dict[str, Any],
+    table: PlainTable,
     digest: str,
     generations: int | None,
     engine: str = LANES,
@@ -130,16 +131,16 @@ def read_record(path: Path) -> RunRecord:
         raise StoreError(f"{path / RECORD} is damaged ({what}); {restart_hint(path)}") from None
 
 
-def as_recorded(record: RunRecord, file: Path) -> dict[str, Any]:
+def as_recorded(record: RunRecord, file: Path) -> PlainTable:
     """Return the changes, in dotted keys, with which a study file is read as it was for a run.
 
     file: the study, of the run or another to be read alike. Raises InputError where it cannot be read.
     """
-    changes = {} if record.generations is None else {"search.generations": record.generations}
+    changes: PlainTable = {} if record.generations is None else {"search.generations": record.generations}
     return {**flown_then(file, record.generations is not None), **changes} if record.version in LEFT_OPEN else changes
 
 
-def flown_then(file: Path, searches: bool) -> dict[str, Any]:
+def flown_then(file: Path, searches: bool) -> PlainTable:
     """Return dotted keys that a study file, which may be one that searches, leaves open, as early versions read it."""
     layers = read_layers(file)
     return {

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Literal, TypedDict
 
 import numpy as np
 
@@ -100,7 +100,18 @@ def _cycle_row(subject: PlantSubject, cycle: LimitCycle) -> LimitCycleRow:
     )
 
 
-def _loops(subject: Loops, requirements: list[LimitRow]) -> dict[str, Any]:
+class LoopFields(TypedDict):
+    """Fields of the document that every controller has."""
+
+    format: Literal["holdfast-margins"]
+    version: Literal["0.2"]
+    channels: list[ChannelMargins]
+    multiloop: MultiloopMargins
+    requirements: list[LimitRow]
+    passed: bool
+
+
+def _loops(subject: Loops, requirements: list[LimitRow]) -> LoopFields:
     """Return the fields of the document that every controller has."""
     return {
         "format": MARGINS_FORMAT,

@@ -51,10 +51,10 @@ def print_listing(what: str, containing: str | None, as_json: bool) -> None:
     for column in columns:
         # A colon alone is no place to break a heading.
         table.add_column(Text(column.replace(":", ": ")))
-    before = None
+    before: str | None = None
     for row in rows:
         if group and row[group] != before:
-            before = row[group]
+            before = str(row[group])
             table.add_row(Text(before, style="bold"))
         first, *others = [_cell_text(row[column]) for column in columns]
         table.add_row(Text(f"  {first}" if group else first), *map(Text, others))

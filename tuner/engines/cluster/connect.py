@@ -4,13 +4,13 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from objectives.engine import Engine
 from plant.backends.processor import compiled_for
 from plant.errors import InputError, require_package
 from plant.threads import available_threads
-from tuner.engines.cluster.machine import differences, machine_report, report_for
+from tuner.engines.cluster.machine import Report, differences, machine_report, report_for
 from tuner.engines.cluster.own_files import KEY, OwnFile, not_here, own_files_of
 from tuner.study.study import TuningStudy
 
@@ -107,7 +107,7 @@ def remote_client(address: str) -> Iterator["Client"]:
 
 def refuse_unlike(client: "Client") -> None:
     """Refuse workers that would fly other bits: InputError with worker, name, theirs and ours."""
-    reports: dict[str, Any] = client.run(report_for, compiled_for(), on_error="return")  # pyright: ignore[reportAssignmentType]
+    reports: dict[str, Report | Exception] = client.run(report_for, compiled_for(), on_error="return")  # pyright: ignore[reportAssignmentType]
     broken = [f"{worker}: {error}" for worker, error in sorted(reports.items()) if isinstance(error, Exception)]
     by_worker = {worker: report for worker, report in reports.items() if not isinstance(report, Exception)}
     unlike = [*broken, *differences(machine_report(), by_worker)]

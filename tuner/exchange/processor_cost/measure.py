@@ -13,7 +13,6 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 from plant.errors import InputError
 from plant.law_registry import LAWS, law
@@ -24,6 +23,7 @@ from plant.quadrotor.nominal import ControlOptions
 from plant.quadrotor.sensors import Measurement
 from plant.records import paths
 from plant.references.track import Reference
+from plant.texts import PlainTable
 from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.processor_cost import qemu
 from tuner.exchange.processor_cost.inputs import Instant, attitude_row, step_row, typical_inputs
@@ -117,7 +117,7 @@ def measured_table(on_progress: Callable[[str], None]) -> str:
 def table_text(costs: dict[str, dict[str, ProcessorCost]]) -> str:
     """Return a table as JSON with a line for each pair."""
     first = vars(next(iter(next(iter(costs.values())).values())))
-    head: dict[str, Any] = {"meaning": MEANING, **{key: first[key] for key in SHARED}}
+    head: PlainTable = {"meaning": MEANING, **{key: first[key] for key in SHARED}}
     head |= {"airframe": AIRFRAME, "control_period_s": CONTROL_PERIOD, "columns": list(COUNTED)}
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
     blocks = [

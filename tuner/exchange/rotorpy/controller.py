@@ -61,7 +61,9 @@ class FlightController:
         self._instant = -1
         self._in_force = self._pending = Rotors(hover, hover, hover, hover)
 
-    def update(self, t: float, state: Mapping[str, Any], flat_output: Mapping[str, Any]) -> dict[str, Any]:
+    def update(
+        self, t: float, state: Mapping[str, Any], flat_output: Mapping[str, Any]
+    ) -> dict[str, float | np.ndarray]:
         """Return the command at time t [s].
 
         state: x [m], v [m/s], q (x, y, z, w), w [rad/s]. flat_output: x, x_dot, x_ddot, yaw, yaw_dot. The command: cmd_thrust [N]

@@ -23,6 +23,7 @@ from objectives.problem import Problem
 from plant.errors import StoreError
 from plant.input_files import parse_json, read_input_text
 from plant.seeds import generator
+from plant.texts import PlainTable
 from tuner.documents.opening import kind_in
 from tuner.documents.summary import Summary, gains_name
 from tuner.documents.tables import read_frame
@@ -47,6 +48,7 @@ from tuner.store.manifest import NONE_YET, Manifest, first_damage, read_manifest
 from tuner.store.start import read_start
 from tuner.study.study import TuningStudy
 from tuner.text.markup import element
+from tuner.text.toml_text import tables_in
 
 # Candidates flown again at a time.
 BATCH = 64
@@ -130,7 +132,7 @@ class Verdict:
         """The verdict as JSON."""
         return json.dumps(self.as_dict(), indent=2)
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> PlainTable:
         """Return the verdict for a program."""
         return {"identical": self.identical, **asdict(self), "words": self.words}
 
@@ -358,12 +360,12 @@ def compare_documents(
         raise MismatchError(f"{name}, {key}: recorded {stored!r:.60}, now {current!r:.60}")
 
 
-def with_requirements_of(stored: Any, current: dict[str, Any], deviation: MarginDeviation) -> dict[str, Any]:
+def with_requirements_of(stored: Any, current: PlainTable, deviation: MarginDeviation) -> PlainTable:
     """Return a gains document with the requirements as another has them, which must be close; as it is where that has none."""
     recorded = stored.get("objectives") if isinstance(stored, dict) else None
-    if not isinstance(recorded, list) or len(recorded) != len(current["objectives"]):
+    rows = tables_in(current["objectives"])
+    if not isinstance(recorded, list) or len(recorded) != len(rows):
         return current
-    rows = list(current["objectives"])
     for i, row in enumerate(rows):
         if row["kind"] == "requirement":
             compare_documents("gains.json", recorded[i], row, deviation, f"objectives[{i}]")

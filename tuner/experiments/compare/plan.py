@@ -12,6 +12,7 @@ from objectives.decisions import DecisionSpace
 from objectives.risk import minimum_samples
 from objectives.risk.measures import TAIL_SCENARIOS
 from plant.errors import InputError
+from plant.texts import PlainTable
 from tuner.experiments.compare.entrants import Entrant
 from tuner.experiments.contest.flying import ContestPoint, comparison_problem
 from tuner.experiments.contest.tuning import TunedContender
@@ -19,6 +20,7 @@ from tuner.experiments.tuning.ending import contender_ending
 from tuner.study.contest import Contender, Contest
 from tuner.study.contest_reading import slug_of
 from tuner.study.study import TuningStudy
+from tuner.text.toml_text import tables_in
 
 COMPARE = "compare"
 """Name of the stream of scenarios."""
@@ -179,8 +181,8 @@ def same_flights(entrant: Entrant, base: TuningStudy) -> bool:
     return entrant.study is not None and _flown(entrant.study) == _flown(base)
 
 
-def _flown(study: TuningStudy) -> list[dict[str, object]]:
-    scenarios = study.comparable()["scenario"]
+def _flown(study: TuningStudy) -> list[PlainTable]:
+    scenarios = tables_in(study.comparable()["scenario"])
     return [{key: value for key, value in entry.items() if key not in ("search", "held_out")} for entry in scenarios]
 
 

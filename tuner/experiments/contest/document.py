@@ -1,6 +1,6 @@
 """contest.json: what a contest found, in numbers and sentences; the keys are told in results/README.md."""
 
-from typing import Any
+from typing import TypedDict
 
 from objectives.flown_system import FlownSystem
 from objectives.risk import RISKS
@@ -96,7 +96,16 @@ def contender_row(result: Result, k: int) -> ContenderRow:
     )
 
 
-def flown_under(system: FlownSystem, name: str) -> dict[str, Any]:
+class FlownThing(TypedDict, total=False):
+    """Keys of a contender that say what flew: laws and airframe of a quadrotor, channels and plant of another."""
+
+    laws: LawNames
+    airframe: str
+    plant: str
+    channels: dict[str, str]
+
+
+def flown_under(system: FlownSystem, name: str) -> FlownThing:
     """Return the laws that flew and the airframe or plant of a name, in the keys of a contender."""
     laws = {loop: law.name for loop, law in system.laws.items()}
     return {"laws": LawNames(**laws), "airframe": name} if system.has_shared_laws else {"plant": name, "channels": laws}

@@ -1,9 +1,9 @@
 """A contest: tune the contenders that search, fly all of them through the same air, compare, write everything down."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from plant.quadrotor.scenarios import HELD_OUT
+from plant.texts import PlainTable
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.resolved import Resolved
 from tuner.experiments.contest.document import contest_document
@@ -60,7 +60,7 @@ class ContestRun(Experiment[Contest, Result]):
         """Whether the run of every contender found a candidate that keeps every limit."""
         return all(entrant.feasible for entrant in judged.prepared)
 
-    def resolved(self) -> dict[str, Any]:
+    def resolved(self) -> PlainTable:
         """Return every value of every contender's study, by the contender's name."""
         return {name: Resolved.of(values).content() for name, values in self.study.resolved().items()}
 

@@ -4,7 +4,6 @@ Scores and fronts, and what the vehicles and the air did: fans over flights, fli
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -45,7 +44,7 @@ def fronts_table(result: Result) -> Columns:
     for entrant, name, front in zip(result.prepared, result.names, result.fronts, strict=True):
         gains_of = entrant.contender.study.system.gains
         for n, point in enumerate(front.points):
-            row: dict[str, Any] = {
+            row: dict[str, str | bool | float] = {
                 "contender": name,
                 "point": point,
                 "candidate": int(front.candidates[n]),

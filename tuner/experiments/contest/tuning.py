@@ -2,10 +2,10 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from plant.texts import PlainTable
 from tuner.experiments.contest.flying import ContestPoint, comparison_problem
 from tuner.experiments.tuning.ending import contender_ending
 from tuner.experiments.tuning.outcome import Outcome
@@ -93,13 +93,13 @@ def compared_at(outcome: Outcome) -> tuple[int, str]:
     return int(rows[chosen]), f"{why}, on its held-out front"
 
 
-def content_alone(contest: Contest, contender: Contender) -> dict[str, Any]:
+def content_alone(contest: Contest, contender: Contender) -> PlainTable:
     """Return a contender as the content of a study file that gives the same results when it is run alone, anywhere."""
     home = contest.path.parent.resolve()
     return with_paths(contender.raw, lambda name: str(home / name))
 
 
-def study_at(path: Path, contender: Contender, content: dict[str, Any]) -> TuningStudy:
+def study_at(path: Path, contender: Contender, content: PlainTable) -> TuningStudy:
     """Return the study of a contender as that of another file; what it names is found from there."""
     if content == contender.raw:
         return replace(contender.study, path=path)

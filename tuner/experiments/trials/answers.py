@@ -6,10 +6,10 @@ A rejected line changes nothing on record. Its error names the id, the given and
 import json
 from collections.abc import Iterable
 from math import isfinite
-from typing import Any
 
 from plant.errors import InputError, UnknownNameError, one_line, shortened
 from plant.input_files import parse_json
+from plant.texts import PlainTable, PlainValue
 from tuner.store.trials import Answer, Trial, TrialRecord
 
 MAX_LINE_BYTES = 1_000_000
@@ -44,7 +44,7 @@ class ResultParser:
         self.n_accepted += 1
         return answer
 
-    def _trial(self, table: dict[str, Any], source: str) -> Trial:
+    def _trial(self, table: PlainTable, source: str) -> Trial:
         name = table.get("id")
         if not isinstance(name, str):
             given = "has no id" if "id" not in table else f"has the id {_shown(name)}"
@@ -56,7 +56,7 @@ class ResultParser:
             raise InputError(f"{what}; tell the id of a line that `tuner ask` printed for this folder", file=source)
         return self.record.trials[name]
 
-    def _answer(self, table: dict[str, Any], trial: Trial) -> Answer:
+    def _answer(self, table: PlainTable, trial: Trial) -> Answer:
         for key in table:
             if key not in KEYS:
                 raise UnknownNameError("key", one_line(key), KEYS)
@@ -75,7 +75,7 @@ class ResultParser:
             return Answer(id=trial.id, failed=True, reason=_reason(table.get("reason", "")))
         return Answer(id=trial.id, metrics=self._metrics(table.get("metrics")))
 
-    def _metrics(self, given: Any) -> dict[str, float]:
+    def _metrics(self, given: PlainValue) -> dict[str, float]:
         if not isinstance(given, dict):
             what = "has no metrics" if given is None else f"'metrics' is {_shown(given)}"
             raise InputError(f"{what}; tell {FORM}")
@@ -99,7 +99,7 @@ class ResultParser:
         raise InputError(message, file=source, key=answer.id)
 
 
-def parse_line(line: bytes | str, source: str) -> dict[str, Any]:
+def parse_line(line: bytes | str, source: str) -> PlainTable:
     """Return the object in a line of JSON; InputError where it holds none."""
     if len(line) > MAX_LINE_BYTES:
         raise InputError(f"is longer than {MAX_LINE_BYTES:,} bytes; each line is {FORM}", file=source)
@@ -117,7 +117,7 @@ def parse_line(line: bytes | str, source: str) -> dict[str, Any]:
     return table
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _once(pairs: list[tuple[str, PlainValue]]) -> PlainTable:
     table = dict(pairs)
     if len(table) < len(pairs):
         names = [name for name, _ in pairs]
@@ -126,7 +126,7 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return table
 
 
-def _number(name: str, value: Any) -> float:
+def _number(name: str, value: PlainValue) -> float:
     allowed = "allowed: a finite number, 0 or more; tell that, or that the trial failed"
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"'{name}' is {_shown(value)}; {allowed}")
@@ -139,7 +139,7 @@ def _number(name: str, value: Any) -> float:
     return number
 
 
-def _reason(given: Any) -> str:
+def _reason(given: PlainValue) -> str:
     if not isinstance(given, str):
         raise InputError(f"'reason' is {_shown(given)}; allowed: a text")
     return shortened(one_line(given), MAX_REASON_LENGTH)
@@ -151,7 +151,7 @@ def _result_text(answer: Answer) -> str:
     return _shown(answer.metrics)
 
 
-def _shown(value: Any) -> str:
+def _shown(value: PlainValue) -> str:
     return shortened(one_line(json.dumps(value, ensure_ascii=False)))
 
 

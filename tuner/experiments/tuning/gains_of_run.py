@@ -6,13 +6,12 @@ from typing import Any
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from objectives.margins.results import Margins
 from plant.errors import InputError
+from plant.texts import PlainTable
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.experiments.tuning.tables import margin_model
 from tuner.gains.quantities import code_or_note, quantity
 from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, PLANT_INPUT
-
-Row = dict[str, Any]
 
 # Of `objectives.risk.bootstrap`, with the level that `tuner.analysis.held_out` asks for.
 LEVEL, METHOD = 0.95, "bootstrap over flights, studentised where the risk has a standard error"
@@ -21,7 +20,7 @@ EXACT = "Clopper-Pearson; of the difference of the flights that end differently"
 DIGITS = 6
 
 
-def gains_document(outcome: FlightOutcome, summary: Summary) -> Row:
+def gains_document(outcome: FlightOutcome, summary: Summary) -> PlainTable:
     """Return the content of gains.json for the point that a summary shows beside the default.
 
     Where nothing is feasible it says so, and `tuner export` refuses it.
@@ -36,7 +35,7 @@ def gains_document(outcome: FlightOutcome, summary: Summary) -> Row:
     )
 
 
-def objective_rows(outcome: Outcome) -> list[Row]:
+def objective_rows(outcome: Outcome) -> list[PlainTable]:
     """Return the results of the confirmation flights; sampled values come first, with their intervals."""
     sampled = [objective_row(row) for row in outcome.table]
     flights = [outcome.confirmation.samples(i, row.scenario).shape[-1] for i, row in enumerate(outcome.table)]
@@ -46,19 +45,19 @@ def objective_rows(outcome: Outcome) -> list[Row]:
     return [*[{**row, "interval": interval(n, method)} for row, n, method in rows], *required]
 
 
-def objective_row(row: ComparedRow | RequiredRow) -> Row:
+def objective_row(row: ComparedRow | RequiredRow) -> PlainTable:
     """Return one line of the Default / Tuned table as gains.json holds it."""
     keys = {"label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict"}
     state = {"state": row.tuned_state} if isinstance(row, RequiredRow) and row.tuned_state else {}
     return {**row.model_dump(include=keys), "unit": code_or_note(row.unit), **state}
 
 
-def interval(flights: int, method: str = METHOD) -> Row:
+def interval(flights: int, method: str = METHOD) -> PlainTable:
     """Return the method of the intervals over so many flights."""
     return {"level": LEVEL, "n": flights, "method": method}
 
 
-def margin_rows(outcome: FlightOutcome) -> list[Row]:
+def margin_rows(outcome: FlightOutcome) -> list[PlainTable]:
     """Return the margins of the recommended point, loop by loop; none where no steady flight is found."""
     try:
         model = margin_model(outcome)
@@ -69,12 +68,12 @@ def margin_rows(outcome: FlightOutcome) -> list[Row]:
     return [margin_row(model, margins, channel) for channel in margins.channels if channel in looped]
 
 
-def margin_row(model: Any, margins: Margins, channel: str) -> Row:
+def margin_row(model: Any, margins: Margins, channel: str) -> PlainTable:
     """Return the margins of one loop; what no crossing limits is left out, and everything where the loop is not stable."""
     i = margins.channels.index(channel)
     stable, case = bool(margins.stable[0, i]), int(margins.sensitivity.case[0, i])
     values = {name: float(QUANTITIES[name].values(margins)[0, i]) for name in RECORDED}
-    swept: Row = {"amplitude": model.cases[case].label} if case >= 0 else {}
+    swept: PlainTable = {"amplitude": model.cases[case].label} if case >= 0 else {}
     return {
         "loop": channel,
         "break_at": DEMAND if channel in ("x", "y") else PLANT_INPUT,

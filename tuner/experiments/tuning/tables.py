@@ -154,7 +154,7 @@ def margin_model(outcome: FlightOutcome) -> Any:
     return outcome.study.margin_model()
 
 
-def loop_row(model: Any, margins: Margins, row: int, channel: str) -> dict[str, Any]:
+def loop_row(model: Any, margins: Margins, row: int, channel: str) -> dict[str, str | bool | float | None]:
     """Return the margins of one loop of one finalist."""
     i = margins.channels.index(channel)
     stable, case = bool(margins.stable[row, i]), int(margins.sensitivity.case[row, i])
@@ -167,7 +167,7 @@ def loop_row(model: Any, margins: Margins, row: int, channel: str) -> dict[str, 
     }
 
 
-def curve_row(frequency: np.ndarray, loop: np.ndarray) -> dict[str, Any]:
+def curve_row(frequency: np.ndarray, loop: np.ndarray) -> dict[str, np.ndarray]:
     """Return the curve of one loop (f,) at frequencies (f,) [rad/s]."""
     parts = {"frequency": frequency, "real": np.real(loop), "imag": np.imag(loop)}
     return {name: part.astype(np.float32) for name, part in parts.items()}

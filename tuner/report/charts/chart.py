@@ -1,8 +1,8 @@
 """The parts of a chart as plain data: panels with two axes and marks on them. Nothing here knows how they are drawn."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from tuner.text.units import bracketed
 Array = np.ndarray
 FAR = 1e9
 """End of a region that has none."""
-Show = dict[str, Any]
+Show = Mapping[str, str | Sequence[str]]
 """When a mark is seen in the page: choice ("point", "scenario", "channel", "layer", "part") -> the value, or list of values."""
 
 

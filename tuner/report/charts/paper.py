@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BytesIO
 from math import ceil
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from fontTools import subset
 from matplotlib import rc_context
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
@@ -97,7 +98,7 @@ def grid(count: int, columns: int, height: float, width: float = WIDTH) -> tuple
 
 def legend_above(figure: Figure, *axes: Axes) -> None:
     """Put one legend for the whole figure above it, each name once, in as many columns as fit."""
-    handles: dict[str, Any] = {}
+    handles: dict[str, Artist] = {}
     for ax in axes:
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
             handles.setdefault(str(label), handle)
@@ -115,7 +116,6 @@ def legend_over(ax: Axes, title: str) -> None:
     labels = ax.get_legend_handles_labels()[1]
     wide = sum(len(label) + 8 for label in labels) > (60 if title else 120)
     columns = (2 if title else 4) if wide else len(labels) or 1
-    size: dict[str, Any] = {"fontsize": SMALL, "handlelength": 2.6} if title else {"handlelength": 3.2}
     ax.legend(
         loc="lower center",
         bbox_to_anchor=(0.5, 1.0),
@@ -124,7 +124,8 @@ def legend_over(ax: Axes, title: str) -> None:
         columnspacing=1.2,
         title=title or None,
         title_fontproperties={"size": 8},
-        **size,
+        fontsize=SMALL if title else None,
+        handlelength=2.6 if title else 3.2,
     )
 
 
@@ -204,7 +205,15 @@ def draw_mark(ax: Axes, mark: Mark, panel: Panel) -> None:
             _words(ax, mark)
 
 
-def stroke(look: Look) -> dict[str, Any]:
+class Stroke(TypedDict):
+    """Properties of a line as matplotlib names them."""
+
+    color: str
+    linestyle: str
+    linewidth: float
+
+
+def stroke(look: Look) -> Stroke:
     """Return the line of a look; its widths are in pixels of the page."""
     return {"color": look.ink, "linestyle": look.linestyle, "linewidth": 0.65 * look.width}
 
@@ -336,12 +345,11 @@ def _disc(ax: Axes, mark: Disc, label: str) -> None:
 
 
 def _words(ax: Axes, mark: Words) -> None:
-    place: dict[str, Any] = {}
+    words = ax.text(mark.x, mark.y, mark.text, fontsize=SMALL, color=mark.look.ink)
     if mark.place == "right":
-        place = {"transform": ax.get_yaxis_transform(), "va": "center"}
+        words.set(transform=ax.get_yaxis_transform(), va="center")
     elif mark.place == "inside":
-        place = {"transform": ax.transAxes, "ha": "right", "va": "center"}
-    ax.text(mark.x, mark.y, mark.text, fontsize=SMALL, color=mark.look.ink, **place)
+        words.set(transform=ax.transAxes, ha="right", va="center")
 
 
 def mark_edges(ax: Axes, panel: Panel) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from plant.texts import PlainTable
 from tuner.report.charts.chart import (
     Array,
     Axis,
@@ -28,7 +29,7 @@ from tuner.report.charts.chart import (
 )
 from tuner.text.markup import Markup, element, join
 
-Plotly = dict[str, Any]
+Plotly = PlainTable
 """An object of plotly.js, which describes its keys."""
 Trace = Plotly
 LARGEST = 65535
@@ -180,7 +181,7 @@ def _reach(values: Array, ends: tuple[Array, Array], look: Look, arrays: Arrays)
 
 
 def _line(mark: Line, arrays: Arrays) -> Trace:
-    trace = {
+    trace: Trace = {
         "mode": "lines" if mark.marked is None else "lines+markers",
         "x": arrays.add(mark.x),
         "y": arrays.add(mark.y, mark.coarse),
@@ -271,9 +272,8 @@ def _shown(mark: Mark) -> Plotly:
 
 
 def _layout(panel: Panel, shapes: list[Plotly], words: list[Plotly]) -> Plotly:
-    layout: Plotly = {"xaxis": _axis(panel.x), "yaxis": _axis(panel.y)}
-    if panel.square:
-        layout["yaxis"]["scaleanchor"] = "x"
+    square = {"scaleanchor": "x"} if panel.square else {}
+    layout: Plotly = {"xaxis": _axis(panel.x), "yaxis": _axis(panel.y) | square}
     if shapes:
         layout["shapes"] = shapes
     if words:
