@@ -15,7 +15,8 @@ import numpy as np
 from objectives.flown_system import FlownSystem
 from objectives.problem import STATUS_ROW, Problem
 from tuner.documents.parts import PlantStep
-from tuner.study.searched import SearchedStudy, TuningStudy
+from tuner.study.searched import SearchedStudy
+from tuner.study.tuning_study import TuningStudy
 from tuner.text.numbers import significant
 
 Array = np.ndarray

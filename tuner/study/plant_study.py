@@ -8,16 +8,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from objectives.decisions import DecisionSpace, Variable
 from objectives.flown_system import FlownSystem
 from objectives.fmu.system import FmuSystem
-from objectives.margins.quantities import LIMITABLE
-from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.mission import USUAL, Mission
 from objectives.plant_mission import quantities_of, with_plant_floor
 from objectives.plant_system import PlantSystem
 from objectives.problem import FlightBatch
-from objectives.requirements import Screen
 from plant.backends.identity import identity
 from plant.errors import InputError, UnknownNameError
 from plant.fmu.fmu_model import FmuModel, read_fmu
@@ -29,36 +25,22 @@ from plant.model.plant_model import PlantModel, PlantRecords, check_rest, plant_
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
 from plant.own_code import run_own_code
-from plant.quadrotor.gains import GainAddress
 from plant.records import flatten, paths
 from plant.texts import PlainTable, PlainValue
 from tuner.gains.plant_document import plant_gains_document
-from tuner.gains.ranges import (
-    LONGEST_OF_PLANTS,
-    SHORTEST_OF_PLANTS,
-    check_multiple,
-    check_period,
-    check_value,
-    timing_of,
-)
+from tuner.gains.ranges import LONGEST_OF_PLANTS, SHORTEST_OF_PLANTS, check_multiple, check_period, timing_of
 from tuner.study.assembly import assembled, judging_of
 from tuner.study.channels import channel_of, or_infinite
 from tuner.study.files import is_shipped
 from tuner.study.judged_reading import listed, mission_of, unique
-from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
-from tuner.study.plant_schema import (
-    PLANT_KEYS,
-    ActuatorTable,
-    PlantGainTable,
-    PlantScenarioTable,
-    PlantStudyTable,
-    PlantTable,
-)
+from tuner.study.plant_gains import plant_space
+from tuner.study.plant_margins import margin_screen_of, margins_asked, plant_margins
+from tuner.study.plant_schema import PLANT_KEYS, ActuatorTable, PlantScenarioTable, PlantStudyTable, PlantTable
 from tuner.study.reading import checked_table
-from tuner.study.schema import MarginTable
-from tuner.study.searched import Followed, StudyScenario, TuningStudy
+from tuner.study.searched import Followed, StudyScenario
 from tuner.study.tuned_loops import TunedLoops, loops_of, read_plant_row
+from tuner.study.tuning_study import TuningStudy
 from tuner.text.input_errors import located
 from tuner.text.sentences import listing
 
@@ -74,8 +56,6 @@ KEYS_OF = {
     **dict.fromkeys(("states", "units"), (("fmu", "transfer_function", "state_space"), OF_FMU)),
     **dict.fromkeys(("dead_time", "inputs", "outputs"), (("transfer_function", "state_space"), OF_NUMBERS)),
 }
-# Units of gains that have no sign whatever the plant's is: times, frequencies, ratios.
-SIGNLESS = ("s", "Hz", "rad/s", "1")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -348,62 +328,6 @@ def _actuator(table: ActuatorTable, control_period: float) -> Actuator:
     return made
 
 
-def plant_space(table: Mapping[str, float | PlantGainTable], system: PlantSystem) -> DecisionSpace:
-    """Return the decision space of a [gains] table of a plant, which names every gain; InputError with the key inside it."""
-    every_gain = system.gains
-    by_address = {gain.address: gain for gain in every_gain}
-    for key in table:
-        if key not in by_address:
-            raise UnknownNameError("gain", key, by_address, key=key)
-    base, variables, columns = [0.0] * len(every_gain), [], []
-    for gain in every_gain:
-        entry = table.get(gain.address)
-        if entry is None:
-            raise InputError(
-                f"is not given; write a number, or a range {{ low = ..., high = ... }} [{gain.unit}]: {gain.info.meaning}",
-                key=gain.address,
-            )
-        if isinstance(entry, PlantGainTable):
-            variable, base[gain.column] = _variable(entry, gain, system)
-            variables.append(variable)
-            columns.append((gain.column,))
-        else:
-            _check_sign(gain, entry, system)
-            check_value(gain.address, gain, entry, system.timing.control_period)
-            base[gain.column] = entry
-    return DecisionSpace(tuple(variables), tuple(columns), tuple(base))
-
-
-def _variable(entry: PlantGainTable, gain: GainAddress, system: PlantSystem) -> tuple[Variable, float]:
-    if entry.tie is not None:
-        raise InputError("gains of channels are not tied; give a range or a number", key=f"{gain.address}.tie")
-    if entry.low is None or entry.high is None:
-        raise InputError(
-            f"needs low and high [{gain.unit}]; the usual ranges are those of quadrotors", key=gain.address
-        )
-    _check_sign(gain, entry.low, system)
-    variable = Variable(gain.address, (gain.address,), entry.low, entry.high, entry.scale or gain.info.scale)
-    default = variable.middle() if entry.default is None else entry.default
-    for value in (entry.low, entry.high, default):
-        check_value(gain.address, gain, value, system.timing.control_period)
-    if not entry.low <= default <= entry.high:
-        raise InputError(
-            f"given {default:g}, outside its range of {entry.low:g} to {entry.high:g}", key=f"{gain.address}.default"
-        )
-    return variable, default
-
-
-def _check_sign(gain: GainAddress, value: float, system: PlantSystem) -> None:
-    """Refuse a gain that is negative because the plant is, and say where its sign belongs."""
-    b0 = system.plan.channel(gain.axis).b0
-    if value < 0.0 < b0 and (gain.info.integrals is not None or gain.unit not in SIGNLESS):
-        raise InputError(
-            f"given {value:g} {gain.unit}; gains are not negative: where more command lowers the output, write b0 = {-b0:g} for "
-            f"channel '{gain.axis}' and the gain without its sign",
-            key=gain.address,
-        )
-
-
 def _scenario(table: PlantScenarioTable, system: PlantSystem) -> StudyScenario:
     if not table.name.strip():
         raise InputError('given an empty name; write for instance name = "gusts"', key="name")
@@ -447,49 +371,3 @@ def check_bounds(system: FlownSystem, metrics: list[Any]) -> None:
                 f"'{metric}' judges commands, and an input has no range; write an [[actuator]] with low and high",
                 key="actuator",
             )
-
-
-def _margin(table: MarginTable, system: PlantSystem) -> MarginRequirement:
-    if table.quantity not in LIMITABLE:
-        raise UnknownNameError("margin", table.quantity, LIMITABLE, key="quantity")
-    quantity, names = LIMITABLE[table.quantity], system.plan.names
-    if table.axis is not None and table.axis not in names:
-        raise UnknownNameError("channel", table.axis, names, key="axis")
-    if table.spread:
-        raise InputError("margins over a spread are those of quadrotors; leave spread out", key="spread")
-    if "at" in table.model_fields_set:
-        raise InputError("trims are those of quadrotors; a plant is judged at rest, so leave at out", key="at")
-    check_amplitude(table)
-    axes = () if quantity.is_multiloop else names if table.axis is None else (table.axis,)
-    label = requirement_label(quantity.name, table.axis, hard=table.hard, amplitude=table.amplitude)
-    limit = margin_limit(table, quantity)
-    return MarginRequirement(quantity, label, axes, limit, table.hard, amplitude=table.amplitude)
-
-
-def margins_asked(tables: list[MarginTable], path: Path, system: PlantSystem) -> tuple[MarginRequirement, ...]:
-    """Return the requirements of the [[margin]] tables of a study; errors name path and key."""
-    return tuple(listed("margin", path, tables, lambda entry: _margin(entry, system)))
-
-
-def margin_screen_of(
-    required: tuple[MarginRequirement, ...], path: Path, system: PlantSystem, space: DecisionSpace
-) -> Screen:
-    """Return all requirements on margins as one screen; errors of its analysis name path and the key "margin"."""
-    return Screen(tuple(entry.requirement for entry in required), margin_values(required, path, system, space).values)
-
-
-def margin_values(
-    required: tuple[MarginRequirement, ...], path: Path, system: PlantSystem, space: DecisionSpace
-) -> MarginValues:
-    """Return the values of requirements on the margins of a plant's loops."""
-    return MarginValues(required, lambda _, cases: plant_margins(system, space, cases), path)
-
-
-def plant_margins(system: PlantSystem, space: DecisionSpace, cases: Any = None) -> Any:
-    """Return the margins of a plant's loops, their structure looked at between the corners of the search."""
-    # Here, because a study that asks for no margins needs no CasADi.
-    from objectives.margins.describing import DEFAULT_CASES
-    from objectives.margins.plant_margins import PlantMargins
-
-    ends = [space.gains(np.full((1, len(space.variables)), end))[0] for end in (0.0, 1.0)]
-    return PlantMargins(system, *ends, cases=DEFAULT_CASES if cases is None else cases)

@@ -24,7 +24,7 @@ from tuner.exchange.c99.export import export_plant
 from tuner.experiments.tuning.tables import margin_table
 from tuner.gains.plant_document import plant_gains_document
 from tuner.store.document import json_text
-from tuner.study.plant_study import plant_margins
+from tuner.study.plant_margins import plant_margins
 
 PERIOD, HORIZON, STEP, AT = 10.0, 7200.0, 5.0, 600.0
 KP, KI = 60.0, 0.05

@@ -9,7 +9,7 @@ from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
 from tuner.analysis.judging.rows import judged_rows, overall
 from tuner.documents.judgement import JudgedRow, JudgementDocument
-from tuner.study.searched import TuningStudy
+from tuner.study.tuning_study import TuningStudy
 
 CHECK = "check"
 

@@ -41,7 +41,8 @@ from tuner.documents.margins import (
 from tuner.documents.parts import LawNames
 from tuner.gains import Controller
 from tuner.study.margins import MarginAnalysis, margin_requirement
-from tuner.study.plant_study import PlantStudy, margin_values, margins_asked
+from tuner.study.plant_margins import margin_values, margins_asked
+from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from tuner.store.advice import FLOWN_AGAIN, RECORD, RESUMED, TRIALS, is_codeless
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, as_recorded, check_model, check_unchanged, compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy, load_any, load_gains_study
-from tuner.study.searched import TuningStudy
+from tuner.study.tuning_study import TuningStudy
 
 S = TypeVar("S", bound=AnyStudy | TuningStudy)
 

@@ -30,7 +30,8 @@ from tuner.search.front import non_dominated, pick, select_subset
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
 from tuner.search.watcher import CHECKING, Watcher
-from tuner.study.searched import SearchedStudy, TuningStudy
+from tuner.study.searched import SearchedStudy
+from tuner.study.tuning_study import TuningStudy
 from tuner.text.numbers import significant
 from tuner.text.sentences import limit_text
 

@@ -37,7 +37,7 @@ from tuner.search.loop import Search
 from tuner.search.watcher import Watcher
 from tuner.store.advice import JUDGEMENT
 from tuner.store.clock import Clock
-from tuner.study.searched import TuningStudy
+from tuner.study.tuning_study import TuningStudy
 
 
 class TuningRun(Experiment[TuningStudy, FlightOutcome]):
