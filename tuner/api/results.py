@@ -285,7 +285,7 @@ class ComparedResults(ComparedFolder[C], Results[C]):
     def summary(self) -> "pd.DataFrame":
         """Values with 95 % intervals: a row for each contender, columns for each objective and limit."""
         units = {row.label: row.unit for row in self.document.quantities}
-        rows: dict[str, dict[str, Any]] = {row.name: {} for row in self.document.contenders}
+        rows: dict[str, dict[str, float | None]] = {row.name: {} for row in self.document.contenders}
         for entry in self.document.estimates:
             rows[entry.contender] |= estimates(entry, entry.quantity)
         named = [{"contender": name, **values} for name, values in rows.items()]

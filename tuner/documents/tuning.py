@@ -1,13 +1,10 @@
 """A tuning run's folder, opened. Objectives, limits and responses are in shown units, angles in degrees; documents are in SI."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
-from objectives.margins.quantities import RECORDED, REPORTED
 from plant.quadrotor.gains import GROUPS
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.documents.folder import OpenedFolder
@@ -15,17 +12,8 @@ from tuner.documents.parts import Estimate, RecommendedGains, on_page, row_in_de
 from tuner.documents.resolved import Resolved
 from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary, TableRow, VariableRow
-from tuner.documents.tables import (
-    OTHER_TYPE,
-    Columns,
-    Fan,
-    PointSpectrum,
-    numbers,
-    read_fans,
-    read_spectra,
-    read_table,
-    values_of,
-)
+from tuner.documents.tables import Columns, Fan, PointSpectrum, numbers, read_fans, read_spectra, read_table
+from tuner.documents.tuning_tables import Candidates, HeldOutFront, History, Loop, read_loops
 from tuner.documents.verdicts import UNKNOWN, verdict_on_difference, verdict_on_limit
 from tuner.store.document import read_text, refuse
 from tuner.store.start import Start
@@ -40,107 +28,9 @@ INTERVAL = ("held_out", "low", "high")
 JUDGED = ("search", *INTERVAL)
 COMPARED = ("gap", "gap_low", "gap_high", "difference", "difference_low", "difference_high")
 LIMITED = ("value", "low", "high", "difference", "difference_low", "difference_high")
-LOOP_TEXTS, LOOP_LISTS = ("point", "channel", "case"), ("frequency", "real", "imag")
-# Margin quantities of each loop that a reader of a report is shown.
-LOOP_MARGINS = [name for name in REPORTED if name in RECORDED]
 
 
 NOTHING = Estimate(None, None, None)
-
-
-@dataclass(frozen=True)
-class HeldOutFront:
-    """The points flown on held-out scenarios.
-
-    points, roles, candidates (n,); gains (n, variables); search, held_out, low, high (n, objectives). stored: by the names of
-    their columns, values (n, objectives) in the units of the file, where the folder holds them: search, held_out, low, high, gap
-    and difference with their ends. requirements (n, requirements): likewise, NaN where not known. columns: those of
-    FINALIST_COLUMNS that the folder holds, by name, each (n,).
-    """
-
-    points: list[str]
-    roles: list[str]
-    candidates: np.ndarray
-    gains: np.ndarray
-    search: np.ndarray
-    held_out: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    stored: dict[str, np.ndarray]
-    requirements: np.ndarray
-    columns: dict[str, np.ndarray]
-
-    @property
-    def non_dominated(self) -> np.ndarray:
-        """Mask of the points that are on the front."""
-        return self.columns["non_dominated"]
-
-    @property
-    def feasible(self) -> np.ndarray:
-        """Mask of the points that keep every limit."""
-        return self.columns["feasible"]
-
-    @property
-    def lost(self) -> np.ndarray:
-        """Held-out flights of each point that did not reach their end; 0 where the folder does not tell."""
-        return self.columns["lost"]
-
-    @property
-    def shown_rows(self) -> list[int]:
-        """Rows of the default, of the point beside it and of the front, by the first objective."""
-        shown = np.array([bool(role) for role in self.roles]) | (self.non_dominated & self.feasible)
-        return [int(i) for i in np.argsort(self.held_out[:, 0], kind="stable") if shown[i]]
-
-    def of(self, role: str) -> list[int]:
-        """Return the rows with a role, one or none."""
-        return [i for i, entry in enumerate(self.roles) if entry == role]
-
-    def role(self, point: str) -> str:
-        """Return "default", "tuned" or "" for a point by name."""
-        return self.roles[self.points.index(point)] if point in self.points else ""
-
-
-@dataclass(frozen=True)
-class Candidates:
-    """Everything the search tried: number (n,), gains (n, variables), values (n, objectives) as shown, feasible (n,)."""
-
-    number: np.ndarray
-    gains: np.ndarray
-    values: np.ndarray
-    feasible: np.ndarray
-
-
-@dataclass(frozen=True)
-class History:
-    """Progress by generation, each (generations,); all but the shares are cumulative.
-
-    flights_saved, flights_raced: not flown because of requirements, and because a race ended early; None in older folders.
-    """
-
-    generation: np.ndarray
-    flights: np.ndarray
-    seconds: np.ndarray
-    feasible_share: np.ndarray
-    hypervolume: np.ndarray
-    flights_saved: np.ndarray | None = None
-    flights_raced: np.ndarray | None = None
-
-    def series(self) -> dict[str, np.ndarray]:
-        """Return the series that the folder holds, by name."""
-        return {name: values for name, values in vars(self).items() if values is not None}
-
-
-@dataclass(frozen=True)
-class Loop:
-    """One loop of a point at hover: margins as stored, None where unlimited; response (f,) at frequency (f,) [rad/s]."""
-
-    point: str
-    channel: str
-    stable: bool
-    values: dict[str, float | None]
-    case: str
-    frequency: np.ndarray
-    response: np.ndarray
 
 
 class TuningFolder(OpenedFolder[Summary]):
@@ -376,29 +266,3 @@ class TuningFolder(OpenedFolder[Summary]):
 def finite_or_none(value: float) -> float | None:
     """Return a number, None where it is infinite or not known."""
     return float(value) if np.isfinite(value) else None
-
-
-def read_loops(file: Path) -> list[Loop]:
-    """Return the margins and curves of margins.parquet."""
-    table = read_table(file, [*LOOP_TEXTS, "stable", *LOOP_LISTS, *LOOP_MARGINS])
-    try:
-        frequency, real, imag = (
-            np.array(table.column(name).to_pylist(), dtype=float).reshape(table.num_rows, -1) for name in LOOP_LISTS
-        )
-        point, channel, case = (values_of(table.column(name), "string") for name in LOOP_TEXTS)
-        values = [values_of(table.column(name), "float64") for name in LOOP_MARGINS]
-    except OTHER_TYPE as error:
-        raise refuse(file, f"a column does not hold what it should ({error})") from None
-    stable = table.column("stable").to_pylist()
-    return [
-        Loop(
-            point[k],
-            channel[k],
-            bool(stable[k]),
-            {name: column[k] for name, column in zip(LOOP_MARGINS, values, strict=True)},
-            case[k] or "",
-            frequency[k],
-            real[k] + 1j * imag[k],
-        )
-        for k in range(table.num_rows)
-    ]

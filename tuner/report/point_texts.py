@@ -7,7 +7,8 @@ from objectives.margins.quantities import QUANTITIES
 from tuner.documents.finalists import FINALIST_COLUMNS, FinalistColumn
 from tuner.documents.parts import Estimate, on_page
 from tuner.documents.summary import TableRow
-from tuner.documents.tuning import DEFAULT, LOOP_MARGINS, SHOWN, Loop, TuningFolder
+from tuner.documents.tuning import DEFAULT, SHOWN, TuningFolder
+from tuner.documents.tuning_tables import LOOP_MARGINS, Loop
 from tuner.report.answer_section import SIGNS, definition_text
 from tuner.report.gains_section import place_of, place_remark
 from tuner.text.numbers import MISSING, estimate, per_cent, significant

@@ -1,7 +1,7 @@
 """Whether to believe it: search against held-out values, places on the front, how the search went, prices, sensitivity."""
 
+from tuner.documents.obstacles import RelaxedLimit
 from tuner.documents.parts import SampledValue, on_page, row_in_degrees
-from tuner.documents.summary import RelaxedLimit
 from tuner.documents.tuning import TuningFolder
 from tuner.report.choice_section import choice_section
 from tuner.report.page import aid, wide

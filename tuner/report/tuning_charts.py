@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from tuner.documents.tables import Fan
-from tuner.documents.tuning import Loop, TuningFolder
+from tuner.documents.tuning import TuningFolder
+from tuner.documents.tuning_tables import Loop
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.look import role_look

@@ -1,4 +1,4 @@
-"""The [gains] table of a study of a plant: every gain, fixed or searched between ends."""
+"""The [gains] table of a plant study, fixed and searched gains."""
 
 from collections.abc import Mapping
 

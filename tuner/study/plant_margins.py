@@ -1,4 +1,4 @@
-"""The [[margin]] tables of a study of a plant, and the margins of its loops."""
+"""The [[margin]] tables of a plant study, and its margins."""
 
 from pathlib import Path
 from typing import Any

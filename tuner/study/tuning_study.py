@@ -1,4 +1,4 @@
-"""What every study has that searches the gains of a flown system."""
+"""A study that searches the gains of a flown system."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -18,7 +18,10 @@ from tuner.text.markup import element, table
 
 
 class Origin(TypedDict):
-    """Origin of gains, as gains.json holds it; seed: a text where a double does not hold it, feasible: only where it is False."""
+    """Origin of gains, as gains.json holds it.
+
+    seed: a text where a double does not hold it; feasible: only where it is False.
+    """
 
     name: str
     title: str

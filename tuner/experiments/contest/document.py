@@ -97,7 +97,10 @@ def contender_row(result: Result, k: int) -> ContenderRow:
 
 
 class FlownThing(TypedDict, total=False):
-    """Keys of a contender that say what flew: laws and airframe of a quadrotor, channels and plant of another."""
+    """Keys of a contender that say what flew.
+
+    laws, airframe: of a quadrotor; channels, plant: of anything else.
+    """
 
     laws: LawNames
     airframe: str

@@ -10,9 +10,9 @@ from plant.quadrotor.airframes.derived import quantities
 from plant.quadrotor.vehicle import Vehicle
 from plant.seeds import generator
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_of, plant_step_warnings
+from tuner.documents.obstacles import UnmetConstraint
 from tuner.documents.parts import NumberWithUnit, PlantStep
 from tuner.documents.plan import AutomaticLimit
-from tuner.documents.summary import UnmetConstraint
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
 from tuner.experiments.tuning.diagnosis import Diagnosis, Probe, obstacle_texts

@@ -19,7 +19,7 @@ from objectives.requirements import Requirement, Screen
 from objectives.scales import SCALES
 from plant.quadrotor.gains import GainAddress
 from tuner.analysis.sensitivity.indices import places
-from tuner.documents.summary import DesignReach, GainAt, UnmetConstraint
+from tuner.documents.obstacles import DesignReach, GainAt, UnmetConstraint
 from tuner.experiments.tuning.conflicts import number_text
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.study.margins import MarginAnalysis

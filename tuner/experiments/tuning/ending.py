@@ -6,7 +6,8 @@ from typing import cast
 import numpy as np
 
 from objectives.problem import Evaluator
-from tuner.documents.summary import INFEASIBLE, NOTHING, ComparedRow, UnmetConstraint
+from tuner.documents.obstacles import UnmetConstraint
+from tuner.documents.summary import INFEASIBLE, NOTHING, ComparedRow
 from tuner.experiments.tuning.conflicts import Conflict, Limit, limits_of
 from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, flown_obstacle, obstacle_texts
 from tuner.experiments.tuning.outcome import Outcome

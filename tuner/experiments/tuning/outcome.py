@@ -8,8 +8,9 @@ import numpy as np
 
 from objectives.problem import Evaluation, Evaluator, Problem
 from tuner.analysis.held_out import Finalists
+from tuner.documents.obstacles import UnmetConstraint
 from tuner.documents.parts import PlantStep
-from tuner.documents.summary import ComparedRow, RequiredRow, UnmetConstraint
+from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.experiments.tuning.conflicts import Conflict, LimitPrice
 from tuner.experiments.tuning.survivors import Survivors
 from tuner.search.loop import Archive, Generation, archive, point_name

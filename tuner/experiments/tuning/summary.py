@@ -6,15 +6,12 @@ from objectives.problem import Objective
 from objectives.scales import in_file, units_of
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.lost_flights import named_losses, unseen_losses
+from tuner.documents.obstacles import ConflictPart, ConstraintPrice, RelaxationRow, RelaxedLimit
 from tuner.documents.parts import Estimate, LostFlight
 from tuner.documents.summary import (
     AirRow,
-    ConflictPart,
-    ConstraintPrice,
     Pick,
     PickedObjective,
-    RelaxationRow,
-    RelaxedLimit,
     SearchSeconds,
     SelectionValues,
     SkippedFlights,

@@ -4,7 +4,8 @@ from itertools import combinations
 
 import numpy as np
 
-from tuner.documents.tuning import HeldOutFront, TuningFolder
+from tuner.documents.tuning import TuningFolder
+from tuner.documents.tuning_tables import HeldOutFront
 from tuner.report.charts.chart import Axis, AxisRange, Mark, Panel, Points, row_axis, span_of, value_axis
 from tuner.report.charts.look import DEFAULT, FINALIST, FRONT, INFEASIBLE, LOST, SEARCHED, START, TUNED, Look
 from tuner.text.sentences import counted

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from tuner.documents.tuning import History, TuningFolder
+from tuner.documents.tuning import TuningFolder
+from tuner.documents.tuning_tables import History
 from tuner.report.charts.chart import Axis, Bars, Line, Mark, Panel, Points
 from tuner.report.charts.front import LAYERS, layer_of, shown_range
 from tuner.report.charts.look import DEFAULT, FRONT, RULE, TUNED, Look
