@@ -24,7 +24,7 @@ from tuner.documents.summary import VariableRow
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import definition_text
 from tuner.report.charts.front import LAYERS, shown_range
-from tuner.report.charts.web import Arrays, Plotly, finite, line_of, marker_of, packed, singles
+from tuner.report.charts.web import Arrays, WebPanel, finite, line_of, marker_of, packed, singles
 from tuner.report.gains_section import place_of
 from tuner.report.point_texts import STATES, margin_heads, patch, point_texts, quantity_texts
 from tuner.report.tuning_charts import kept_points
@@ -36,7 +36,7 @@ MOST_CANDIDATES = 6000
 INFEASIBLE, SEARCHED, START = 0, 1, 2
 
 
-def explorer_data(results: TuningFolder, charts: dict[str, Plotly], arrays: Arrays) -> dict[str, object]:
+def explorer_data(results: TuningFolder, charts: dict[str, WebPanel], arrays: Arrays) -> dict[str, object]:
     """Return the document; no number in it is NaN or infinite."""
     return {
         "tuned": results.tuned,

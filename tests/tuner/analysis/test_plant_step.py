@@ -3,6 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -52,7 +53,8 @@ def test_a_study_may_fix_the_step_and_the_digest_tells():
     assert [study.system.timing.plant_step for study in (usual, fixed)] == [0.004, 0.001]
     assert [plant_step_of(study).fixed for study in (usual, fixed)] == [False, True]
     assert usual.digest() == same.digest() != fixed.digest()
-    assert usual.resolved()["controller"]["plant_step"] == 0.004
+    resolved: dict[str, Any] = usual.resolved()
+    assert resolved["controller"]["plant_step"] == 0.004
 
 
 def test_the_mean_is_off_by_its_change_over_its_standard_error():

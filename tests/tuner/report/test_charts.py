@@ -3,6 +3,7 @@
 import re
 import zlib
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 import pytest
@@ -64,6 +65,7 @@ def test_a_font_in_a_pdf_has_the_glyphs_of_the_figure_and_no_tables_that_join_or
 
 
 def test_a_region_ends_where_its_quantity_leaves_it():
+    trace: dict[str, Any]
     (trace,) = to_web(panel(MARKS[Region]), Arrays())["traces"]
     assert trace["contours"]["value"][0] == 0.0 and trace["contours"]["value"][1] > GRID[np.isfinite(GRID)].max()
     assert trace["z"][0] == [-1.0, 1.0, None]

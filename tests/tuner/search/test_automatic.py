@@ -1,6 +1,7 @@
 """The search that a study gets which names none: by its numbers of gains, objectives and candidates."""
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -114,7 +115,8 @@ def test_the_content_of_a_study_names_what_was_chosen(tmp_path):
     text = changed("population = 8\ngenerations = 2", "", changed("search = 4", "search = 32"))
     study = load_study(write(tmp_path, text))
     assert study.content["search"] == {"algorithm": "gaussian_process", "population": 8, "generations": 17, "first": 8}
-    assert study.resolved()["search"]["why"] == study.search.why
+    resolved: dict[str, Any] = study.resolved()
+    assert resolved["search"]["why"] == study.search.why
 
 
 def record(version, generations: int | None = 7):

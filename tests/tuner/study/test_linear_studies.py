@@ -3,6 +3,7 @@
 import re
 import subprocess
 import tomllib
+from typing import Any
 
 import control
 import pytest
@@ -21,9 +22,9 @@ HEATER = QUICKSTART.parent / "heater.toml"
 TANKS = {"A": [[-0.5, 0.0], [0.5, -0.2]], "B": [[1.0, 0.0], [0.0, 0.3]], "C": [[1.0, 0.0], [0.0, 1.0]]}
 
 
-def tables(**changes):
+def tables(**changes: Any) -> dict[str, Any]:
     """The heater's tables; a key of [plant] that is None is left out."""
-    table = parse_toml(HEATER)
+    table: dict[str, Any] = parse_toml(HEATER)
     table["plant"] = {key: value for key, value in {**table["plant"], **changes}.items() if value is not None}
     return table
 
@@ -151,7 +152,7 @@ def test_what_is_no_plant_is_refused_with_file_and_key(changes, message):
 
 
 def test_keys_of_linear_plants_belong_to_no_other():
-    table = parse_toml(QUICKSTART.parent / "dc_motor.toml")
+    table: dict[str, Any] = parse_toml(QUICKSTART.parent / "dc_motor.toml")
     table["plant"]["dead_time"] = 0.001
     with pytest.raises(InputError, match="plant.dead_time: belongs to a linear plant given by numbers: leave it out"):
         make_study(table, "dc_motor", QUICKSTART.parent)

@@ -54,7 +54,8 @@ def test_a_study_flies_what_its_files_define(home: Path) -> None:
     assert study.system.cascade.attitude is LAWS["pid_plain"]
     assert study.objectives[0].label == "mean(mae.position)"
     assert study.scenarios[0].spec.reference.kind == "circle"
-    assert set(study.resolved()["law"]) == {"pid_plain"} and "pid_plain.py" not in json.dumps(study.resolved()["law"])
+    resolved: dict[str, Any] = study.resolved()
+    assert set(resolved["law"]) == {"pid_plain"} and "pid_plain.py" not in json.dumps(resolved["law"])
 
 
 def test_the_digest_of_a_study_is_that_of_its_code_wherever_it_lies(home: Path, tmp_path: Path) -> None:

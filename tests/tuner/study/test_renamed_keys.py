@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -54,7 +55,7 @@ def test_the_page_on_what_may_change_says_when_they_go():
 
 
 def test_recorded_values_keep_the_names_of_the_first_recorded_runs(tmp_path):
-    resolved = load_study(write(tmp_path, NEW)).resolved()
+    resolved: dict[str, Any] = load_study(write(tmp_path, NEW)).resolved()
     assert [
         set(resolved[key][0]) & {"most", "least", "max", "min"} for key in ("constraint", "margin", "guarantee", "cost")
     ] == [

@@ -370,7 +370,7 @@ def test_the_study_that_all_these_start_from_is_good(tmp_path: Path):
         ("gains.tilt.lambda.hihg", 3, "did you mean 'high'?"),
     ],
 )
-def test_a_bad_override_is_refused(key: str, value: object, says: str, tmp_path: Path):
+def test_a_bad_override_is_refused(key: str, value: str | int, says: str, tmp_path: Path):
     path = write(tmp_path, STUDY)
     with pytest.raises(InputError) as caught:
         load_study(path, {key: value})

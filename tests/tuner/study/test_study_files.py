@@ -196,7 +196,7 @@ rule = "min:rms.z"
         ("gains.roll.k1", 7.0, lambda study: study.resolved()["gains"]["roll.k1"]),
     ],
 )
-def test_an_override_replaces_or_adds_one_value(key: str, value: object, read: Any, tmp_path: Path):
+def test_an_override_replaces_or_adds_one_value(key: str, value: float, read: Any, tmp_path: Path):
     path = write(tmp_path, STUDY)
     before, after = load_study(path), load_study(path, {key: value})
     assert read(before) != value

@@ -52,7 +52,8 @@ def test_every_key_of_the_schema_appears(tmp_path: Path):
         "reference",
     ]
     slower = load_study(write(tmp_path, changed('attitude = "hybrid"', 'attitude = "hybrid"\nposition_every = 2')))
-    assert slower.resolved()["controller"]["position_every"] == 2
+    resolved: dict[str, Any] = slower.resolved()
+    assert resolved["controller"]["position_every"] == 2
 
 
 def test_it_is_json_and_survives_a_round_trip(tmp_path: Path):
@@ -63,7 +64,7 @@ def test_it_is_json_and_survives_a_round_trip(tmp_path: Path):
 
 
 def test_defaults_are_written_out(tmp_path: Path):
-    resolved = load_study(write(tmp_path, STUDY)).resolved()
+    resolved: dict[str, Any] = load_study(write(tmp_path, STUDY)).resolved()
     (scenario,) = resolved["scenario"]
     assert resolved["controller"]["control_period"] == 0.004
     assert resolved["limits"] == {"position": 5.0, "tilt_deg": 80.0}
@@ -77,7 +78,8 @@ def test_defaults_are_written_out(tmp_path: Path):
 
 
 def test_the_airframe_is_there_with_units_and_sources(tmp_path: Path):
-    airframe = load_study(write(tmp_path, STUDY)).resolved()["airframe"]
+    resolved: dict[str, Any] = load_study(write(tmp_path, STUDY)).resolved()
+    airframe = resolved["airframe"]
     sources = load("hummingbird").sources
     assert airframe["name"] == "hummingbird"
     assert set(airframe["numbers"]) == set(sources)
@@ -86,7 +88,8 @@ def test_the_airframe_is_there_with_units_and_sources(tmp_path: Path):
 
 def test_waypoints_are_saved_by_value(tmp_path: Path):
     (tmp_path / "points.csv").write_text("t,x,y,z\n0,0,0,0\n1,1,0,0\n", encoding="utf-8")
-    reference = load_study(write(tmp_path, WAYPOINTS)).resolved()["scenario"][0]["reference"]
+    resolved: dict[str, Any] = load_study(write(tmp_path, WAYPOINTS)).resolved()
+    reference = resolved["scenario"][0]["reference"]
     assert reference["path"] == "points.csv"
     assert json.loads(json.dumps(reference["points"])) == [[0, 0, 0, 0, 0], [1, 1, 0, 0, 0]]
 

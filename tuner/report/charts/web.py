@@ -7,7 +7,7 @@ with an opacity, so that a chart follows the colour scheme; "#name" is an array 
 from base64 import b64encode
 from collections.abc import Callable, Sequence
 from html import escape
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -65,7 +65,14 @@ def singles(values: Array) -> str:
     return packed(values, "<f4")
 
 
-def quantised(values: Array) -> Plotly:
+class Quantized(TypedDict):
+    """Numbers in sixteen bits. scale: lowest and step; packed: how many steps each is above."""
+
+    scale: list[float]
+    packed: str
+
+
+def quantised(values: Array) -> Quantized:
     """Return finite numbers in sixteen bits on a scale from the smallest to the largest: value = low + step * q."""
     low, high = float(values.min(axis=None)), float(values.max(axis=None))
     step = (high - low) / LARGEST
@@ -83,7 +90,14 @@ def finite(values: Array) -> list[float | None]:
     return [value if np.isfinite(value) else None for value in values.tolist()]
 
 
-def to_web(panel: Panel, arrays: Arrays) -> Plotly:
+class WebPanel(TypedDict):
+    """A panel as plotly.js draws it."""
+
+    traces: list[Trace]
+    layout: Plotly
+
+
+def to_web(panel: Panel, arrays: Arrays) -> WebPanel:
     """Return a panel as {traces, layout}."""
     traces = [trace for mark in panel.marks for trace in _traces(mark, arrays)]
     shapes = [_shape(mark) for mark in panel.marks if isinstance(mark, Rule | Disc)]
@@ -109,7 +123,7 @@ def term(text: str, definition: str) -> Markup:
     return element("span", text, class_="term", tabindex="0", data_tip=definition)
 
 
-def line_of(look: Look, width: float | None = None) -> Plotly:
+def line_of(look: Look, width: float | None = None) -> dict[str, str | float]:
     """Return the line of a look for plotly.js."""
     dash = ",".join(f"{length:g}px" for length in look.dash) or "solid"
     return {"width": look.width if width is None else width, "color": f"@{look.colour}", "dash": dash}

@@ -9,8 +9,7 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-
-from plant.texts import PlainTable
+from typing import TypedDict
 
 TARGET = "Cortex-M4F"
 MEANING = (
@@ -99,7 +98,16 @@ def cost_text(position: str, attitude: str, control_period: float) -> str | None
     )
 
 
-def gains_rows(cost: ProcessorCost | None) -> list[PlainTable]:
+class CostRow(TypedDict):
+    """A row of the block "cost" of gains.json."""
+
+    target: str
+    tool: str
+    instructions: dict[str, float | str]
+    bytes: dict[str, float | str]
+
+
+def gains_rows(cost: ProcessorCost | None) -> list[CostRow]:
     """Return the block "cost" of gains.json: instructions of a control step, bytes of code and constants."""
     if cost is None:
         return []

@@ -2,6 +2,7 @@
 
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -22,7 +23,7 @@ TOP = 'title = "On top"\nbase = "shared.toml"\n'
 
 
 def gains_of(contest, index):
-    resolved = contest.contenders[index].study.resolved()
+    resolved: dict[str, Any] = contest.contenders[index].study.resolved()
     return resolved["gains"]
 
 
@@ -128,7 +129,7 @@ def test_paths_of_a_base_are_relative_to_the_base(tmp_path):
 
 def test_merged_changes_neither_side():
     under, over = {"a": {"b": [1, 2], "c": 3}, "d": 4}, {"a": {"b": [9]}, "e": {"f": 5}}
-    result = merged(under, over)
+    result: dict[str, Any] = merged(under, over)
     assert result == {"a": {"b": [9], "c": 3}, "d": 4, "e": {"f": 5}}
     result["a"]["b"].append(0)
     result["e"]["f"] = 0
@@ -158,7 +159,8 @@ def test_overrides_by_a_name_with_dots_and_of_what_is_shared(tmp_path):
     assert [entry.held_out for entry in contest.scenarios] == [8, 12]
     assert contest.published[0].value == 0.5
     assert contest.contenders[0].study.search.population == 10
-    assert contest.table["search"]["population"] == 10
+    table: dict[str, Any] = contest.table
+    assert table["search"]["population"] == 10
 
 
 def test_of_two_names_that_fit_the_longer_is_meant(tmp_path):

@@ -153,7 +153,7 @@ def test_every_quantity_can_be_asked_for_and_is_listed(tmp_path):
     assert not np.isnan(known_values(asked.screens, asked.default_row[None])).any()
     rows = LISTINGS["margins"]()
     assert [row["quantity"] for row in rows] == list(LIMITABLE)
-    assert {row["unit"] for row in rows} == {"dB", "deg", "s", "1", "rad/s", "s^-3"}
+    assert {str(row["unit"]) for row in rows} == {"dB", "deg", "s", "1", "rad/s", "s^-3"}
 
 
 def test_a_hard_limit_and_a_target_on_the_same_number_go_together(tmp_path):
