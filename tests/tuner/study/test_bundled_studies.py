@@ -72,7 +72,7 @@ def test_no_tuning_study_is_left_out_and_all_are_listed(monkeypatch):
     others = {"base", "contender", "plant", "law"}
     assert {name for name, table in tables.items() if not others & set(table)} == set(NAMES)
     monkeypatch.chdir(QUICKSTART.parents[1])
-    titles = {row["study"]: row["title"] for row in LISTINGS["studies"]()}
+    titles = {row["study"]: str(row["title"]) for row in LISTINGS["studies"]()}
     assert len({titles[name] for name in NAMES}) == len(NAMES)
 
 
