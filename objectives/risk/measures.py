@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 
 Values = NDArray[np.float64]
 
@@ -103,8 +103,7 @@ class Risk:
     level: float | None = None
 
     def __post_init__(self) -> None:
-        if self.name not in RISKS:
-            raise UnknownNameError("risk", self.name, RISKS)
+        check_name("risk", self.name, RISKS)
         if not RISKS[self.name].has_level:
             if self.level is not None:
                 raise InputError(f"risk '{self.name}' has no level, but level = {self.level} was given; leave it out")
