@@ -19,7 +19,7 @@ import numpy as np
 from objectives.metrics import MetricAddress, parse
 from objectives.problem import Constraint, Objective
 from objectives.risk import Risk
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 from plant.loop import Timing
 from plant.quadrotor.closed_loop import Limits
 from plant.quadrotor.scenarios import ScenarioSpec
@@ -67,8 +67,7 @@ class Mission:
         """Raise InputError where `off` names no quantity or no scenario."""
         valid = (*quantities, *[f"{quantity}@{name}" for name in scenarios for quantity in quantities])
         for entry in self.off:
-            if entry not in valid:
-                raise UnknownNameError("quantity of an automatic limit", entry, valid, key="off")
+            check_name("quantity of an automatic limit", entry, valid, key="off")
 
 
 USUAL = Mission()

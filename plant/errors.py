@@ -12,7 +12,7 @@
 A failed flight is not in this tree: it is a result with a status (`plant.quadrotor.closed_loop.Status`).
 """
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from difflib import get_close_matches
 from importlib.util import find_spec
 from pathlib import Path
@@ -77,6 +77,14 @@ class UnknownNameError(InputError):
         near = get_close_matches(name[:LONGEST], names, n=1, cutoff=0.5)
         hint = f"did you mean '{near[0]}'? " if near else ""
         super().__init__(f"unknown {kind} '{shortened(name)}'; {hint}valid: {', '.join(names)}", file=file, key=key)
+
+
+def check_name(
+    kind: str, name: str, valid: Collection[str], *, file: str | Path | None = None, key: str | None = None
+) -> None:
+    """Raise UnknownNameError, with its arguments, where a name is not among the valid ones."""
+    if name not in valid:
+        raise UnknownNameError(kind, name, valid, file=file, key=key)
 
 
 class UnphysicalError(InputError):

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 from plant.input_files import read_input
 from plant.origin import Origin, with_origin
 
@@ -36,8 +36,7 @@ class Registry(dict[str, T]):
         """Return an entry; UnknownNameError, with the nearest name, where there is none."""
         if name not in self:
             self.ask_packages()
-        if name not in self:
-            raise UnknownNameError(self.kind, name, self)
+        check_name(self.kind, name, self)
         return self[name]
 
     def add(self, entry: T, origin: Origin) -> T:

@@ -14,8 +14,7 @@ peak gain, the L1 norm of its impulse response, from above (by 1.1 to 1.3 times 
 term it holds at every amplitude. S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and
 Control Theory, SIAM 1994, sections 6.1.3 and 8.1.
 
-w is the disturbance itself ("bounded": |f| <= 1 {y}/s2) or its rate ("rate": |f'| <= 1 {y}/s3, f itself unbounded; integral
-action then leaves a bounded error).
+w is the disturbance itself, |f| <= 1 {y}/s2.
 """
 
 from dataclasses import dataclass, replace
@@ -40,16 +39,13 @@ from objectives.certificates.lmi import (
 
 Array = np.ndarray
 
-# Units of each output per unit of disturbance; a disturbance given by its rate has one second more.
-UNITS = {"value": "s2", "rate": "s", "sliding": "s", "command": "1"}
-RATE_UNITS = {"value": "s3", "rate": "s2", "sliding": "s2"}
+# Unit of y per unit of disturbance.
+UNIT = "s2"
 # Room kept in the inequality, in scaled units, so that the eigenvalues confirm it; costs about as much of the bound.
 ROOM = 1e-6
 # The decay rate is searched between 0 and twice that of the loop's slowest pole: rounds of so many points each, then again
 # between the neighbours of the best.
 ROUNDS, POINTS = 3, 5
-# Error [s2] per unit of constant disturbance that counts as none.
-REST = 1e-9
 
 
 @dataclass(frozen=True)
@@ -135,37 +131,26 @@ def peak_bound(of: Disturbed) -> tuple[float, Array] | None:
     return best[0] * factor, z.original(np.linalg.inv(best[1])) / size**2
 
 
-def disturbed(axis: Loop, disturbance: str, output: str) -> Disturbed:
-    """Return the axis with its disturbance and output; "rate": states are counted from the rest that f asks for.
-
-    With x = x~ - A^-1 D f the disturbance enters by f' alone, x~' = A x~ + A^-1 D f'; an output that integral action brings
-    to rest at zero is the same in both.
-    """
+def disturbed(axis: Loop) -> Disturbed:
+    """Return the axis with its disturbance, and y as output."""
     loop = closed_loop(axis)
-    a, d, c = loop.channel("disturbance", output)
+    a, d, c = loop.channel("disturbance", "value")
     _, b, s = loop.channel("power", "sliding")
-    return Disturbed(a, -b, np.linalg.solve(a, d) if disturbance == "rate" else d, s, c, sector(axis))
+    return Disturbed(a, -b, d, s, c, sector(axis))
 
 
-def run(axis: Loop, disturbance: str = "bounded", output: str = "value") -> Certificate:
-    """Certify where |y| (or the rate, S or the command) of an axis ends, per unit of disturbance or of its rate."""
-    units = UNITS if disturbance == "bounded" else RATE_UNITS
-    assert output in units, f"{output}: not one of {sorted(units)}"
-    unit = units[output]
-    a, d, c = closed_loop(axis).channel("disturbance", output)
-    if not is_stable(a):
-        return inconclusive(unit, "the loop at small amplitude is not stable")
-    if not c.any():
-        return inconclusive(unit, f"a law without a sliding variable has no {output}")
-    if disturbance == "rate" and abs((c @ np.linalg.solve(a, d)).item()) > REST:
-        return inconclusive(unit, "without integral action a disturbance that grows for ever leaves no bounded error")
-    of = disturbed(axis, disturbance, output)
+def run(axis: Loop) -> Certificate:
+    """Certify where |y| of an axis ends, per unit of disturbance."""
+    of = disturbed(axis)
+    if not is_stable(of.a):
+        return inconclusive(UNIT, "the loop at small amplitude is not stable")
     solution = peak_bound(of)
     if solution is None:
-        return inconclusive(unit, "no ellipsoid was found that holds for every amplitude")
+        return inconclusive(UNIT, "no ellipsoid was found that holds for every amplitude")
     bound, p = solution
-    why = f"|{output}| ends within this times the size of the disturbance, whatever that does"
-    return Certificate(bound, unit, True, why, {"P": p})
+    return Certificate(
+        bound, UNIT, True, "|value| ends within this times the size of the disturbance, whatever that does", {"P": p}
+    )
 
 
 INFO = CertificateInfo(

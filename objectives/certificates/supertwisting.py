@@ -3,7 +3,7 @@
     S' = -k1 |S|^(1/2) sign S + v,   v' = -k2 sign S + d',   |d'| <= L
 
 With zeta = (|S|^(1/2) sign S, v) it is zeta' = |zeta_1|^-1 (A zeta + B rho), |rho| <= L |zeta_1|, and V = zeta' P zeta falls
-if [[A'P + PA + eps P + tau L^2 C'C, PB], [B'P, -tau]] < 0 for some P > 0, tau > 0. J. A. Moreno, M. Osorio, "Strict Lyapunov
+if [[A'P + PA + tau L^2 C'C, PB], [B'P, -tau]] < 0 for some P > 0, tau > 0. J. A. Moreno, M. Osorio, "Strict Lyapunov
 functions for the super-twisting algorithm", IEEE Trans. Automatic Control 57(4), 2012, pp. 1035-1040.
 
 It holds for the generalised law too, phi1 = |S|^(1/2) sign S + mu S and v' = -2 k2 phi1 phi1': |d'| <= L is at most
@@ -36,10 +36,9 @@ from plant.law_registry import LAWS, law
 Array = np.ndarray
 
 B, C = np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]])
-RATE_UNIT, DECAY_UNIT = "{y}/s3", "{y}^(1/2) s^(-3/2)"
+RATE_UNIT = "{y}/s3"
 # The largest rate is approached from below by these shares until the eigenvalues agree.
 BACK_OFF = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
-BISECTIONS = 24
 
 
 @dataclass(frozen=True)
@@ -60,37 +59,30 @@ def scaled(k1: float, k2: float) -> Scaled:
     return Scaled(np.array([[-0.5 * k1 / sqrt(k2), 0.5], [-1.0, 0.0]]), k2)
 
 
-def inequality(a: Array, p: Any, tau: Any, square: Any, decay: Any) -> list[list[Any]]:
+def inequality(a: Array, p: Any, tau: Any, square: Any) -> list[list[Any]]:
     """Return the blocks of the matrix that must be negative; square: L^2 tau."""
-    return [[a.T @ p + p @ a + decay * p + square * (C.T @ C), p @ B], [B.T @ p, -tau * np.eye(1)]]
+    return [[a.T @ p + p @ a + square * (C.T @ C), p @ B], [B.T @ p, -tau * np.eye(1)]]
 
 
 class Feasibility:
-    """P for a disturbance rate and a decay, compiled once; everything in scaled units."""
+    """P for a disturbance rate, compiled once; everything in scaled units."""
 
     def __init__(self, a: Array) -> None:
         self._a = a
         self._p, self._tau, self._room = symmetric(2), unknown(), unknown()
-        self._square, self._decay = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True)
-        matrix = cp.bmat(inequality(a, self._p, self._tau, self._square * self._tau, self._decay))
+        self._square = cp.Parameter(nonneg=True)
+        matrix = cp.bmat(inequality(a, self._p, self._tau, self._square * self._tau))
         inside = [below_zero(matrix, self._room), below_zero(-self._p, self._room)]
         self._problem = cp.Problem(cp.Maximize(self._room), [*inside, cp.trace(self._p) + self._tau == 1.0])
 
-    def find(self, rate: float, decay: float = 0.0) -> Array | None:
+    def find(self, rate: float) -> Array | None:
         """Return P, scaled so that tau = 1 and confirmed by its eigenvalues, or None."""
-        self._square.value, self._decay.value = rate * rate, decay
+        self._square.value = rate * rate
         if not solve_again(self._problem) or not self._tau.value > MARGIN:
             return None
         p = self._p.value / float(self._tau.value)
-        matrix = np.block(inequality(self._a, p, 1.0, rate * rate, decay))
+        matrix = np.block(inequality(self._a, p, 1.0, rate * rate))
         return p if is_positive(p) and is_negative(matrix) else None
-
-
-def certify(k1: float, k2: float, rate: float, decay: float = 0.0) -> Array | None:
-    """Return P (2, 2) of V in zeta for the disturbance rate L [{y}/s3] and eps, or None where there is none."""
-    law = scaled(k1, k2)
-    solution = Feasibility(law.a).find(rate / law.unit, decay / sqrt(law.unit))
-    return None if solution is None else law.form(solution)
 
 
 def largest_rate(k1: float, k2: float) -> Certificate:
@@ -99,7 +91,7 @@ def largest_rate(k1: float, k2: float) -> Certificate:
         return inconclusive(RATE_UNIT, "both gains must be positive")
     law = scaled(k1, k2)
     p, square = symmetric(2), unknown(nonneg=True)
-    matrix = cp.bmat(inequality(law.a, p, 1.0, square, 0.0))
+    matrix = cp.bmat(inequality(law.a, p, 1.0, square))
     if not solve(cp.Maximize(square), [below_zero(matrix), below_zero(-p)]):
         return inconclusive(RATE_UNIT, "the solver found no quadratic Lyapunov function")
     feasibility, best = Feasibility(law.a), sqrt(max(float(square.value), 0.0))
@@ -110,42 +102,6 @@ def largest_rate(k1: float, k2: float) -> Certificate:
             why = "every disturbance with |d'| <= L is rejected in finite time (continuous law, no lag)"
             return Certificate(rate * law.unit, RATE_UNIT, True, why, {"P": law.form(solution)})
     return inconclusive(RATE_UNIT, "the eigenvalues did not confirm the solver's matrix")
-
-
-def fastest_decay(k1: float, k2: float, rate: float) -> Certificate:
-    """Certify the largest eps in V' <= -eps |S|^(-1/2) V under |d'| <= rate, by bisection."""
-    if k1 <= 0.0 or k2 <= 0.0:
-        return inconclusive(DECAY_UNIT, "both gains must be positive")
-    law = scaled(k1, k2)
-    feasibility = Feasibility(law.a)
-    best, solution = 0.0, feasibility.find(rate / law.unit)
-    # V decays at most twice as fast as the slower mode of A.
-    low, high = 0.0, -2.0 * float(np.linalg.eigvals(law.a).real.max(axis=0))
-    for _ in range(BISECTIONS if solution is not None else 0):
-        middle = 0.5 * (low + high)
-        trial = feasibility.find(rate / law.unit, middle)
-        low, high = (low, middle) if trial is None else (middle, high)
-        best, solution = (best, solution) if trial is None else (middle, trial)
-    if solution is None or best == 0.0:
-        return inconclusive(DECAY_UNIT, f"no quadratic Lyapunov function covers a disturbance rate of {rate:g}")
-    return Certificate(
-        best * sqrt(law.unit),
-        DECAY_UNIT,
-        True,
-        f"V' <= -eps |S|^(-1/2) V for |d'| <= {rate:g}",
-        {"P": law.form(solution)},
-    )
-
-
-def reaching_time(decay: Certificate, s: float, v: float) -> float:
-    """Bound the time [s] from S = s [{y}/s] and v [{y}/s2] (with the disturbance in it) to zero; decay: of `fastest_decay`.
-
-    |zeta_1|^2 <= (P^-1)_11 V, so sqrt(V) falls at least at the constant rate eps/(2 sqrt((P^-1)_11)).
-    """
-    assert decay.verified and decay.value is not None
-    p = decay.data["P"]
-    zeta = np.array([np.sign(s) * sqrt(abs(s)), v])
-    return float(2.0 * sqrt(np.linalg.inv(p)[0, 0] * (zeta @ p @ zeta)) / decay.value)
 
 
 def run(axis: Loop) -> Certificate:

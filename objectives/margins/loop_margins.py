@@ -21,7 +21,7 @@ from objectives.margins.lifting import Rate, common_period, over_period
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.multirate import Lifting, read_lifted, response
 from objectives.margins.requirement import MarginRequirement
-from objectives.margins.results import LoopResponse, Margins, Realisation, joined
+from objectives.margins.results import LoopResponse, Margins, joined
 from objectives.margins.sheet import WorstCaseAccumulator
 from objectives.margins.structure import Block
 
@@ -283,23 +283,6 @@ class LoopMargins(ABC):
             (block, trimmed.phases(block, everyone)[: common_period(block.channels, loops.rates)])
             for block in loops.blocks
         ]
-
-    def realisation(self, gains: Array, channel: str, case: Case = SMALL) -> Realisation:
-        """State space of a closed loop of the first vehicle, sampled as its channel steps; empty where that has no loop.
-
-        Args:
-            gains: Gains row (g,).
-            channel: Name of a channel that steps once in the common period of its block.
-            case: Amplitude of nonlinear terms.
-        """
-        index, loops = self.channels.index(channel), self._linearizations[0]
-        block = next((block for block in loops.blocks if index in block.channels), None)
-        if block is None:
-            return Realisation(np.zeros((0, 0)), np.zeros(0), np.zeros(0), self.control_period)
-        row = np.asarray(gains, dtype=float)[None]
-        phases = loops.at(row).phases(block, np.ones(1, dtype=bool))
-        closed, form = self._closed(loops, block, (index,), phases, self._term_gains(row, (case,)))
-        return Realisation(closed.a[0], closed.b[0, :, 0], closed.c[0, 0], form.period)
 
     def loop(self, gains: Array, channel: str, case: Case = SMALL, frequency: Array | None = None) -> LoopResponse:
         """Response of one loop of the first vehicle under a gains row (g,), at frequencies (f,) [rad/s], by default the grid.

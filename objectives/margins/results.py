@@ -74,11 +74,6 @@ class Margins:
         return replace(self, **{field.name: only(getattr(self, field.name)) for field in fields(self)})
 
     @property
-    def modulus(self) -> Array:
-        """Modulus margin 1/Ms, (n, channels)."""
-        return 1.0 / self.sensitivity.value
-
-    @property
     def delay_periods(self) -> Array:
         """Delay margin in control periods, (n, channels)."""
         return self.delay.value / self.control_period
@@ -115,11 +110,6 @@ class Realisation:
     b: Array
     c: Array
     period: float
-
-    @property
-    def poles(self) -> NDArray[np.complex128]:
-        """Poles of the closed loop."""
-        return np.linalg.eigvals(self.a).astype(complex)
 
     def response(self, frequency: Array) -> LoopResponse:
         """Response at frequencies (f,) [rad/s]; 0 for those that a loop of this period cannot have."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from objectives.metrics.metric import Metric
 from objectives.metrics.registry import METRICS
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 from plant.quadrotor.cascade import ATTITUDE_AXES, POSITION_AXES
 from plant.quadrotor.gains import GROUPS
 from plant.sample import Target
@@ -63,8 +63,7 @@ def parse(address: str, axes: Axes = CASCADE) -> MetricAddress:
     name, _, group = address.partition(".")
     metric = METRICS.find(name)
     valid = addresses_of(metric, axes)
-    if address not in valid:
-        raise UnknownNameError("metric address", address, valid)
+    check_name("metric address", address, valid)
     judged = axes.groups[group] if group else ()
     return MetricAddress(address, metric, judged, axes.units[judged[0]] if judged else "")
 

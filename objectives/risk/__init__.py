@@ -1,11 +1,9 @@
-"""Risk: what is made of one value per scenario (`RISKS`), and how sure it is (`bootstrap_interval`)."""
+"""Risk: what is made of one value per scenario (`RISKS`), and how sure it is (`interval_on`)."""
 
 from objectives.risk.bootstrap import (
     Interval,
     PairedDifference,
-    bootstrap_interval,
     interval_on,
-    paired_difference,
     paired_difference_on,
     replicates_on,
 )
@@ -23,6 +21,6 @@ from objectives.risk.shares import (
 
 __all__ = [
     "RISKS", "Interval", "PairedDifference", "Risk", "RiskMeasure", "ShareInterval", "binary_difference", "binary_interval",
-    "bootstrap_interval", "clopper_pearson", "flights_to_show", "interval_on", "minimum_samples", "paired_difference",
-    "paired_difference_on", "replicates_on", "resampled_scenarios", "share_difference", "upper_bound", "within",
+    "clopper_pearson", "flights_to_show", "interval_on", "minimum_samples", "paired_difference_on", "replicates_on",
+    "resampled_scenarios", "share_difference", "upper_bound", "within",
 ]  # fmt: skip

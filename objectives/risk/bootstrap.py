@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from objectives.risk.measures import Risk
 from objectives.risk.studentised import MeasuredRisk, Resampled, difference, ends, measured, standard_error
-from plant.errors import InputError
 
 BLOCK = 2_000_000
 """Numbers held at once while resampling, 16 MB; the resampled scenario indices come on top with replicates * n."""
@@ -41,38 +40,10 @@ class PairedDifference(NamedTuple):
     high: Values
 
 
-def bootstrap_interval(
-    values: Values, risk: Risk, rng: np.random.Generator, replicates: int = 2000, confidence: float = 0.95
-) -> Interval:
-    """Return the interval of the risk of values (..., n), n scenarios, for each leading entry.
-
-    An entry's interval depends on its own values and the state of rng, not on the entries beside it.
-    """
-    values = np.asarray(values, dtype=np.float64)
-    _check(values, replicates, confidence)
-    return interval_on(values, risk, _resamples(rng, replicates, values.shape[-1]), confidence)
-
-
 def interval_on(values: Values, risk: Risk, resample: Indices, confidence: float = 0.95) -> Interval:
     """Return the interval of the risk of values (..., n) on given resamples (replicates, n) of the scenarios."""
     flat = values.reshape(-1, values.shape[-1])
     return Interval(*_ends_of(flat, None, risk, resample, confidence).reshape(2, *values.shape[:-1]))
-
-
-def paired_difference(
-    values_a: Values,
-    values_b: Values,
-    risk: Risk,
-    rng: np.random.Generator,
-    replicates: int = 2000,
-    confidence: float = 0.95,
-) -> PairedDifference:
-    """Return risk(a) - risk(b) with its interval; a and b (..., n) flew through the same n scenarios."""
-    first, second = np.asarray(values_a, dtype=np.float64), np.asarray(values_b, dtype=np.float64)
-    if first.shape != second.shape:
-        raise InputError(f"paired values must have one shape, but {first.shape} and {second.shape} were given")
-    _check(first, replicates, confidence)
-    return paired_difference_on(first, second, risk, _resamples(rng, replicates, first.shape[-1]), confidence)
 
 
 def paired_difference_on(
@@ -92,19 +63,6 @@ def paired_difference_on(
 def replicates_on(values: Values, risk: Risk, resample: Indices) -> Values:
     """Return the risk (..., replicates) of values (..., n) on given resamples (replicates, n) of the scenarios."""
     return _replicates(values.reshape(-1, values.shape[-1]), risk, resample).reshape(*values.shape[:-1], -1)
-
-
-def _check(values: Values, replicates: int, confidence: float) -> None:
-    if values.ndim == 0 or values.shape[-1] == 0:
-        raise InputError("a bootstrap needs at least one scenario, but none was given")
-    if replicates < 1:
-        raise InputError(f"replicates = {replicates} must be at least 1; 2000 suits a 95 % interval")
-    if not 0.0 < confidence < 1.0:
-        raise InputError(f"confidence = {confidence} must lie between 0 and 1, for instance 0.95")
-
-
-def _resamples(rng: np.random.Generator, replicates: int, n: int) -> Indices:
-    return rng.integers(n, size=(replicates, n), dtype=np.intp)
 
 
 def _ends_of(first: Values, second: Values | None, risk: Risk, resample: Indices, confidence: float) -> Values:

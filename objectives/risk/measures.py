@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 
 Values = NDArray[np.float64]
 
@@ -39,14 +39,12 @@ class RiskMeasure:
         of_sorted(values, level): the measure of values (..., n) in increasing order.
         tail(level): share of the scenarios that decide the value.
         has_level: whether a level between 0 and 1 must be given.
-        coherent: see the module docstring.
     """
 
     definition: str
     of_sorted: Callable[[Values, float], Values]
     tail: Callable[[float], float]
     has_level: bool
-    coherent: bool
 
 
 def quantile_rank(level: float, n: int) -> int:
@@ -76,23 +74,21 @@ def _worst(values: Values, level: float) -> Values:
 
 
 RISKS: dict[str, RiskMeasure] = {
-    "mean": RiskMeasure("mean over scenarios", _mean, lambda level: 1.0, has_level=False, coherent=True),
+    "mean": RiskMeasure("mean over scenarios", _mean, lambda level: 1.0, has_level=False),
     "quantile": RiskMeasure(
         "smallest value that the share `level` of the scenarios does not exceed",
         _quantile,
         lambda level: min(level, 1.0 - level),
         has_level=True,
-        coherent=False,
     ),
     "cvar": RiskMeasure(
         "mean of the worst share 1 - `level` of the scenarios (conditional value-at-risk)",
         _cvar,
         lambda level: 1.0 - level,
         has_level=True,
-        coherent=True,
     ),
     # 59 scenarios exceed the 95 % quantile at least once with 95 % confidence (Wilks); as a tail that is TAIL_SCENARIOS/59.
-    "worst": RiskMeasure("worst scenario", _worst, lambda level: TAIL_SCENARIOS / 59, has_level=False, coherent=True),
+    "worst": RiskMeasure("worst scenario", _worst, lambda level: TAIL_SCENARIOS / 59, has_level=False),
 }
 
 
@@ -107,8 +103,7 @@ class Risk:
     level: float | None = None
 
     def __post_init__(self) -> None:
-        if self.name not in RISKS:
-            raise UnknownNameError("risk", self.name, RISKS)
+        check_name("risk", self.name, RISKS)
         if not RISKS[self.name].has_level:
             if self.level is not None:
                 raise InputError(f"risk '{self.name}' has no level, but level = {self.level} was given; leave it out")

@@ -31,11 +31,6 @@ SOURCE = "Gao, ACC 2003; L1 norms of the sampled observer worked out here"
 ASSUMES = "no measurement noise; what the controller does not know of the actuators counts as disturbance"
 
 
-def continuous_bounds(omega_o: Array, rate: float) -> tuple[Array, Array, Array]:
-    """Return the bounds on |e1| [y], |e2| [y/s] and |e3| [y/s2] of the continuous observer: the limit for h -> 0."""
-    return rate / omega_o**3, 3.0 * rate / omega_o**2, 3.0 * rate / omega_o
-
-
 def cotangent(omega_o: Array, period: float) -> Array:
     """Return c = coth(wo h/2), which is (1 + beta)/(1 - beta) of the sampled pole beta = exp(-wo h)."""
     return 1.0 / np.tanh(0.5 * period * omega_o)

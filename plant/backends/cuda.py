@@ -27,7 +27,7 @@ from plant.backends import branch_free, cuda_precision, vector_math
 from plant.backends.cache import load_kernel
 from plant.backends.cuda_precision import CudaRebinder
 from plant.backends.identity import identity
-from plant.backends.lanes import result_rows
+from plant.backends.lanes import body_setter, result_rows, storer
 from plant.loop import ClosedLoop
 from plant.records import build_source, paths, size
 
@@ -126,9 +126,6 @@ def run(constants_rows, nominal, dynamics_rows, starts, disturbances, noises, re
 def kernel_source(loop: ClosedLoop, wind_rows: int, noise_rows: int, names: dict[str, Any]) -> str:
     """Return the source of the kernel module of a loop; collects the record types it names."""
     flight, kinds = loop.Flight, loop.records
-    result = result_rows(loop)
-    build = [f"body.{p[5:]}" if p.startswith("body.") else f"s.{p}" for p in paths(flight)]
-    store = [f"    a[i, {i}] = s.{path}" for i, path in enumerate(paths(flight)[result])]
     parts = [
         _loader(loop.Constants, "constants", "a, i", "a[i, {}]", names),
         _loader(kinds.Reference, "reference", "a, i", "a[i, {}]", names),
@@ -136,8 +133,8 @@ def kernel_source(loop: ClosedLoop, wind_rows: int, noise_rows: int, names: dict
         _loader(loop.Body, "body", "a, i", "a[{}, i]", names),
         _loader(kinds.Disturbance, "disturbance", "a, k, i", "a[k, {}, i]", names, wind_rows),
         _loader(kinds.Noise, "noise", "a, k, i", "a[k, {}, i]", names, noise_rows),
-        f"@inline\ndef with_body(s, body):\n    return {build_source(flight, build, names)}\n",
-        "@inline\ndef store_result(a, i, s):\n" + "\n".join(store) + "\n",
+        body_setter(flight, names),
+        storer(paths(flight)[result_rows(loop)], "store_result", "a, i", "a[i, {}]"),
         RUN,
     ]
     return "\n".join(parts)

@@ -167,17 +167,12 @@ def _kernel(loop: ClosedLoop, ask: Callable[..., Any]) -> Any:
         lanes.loader(kinds.Dynamics, "load_dynamics", lanes.ENTRY, 0, names),
         lanes.loader(kinds.Disturbance, "load_disturbance", lanes.ENTRY, 0, names),
         lanes.loader(kinds.Noise, "load_noise", lanes.ENTRY, 0, names),
-        _store(flight, "store_flight", 0),
-        _store(loop.Body, "store_body", body.start),
+        lanes.storer(paths(flight), "store_flight", "a", lanes.ENTRY),
+        lanes.storer(paths(loop.Body), "store_body", "a", lanes.ENTRY, body.start),
         RUN,
     ]
     module, _ = load_kernel(f"instants_{loop.name}", "\n".join(parts), names, sources | bind.sources, identity(loop))
     return module.run
-
-
-def _store(kind: Any, name: str, offset: int) -> str:
-    lines = [f"    a[{offset + i}] = s.{path}" for i, path in enumerate(paths(kind))]
-    return f"@inline\ndef {name}(a, s):\n" + "\n".join(lines) + "\n"
 
 
 def _filled(given: np.ndarray, wanted: int) -> np.ndarray:

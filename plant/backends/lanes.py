@@ -14,7 +14,7 @@ The composed kernel is compiled once and kept (`plant.backends.cache`).
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -101,9 +101,16 @@ def loader(kind: Any, name: str, expression: str, offset: int, names: dict[str, 
     return f"@inline\ndef {name}(a, l):\n    return {build_source(kind, leaves, names)}\n"
 
 
-def _store(kind: Any, name: str, offset: int) -> str:
-    lines = [f"    a[{offset + i}, l] = s.{path}" for i, path in enumerate(paths(kind))]
-    return f"@inline\ndef {name}(a, l, s):\n" + "\n".join(lines) + "\n"
+def storer(leaves: Sequence[str], name: str, arguments: str, expression: str, offset: int = 0) -> str:
+    """Return the source of a function from a record to rows: the leaves at these paths, from row offset on."""
+    lines = [f"    {expression.format(offset + i)} = s.{path}" for i, path in enumerate(leaves)]
+    return f"@inline\ndef {name}({arguments}, s):\n" + "\n".join(lines) + "\n"
+
+
+def body_setter(flight: Any, names: dict[str, Any]) -> str:
+    """Return the source of a function from a flight and a body to the flight with that body."""
+    leaves = [f"body.{path[5:]}" if path.startswith("body.") else f"s.{path}" for path in paths(flight)]
+    return f"@inline\ndef with_body(s, body):\n    return {build_source(flight, leaves, names)}\n"
 
 
 LANE, ENTRY = "a[{}, l]", "a[{}]"
@@ -174,9 +181,9 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
     types = flight.__annotations__
     parts = [
         loader(flight, "load_flight", LANE, place_of.flight, names),
-        _store(flight, "store_flight", place_of.flight),
+        storer(paths(flight), "store_flight", "a, l", LANE, place_of.flight),
         loader(types["body"], "load_body", LANE, body.start, names),
-        _store(types["body"], "store_body", body.start),
+        storer(paths(types["body"]), "store_body", "a, l", LANE, body.start),
         loader(types["speed"], "load_speed", LANE, speed.start, names),
         loader(kinds.Dynamics, "load_dynamics", LANE, place_of.dynamics, names),
         loader(kinds.Disturbance, "load_disturbance", LANE, place_of.disturbance, names),

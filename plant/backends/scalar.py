@@ -14,7 +14,7 @@ from plant.backends.cache import load_kernel
 from plant.backends.flyer import FlightInputs
 from plant.backends.identity import identity
 from plant.loop import ClosedLoop, Timing
-from plant.records import build_source, flatten, size
+from plant.records import flatten, paths, size
 
 # The flight is a function of its own because `prange` cannot carry records into a thread, only arrays and numbers.
 RUN = """
@@ -104,20 +104,10 @@ def scalar_kernel(loop: ClosedLoop) -> ScalarKernel:
         lanes.loader(loop.Body, "load_body", lanes.ENTRY, 0, names),
         lanes.loader(kinds.Disturbance, "load_disturbance", lanes.ENTRY, 0, names),
         lanes.loader(kinds.Noise, "load_noise", lanes.ENTRY, 0, names),
-        _with_body(flight, names),
-        _store_result(flight, result),
+        lanes.body_setter(flight, names),
+        lanes.storer(paths(flight)[result], "store_result", "a", lanes.ENTRY),
         RUN,
     ]
     names["prange"] = numba.prange
     module, _ = load_kernel(f"scalar_{loop.name}", "\n".join(parts), names, sources, identity(loop))
     return ScalarKernel(module.run, result.stop - result.start, loop)
-
-
-def _with_body(flight: Any, names: dict[str, Any]) -> str:
-    leaves = [f"body.{p[5:]}" if p.startswith("body.") else f"s.{p}" for p in lanes.paths(flight)]
-    return f"@inline\ndef with_body(s, body):\n    return {build_source(flight, leaves, names)}\n"
-
-
-def _store_result(flight: Any, result: slice) -> str:
-    lines = [f"    a[{i}] = s.{path}" for i, path in enumerate(lanes.paths(flight)[result])]
-    return "@inline\ndef store_result(a, s):\n" + "\n".join(lines) + "\n"

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, UnknownNameError, check_name
 from plant.fmu.archive import Archive, open_archive
 from plant.fmu.description import INPUT, OUTPUT, PARAMETER, Description, FmuVariable, read_description
 from plant.model.plant_model import NoDisturbance, PlantRecords
@@ -133,8 +133,7 @@ def _with_units(description: Description, units: Mapping[str, str]) -> list[FmuV
     """Return all variables, those without a unit with the one that the study gives."""
     names = {each.name for each in description.variables}
     for name, unit in units.items():
-        if name not in names:
-            raise UnknownNameError("variable", name, names, key=f"units.{name}")
+        check_name("variable", name, names, key=f"units.{name}")
         check_text(unit, 40, key=f"units.{name}")
     return [each if each.unit else each._replace(unit=units.get(each.name, "")) for each in description.variables]
 
@@ -157,8 +156,7 @@ def _states(
     if named:
         by_name = {each.name: each for each in described}
         for name in named:
-            if name not in by_name:
-                raise UnknownNameError("variable", name, by_name, key="states")
+            check_name("variable", name, by_name, key="states")
         return tuple(by_name[name] for name in named), ()
     by_reference = {each.reference: each for each in reversed(described)}
     if description.states and all(reference in by_reference for reference in description.states):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.continuous import ContinuousForm, on_observer
-from plant.laws.ladrc import OMEGA_O
+from plant.laws.ladrc import OMEGA_O, start
 from plant.laws.law import GainInfo, Law, Nonlinearity, Span
 from plant.laws.observer import (
     FEEDBACK,
@@ -55,11 +55,6 @@ def prepare(gains: Gains, h: float) -> Constants:
     """Sample the observer."""
     observer = observer_constants(gains.omega_o, h)
     return Constants(observer, gains.lambda_, gains.k1, gains.k2, 1.0 / gains.delta)
-
-
-def start(constants: Constants, measured: Measured, held: float) -> Observer:
-    """Rest: the observer at the measurement, the disturbance what is held against."""
-    return Observer(measured.value, measured.rate, 0.0 - held)
 
 
 def sliding_term(s: float, constants: Constants) -> float:

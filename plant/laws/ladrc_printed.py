@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from plant.laws import ladrc
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.ladrc import start
 from plant.laws.law import GainInfo, Law, Span
 from plant.laws.observer import (
     FEEDBACK,
@@ -46,11 +47,6 @@ class Constants(NamedTuple):
 def prepare(gains: Gains, h: float) -> Constants:
     """Work out ke = 2 zeta wn."""
     return Constants(2.0 * gains.zeta * gains.omega_n, observer_constants(gains.omega_o, h))
-
-
-def start(constants: Constants, measured: Measured, held: float) -> Observer:
-    """Rest: the observer at the measurement, the disturbance what is held against."""
-    return Observer(measured.value, measured.rate, 0.0 - held)
 
 
 def step(

@@ -11,7 +11,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 from plant.model.plan import check_identifiers
 from plant.model.plant_model import PlantModel, plant_from
 from plant.model.units import per_time, quotient
@@ -46,8 +46,7 @@ class SignalNames(NamedTuple):
             check_identifiers(key, names)
         signals = [name for names in groups.values() for name in names]
         for name, unit in self.units.items():
-            if name not in signals:
-                raise UnknownNameError("signal", name, signals, key=f"units.{name}")
+            check_name("signal", name, signals, key=f"units.{name}")
             check_text(unit, 40, key=f"units.{name}")
         return SignalNames(**groups, units={name: self.units.get(name) or "1" for name in signals})
 

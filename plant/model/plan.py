@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from keyword import iskeyword
 from math import inf, isfinite
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, UnknownNameError, check_name
 from plant.laws.law import Law
 from plant.model.plant_model import PlantRecords
 from plant.records import paths
@@ -169,8 +169,7 @@ def plan_loop(plant: PlantRecords, channels: Sequence[Channel], actuators: Seque
             raise InputError(message, key=f"channel[{i}].name")
     inputs, outputs = paths(plant.Input), paths(plant.Output)
     for actuator in actuators:
-        if actuator.name not in inputs:
-            raise UnknownNameError("input", actuator.name, inputs)
+        check_name("input", actuator.name, inputs)
     check_identifiers("actuator", [actuator.name for actuator in actuators], ".name")
     for channel in channels:
         _check_channel(channel, [each.name for each in channels], inputs, outputs)
@@ -196,8 +195,7 @@ def _check_channel(channel: Channel, names: Sequence[str], inputs: Sequence[str]
         if name is not None and name not in outputs:
             raise UnknownNameError("output", name, outputs, key=f"{channel.name}.{key}")
     targets = [*inputs, *[name for name in names if name != channel.name]]
-    if channel.to not in targets:
-        raise UnknownNameError("input or channel", channel.to, targets, key=f"{channel.name}.to")
+    check_name("input or channel", channel.to, targets, key=f"{channel.name}.to")
 
 
 def _check_rates(channels: Sequence[Channel]) -> None:

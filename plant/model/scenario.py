@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plant.backends.flyer import FlightInputs, to_lanes
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 from plant.loop import Timing
 from plant.model.closing import PlantLoop, resting
 from plant.model.signals import Constant, Signal
@@ -99,8 +99,7 @@ class PlantScenario:
             ("band", self.band, plan.names),
         ):
             for name in given:
-                if name not in valid:
-                    raise UnknownNameError(key, name, valid, key=f"{key}.{name}")
+                check_name(key, name, valid, key=f"{key}.{name}")
 
     def targets_of(self, loop: PlantLoop, parameters: Any) -> Any:
         """Return the targets of the step and recovery metrics by channel; parameters: the nominal ones."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from plant.air.dryden import transverse
 from plant.air.linear_process import LinearProcess, SampledProcess, discretize, gauss_markov, sample
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, UnknownNameError, check_name
 
 Array = np.ndarray
 # A step at 0.0275 s belongs to sample 5 at 5.5 ms, although 5 * 0.0055 falls an ulp short of 0.0275.
@@ -209,8 +209,7 @@ SIGNALS: Mapping[str, type[Signal]] = {
 def signal_from(values: Mapping[str, Any]) -> Signal:
     """Return the signal that a table describes: its `kind`, and the numbers of that kind; InputError names the key."""
     kind = str(values.get("kind", ""))
-    if kind not in SIGNALS:
-        raise UnknownNameError("signal", kind, SIGNALS, key="kind")
+    check_name("signal", kind, SIGNALS, key="kind")
     allowed = [entry.name for entry in fields(SIGNALS[kind])]
     numbers = {key: value for key, value in values.items() if key != "kind"}
     for key, value in numbers.items():

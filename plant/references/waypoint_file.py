@@ -5,7 +5,7 @@ from io import StringIO
 from math import isfinite
 from pathlib import Path
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 from plant.input_files import read_input_text
 
 COLUMNS = ("t", "x", "y", "z", "yaw_deg")
@@ -42,8 +42,7 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
 
 def _check_header(header: list[str], path: Path) -> None:
     for name in header:
-        if name not in COLUMNS:
-            raise UnknownNameError("column", name, COLUMNS, file=path, key="line 1")
+        check_name("column", name, COLUMNS, file=path, key="line 1")
     if tuple(header) not in (COLUMNS, COLUMNS[:-1]):
         raise InputError(f"the header is {','.join(header)}; {_FORM}", file=path, key="line 1")
 

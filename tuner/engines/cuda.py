@@ -5,7 +5,7 @@ from pathlib import Path
 
 from objectives.engine import Engine
 from objectives.flown_system import FlownSystem
-from plant.errors import InputError, StoreError, UnknownNameError
+from plant.errors import InputError, StoreError, check_name
 from tuner.store.inputs import read_record
 
 KEY = "--backend"
@@ -55,5 +55,4 @@ def recorded_engine(results: Path, system: FlownSystem, root: int, cluster: Engi
 
 def check(backend: str) -> None:
     """Raise UnknownNameError where no backend has this name."""
-    if backend not in BACKENDS:
-        raise UnknownNameError("backend", backend, BACKENDS, key=KEY)
+    check_name("backend", backend, BACKENDS, key=KEY)

@@ -3,7 +3,7 @@
 A new one is a module with an `EXCITATIONS` and an entry here.
 """
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 from tuner.exchange import excitation_table
 from tuner.exchange.ardupilot import excitation as ardupilot
 from tuner.exchange.betaflight import excitation as betaflight
@@ -26,6 +26,5 @@ def exciter(name: str) -> ExcitationTarget:
     """Return the target of a name; InputError where it cannot excite a vehicle."""
     if name in UNABLE:
         raise InputError(UNABLE[name], key="--to")
-    if name not in EXCITERS:
-        raise UnknownNameError("target that can excite a vehicle", name, EXCITERS, key="--to")
+    check_name("target that can excite a vehicle", name, EXCITERS, key="--to")
     return EXCITERS[name]

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, UnknownNameError, check_name
 from tuner.exchange.ardupilot import export as ardupilot
 from tuner.exchange.betaflight import adrc as betaflight_adrc
 from tuner.exchange.betaflight import export as betaflight
@@ -25,15 +25,13 @@ IMPORTERS: dict[str, Importer] = {name: target.importer for name, target in EXPO
 def exporter(name: str) -> ExportTarget:
     """Return the target of a name; raises UnknownNameError."""
     name = name.lower()
-    if name not in EXPORTERS:
-        raise UnknownNameError("target", name, EXPORTERS, key="--to")
+    check_name("target", name, EXPORTERS, key="--to")
     return EXPORTERS[name]
 
 
 def importer(name: str) -> Importer:
     """Return the importer of a target; raises UnknownNameError."""
-    if name not in IMPORTERS:
-        raise UnknownNameError("source", name, IMPORTERS, key="--from")
+    check_name("source", name, IMPORTERS, key="--from")
     return IMPORTERS[name]
 
 

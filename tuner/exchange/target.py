@@ -166,6 +166,14 @@ def number(settings: Mapping[str, str], name: str, low: float, high: float, unit
     return value
 
 
+def whole_number(settings: Mapping[str, str], name: str, low: int, high: int) -> int:
+    """Return an option as a whole number; raises InputError where it is none, or outside [low, high]."""
+    value = number(settings, name, low, high, "1")
+    if value != int(value):
+        raise InputError(f"given {value:g}; this must be a whole number from {low} to {high}", key=flag(name))
+    return int(value)
+
+
 def flag(name: str) -> str:
     """Return the flag of an option on the command line."""
     return f"--{name}" if name == FIRMWARE else f"--set {name}"

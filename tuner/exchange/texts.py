@@ -2,6 +2,7 @@
 
 The border refuses what no name and no title holds (`plant.texts`), yet every text from a file goes through one of these all the
 same: whatever it is, it stays a comment or a string and is never code. Characters that do not print come out as their escapes.
+A comment that ends with its line, as in YAML and MATLAB, takes a text as `plant.errors.one_line` returns it.
 """
 
 import re
@@ -39,19 +40,9 @@ def python_docstring(text: str) -> str:
     return one_line(text).replace("\\", "\\\\").replace('"', '\\"')
 
 
-def matlab_comment(text: str) -> str:
-    """Return a text for the rest of a line that begins with % and a blank, in MATLAB and Octave."""
-    return one_line(text)
-
-
 def matlab_string(text: str) -> str:
     """Return a text as a character vector of MATLAB and Octave, quotes included."""
     return "'" + one_line(text).replace("'", "''") + "'"
-
-
-def yaml_comment(text: str) -> str:
-    """Return a text for the rest of a line that begins with # and a blank, in YAML."""
-    return one_line(text)
 
 
 def parameter_comment(text: str) -> str:

@@ -1,6 +1,5 @@
 """The folder of an export: the target's files, rollback/ with what to go back to, export.json, and gains.json with its record."""
 
-import hashlib
 import json
 import os
 import shutil
@@ -17,6 +16,7 @@ from tuner.exchange.aboard import origin
 from tuner.exchange.target import C, ExportBundle, ExportRequest, ExportTarget, HeldParameter
 from tuner.exchange.texts import tool
 from tuner.gains.sections import Row
+from tuner.store.manifest import digest_of
 
 # Beyond it a bound is that of a number type, not of a parameter.
 LARGEST = 1e30
@@ -49,7 +49,7 @@ def export_document(
         experimental=target.experimental or None,
         **names,
         gains_sha256=request.digest,
-        files={name: sha256(content) for name, content in bundle.files.items()},
+        files={name: digest_of(content) for name, content in bundle.files.items()},
         rollback=sorted(bundle.rollback),
         settings=dict(request.settings),
         before=origin(request, target.name),
@@ -120,11 +120,6 @@ def as_json(document: Row) -> bytes:
     # Half of a surrogate pair, which UTF-8 does not hold, comes out as the escape that JSON has for it.
     text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     return text.encode("utf-8", "backslashreplace")
-
-
-def sha256(content: bytes) -> str:
-    """Return the SHA-256 of a file's content as 64 hex digits."""
-    return hashlib.sha256(content).hexdigest()
 
 
 def _change(parameter: HeldParameter) -> float | None:

@@ -60,9 +60,9 @@ def read_ulog(content: bytes, name: str, digest: str) -> FlightLog:
     # The reader meets whatever a damaged file holds, and raises as many kinds of errors.
     except Exception as error:
         raise InputError(f"is no ULog that can be read ({type(error).__name__})", file=name) from None
-    sensors = _topic(topics, [SENSORS], name)
+    sensors = _topic(topics, SENSORS, name)
     chosen = next((topic for topic in OUTPUTS if topic in topics), "actuator_motors")
-    outputs = _topic(topics, [chosen], name)
+    outputs = _topic(topics, chosen, name)
     field, idle, full = OUTPUTS[chosen]
     command = (_fields(outputs, [f"{field}[{i}]" for i in MOTORS], name) - idle) / (full - idle)
     return joined(
@@ -77,11 +77,10 @@ def read_ulog(content: bytes, name: str, digest: str) -> FlightLog:
     )
 
 
-def _topic(topics: dict[str, Any], names: list[str], name: str) -> Any:
-    for entry in names:
-        if entry in topics:
-            return topics[entry]
-    raise InputError(f"lacks the topic {names[0]}; log it, at a high rate (SDLOG_PROFILE)", file=name)
+def _topic(topics: dict[str, Any], topic: str, name: str) -> Any:
+    if topic not in topics:
+        raise InputError(f"lacks the topic {topic}; log it, at a high rate (SDLOG_PROFILE)", file=name)
+    return topics[topic]
 
 
 def _time(topic: Any, name: str) -> Array:

@@ -32,9 +32,11 @@ def write_report(folder: Path, results: "TuningFolder | None" = None) -> Path:
 
     results: the folder, where it is opened already.
     """
-    from tuner.report.tuning_page import write_page
+    from tuner.report.page import put_page
+    from tuner.report.tuning_page import tuning_page
 
-    return write_page(results or opened(folder))
+    results = results or opened(folder)
+    return put_page(results.home, tuning_page(results))
 
 
 def start_figures(folder: Path) -> "FigureProcess":

@@ -6,9 +6,9 @@ from tuner.analysis.flight_plan.excitation import UNITS, Excitation, begins
 from tuner.analysis.flight_plan.planning import Experiment
 from tuner.documents.flight_plan import FlightPlanDocument
 from tuner.report.charts.chart import Array, Axis, Line, Panel
-from tuner.report.charts.look import Look, sample
+from tuner.report.charts.look import Look, legend
 from tuner.report.charts.paper import Figure, figure_of
-from tuner.report.charts.web import Arrays, grid, to_web
+from tuner.report.charts.web import grid, page_data
 from tuner.report.flight_plan_words import excitation_table, number_table, peak_table
 from tuner.report.page import Page, Section, aid, wide
 from tuner.text.markup import Markup, element, join, table
@@ -29,12 +29,9 @@ AIDS = {
 
 def flight_plan_page(made: Experiment, document: FlightPlanDocument) -> Page:
     """Return the page."""
-    arrays, panels = Arrays(), excitation_panels(made)
+    panels = excitation_panels(made)
     targets = [row for row in document.numbers if row.target is not None]
     others = [row for row in document.numbers if row.target is None]
-    legend = element(
-        "p", join((join((sample(look, marked=False), f" {name} ")) for name, look in LEGEND)), class_="aid"
-    )
     return Page(
         kind="flight-plan",
         title=f"An experiment to fly with {document.airframe}",
@@ -42,12 +39,12 @@ def flight_plan_page(made: Experiment, document: FlightPlanDocument) -> Page:
         opening=join(element("p", note) for note in document.notes),
         sections=[
             Section("excitations", "What is flown", _table("excitations", excitation_table(document))),
-            Section("flown", "Asked and flown", join((aid(AIDS["flown"]), legend, grid(panels, "axis-grid")))),
+            Section("flown", "Asked and flown", join((aid(AIDS["flown"]), legend(LEGEND), grid(panels, "axis-grid")))),
             Section("numbers", "What it is to tell", _table("numbers", number_table(targets))),
             Section("others", "The other numbers", _table("others", number_table(others))),
             Section("peaks", "Limits", _table("peaks", peak_table(document))),
         ],
-        data={"charts": {panel.key: to_web(panel, arrays) for panel in panels}, "arrays": arrays.packed},
+        data=page_data(panels),
     )
 
 

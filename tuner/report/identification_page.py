@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from tuner.analysis.identification.identify import Identified
 from tuner.documents.identification import IdentificationDocument, IdentifiedNumber, LogRow
 from tuner.report.charts.chart import Panel
-from tuner.report.charts.look import Look, sample
-from tuner.report.charts.web import Arrays, grid, to_web
+from tuner.report.charts.look import Look, legend
+from tuner.report.charts.web import grid, page_data
 from tuner.report.identification_charts import MEASURED, MODELLED, prediction_panels, spectrum_panels, whiteness_panels
 from tuner.report.page import Page, Section, aid, wide
 from tuner.text.markup import Markup, described, element, join, table
@@ -29,7 +29,6 @@ SPECTRA = (("measured", MEASURED), ("left over", MODELLED))
 
 def identification_page(fit: Identified, document: IdentificationDocument) -> Page:
     """Return the page."""
-    arrays = Arrays()
     parts = (prediction_panels(fit), spectrum_panels(fit), whiteness_panels(fit))
     shown = [[panel for panel, used in zip(part, fit.problem.outputs, strict=True) if used] for part in parts]
     return Page(
@@ -39,10 +38,7 @@ def identification_page(fit: Identified, document: IdentificationDocument) -> Pa
         opening=described(_key_figures(document), class_="figures"),
         warnings=document.warnings,
         sections=_sections(document, *shown),
-        data={
-            "charts": {panel.key: to_web(panel, arrays) for part in shown for panel in part},
-            "arrays": arrays.packed,
-        },
+        data=page_data(panel for part in shown for panel in part),
     )
 
 
@@ -79,8 +75,7 @@ def _ends(shares: Sequence[float]) -> list[str]:
 
 
 def _charts(key: str, panels: Sequence[Panel], names: Sequence[tuple[str, Look]] = ()) -> Markup:
-    legend = element("p", join((join((sample(look, marked=False), f" {name} ")) for name, look in names)), class_="aid")
-    return join((aid(AIDS[key]), legend if names else "", grid(panels, "axis-grid"))) if panels else Markup()
+    return join((aid(AIDS[key]), legend(names) if names else "", grid(panels, "axis-grid"))) if panels else Markup()
 
 
 def _with_aid(key: str, content: Markup) -> Markup:

@@ -1,7 +1,5 @@
 """report.html of a tuning run: the answer, the trade-off, the point picked, whether to believe it, and where it comes from."""
 
-from pathlib import Path
-
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import answer, answer_table, states_table
 from tuner.report.charts.progress import front_probability_panel, gap_panels, progress_panels
@@ -9,17 +7,12 @@ from tuner.report.charts.web import Arrays, grid, to_web
 from tuner.report.controls import layer_switches
 from tuner.report.explorer_data import explorer_data
 from tuner.report.explorer_section import axis_choices, explorer_section, plane
-from tuner.report.page import Page, Section, put_page, wide
+from tuner.report.page import Page, Section, wide
 from tuner.report.point_section import point_section
 from tuner.report.provenance import provenance_section
 from tuner.report.trust_section import trust_section
 from tuner.report.tuning_charts import margin_panels, response_panels, spectrum_panels
 from tuner.text.markup import Markup, element, join
-
-
-def write_page(results: TuningFolder) -> Path:
-    """Write report.html into a results folder; StoreError where a file is missing, damaged or cannot be written."""
-    return put_page(results.home, tuning_page(results))
 
 
 def tuning_page(results: TuningFolder) -> Page:

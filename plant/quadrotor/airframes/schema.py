@@ -10,7 +10,7 @@ from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, UnknownNameError, check_name
 
 
 class Sourced(NamedTuple):
@@ -143,8 +143,7 @@ def _read_number(leaves: Mapping[str, object], key: str, field: NumberField, fil
     if not isinstance(leaf, dict):
         raise InputError(f"{_given(leaves, key)}; write {key} = {_example(field)}", file=file, key=key)
     for part in leaf:
-        if part not in Sourced._fields:
-            raise UnknownNameError("key", part, Sourced._fields, file=file, key=f"{key}.{part}")
+        check_name("key", part, Sourced._fields, file=file, key=f"{key}.{part}")
     value = _checked_value(leaf, key, field, file)
     if leaf.get("unit") != field.unit:
         message = f'{_given(leaf, "unit")}; only unit = "{field.unit}" is allowed: convert the value'

@@ -18,7 +18,7 @@ from math import exp, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 from plant.quadrotor.airframes.rules import THRUST_TO_WEIGHT, thrust_to_weight, torque_ratios
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Rotors, Vec3
@@ -128,8 +128,7 @@ def read_uncertainty(table: Mapping[str, Any], file: Path) -> Uncertainty | None
     if not isinstance(given, dict):
         raise InputError("it must be a table [uncertainty]", file=file, key="uncertainty")
     for key in given:
-        if key not in KEYS:
-            raise UnknownNameError("key", key, KEYS, file=file, key=f"uncertainty.{key}")
+        check_name("key", key, KEYS, file=file, key=f"uncertainty.{key}")
     names = _names(given.get("names"), file)
     deviations = _numbers(given.get("deviations"), len(names), "deviations", file)
     for name, value in zip(names, deviations, strict=True):
@@ -152,8 +151,7 @@ def _names(given: Any, file: Path) -> tuple[str, ...]:
     if not isinstance(given, list) or not given or not all(isinstance(name, str) for name in given):
         raise InputError(f"must be a list of names, of {', '.join(NAMES)}", file=file, key="uncertainty.names")
     for name in given:
-        if name not in NAMES:
-            raise UnknownNameError("name", name, NAMES, file=file, key="uncertainty.names")
+        check_name("name", name, NAMES, file=file, key="uncertainty.names")
     if len(set(given)) < len(given):
         raise InputError("has a name twice; leave one out", file=file, key="uncertainty.names")
     return tuple(given)

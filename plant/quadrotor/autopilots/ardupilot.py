@@ -19,7 +19,7 @@ from plant.laws.law import Law, Span
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, ardupilot_factors
 from plant.quadrotor.autopilots.gain_table import gain_rows
-from plant.quadrotor.autopilots.windup import bounded, shrinking_only
+from plant.quadrotor.autopilots.windup import limited, shrinking_only
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
 
@@ -91,11 +91,6 @@ def start(constants: Constants, measured: Measured, held: float) -> Memory:
     """Steady: the integral holds the plant, the gyro's filter is settled at the measured rate."""
     gyro = settled_section(measured.rate, constants.gyro)
     return Memory(held / constants.authority, 0.0, -measured.rate, 0.0, gyro)
-
-
-def limited(integral: float, constants: Constants) -> float:
-    """The integral within its limit."""
-    return bounded(integral, constants.i_limit)
 
 
 def step(

@@ -33,7 +33,7 @@ from plant.primitives import absolute, maximum, minimum, select
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, betaflight_factors, command_slope, hover_share
 from plant.quadrotor.autopilots.gain_table import gain_rows
-from plant.quadrotor.autopilots.windup import bounded
+from plant.quadrotor.autopilots.windup import bounded, limited
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
 
@@ -165,11 +165,6 @@ def start(constants: Constants, measured: Measured, held: float) -> Memory:
 def relaxed(error: float, motion: float, constants: Constants) -> float:
     """The error that the integral takes in while the set point is off its low-pass by a motion [y/s]."""
     return error * maximum(1.0 - constants.relax * absolute(motion), 0.0)
-
-
-def limited(integral: float, constants: Constants) -> float:
-    """The integral within its limit."""
-    return bounded(integral, constants.i_limit)
 
 
 def limited_sum(output: float, constants: Constants) -> float:

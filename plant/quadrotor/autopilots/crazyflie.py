@@ -19,7 +19,7 @@ from plant.laws.law import Law, Span
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, crazyflie_factors
 from plant.quadrotor.autopilots.gain_table import gain_rows
-from plant.quadrotor.autopilots.windup import bounded
+from plant.quadrotor.autopilots.windup import bounded, limited
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
 
@@ -104,11 +104,6 @@ def start(constants: Constants, measured: Measured, held: float) -> Memory:
 def limited_angle(integral: float, constants: Constants) -> float:
     """The integral of the angle loop within its limit."""
     return bounded(integral, constants.angle_i_limit)
-
-
-def limited(integral: float, constants: Constants) -> float:
-    """The integral of the rate loop within its limit."""
-    return bounded(integral, constants.i_limit)
 
 
 def limited_output(output: float, constants: Constants) -> float:  # noqa: ARG001

@@ -33,7 +33,7 @@ from plant.primitives import maximum
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, px4_factors
 from plant.quadrotor.autopilots.gain_table import gain_rows
-from plant.quadrotor.autopilots.windup import bounded, outward_stopped
+from plant.quadrotor.autopilots.windup import limited, outward_stopped
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
 
@@ -117,11 +117,6 @@ def attenuated(error: float, constants: Constants) -> float:  # noqa: ARG001
     """The error of the rate that is integrated, less of it the larger it is."""
     share = error / LARGEST_ERROR
     return error * maximum(0.0, 1.0 - share * share)
-
-
-def limited(integral: float, constants: Constants) -> float:
-    """The integral within its limit."""
-    return bounded(integral, constants.i_limit)
 
 
 def step(

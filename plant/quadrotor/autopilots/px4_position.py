@@ -15,7 +15,7 @@ from typing import NamedTuple
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import stage_share, step_stage
 from plant.laws.law import GainInfo, Law, Span
-from plant.quadrotor.autopilots.windup import bounded, outward_stopped
+from plant.quadrotor.autopilots.windup import limited, outward_stopped
 from plant.quadrotor.vehicle import Vehicle
 
 SOURCE = "PX4 1.16, src/modules/mc_pos_control/PositionControl and parameter metadata"
@@ -65,11 +65,6 @@ def prepare(gains: Gains, h: float) -> Constants:
 def start(constants: Constants, measured: Measured, held: float) -> Memory:
     """Steady: the integral holds the plant."""
     return Memory(held / constants.authority, measured.rate, 0.0)
-
-
-def limited(integral: float, constants: Constants) -> float:
-    """The integral within its limit."""
-    return bounded(integral, constants.i_limit)
 
 
 def step(

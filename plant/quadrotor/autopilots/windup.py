@@ -1,5 +1,7 @@
 """Bounds of the integral of an autopilot's rate loop: a limit, and the stop where the mixer saturates."""
 
+from typing import Any
+
 from plant.primitives import both, clip, maximum, minimum, select
 
 # Accelerations that limits take away count from this share of what a unit of output gives: below it they are rounding.
@@ -9,6 +11,11 @@ LEAST_LOSS = 1e-6
 def bounded(integral: float, limit: float) -> float:
     """An integral within +-limit; at rest it is the integral itself."""
     return clip(integral, -limit, limit)
+
+
+def limited(integral: float, constants: Any) -> float:
+    """The integral of a loop within the limit of its constants, i_limit."""
+    return bounded(integral, constants.i_limit)
 
 
 def outward_stopped(error: float, lost: float, authority: float) -> float:

@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 from objectives.certificates import AxisLoop, TiltLoop
 from objectives.certificates.channel_model import Factors, closed_loop
-from objectives.certificates.common_lyapunov import common_matrix, corners, fastest_decay, largest_spread, run
+from objectives.certificates.common_lyapunov import common_matrix, corners, run
 from plant.laws import ladrc, pid
 from plant.seeds import generator
 from tests.objectives.certificates.cases import HYBRID, LADRC, PID, ROTORS, is_negative
@@ -36,44 +36,23 @@ def test_every_vehicle_inside_the_box_is_covered(name: str) -> None:
         assert is_negative((a.T @ p + p @ a) / factor)
 
 
-@pytest.mark.parametrize("name", ["ladrc", "pid", "horizontal"])
-def test_decay_is_kept_inside_and_never_better_than_the_slowest_vehicle(name: str) -> None:
-    spread = 0.1
-    found = fastest_decay(AXES[name], spread)
-    assert found.verified and found.value is not None
-    slowest = min(-np.linalg.eigvals(a).real.max(axis=0) for a in inside(AXES[name], spread))
-    assert 0.0 < found.value <= slowest
-    for a in inside(AXES[name], spread, 50):
-        p = found.data["P"]
-        factor = np.sqrt(np.outer(np.diag(p), np.diag(p)))
-        assert is_negative((a.T @ p + p @ a + 2.0 * found.value * p) / factor)
-
-
 def test_the_bound_holds_while_the_vehicle_changes() -> None:
-    """Inertia jumping at random within the box: x'Px falls at least as exp(-2 sigma t), the point of a common function."""
-    found = fastest_decay(LADRC, 0.2)
-    assert found.value is not None
-    p, h = found.data["P"], 0.01
+    """Inertia jumping at random within the box: x'Px falls, the point of a common function."""
+    p, h = common_matrix(corners(LADRC, 0.2)), 0.01
+    assert p is not None
     draw = generator(6, "tests/jumps", 0)
     x = draw.standard_normal(len(p)) / np.sqrt(np.diag(p))
     size = float(x @ p @ x)
     for inertia in draw.uniform(0.8, 1.2, 100).tolist():
         x = expm(h * closed_loop(LADRC, Factors(inertia=inertia)).a) @ x
         after = float(x @ p @ x)
-        assert after <= np.exp(-2.0 * found.value * h) * size * (1.0 + 1e-9)
+        assert after <= size * (1.0 + 1e-9)
         size = after
 
 
-def test_no_spread_is_the_nominal_vehicle() -> None:
-    """Without spread the decay is that of the slowest pole, to the bisection's thousandth."""
-    slowest = -np.linalg.eigvals(closed_loop(LADRC).a).real.max(axis=0)
-    assert fastest_decay(LADRC, 0.0).value == pytest.approx(slowest, rel=3e-3)
-
-
 def test_more_is_asked_less_is_certified() -> None:
-    plain, fast, rotors_too = run(LADRC).value, run(LADRC, decay=2.0).value, run(LADRC, varied=("inertia", "lag")).value
-    assert plain is not None and fast is not None and rotors_too is not None
-    assert fast < plain and rotors_too < plain
+    plain, rotors_too = run(LADRC).value, run(LADRC, varied=("inertia", "lag")).value
+    assert plain is not None and rotors_too is not None and rotors_too < plain
 
 
 def test_corners_of_a_box() -> None:
@@ -103,13 +82,11 @@ def test_an_unstable_vehicle_in_the_box_is_never_certified() -> None:
     assert 0.1 < margin < 0.8
     certified = run(quick).value
     assert certified is not None and certified < margin
-    none = fastest_decay(quick, margin + 0.01)
-    assert none.value is None and not none.verified and "not stable" in none.why
+    assert common_matrix(corners(quick, margin + 0.01)) is None
 
 
 def test_what_cannot_be_certified() -> None:
     unstable = replace(LADRC, gains=ladrc.Gains(60.0, 1.0, 75.0))
-    hasty = largest_spread(LADRC, decay=50.0)
-    for none in (run(unstable), hasty):
-        assert none.value is None and not none.verified
+    none = run(unstable)
+    assert none.value is None and not none.verified
     assert ROTORS.lag_aware

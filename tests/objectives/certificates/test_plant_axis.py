@@ -57,7 +57,7 @@ def test_the_bound_of_a_second_order_loop_lies_close_above_its_closed_form(dampi
     row = (wn**2, 0.0, 2.0 * damping * wn, 1e-4)
     axis = PlantAxis(body([channel], [], Timing(h, h), inertia), row, "angle", "push")
     closed_form = 1.0 / (inertia * wn**2 * tanh(pi * damping / (2.0 * sqrt(1.0 - damping**2))))
-    loop = disturbed(axis, "bounded", "value")
+    loop = disturbed(axis)
     # The filter of the derivative, no faster than 0.5 ms, and the hold take from the damping.
     assert exact(loop, np.linspace(0.0, 15.0, 60_001)) == pytest.approx(closed_form, rel=0.01)
     assert closed_form < smallest_sum(loop) < 1.6 * closed_form
@@ -121,7 +121,7 @@ def test_no_flight_as_sampled_leaves_the_bound_and_the_worst_comes_near():
     """The sign of the impulse response run backwards is the worst torque there is."""
     system, size = motor(), 0.01
     axis = PlantAxis(system, MOTOR, "angle", "torque")
-    loop = disturbed(axis, "bounded", "value")
+    loop = disturbed(axis)
     bound, h = smallest_sum(loop), system.timing.control_period
     assert bound is not None
     t = h * np.arange(1500)
@@ -135,7 +135,7 @@ def test_no_flight_as_sampled_leaves_the_bound_and_the_worst_comes_near():
 
 
 def test_slow_modes_apart_add_up_to_the_loop():
-    loop = disturbed(PlantAxis(motor(), MOTOR, "angle", "torque"), "bounded", "value")
+    loop = disturbed(PlantAxis(motor(), MOTOR, "angle", "torque"))
     t = np.linspace(0.0, 2.0, 500)
     parts = list(with_modes_apart(loop))
     assert len(parts) > 1

@@ -29,8 +29,8 @@ def test_an_attitude_loop_has_the_square_of_the_voltage(channel, compensation):
         model_of("pid", "pid", options, Trim(hold=False), vehicle=vehicle) for vehicle in (HUMMINGBIRD, WEAK)
     )
     factor = (worn / full) ** 2 if compensation == 0.0 else 1.0
-    found = weak.realisation(row, channel).response(W).loop
-    assert found == pytest.approx(factor * plain.realisation(row, channel).response(W).loop, rel=1e-6, abs=1e-9)
+    found = weak.loop(row, channel, frequency=W).loop
+    assert found == pytest.approx(factor * plain.loop(row, channel, frequency=W).loop, rel=1e-6, abs=1e-9)
 
 
 def test_the_height_feels_the_sag_beyond_that():
@@ -38,7 +38,7 @@ def test_the_height_feels_the_sag_beyond_that():
     worn, full = (max(np.roots([1.0, -rest, 0.06 * 90.0])) for rest in (12.6 - 0.75 * 2.1, 12.6))
     (row,) = gains_with("pid", "pid")
     plain, weak = (model_of("pid", "pid", trim=Trim(), vehicle=vehicle) for vehicle in (HUMMINGBIRD, WEAK))
-    ratio = np.abs(weak.realisation(row, "z").response(W).loop / plain.realisation(row, "z").response(W).loop)
+    ratio = np.abs(weak.loop(row, "z", frequency=W).loop / plain.loop(row, "z", frequency=W).loop)
     # Far below the rotors' pole: V falls by a share of 3 R P/(V (2 V - rest)) of a rise in speed, dV/V = -share dw/w.
     share = 3.0 * 0.06 * 90.0 / (worn * (2.0 * worn - (12.6 - 0.75 * 2.1)))
     assert ratio[0] == pytest.approx((worn / full) ** 2 / (1.0 + share), rel=2e-3)

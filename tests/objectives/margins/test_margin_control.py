@@ -14,7 +14,7 @@ import pytest
 from objectives.margins.disk import disk_range
 from objectives.margins.period import CHANNELS
 from plant.law_registry import LAWS
-from tests.objectives.margins.designs import OPTIONS, H, model_of, random_gains
+from tests.objectives.margins.designs import OPTIONS, H, model_of, random_gains, realisation
 from tests.objectives.margins.python_control import Loop, classical
 
 DESIGNS = 17
@@ -46,7 +46,7 @@ def designs(name):
 
 def loop_of(model, gains, channel):
     """Loop transfer function as a system of python-control: closed loop T with its command taken back off the input."""
-    r = model.realisation(gains, CHANNELS[channel], model.cases[0])
+    r = realisation(model, gains, CHANNELS[channel], model.cases[0])
     return control.ss(r.a - np.outer(r.b, r.c), r.b[:, None], -r.c[None], 0.0, H)
 
 

@@ -31,7 +31,7 @@ def test_the_loop_is_turned_by_the_delay(channel):
     """L with dead time is L without, times z^-3, at every frequency."""
     (row,) = random_gains("pid", "ladrc", 1, 5, 0.1)
     w = np.geomspace(0.5, 600.0, 40)
-    prompt, late = (model.realisation(row, channel).response(w).loop for model in models(LEVEL))
+    prompt, late = (model.loop(row, channel, frequency=w).loop for model in models(LEVEL))
     assert late == pytest.approx(prompt * np.exp(-1j * w * LATE * H), rel=1e-8)
 
 

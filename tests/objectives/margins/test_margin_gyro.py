@@ -37,9 +37,9 @@ def test_the_part_of_the_loop_that_is_rate_goes_through_them(channel):
     """L is the part of the angle, which no gyro measures, plus the part of the rate times mode and low-pass."""
     (whole,), (angle,) = (gains_with("pid", "pid", **change) for change in ({}, {f"{channel}__kd": 0.0}))
     rigid, flexible = model(HUMMINGBIRD), model(FLEXIBLE)
-    of_angle = rigid.realisation(angle, channel).response(W).loop
-    of_rate = rigid.realisation(whole, channel).response(W).loop - of_angle
-    found = flexible.realisation(whole, channel).response(W).loop
+    of_angle = rigid.loop(angle, channel, frequency=W).loop
+    of_rate = rigid.loop(whole, channel, frequency=W).loop - of_angle
+    found = flexible.loop(whole, channel, frequency=W).loop
     assert np.abs(sampled_path() - 1.0).max() > 1.0
     assert found == pytest.approx(of_angle + of_rate * sampled_path(), rel=1e-7, abs=1e-12)
 
@@ -50,15 +50,15 @@ def test_notches_stand_at_the_speed_of_the_trim(channel):
     (whole,), (angle,) = (gains_with("pid", "pid", **change) for change in ({}, {f"{channel}__kd": 0.0}))
     plain = model(HUMMINGBIRD)
     notched = model(HUMMINGBIRD, replace(OPTIONS["delayed"], rpm_notches=2, rpm_notch_q=3.0, rpm_notch_min=30.0))
-    of_angle = plain.realisation(angle, channel).response(W).loop
-    of_rate = plain.realisation(whole, channel).response(W).loop - of_angle
+    of_angle = plain.loop(angle, channel, frequency=W).loop
+    of_rate = plain.loop(whole, channel, frequency=W).loop - of_angle
     hover = np.sqrt(0.25 * HUMMINGBIRD.mass * HUMMINGBIRD.gravity / HUMMINGBIRD.thrust_coefficient)
     through = np.ones(len(W), dtype=complex)
     for w in (hover, 2.0 * hover):
         notch = control.tf([1.0, 0.0, w * w], [1.0, w / 3.0, w * w])
         notch = control.sample_system(notch, H, method="bilinear", prewarp_frequency=w)
         through *= notch(np.exp(1j * W * H)) ** 4
-    found = notched.realisation(whole, channel).response(W).loop
+    found = notched.loop(whole, channel, frequency=W).loop
     assert np.abs(through).min() < 0.1
     # Poles that four notches share leave a realisation fewer digits.
     assert found == pytest.approx(of_angle + of_rate * through, rel=1e-5, abs=1e-9)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm, t
 
-from objectives.risk import Risk, bootstrap, bootstrap_interval, paired_difference
-from plant.errors import InputError
+from objectives.risk import Risk, bootstrap
+from tests.objectives.risk.resampling import bootstrap_interval, paired_difference
 
 MEAN = Risk("mean")
 RISKS = [MEAN, Risk("quantile", 0.8), Risk("cvar", 0.8), Risk("worst")]
@@ -111,14 +111,3 @@ def test_difference_has_the_sign_of_the_first_minus_the_second() -> None:
 def test_equal_scenarios_leave_no_doubt(risk: Risk) -> None:
     interval = bootstrap_interval(np.full((2, 9), 4.5), risk, rng(), 50)
     np.testing.assert_allclose(np.stack(interval, axis=0), 4.5, rtol=1e-12)
-
-
-def test_wrong_input_is_refused() -> None:
-    with pytest.raises(InputError, match="one shape"):
-        paired_difference(np.zeros(3), np.zeros(4), MEAN, rng())
-    with pytest.raises(InputError, match="at least one scenario"):
-        bootstrap_interval(np.zeros((3, 0)), MEAN, rng())
-    with pytest.raises(InputError, match="replicates"):
-        bootstrap_interval(np.zeros(3), MEAN, rng(), replicates=0)
-    with pytest.raises(InputError, match="confidence"):
-        bootstrap_interval(np.zeros(3), MEAN, rng(), confidence=95.0)

@@ -12,7 +12,7 @@ from plant.errors import InputError, UnknownNameError
 
 LEVELS = (0.05, 0.3, 0.55, 0.9, 0.99)
 ALL = [Risk(name, level) for name in RISKS for level in (LEVELS if RISKS[name].has_level else (None,))]
-COHERENT = [risk for risk in ALL if RISKS[risk.name].coherent]
+COHERENT = [risk for risk in ALL if risk.name != "quantile"]
 
 
 def samples() -> Iterator[NDArray[np.float64]]:

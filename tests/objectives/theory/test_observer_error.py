@@ -6,7 +6,6 @@ import pytest
 from objectives.theory import THEOREMS, Setting
 from objectives.theory.observer_error import (
     THREE_POLES,
-    continuous_bounds,
     disturbance_bound,
     rate_bound,
     value_bound,
@@ -59,6 +58,11 @@ def test_bounds_are_the_l1_norms_of_the_observer_that_flies(product, h):
     found = [value_bound(omega_o, setting), rate_bound(omega_o, setting), disturbance_bound(omega_o, setting)]
     # The last entries of the sum are below exp(-60) of the first; rounding in (1 - beta)^3 / h^2 is the rest.
     np.testing.assert_allclose(found, 7.0 * np.array([*l1_norms(product / h, h)[:2], held]), rtol=1e-7)
+
+
+def continuous_bounds(omega_o, rate):
+    """Bounds on |e1|, |e2| and |e3| of the continuous observer: the limit for h -> 0."""
+    return rate / omega_o**3, 3.0 * rate / omega_o**2, 3.0 * rate / omega_o
 
 
 def test_how_far_off_the_continuous_formula_is_at_the_fastest_observer_admitted():

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from objectives.risk.bootstrap import paired_difference
 from objectives.risk.measures import Risk
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
@@ -40,6 +39,7 @@ from plant.records import index, pack, paths
 from plant.references.level import Level
 from plant.references.track import Reference
 from plant.vectors import Quaternion, Rotors, Vec3, axpy_quaternion, quaternion_rate, to_world
+from tests.objectives.risk.resampling import paired_difference
 from tests.plant import loops
 from tests.plant.axis import Axis, H, defaults
 from tests.plant.harness import CALM, HUMMINGBIRD, VEHICLES, ZERO, Array

@@ -7,7 +7,8 @@ import pytest
 
 from objectives.metrics import parse
 from objectives.problem import Constraint, Objective
-from objectives.risk import Risk, bootstrap_interval
+from objectives.risk import Risk
+from tests.objectives.risk.resampling import bootstrap_interval
 from tuner.analysis.held_out import compared_row, share_non_dominated
 from tuner.documents.parts import Estimate, SampledValue
 from tuner.experiments.tuning.conclusion import broken_by

@@ -7,7 +7,7 @@ from math import hypot
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError, check_name
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.vehicle import late_periods
 from tuner.analysis.flight_plan import choosing
@@ -174,8 +174,7 @@ def check_names(numbers: Sequence[str], space: ParameterSpace) -> None:
                 else "what the airframe says of it counts"
             )
             raise InputError(f"given {name}, which no flight tells; {instead}", key="--numbers")
-        if name not in identifiable:
-            raise UnknownNameError("number that a flight tells", name, identifiable, key="--numbers")
+        check_name("number that a flight tells", name, identifiable, key="--numbers")
 
 
 def accuracy_target(

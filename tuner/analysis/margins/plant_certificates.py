@@ -79,7 +79,7 @@ def per(unit: str, other: str) -> str:
 
 def bound_of(axis: PlantAxis) -> Certificate:
     """Return the ultimate bound of the output, by whichever method speaks of the law, with what answers at once."""
-    loop, at_once = disturbed(axis, "bounded", "value"), abs(float(closed_loop(axis).d[0, 1]))
+    loop, at_once = disturbed(axis), abs(float(closed_loop(axis).d[0, 1]))
     if loop.kappa > 0.0 or not is_stable(loop.a):
         certificate = CERTIFICATES["peak_gain"].run(axis)
         return certificate if certificate.value is None else replace(certificate, value=certificate.value + at_once)

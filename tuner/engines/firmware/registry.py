@@ -1,6 +1,6 @@
 """Firmwares that fly finalists, by name."""
 
-from plant.errors import UnknownNameError
+from plant.errors import check_name
 from tuner.engines.firmware.betaflight.bench import BETAFLIGHT
 from tuner.engines.firmware.crazyflie.bench import CRAZYFLIE
 from tuner.engines.firmware.firmware import Firmware
@@ -10,6 +10,5 @@ FIRMWARES: dict[str, Firmware] = {entry.name: entry for entry in (BETAFLIGHT, CR
 
 def firmware_of(name: str) -> Firmware:
     """Return a firmware; UnknownNameError where there is none of that name."""
-    if name not in FIRMWARES:
-        raise UnknownNameError("firmware", name, FIRMWARES, key="--firmware")
+    check_name("firmware", name, FIRMWARES, key="--firmware")
     return FIRMWARES[name]

@@ -17,7 +17,7 @@ from plant.quadrotor.gains import default_row, gain_addresses
 from plant.quadrotor.nominal import ControlOptions
 from tuner.exchange.aboard import plain_name
 from tuner.exchange.autopilot.pid import held_tilt, with_gains
-from tuner.exchange.target import Option, number
+from tuner.exchange.target import Option, number, whole_number
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.ranges import LONGEST, SHORTEST, check_value, usual_timing
 
@@ -44,12 +44,7 @@ POSITION_EVERY = Option(
 
 def position_every(settings: Mapping[str, str]) -> int:
     """Return the period of native position loops [control periods]."""
-    every = number(settings, POSITION_EVERY.name, 1.0, MOST_PERIODS, "1")
-    if every != int(every):
-        raise InputError(
-            f"given {every:g}; this must be a whole number from 1 to {MOST_PERIODS}", key="--set position_every"
-        )
-    return int(every)
+    return whole_number(settings, POSITION_EVERY.name, 1, MOST_PERIODS)
 
 
 def control_period(default: str) -> Option:

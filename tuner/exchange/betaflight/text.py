@@ -11,7 +11,7 @@ from pathlib import Path
 from plant.errors import InputError, shortened
 from tuner.exchange.autopilot.parameters import as_bytes, read_lines
 from tuner.exchange.betaflight.map import RELEASES, TABLE, Release
-from tuner.exchange.target import number
+from tuner.exchange.target import whole_number
 
 WHAT = "what Betaflight's command line prints for 'diff all' or 'dump all'"
 SETTING = re.compile(r"set\s+([a-z0-9_]+)\s*=\s*(\S.*?)\s*")
@@ -24,10 +24,7 @@ PROFILES = 4
 
 def profile(options: Mapping[str, str]) -> int:
     """Return the PID profile of the options."""
-    value = number(options, "profile", 0.0, PROFILES - 1.0, "1")
-    if value != int(value):
-        raise InputError(f"given {value:g}; this must be a whole number from 0 to {PROFILES - 1}", key="--set profile")
-    return int(value)
+    return whole_number(options, "profile", 0, PROFILES - 1)
 
 
 def write_cli(values: Mapping[str, str], profile: int, comments: Sequence[str], selected: int | None = None) -> bytes:

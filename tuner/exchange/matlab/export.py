@@ -8,13 +8,14 @@ ulp, this file has none.
 import re
 from typing import Any
 
+from plant.errors import one_line
 from plant.quadrotor.airframes.schema import GROUPS, OPTIONAL, SCALARS
 from plant.quadrotor.cascade import LEAST_COSINE, LEAST_LIFT
 from plant.quadrotor.gains import gain_addresses
 from plant.quadrotor.nominal import nominal
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.target import Bundle, ExportTarget, Request
-from tuner.exchange.texts import heading, matlab_comment, matlab_string
+from tuner.exchange.texts import heading, matlab_string
 
 FUNCTION = "holdfast_gains"
 FILE = f"{FUNCTION}.m"
@@ -94,8 +95,8 @@ def function(request: Request, sentence: str = "") -> bytes:
     """Return the text of the function."""
     table = entries(request)
     lines = [f"function c = {FUNCTION}()", f"%{FUNCTION.upper()} Gains of a quadrotor controller as a struct."]
-    lines += [f"%   {line}." for line in heading(request, matlab_comment)]
-    lines += [f"%   {matlab_comment(sentence)}"] if sentence else []
+    lines += [f"%   {line}." for line in heading(request, one_line)]
+    lines += [f"%   {one_line(sentence)}"] if sentence else []
     lines += [
         "%   World ENU, body FLU; SI units and radians. Gains are per inertia: torque = inertia * (kp * error + ...).",
         "%   c.gains.<axis>.<gain>; c.units has the same fields with the unit of each number. Vectors are columns:",

@@ -18,7 +18,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, radians
 
-from plant.errors import InputError
 from plant.quadrotor.airframes.scales import command_slope, hover_share, px4_factors, torque_scale
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.autopilot.cascade import Autopilot, CascadeNames, ParameterSet
@@ -26,7 +25,7 @@ from tuner.exchange.autopilot.native_loops import NativeLaw
 from tuner.exchange.autopilot.parameters import ParameterInfo, Values, unbounded
 from tuner.exchange.autopilot.pid import SAME, held_tilt
 from tuner.exchange.px4.text import VERSION, write_params
-from tuner.exchange.target import number
+from tuner.exchange.target import whole_number
 
 TORQUE = "normalised torque"
 # What acts in or around these loops and is never written: an import names it where a file has it.
@@ -215,8 +214,4 @@ class Px4(Autopilot):
 
     def written(self, values: Values, settings: Mapping[str, str], comments: Sequence[str]) -> bytes:
         """Return the content of a parameter file: for the option's MAVLink id."""
-        vehicle = number(settings, "vehicle", 1.0, 255.0, "1")
-        if vehicle != int(vehicle):
-            message = f"given {vehicle:g}; this must be a whole number from 1 to 255"
-            raise InputError(message, key="--set vehicle")
-        return write_params(values, int(vehicle), comments)
+        return write_params(values, whole_number(settings, "vehicle", 1, 255), comments)

@@ -14,7 +14,7 @@ from math import isfinite, tan
 
 import numpy as np
 
-from plant.errors import InputError
+from plant.errors import InputError, one_line
 from plant.input_files import read_input
 from plant.laws.pid import Gains
 from plant.quadrotor.airframes.derived import quantities
@@ -23,7 +23,7 @@ from plant.records import flatten, pack
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.autopilot.pid import rate_sources, with_measured_rates
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Request
-from tuner.exchange.texts import heading, yaml_comment
+from tuner.exchange.texts import heading
 from tuner.gains import Controller
 
 ATTITUDE, POSITION = "attitude_pid", "position_pid"
@@ -214,9 +214,7 @@ def double(value: float) -> str:
 def yaml(request: Request, sentence: str = "") -> bytes:
     """Return the whole file."""
     controller = request.controller
-    lines = [
-        f"# {line}" for line in (*heading(request, yaml_comment), *((yaml_comment(sentence),) if sentence else ()))
-    ]
+    lines = [f"# {line}" for line in (*heading(request, one_line), *((one_line(sentence),) if sentence else ()))]
     lines += [
         "# World ENU, body FLU (REP 103), rad. attitude: p N m/rad, i N m/(rad s), d N m s/rad, clamps N m;",
         "# position: p N/m, i N/(m s), d N s/m, clamps N; tracking_time_constant s.",

@@ -16,10 +16,11 @@ from pathlib import Path
 from plant import law_registry
 from plant.errors import InputError
 from plant.own_code import sources_of
+from plant.quadrotor.airframes.rules import hover_speed
 from plant.quadrotor.gains import gain_addresses
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.rotorpy import controller as rotorpy_controller
-from tuner.exchange.rotorpy.vehicle import differences, hover_speed, parameters
+from tuner.exchange.rotorpy.vehicle import differences, parameters
 from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.texts import filled, heading, markdown, python_docstring, tool
 

@@ -5,8 +5,7 @@ centre of mass. Our drag linear in airspeed is RotorPy's rotor drag at hover: k 
 are therefore put at our centre of pressure. S. Folk, J. Paulos, V. Kumar, RotorPy, 2023; rotorpy/vehicles/multirotor.py, 3.0.0.
 """
 
-from math import sqrt
-
+from plant.quadrotor.airframes.rules import hover_speed
 from plant.quadrotor.battery import has_battery
 from plant.quadrotor.features import hears_rotors
 from plant.quadrotor.vehicle import Vehicle
@@ -14,11 +13,6 @@ from plant.vectors import Vec3
 
 # RotorPy's Multirotor has this gravity built in [m/s2].
 GRAVITY = 9.81
-
-
-def hover_speed(vehicle: Vehicle) -> float:
-    """Return the rotor speed at hover [rad/s]."""
-    return sqrt(vehicle.mass * vehicle.gravity / (4.0 * vehicle.thrust_coefficient))
 
 
 def hub_damping(vehicle: Vehicle) -> Vec3:

@@ -133,6 +133,11 @@ def symbol(look: Look, size: float = 14.0) -> Markup:
     )
 
 
+def legend(names: Sequence[tuple[str, Look]]) -> Markup:
+    """Return a line with the lines of a chart by their names."""
+    return element("p", join((join((sample(look, marked=False), f" {name} ")) for name, look in names)), class_="aid")
+
+
 def sample(look: Look, marked: bool = True) -> Markup:
     """Return line and symbol of a look as a small drawing for legends and table heads."""
     dashes = " ".join(f"{length:g}" for length in look.dash)

@@ -5,7 +5,7 @@ with an opacity, so that a chart follows the colour scheme; "#name" is an array 
 """
 
 from base64 import b64encode
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from typing import Any, TypedDict
 
@@ -103,6 +103,12 @@ def to_web(panel: Panel, arrays: Arrays) -> WebPanel:
     shapes = [_shape(mark) for mark in panel.marks if isinstance(mark, Rule | Disc)]
     words = [_annotation(mark) for mark in panel.marks if isinstance(mark, Words)]
     return {"traces": traces, "layout": _layout(panel, shapes, words)}
+
+
+def page_data(panels: Iterable[Panel]) -> Plotly:
+    """Return what a page's script draws panels from: the charts by their keys, and the arrays in them."""
+    arrays = Arrays()
+    return {"charts": {panel.key: to_web(panel, arrays) for panel in panels}, "arrays": arrays.packed}
 
 
 def frame(panel: Panel) -> Markup:

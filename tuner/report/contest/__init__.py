@@ -5,9 +5,11 @@ from pathlib import Path
 
 def write_contest_report(folder: Path) -> Path:
     """Write report.html into a contest folder and return its path; StoreError names a missing or damaged file."""
-    from tuner.report.contest.page import write_contest_page
+    from tuner.documents.contest import open_compared
+    from tuner.report.contest.page import contest_page
+    from tuner.report.page import put_page
 
-    return write_contest_page(folder)
+    return put_page(folder, contest_page(open_compared(folder)))
 
 
 def write_contest_figures(folder: Path) -> list[Path]:
@@ -19,9 +21,9 @@ def write_contest_figures(folder: Path) -> list[Path]:
 
 def write_comparison_figures(folder: Path) -> list[Path]:
     """Write the figures of a comparison, those of a contest and the values, and return their paths."""
-    from tuner.report.contest.figures import write_all, write_values_figure
+    from tuner.report.contest.figures import write_all
 
-    return [*write_values_figure(folder), *write_all(folder)]
+    return write_all(folder, values=True)
 
 
 def write_inference_figures(folder: Path) -> list[Path]:
@@ -33,6 +35,9 @@ def write_inference_figures(folder: Path) -> list[Path]:
 
 def write_inference_report(folder: Path) -> Path:
     """Write report.html into the folder of an inference and return its path; StoreError names what is missing."""
-    from tuner.report.contest.inference_page import write_inference_page
+    from tuner.documents.opening import InferenceFolder
+    from tuner.report.contest.inference_page import inference_page
+    from tuner.report.page import put_page
 
-    return write_inference_page(folder)
+    inference = InferenceFolder(folder)
+    return put_page(folder, inference_page(inference.document.in_degrees(), inference.environment, inference.study))

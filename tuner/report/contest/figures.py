@@ -68,18 +68,13 @@ FIGURES: dict[str, Callable[[ComparedFolder], Figure | None]] = {
 }
 
 
-def write_all(folder: Path) -> list[Path]:
-    """Write every figure that the folder has data for and return the files; StoreError where that cannot be done."""
-    return _write(folder, FIGURES)
+def write_all(folder: Path, values: bool = False) -> list[Path]:
+    """Write every figure that the folder has data for and return the files; StoreError where that cannot be done.
 
-
-def write_values_figure(folder: Path) -> list[Path]:
-    """Write figures/values.png and .pdf into the folder of a comparison and return them."""
-    return _write(folder, {"values": values_figure})
-
-
-def _write(folder: Path, figures: dict[str, Callable[[ComparedFolder], Figure | None]]) -> list[Path]:
+    values: with values.png and .pdf, those of a comparison.
+    """
     contest = open_compared(folder)
+    figures = {"values": values_figure, **FIGURES} if values else FIGURES
     with style():
         drawn = {name: draw(contest) for name, draw in figures.items()}
         shown = {name: figure for name, figure in drawn.items() if figure is not None}

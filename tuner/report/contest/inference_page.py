@@ -1,11 +1,8 @@
 """report.html of an inference: what its open values must have been, and which printed numbers nothing reproduces."""
 
-from pathlib import Path
-
 from tuner.documents.inference_document import InferenceDocument
-from tuner.documents.opening import InferenceFolder
 from tuner.report.contest.inference_section import cells_table, misfits_table, ratios_table, unknowns_table
-from tuner.report.page import Page, Section, aid, collapsible_text, put_page, wide
+from tuner.report.page import Page, Section, aid, collapsible_text, wide
 from tuner.report.provenance import environment_facts
 from tuner.store.environment import Environment
 from tuner.text.markup import Markup, described, element, join
@@ -21,12 +18,6 @@ AIDS = {
     "misfits": "The factor by which our medians typically miss the printed numbers. The other settings are those that no "
     "setting beats in every kind of number at once.",
 }
-
-
-def write_inference_page(folder: Path) -> Path:
-    """Write report.html into a folder with an inference; StoreError where a file is missing or damaged."""
-    inference = InferenceFolder(folder)
-    return put_page(folder, inference_page(inference.document.in_degrees(), inference.environment, inference.study))
 
 
 def inference_parts(inference: InferenceDocument) -> list[Section]:

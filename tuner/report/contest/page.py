@@ -1,11 +1,10 @@
 """report.html of a contest or a comparison: who is best in what and by how much; sections without data are left out."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
-from tuner.documents.contest import ComparedFolder, open_compared
+from tuner.documents.contest import ComparedFolder
 from tuner.report.charts.chart import Panel
-from tuner.report.charts.web import Arrays, grid, to_web
+from tuner.report.charts.web import grid, page_data
 from tuner.report.contest.contenders_section import contenders_table, gains_cards
 from tuner.report.contest.controls import contender_switches, interval_switch, response_choices
 from tuner.report.contest.differences_section import forests
@@ -17,7 +16,7 @@ from tuner.report.contest.provenance import definitions, document_text, facts
 from tuner.report.contest.published_section import printed_tables, strips
 from tuner.report.contest.response_panels import response_panels
 from tuner.report.contest.values_section import best_table, values_table, volumes_table
-from tuner.report.page import Page, Section, aid, collapsible, collapsible_text, put_page, wide
+from tuner.report.page import Page, Section, aid, collapsible, collapsible_text, wide
 from tuner.text.markup import Markup, described, element, join
 
 AIDS = {
@@ -44,15 +43,10 @@ AIDS = {
 }
 
 
-def write_contest_page(folder: Path) -> Path:
-    """Write report.html into a contest folder; StoreError where a file is missing, damaged or cannot be written."""
-    return put_page(folder, contest_page(open_compared(folder)))
-
-
 def contest_page(contest: ComparedFolder) -> Page:
     """Return the page of a contest."""
     fronts, responses, spreads = fronts_panels(contest), response_panels(contest), distribution_panels(contest)
-    arrays, document = Arrays(), contest.document
+    document = contest.document
     lead = (
         element("p", lead_text(contest), " Angles are in degrees.", class_="lead"),
         element("p", document.description, class_="aid") if document.description else "",
@@ -67,10 +61,7 @@ def contest_page(contest: ComparedFolder) -> Page:
         opening=Markup(),
         warnings=document.warnings,
         sections=_sections(contest, fronts, responses, spreads),
-        data={
-            "charts": {panel.key: to_web(panel, arrays) for panel in [*fronts, *responses, *spreads]},
-            "arrays": arrays.packed,
-        },
+        data=page_data([*fronts, *responses, *spreads]),
         bar=contender_switches(contest),
     )
 

@@ -102,7 +102,7 @@ def test_a_process_whose_output_answers_a_disturbance_at_once_has_bounds_too():
     rows = plant_certificate_rows(plant_subject(study.system, study.default_row))
     assert [row.name for row in rows] == ["peak_gain", "peak_gain", "common_lyapunov"]
     # What shifts the output is in it before any controller answers, and then comes what the controller makes of it.
-    answer = disturbed(PlantAxis(study.system, tuple(study.default_row), "level", "shift"), "bounded", "value")
+    answer = disturbed(PlantAxis(study.system, tuple(study.default_row), "level", "shift"))
     t = np.linspace(0.0, 60.0, 60_001)
     afterwards = float(np.trapezoid(np.abs(impulse(answer, t)), t))
     assert rows[1].value is not None and 1.0 + afterwards < rows[1].value < 1.0 + 2.0 * afterwards

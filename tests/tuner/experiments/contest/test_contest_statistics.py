@@ -11,10 +11,11 @@ from scipy import stats
 
 from objectives.metrics import parse
 from objectives.problem import Objective
-from objectives.risk import Risk, paired_difference
+from objectives.risk import Risk
 from plant.law_registry import LAWS
 from plant.laws.law import Law
 from plant.seeds import generator
+from tests.objectives.risk.resampling import paired_difference
 from tuner.experiments.contest.comparison import compare_all
 from tuner.experiments.contest.cost import step_operations
 from tuner.experiments.contest.flying import Flown

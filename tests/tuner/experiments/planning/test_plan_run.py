@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from objectives.problem import FlightBatch
-from objectives.risk import bootstrap_interval
 from plant.quadrotor.scenarios import HELD_OUT
 from plant.seeds import generator
+from tests.objectives.risk.resampling import bootstrap_interval
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.in_process import tuner
 from tuner.experiments.planning.cost import disk_of, memory_of, seconds_of
