@@ -62,7 +62,8 @@ def test_most_gains_that_keep_their_limits_at_hover_break_them_in_the_wind_that_
         each[f"{speed:.3g} m/s wind to {degree} deg"] = np.stack(columns, axis=1)
     values = np.stack(list(each.values()))
     worst = np.stack([values[..., 0].min(axis=0), values[..., 1].min(axis=0), values[..., 2].max(axis=0)], axis=1)
-    np.testing.assert_allclose(known_values(study.screens, gains, complete=True), worst, rtol=1e-9)
+    # All states coupled round otherwise than each by itself: 3e-9 in one margin of 63 on some processors.
+    np.testing.assert_allclose(known_values(study.screens, gains, complete=True), worst, rtol=1e-8)
     kept = worth_flying(study.requirements, worst)
     assert kept.mean() < 0.6
     assert screen.states == tuple(each)
