@@ -26,7 +26,9 @@ AIDS = {
 def write_inference_page(folder: Path) -> Path:
     """Write report.html into a folder with an inference; StoreError where a file is missing or damaged."""
     inference = InferenceFolder(folder)
-    return put_page(folder, inference_page(inference.document.in_degrees(), inference.environment, inference.study))
+    return put_page(
+        folder, inference_page(inference.document.in_degrees(), inference.environment, inference.study_text)
+    )
 
 
 def inference_parts(inference: InferenceDocument) -> list[Section]:
