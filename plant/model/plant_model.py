@@ -62,11 +62,15 @@ class PlantRecords(ABC):
 
 @dataclass(frozen=True)
 class PlantModel(PlantRecords):
-    """A plant whose equations are known, and where it rests."""
+    """A plant whose equations are known, and where it rests.
+
+    make: makes it in another process out of names and numbers alone; None where its equations are code of the user's own.
+    """
 
     derivative: Callable[..., Any]
     output: Callable[..., Any]
     rest: Callable[..., Any]
+    make: "Callable[[], PlantModel] | None" = field(default=None, compare=False)
 
     @property
     def parameters(self) -> Any:
