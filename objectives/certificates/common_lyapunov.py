@@ -54,7 +54,7 @@ class Corners:
         self._a = [self._z.dynamics(a) for a in matrices]
         self._p, self._decay, room = symmetric(len(centre)), cp.Parameter(nonneg=True), unknown()
         falling = [below_zero(self._rate(a, self._p, self._decay), room) for a in self._a]
-        inside = [*falling, below_zero(-self._p, room), cp.trace(self._p) == len(centre), room <= 1.0]
+        inside: list[Any] = [*falling, below_zero(-self._p, room), cp.trace(self._p) == len(centre), room <= 1.0]
         self._problem = cp.Problem(cp.Maximize(room), inside)
 
     def find(self, decay: float) -> Array | None:
