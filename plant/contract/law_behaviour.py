@@ -326,7 +326,7 @@ def amplitude_counts_only_as_told(law: Law) -> Iterator[ContractViolation]:
 
 
 def _times(factor: float) -> Callable[..., Any]:
-    """Return the function of a signal and whatever else that multiplies the signal."""
+    """Return the function that multiplies its first argument."""
 
     def multiplied(signal: Any, *_: Any) -> Any:
         return factor * signal
