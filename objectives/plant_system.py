@@ -21,7 +21,7 @@ from plant.laws.law import GainInfo, Law
 from plant.loop import Timing
 from plant.model.closing import PlantLoop, close_plant
 from plant.model.controller import Range
-from plant.model.modes import accurate_steps, poles_at_rest
+from plant.model.modes import accurate_steps, accurate_timing, check_plant_step, poles_at_rest
 from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
 from plant.model.plant_model import PlantModel, PlantRecords, plant_from
 from plant.model.scenario import PlantScenario, sample_plant_scenarios
@@ -106,6 +106,7 @@ class PlantSystem:
 
     order = 4
     has_shared_laws = False
+    has_equations = True
     command = "control.command"
     traced = ("body.shown", "control.command", "control.commands")
 
@@ -245,6 +246,17 @@ class PlantSystem:
         """Fewest plant steps of a control period that are accurate at rest."""
         poles = poles_at_rest(self.equations, self.parameters, self.plan.actuators)
         return accurate_steps(self.timing.control_period * poles)
+
+    def checked_timing(self, is_given: bool) -> Timing:
+        """Return its periods; InputError with the key where the plant step is too long.
+
+        is_given: somebody chose the plant step; else it is the longest that is accurate at rest.
+        """
+        poles = poles_at_rest(self.equations, self.parameters, self.plan.actuators)
+        if not is_given:
+            return accurate_timing(poles, self.timing.control_period)
+        check_plant_step(poles, self.timing)
+        return self.timing
 
     @property
     def own_code(self) -> OwnCode | None:
