@@ -27,7 +27,6 @@ KINDS = {
     "PlantMargins",
     "PlantSubject",
     "StudyPreview",
-    "PlantPreview",
 }
 
 
