@@ -1,8 +1,8 @@
 """A plant of the user's own under study: its loops, what its controller knows, its limits and its timing."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from math import inf, isfinite
 from typing import TYPE_CHECKING, Any
 
@@ -10,18 +10,18 @@ import numpy as np
 
 from objectives.flown_system import NOT_FINITE
 from objectives.metrics.address import Axes, MetricAddress
+from objectives.named_channels import channels_by_name, channels_of
 from objectives.own_meters import with_accumulators
 from objectives.plant_meters import meters_of
 from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.identity import identity
 from plant.errors import InputError
-from plant.law_registry import law
 from plant.laws.channel import Channel as Knowledge
 from plant.laws.law import GainInfo, Law
 from plant.loop import Timing
 from plant.model.closing import PlantLoop, close_plant
 from plant.model.controller import Range
-from plant.model.modes import accurate_steps, poles_at_rest
+from plant.model.modes import accurate_steps, accurate_timing, check_plant_step, poles_at_rest
 from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
 from plant.model.plant_model import PlantModel, PlantRecords, plant_from
 from plant.model.scenario import PlantScenario, sample_plant_scenarios
@@ -71,16 +71,14 @@ class PlantParts:
     """The parts of the system of a plant of the user's own.
 
     Args:
-        name: Of the plant.
-        digest: Of its file, which this process has run.
+        make: Makes the plant: of its numbers, or of its file, which the process that calls it has run.
         channels: Fields of each, laws by their names.
         actuators: Of its inputs.
         parameters: Nominal ones, in the order of the record.
         timing: Its periods.
     """
 
-    name: str
-    digest: str
+    make: Callable[[], PlantModel]
     channels: tuple[dict[str, Any], ...]
     actuators: tuple[Actuator, ...]
     parameters: tuple[float, ...]
@@ -88,11 +86,15 @@ class PlantParts:
 
     def system(self) -> "PlantSystem":
         """Build the system."""
-        code = HAVE_RUN[self.digest]
-        plant = plant_from(code.names, self.name, str(code.file))
-        channels = [Channel(**{**values, "law": law(values["law"])}) for values in self.channels]
-        parameters = pack(plant.Parameters, list(self.parameters))
-        return PlantSystem(plant, plan_loop(plant, channels, self.actuators), parameters, self.timing)
+        plant = self.make()
+        plan = plan_loop(plant, channels_of(self.channels), self.actuators)
+        return PlantSystem(plant, plan, pack(plant.Parameters, list(self.parameters)), self.timing)
+
+
+def plant_of_code(digest: str, name: str) -> PlantModel:
+    """Return the plant of a file that this process has run."""
+    code = HAVE_RUN[digest]
+    return plant_from(code.names, name, str(code.file))
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,7 @@ class PlantSystem:
 
     order = 4
     has_shared_laws = False
+    has_equations = True
     command = "control.command"
     traced = ("body.shown", "control.command", "control.commands")
 
@@ -244,9 +247,22 @@ class PlantSystem:
         poles = poles_at_rest(self.equations, self.parameters, self.plan.actuators)
         return accurate_steps(self.timing.control_period * poles)
 
+    def checked_timing(self, is_given: bool) -> Timing:
+        """Return its periods; InputError with the key where the plant step is too long.
+
+        is_given: somebody chose the plant step; else it is the longest that is accurate at rest.
+        """
+        poles = poles_at_rest(self.equations, self.parameters, self.plan.actuators)
+        if not is_given:
+            return accurate_timing(poles, self.timing.control_period)
+        check_plant_step(poles, self.timing)
+        return self.timing
+
     @property
     def own_code(self) -> OwnCode | None:
-        """The file of the plant; InputError where there is none."""
+        """The file of the plant, None of one by its numbers; InputError where there is neither."""
+        if self.equations.make is not None:
+            return None
         derivative = self.equations.derivative
         code = next((each for each in HAVE_RUN.values() if each.names.get("derivative") is derivative), None)
         if code is None:
@@ -259,13 +275,10 @@ class PlantSystem:
     def parts(self) -> PlantParts:
         """Names and numbers from which another process builds it; InputError as `own_code`."""
         code = self.own_code
-        assert code is not None
-        channels = tuple(
-            {field.name: getattr(channel, field.name) for field in fields(channel)} | {"law": channel.law.name}
-            for channel in self.plan.channels
-        )
+        make = self.equations.make if code is None else partial(plant_of_code, code.digest, self.plant.name)
+        assert make is not None
         parameters = tuple(float(value) for value in flatten(self.parameters))
-        return PlantParts(self.plant.name, code.digest, channels, self.plan.actuators, parameters, self.timing)
+        return PlantParts(make, channels_by_name(self.plan.channels), self.plan.actuators, parameters, self.timing)
 
     def with_own_plant(
         self,

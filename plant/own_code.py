@@ -10,7 +10,7 @@ study, below that, or below the working folder. Other code runs only where the u
 import ast
 import hashlib
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -198,7 +198,7 @@ def _run_one(source: Source, module: ModuleType) -> None:
 
 
 @contextmanager
-def _standing_in(modules: Mapping[str, ModuleType]) -> Iterator[None]:
+def _standing_in(modules: Mapping[str, ModuleType]) -> Generator[None]:
     """Have modules imported by their names, whatever else bears them."""
     before = {name: sys.modules.get(name) for name in modules}
     sys.modules.update(modules)

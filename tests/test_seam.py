@@ -12,6 +12,9 @@ KINDS = {
     "PlantSystem",
     "FmuSystem",
     "FmuFlyer",
+    "PlantRecords",
+    "PlantModel",
+    "FmuModel",
     "SearchedStudy",
     "TuningStudy",
     "Study",
@@ -24,7 +27,6 @@ KINDS = {
     "PlantMargins",
     "PlantSubject",
     "StudyPreview",
-    "PlantPreview",
 }
 
 
@@ -62,6 +64,7 @@ def test_nobody_asks_a_system_or_a_study_which_kind_it_is():
         "isinstance(study.system, objectives.PlantSystem)",
         "x = isinstance(a, int | Study)",
         "issubclass(kind, (str, FmuSystem))",
+        "isinstance(system.plant, PlantModel)",
     ],
 )
 def test_each_way_to_ask_is_seen(source):

@@ -48,7 +48,8 @@ def bound_at(of: Disturbed, alpha: float) -> float | None:
     """Return the bound of |c x| by the ellipsoid of one decay rate, confirmed by eigenvalues."""
     unit = np.eye(len(of.a))
     for room in ROOMS:
-        q = solve_continuous_lyapunov(of.a + 0.5 * alpha * unit, -(of.d @ of.d.T + room * unit) / alpha)
+        pushed = -(of.d @ of.d.T + room * unit) / alpha
+        q = np.asarray(solve_continuous_lyapunov(of.a + 0.5 * alpha * unit, pushed), float)
         if is_positive(q) and is_negative(np.block(inequality(of, q, alpha, 0.0))):
             return sqrt((of.c @ q @ of.c.T).item())
     return None
@@ -70,7 +71,11 @@ def with_modes_apart(of: Disturbed) -> Iterator[tuple[float, Disturbed]]:
 def _split(of: Disturbed, pole: float) -> tuple[float, Disturbed]:
     """Return the bound of the mode of a real pole, and the loop without it, in coordinates that do not couple the two."""
     edge = pole * (1.0 + 1e-9)
-    form: Any = schur(of.a, sort=lambda re, im=0.0: im == 0.0 and re >= edge)
+
+    def is_slow(real: float, imaginary: float = 0.0) -> bool:
+        return imaginary == 0.0 and real >= edge
+
+    form: Any = schur(of.a, sort=is_slow)
     triangle, basis, count = form
     n = max(int(count), 1)
     first, coupling, rest = triangle[:n, :n], triangle[:n, n:], triangle[n:, n:]

@@ -26,7 +26,6 @@ from objectives.certificates.channel_model import (
 )
 from objectives.plant_system import PlantSystem
 from plant.model.plan import Actuator, Channel
-from plant.model.plant_model import PlantModel
 from plant.model.slope import linear_equations
 from plant.records import pack, paths
 
@@ -89,7 +88,7 @@ class PlantAxis:
     def refused(self, peak: float) -> str:
         """Return the first assumption of a proof that fails, in words, "" where all hold; peak: Ms of the loop as sampled."""
         plan = self.system.plan
-        if not isinstance(self.system.plant, PlantModel):
+        if not self.system.has_equations:
             return "the plant is an FMU, which does not show its equations"
         if any(channel.every > 1 for channel in plan.channels):
             return "channels step at several rates; a proof takes those that all step together"

@@ -5,17 +5,18 @@ the same.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from objectives.named_channels import channels_by_name, channels_of
 from objectives.plant_meters import meters_of
 from plant.errors import InputError
 from plant.fmu.fmu_model import Interface, fmu_model
-from plant.law_registry import LAWS, law
+from plant.law_registry import LAWS
 from plant.loop import MeterModel, Timing
 from plant.model.closing import PlantLoop, close_plant
-from plant.model.plan import Actuator, Channel, LoopPlan
+from plant.model.plan import Actuator, LoopPlan
 from plant.own_code import run_own_code
 from plant.registry import Registry
 
@@ -56,10 +57,10 @@ def describe_loop(
     code = _files_of(LAWS, [each.law for each in plan.channels])
     if metered:
         code |= _files_of(_metrics(), [each.metric for each in metered])
-    channels = [{field.name: getattr(each, field.name) for field in fields(each)} for each in plan.channels]
-    named = tuple({**each, "law": each["law"].name} for each in channels)
     addresses = tuple((each.text, each.metric.name, each.axes) for each in metered)
-    return LoopDescription(interface, folder, named, plan.actuators, addresses, code, timing, patience)
+    return LoopDescription(
+        interface, folder, channels_by_name(plan.channels), plan.actuators, addresses, code, timing, patience
+    )
 
 
 def _metrics() -> Registry[Any]:
@@ -91,8 +92,7 @@ def loop_of(description: LoopDescription) -> PlantLoop:
             raise InputError("has changed since the study was read; run the study again", file=file)
         registry, name = (LAWS, LAW) if LAW in code.names else (_metrics(), METRIC)
         registry.add(code.names[name], code.origin)
-    channels = tuple(Channel(**{**each, "law": law(each["law"])}) for each in description.channels)
-    plan = LoopPlan(channels, description.actuators)
+    plan = LoopPlan(channels_of(description.channels), description.actuators)
     return close_plant(
         fmu_model(description.interface), plan, _meters(description, plan), description.timing.control_period
     )

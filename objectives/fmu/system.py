@@ -3,6 +3,7 @@
 import platform
 from dataclasses import dataclass
 from functools import cached_property
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from plant.backends.identity import identity
 from plant.errors import InputError, require_package
 from plant.fmu.archive import unpacked
 from plant.fmu.fmu_model import FmuModel
+from plant.loop import Timing
 from plant.model.closing import resting
 from plant.records import flatten
 
@@ -32,6 +34,7 @@ class FmuSystem(PlantSystem):
     """An FMU, the plan of its loops, its parameters and its timing. patience: seconds that a flight may take."""
 
     order = 2
+    has_equations = False
 
     plant: FmuModel
     patience: float = PATIENCE
@@ -40,6 +43,18 @@ class FmuSystem(PlantSystem):
     def min_steps(self) -> int:
         """One, for the FMU chooses steps of its own."""
         return 1
+
+    def checked_timing(self, is_given: bool) -> Timing:  # noqa: ARG002
+        """Return its periods; InputError for a lag that settles within a step, over which the FMU feels its mean."""
+        step, period = self.timing.plant_step, self.timing.control_period
+        for actuator in self.plan.actuators:
+            if 0.0 < actuator.lag < 0.5 * step:
+                raise InputError(
+                    f"given {step:g} s; it must be at most twice the lag of {actuator.name}, {actuator.lag:g} s: write "
+                    f"plant_step = {period / ceil(0.5 * period / actuator.lag):.12g}, or lag = 0",
+                    key="plant_step",
+                )
+        return self.timing
 
     @property
     def own_code(self) -> None:

@@ -127,7 +127,7 @@ def sweep(h: Array, b: Array, c: Array, low: int, high: int, since: int) -> None
 @inlined
 def quasi_triangle(h: Array, b: Array, c: Array) -> bool:
     """Bring a Hessenberg matrix h (n, n) to a quasi-triangle of 2x2 blocks, b and c along; False where that fails."""
-    high, since = len(h) - 1, 0
+    high, low, since = len(h) - 1, 0, 0
     for _ in range(SWEEPS * len(h)):
         while high > 0:
             low = high

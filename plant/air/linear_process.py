@@ -77,7 +77,7 @@ def stationary_covariance(process: LinearProcess) -> Array:
     """Return the stationary covariance P (n, n) of the state."""
     from scipy.linalg import solve_continuous_lyapunov
 
-    covariance = solve_continuous_lyapunov(process.a, -np.outer(process.b, process.b))
+    covariance = np.asarray(solve_continuous_lyapunov(process.a, -np.outer(process.b, process.b)), np.float64)
     return 0.5 * (covariance + covariance.T)
 
 

@@ -85,7 +85,7 @@ def _cache_class() -> Any:
 def _names(real: type[np.floating]) -> dict[str, Any]:
     zero, one = real(0.0), real(1.0)
 
-    def sign(a):  # noqa: ANN001, ANN202
+    def sign(a: Any) -> Any:
         return (one if a > zero else zero) - (one if a < zero else zero)
 
     functions = (*branch_free.FUNCTIONS, sign)

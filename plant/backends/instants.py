@@ -69,9 +69,9 @@ class Stepper:
         """Load or compile the kernel."""
         self.loop = loop
         self._limits, self._timing = np.array(flatten(limits)), timing
-        self._run = _kernel(loop, ask)
+        self.run = _kernel(loop, ask)
         control = "control"
-        self._setpoint_rows = [
+        self.setpoint_rows = [
             paths(loop.Flight).index(f"{control}.{path}")
             for path in (
                 "angles.x",
@@ -85,9 +85,9 @@ class Stepper:
                 "controller.yaw.wish",
             )
         ]
-        self._lift = rows(loop.Flight, f"{control}.lift")
-        self._outside = rows(loop.Flight, f"{control}.outside")
-        self._result = lanes.result_rows(loop)
+        self.lift = rows(loop.Flight, f"{control}.lift")
+        self.outside = rows(loop.Flight, f"{control}.outside")
+        self.result = lanes.result_rows(loop)
 
     def begin(self, gains: np.ndarray, nominal: Any, inputs: Inputs, targets: Any) -> "SteppedFlight":
         """Return a flight at its first instant; gains (g,)."""
@@ -115,7 +115,7 @@ class SteppedFlight:
         self._stepper, self._fixed, self.instants = stepper, fixed, instants
         self._state, self._at = np.zeros(size(stepper.loop.Flight)), BEFORE
         self._thrusts = np.zeros(4)
-        self._stepper._run(*self._fixed, self._at, self._thrusts, self._state)
+        self._stepper.run(*self._fixed, self._at, self._thrusts, self._state)
 
     @property
     def over(self) -> bool:
@@ -130,26 +130,26 @@ class SteppedFlight:
     @property
     def pilot_command(self) -> Instant:
         """The question of the instant that waits for thrusts."""
-        seen = self._state[self._stepper._setpoint_rows].tolist()
-        lift = 0.25 * float(np.sum(self._state[self._stepper._lift], axis=0))
+        seen = self._state[self._stepper.setpoint_rows].tolist()
+        lift = 0.25 * float(np.sum(self._state[self._stepper.lift], axis=0))
         return Instant((seen[0], seen[1], seen[2]), (seen[3], seen[4], seen[5]), (seen[6], seen[7]), seen[8], lift)
 
     @property
     def held(self) -> tuple[float, float, float, float]:
         """The thrusts that were last decided [N]; before the first, those that hold the vehicle where the flight begins."""
-        first, second, third, fourth = self._state[self._stepper._outside].tolist()
+        first, second, third, fourth = self._state[self._stepper.outside].tolist()
         return first, second, third, fourth
 
     def fly(self, thrusts: tuple[float, float, float, float]) -> None:
         """Fly one control period with new thrusts [N], in our order of the rotors."""
         self._at += 1
         self._thrusts[:] = thrusts
-        self._stepper._run(*self._fixed, self._at, self._thrusts, self._state)
+        self._stepper.run(*self._fixed, self._at, self._thrusts, self._state)
 
     @property
     def result(self) -> np.ndarray:
         """Meters, status and end time (rows,)."""
-        return self._state[self._stepper._result].copy()
+        return self._state[self._stepper.result].copy()
 
 
 def _kernel(loop: ClosedLoop, ask: Callable[..., Any]) -> Any:

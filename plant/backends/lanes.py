@@ -45,7 +45,7 @@ def _inline(function: Callable[..., Any]) -> Any:
 
 
 def _names() -> dict[str, Any]:
-    def sign(a):  # noqa: ANN001, ANN202
+    def sign(a: float) -> float:
         return (1.0 if a > 0.0 else 0.0) - (1.0 if a < 0.0 else 0.0)
 
     functions = (*branch_free.FUNCTIONS, sign)
@@ -65,7 +65,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return one model function compiled with the lanes' flags, for calls from Python."""
     inner = rebinder()(function)
 
-    def call(*arguments):  # noqa: ANN002, ANN202
+    def call(*arguments: Any) -> Any:
         return inner(*arguments)
 
     return numba.njit(fastmath=FAST_MATH, error_model="numpy")(call)

@@ -116,7 +116,7 @@ def compile_for(wanted: Processor) -> None:
     if lacking:
         raise StoreError(f"code for {wanted.name} does not run on this processor, which lacks {', '.join(lacking)}")
     # Numba's runtime is the first that a process compiles.
-    if rtsys._init:
+    if rtsys._init:  # pyright: ignore[reportPrivateUsage]
         raise StoreError(
             f"this process compiles for {compiled_for().label} already and cannot go over to {wanted.label}; use a new process"
         )

@@ -61,11 +61,15 @@ def backends_agree(law: Law) -> Iterator[ContractViolation]:
     evaluators = (("NumPy", _on_arrays(law)), ("CasADi", _in_casadi(law)), ("the compiled lanes", _compiled(law)))
     for loop in LOOPS:
         cases = samples(law, loop)
-        wanted = np.array([_run(lambda function: function, law, case) for case in cases])
+        wanted = np.array([_run(_as_it_is, law, case) for case in cases])
         scale = np.maximum(np.abs(wanted), 1.0)
         for name, evaluate in evaluators:
             if not np.allclose(evaluate(cases) / scale, wanted / scale, rtol=RELATIVE, atol=RELATIVE):
                 yield ContractViolation("step", f"gives other numbers on {name} than in Python, in the {loop} loop")
+
+
+def _as_it_is(function: Callable[..., Any]) -> Callable[..., Any]:
+    return function
 
 
 def _run(bind: Callable[..., Any], law: Law, case: Sample) -> list[Any]:

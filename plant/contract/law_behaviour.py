@@ -325,11 +325,20 @@ def amplitude_counts_only_as_told(law: Law) -> Iterator[ContractViolation]:
             yield ContractViolation("nonlinear", "names a function on which nothing depends")
 
 
+def _times(factor: float) -> Callable[..., Any]:
+    """Return the function that multiplies its first argument."""
+
+    def multiplied(signal: Any, *_: Any) -> Any:
+        return factor * signal
+
+    return multiplied
+
+
 def _responder(law: Law, case: Case) -> Callable[[Array, bool], Array]:
     """Return the commands (K,) for y, rate and effect (K, 3) about rest, unsaturated; linear: with k s for each nonlinearity."""
     constants = law.prepare(case.gains, H)
-    unlimited: dict[Callable[..., Any], Callable[..., Any]] = {part: lambda s, *_: s for part in law.limits}
-    stand_ins = {part.function: lambda s, constants, k=k: k * s for k, part in enumerate(law.nonlinear, 2)}
+    unlimited = {part: _times(1.0) for part in law.limits}
+    stand_ins = {part.function: _times(float(k)) for k, part in enumerate(law.nonlinear, 2)}
     steps = {
         linear: Rebinder(PRIMITIVES, stand_ins={**unlimited, **(stand_ins if linear else {})})(law.step)
         for linear in (True, False)

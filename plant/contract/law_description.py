@@ -9,6 +9,7 @@ from plant.contract.violation import ContractViolation
 from plant.errors import InputError
 from plant.laws.law import PROMISES, GainInfo, Law
 from plant.model.functions import check_model_function
+from plant.records import is_record
 from plant.texts import check_text, check_title
 
 NAME = r"[a-z][a-z0-9_]{0,39}"
@@ -38,13 +39,13 @@ def _file(law: Law) -> str:
 
 
 def _record(name: str, record: Any) -> Iterator[ContractViolation]:
-    if not (isinstance(record, type) and issubclass(record, tuple) and hasattr(record, "_fields")):
+    if not is_record(record):
         yield ContractViolation(name, f"given {record!r}; write class {name}(NamedTuple) with a float for every field")
         return
     if not record.__annotations__:
         yield ContractViolation(name, "has no field; C has no empty struct, so give it one, such as unused: float")
     for field, part in record.__annotations__.items():
-        nested = isinstance(part, type) and issubclass(part, tuple) and hasattr(part, "_fields")
+        nested = is_record(part)
         if isinstance(part, str):
             yield ContractViolation(
                 name,

@@ -51,6 +51,9 @@ class FmuModel(PlantRecords):
         held = pack(self.Input, [each.start for each in self.interface.inputs])
         return zeros(self.State), held, zeros(self.Output)
 
+    def check_rest(self, parameters: Any) -> None:
+        """Pass: what moves is known once it is initialised."""
+
 
 def read_fmu(
     file: Path,

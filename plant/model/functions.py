@@ -53,7 +53,7 @@ def written(name: str, lines: list[str], names: dict[str, Any]) -> Callable[...,
     source = "\n".join(lines) + "\n"
     file = f"<{name} of the loop>"
     linecache.cache[file] = (len(source), None, source.splitlines(True), file)
-    world = {"__name__": __name__, **names}
+    world: dict[str, Any] = {"__name__": __name__, **names}
     exec(compile(source, file, "exec"), world)
     return world[name]
 

@@ -5,6 +5,8 @@ one adds to each output ("y_shift").
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from math import log2
 from types import MappingProxyType
 from typing import Annotated, Any, NamedTuple
@@ -58,9 +60,13 @@ def linear_plant(name: str, numbers: Mapping[str, Mapping[str, Any]], names: Sig
     """Return the plant of `transfer_function` or `state_space` as a study has it; InputError with the key inside [plant]."""
     ((key, table),) = numbers.items()
     try:
-        return {"transfer_function": _transfer_function, "state_space": _state_space}[key](name, names, *table.values())
+        plant = {"transfer_function": _transfer_function, "state_space": _state_space}[key](
+            name, names, *table.values()
+        )
     except InputError as error:
         raise error.located(key=key) from None
+    # A view of units cannot go to another process.
+    return replace(plant, make=partial(linear_plant, name, numbers, names._replace(units=dict(names.units))))
 
 
 def _transfer_function(

@@ -54,6 +54,10 @@ class PlantRecords(ABC):
     def at_rest(self, parameters: Any) -> tuple[Any, Any, Any]:
         """Return the state, the input and the output with which a plant of these parameters starts."""
 
+    @abstractmethod
+    def check_rest(self, parameters: Any) -> None:
+        """Raise InputError where a plant of these parameters does not rest."""
+
     def unit(self, path: str) -> str:
         """Return the unit of a field by "Output.angle" or "Input.voltage"."""
         record, _, field = path.partition(".")
@@ -62,11 +66,15 @@ class PlantRecords(ABC):
 
 @dataclass(frozen=True)
 class PlantModel(PlantRecords):
-    """A plant whose equations are known, and where it rests."""
+    """A plant whose equations are known, and where it rests.
+
+    make: makes it in another process out of names and numbers alone; None where its equations are code of the user's own.
+    """
 
     derivative: Callable[..., Any]
     output: Callable[..., Any]
     rest: Callable[..., Any]
+    make: "Callable[[], PlantModel] | None" = field(default=None, compare=False)
 
     @property
     def parameters(self) -> Any:
@@ -77,6 +85,23 @@ class PlantModel(PlantRecords):
         """Return the state and the input that hold it, and what it shows under no disturbance."""
         state, held = self.rest(parameters)
         return state, held, self.output(state, held, zeros(self.Disturbance), parameters)
+
+    def check_rest(self, parameters: Any) -> None:
+        """Raise InputError where the equations do not work, or do not rest."""
+        quiet = zeros(self.Disturbance)
+        state, command = _rest(self, parameters)
+        rate = _called(self, "derivative", self.derivative, state, command, quiet, parameters)
+        seen = _called(self, "output", self.output, state, command, quiet, parameters)
+        _check_numbers(self, "derivative", self.derivative, rate, self.State)
+        _check_numbers(self, "output", self.output, seen, self.Output)
+        for path, value, speed in zip(paths(self.State), flatten(state), flatten(rate), strict=True):
+            if abs(speed) > STILL * (1.0 + abs(value)):
+                raise InputError(
+                    f"{path} changes by {speed:.3g} a second where the plant should rest; write rest(parameters), which gives "
+                    "the state and the input that hold it",
+                    file=place_of(self.derivative, self.file),
+                    key="derivative",
+                )
 
 
 def plant_from(names: Mapping[str, Any], name: str, file: str = "") -> PlantModel:
@@ -92,7 +117,7 @@ def plant_from(names: Mapping[str, Any], name: str, file: str = "") -> PlantMode
     rest = _nothing(kinds["State"], kinds["Input"]) if given is None else check_model_function(given, "rest", 1, file)
     title = str(names.get("__doc__") or name).strip().splitlines()[0]
     plant = PlantModel(name, title, file, Disturbance=disturbance, rest=rest, **kinds, **equations)
-    check_rest(plant, plant.parameters)
+    plant.check_rest(plant.parameters)
     return plant
 
 
@@ -127,30 +152,14 @@ def _check_record(kind: str, record: Any, file: str) -> None:
         )
 
 
-def check_rest(plant: PlantModel, parameters: Any) -> None:
-    """Raise InputError where the equations do not work at rest, or a plant of these parameters does not stand still there."""
-    quiet = zeros(plant.Disturbance)
-    state, command = _rest(plant, parameters)
-    rate = _called(plant, "derivative", plant.derivative, state, command, quiet, parameters)
-    seen = _called(plant, "output", plant.output, state, command, quiet, parameters)
-    for name, function, record, kind in (
-        ("derivative", plant.derivative, rate, plant.State),
-        ("output", plant.output, seen, plant.Output),
-    ):
-        place = place_of(function, plant.file)
-        if type(record) is not kind:
-            raise InputError(f"gives {type(record).__name__}; it must give {kind.__name__}", file=place, key=name)
-        for path, value in zip(paths(kind), flatten(record), strict=True):
-            if not (isinstance(value, (int, float)) and isfinite(value)):
-                raise InputError(f"gives {value!r} for {path} at rest; numbers must be finite", file=place, key=name)
-    for path, value, speed in zip(paths(plant.State), flatten(state), flatten(rate), strict=True):
-        if abs(speed) > STILL * (1.0 + abs(value)):
-            raise InputError(
-                f"{path} changes by {speed:.3g} a second where the plant should rest; write rest(parameters), which gives the "
-                "state and the input that hold it",
-                file=place_of(plant.derivative, plant.file),
-                key="derivative",
-            )
+def _check_numbers(plant: PlantModel, name: str, function: Callable[..., Any], record: Any, kind: Any) -> None:
+    """Raise InputError where a function gives no finite record of a kind."""
+    place = place_of(function, plant.file)
+    if type(record) is not kind:
+        raise InputError(f"gives {type(record).__name__}; it must give {kind.__name__}", file=place, key=name)
+    for path, value in zip(paths(kind), flatten(record), strict=True):
+        if not (isinstance(value, (int, float)) and isfinite(value)):
+            raise InputError(f"gives {value!r} for {path} at rest; numbers must be finite", file=place, key=name)
 
 
 def _rest(plant: PlantModel, parameters: Any) -> Any:

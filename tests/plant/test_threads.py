@@ -67,6 +67,7 @@ def test_a_search_asks_for_the_same_points_on_any_number_of_threads() -> None:
         use_threads(threads)
         excess = lambda points: np.stack([points[:, 0] - 0.7, 0.2 - points[:, 1]], 1)  # noqa: E731
         search = BayesianOptimization(first, 2, 1, 3, [excess])
+        points = first
         for _ in range(4):
             points = search.ask()
             values = np.stack([np.square(points - 0.3).sum(axis=1), np.square(points - 0.8).sum(axis=1)], axis=1)

@@ -1,6 +1,7 @@
 """Plants of one's own, from a module or a notebook's cell: their loops as a system that is flown, judged and exported."""
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from objectives.plant_system import PlantSystem
@@ -9,7 +10,7 @@ from plant.model.linear import linear_plant, numbers_of
 from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.plant_model import plant_from
 from tuner.exchange.c99.export import export_plant
-from tuner.study.plant_study import plant_timing
+from tuner.study.plant_study import with_timing
 
 __all__ = ["LAWS", "Actuator", "Channel", "PlantSystem", "export_plant", "plant_system"]
 
@@ -43,5 +44,5 @@ def plant_system(
     else:
         plant = linear_plant(name, numbers_of(names))
     plan = plan_loop(plant, channels, actuators)
-    timing = plant_timing(plant, plan.actuators, plant.parameters, control_period, plant_step)
-    return PlantSystem(plant, plan, plant.parameters, timing)
+    made = partial(PlantSystem, plant, plan, plant.parameters)
+    return with_timing(made, plan.actuators, control_period, plant_step)

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from tuner.api.figures import Figures
     from tuner.report.charts.paper import Figure
-    from tuner.study.study import Study
 
 CURVES = ("frequency", "real", "imag")
 """Columns of margins.parquet that hold a curve each."""
@@ -74,7 +73,7 @@ class Results(OpenedFolder[D]):
         """The main document as it stands in the folder, or as it would."""
         return json_text(self.document, ascii_only=False) if self.folder is None else read_text(self.folder / self.main)
 
-    @property
+    @cached_property
     def summary(self) -> "pd.DataFrame":
         """The main table."""
         raise NotImplementedError

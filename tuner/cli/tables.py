@@ -60,7 +60,9 @@ class TerminalTable(RichTable):
             table.add_row(*row, style="yellow" if i in view.marked else None)
         return table
 
-    def __rich_console__(self, console: Console, options: rich_console.ConsoleOptions) -> rich_console.RenderResult:
+    def __rich_console__(
+        self, console: rich_console.Console, options: rich_console.ConsoleOptions
+    ) -> rich_console.RenderResult:
         """Yield the title, then the table in the form that the width allows."""
         if self.title:
             yield console.render_str(str(self.title), style="table.title")
@@ -89,7 +91,7 @@ class TerminalTable(RichTable):
         return parts
 
     def _part(
-        self, part: list[int], widths: list[int], console: Console, options: rich_console.ConsoleOptions
+        self, part: list[int], widths: list[int], console: rich_console.Console, options: rich_console.ConsoleOptions
     ) -> rich_console.RenderResult:
         """Yield a table of some columns."""
         # A box puts a column of its own between two columns.
@@ -107,7 +109,7 @@ class TerminalTable(RichTable):
             table.add_row(*cells, style=row.style, end_section=row.end_section)
         yield from table.__rich_console__(console, options)
 
-    def _blocks(self, console: Console) -> rich_console.RenderResult:
+    def _blocks(self, console: rich_console.Console) -> rich_console.RenderResult:
         """Yield each row as a block: its first cell, then a line for each other column."""
         names = [_flat(console, column.header if self.show_header else "") for column in self.columns]
         for cells in zip(*[column.cells for column in self.columns], strict=True):
@@ -124,7 +126,7 @@ class TerminalTable(RichTable):
                 yield block
 
 
-def _span(console: Console, options: rich_console.ConsoleOptions, column: Column) -> Measurement:
+def _span(console: rich_console.Console, options: rich_console.ConsoleOptions, column: Column) -> Measurement:
     """Return the widths of a column's longest word and of its longest line; both the latter where it stays whole."""
     spans = [Measurement.get(console, options.update(width=10_000), cell) for cell in [column.header, *column.cells]]
     most = max(span.maximum for span in spans)
@@ -145,7 +147,7 @@ def _widths(spans: Sequence[Measurement], room: int) -> list[int]:
     return at(max((level for level in range(room + 1) if _table_width(at(level)) <= room), default=0))
 
 
-def _flat(console: Console, cell: rich_console.RenderableType) -> Text:
+def _flat(console: rich_console.Console, cell: rich_console.RenderableType) -> Text:
     """Return a cell in one line."""
     text = cell.copy() if isinstance(cell, Text) else console.render_str(str(cell))
     return Text(" ").join(line for line in text.split() if line.plain.strip())

@@ -50,7 +50,7 @@ class OpenedFolder(Generic[D]):
         return Environment.read(self.home / "environment.json")
 
     @cached_property
-    def study(self) -> str:
+    def study_text(self) -> str:
         """The study as it was given; StoreError where the folder does not hold it."""
         return read_text(self.home / "study.toml")
 

@@ -70,19 +70,19 @@ class SensitivityRun(Experiment[TuningStudy, SensitivityOutcome]):
         analysis = study_sensitivity(self.problem, study, self.base, self.watcher.on_flights_done)
         return SensitivityOutcome(analysis, sensitivity_document(study, analysis, perf_counter() - begin))
 
-    def write_documents(self, outcome: SensitivityOutcome) -> None:
+    def write_documents(self, result: SensitivityOutcome) -> None:
         """Write sensitivity.json and the tables of indices, variances and samples."""
-        self.folder.write_json("sensitivity.json", outcome.document)
-        self.folder.write_table("indices.csv", index_table(self.study, outcome.analysis))
-        self.folder.write_table("variance.csv", variance_table(self.study, outcome.analysis))
-        self.folder.write_table("samples.csv", sample_table(self.study, outcome.analysis))
+        self.folder.write_json("sensitivity.json", result.document)
+        self.folder.write_table("indices.csv", index_table(self.study, result.analysis))
+        self.folder.write_table("variance.csv", variance_table(self.study, result.analysis))
+        self.folder.write_table("samples.csv", sample_table(self.study, result.analysis))
 
-    def write(self, outcome: SensitivityOutcome) -> None:
+    def write(self, result: SensitivityOutcome) -> None:
         """Write documents, tables and the figure."""
         from tuner.report.sensitivity_figure import write_figure
 
-        self.write_documents(outcome)
-        write_figure(self.study, outcome.analysis, self.folder.path)
+        self.write_documents(result)
+        write_figure(self.study, result.analysis, self.folder.path)
         self.folder.written("figures/*")
 
 

@@ -66,7 +66,7 @@ def provenance_section(results: TuningFolder) -> Markup:
                 "div",
                 *([collapsible("The air that was flown", wide(air_table(results)))] if results.document.air else []),
                 collapsible("What the words mean", definitions(results)),
-                collapsible_text("Study file as given", results.study),
+                collapsible_text("Study file as given", results.study_text),
                 collapsible_text("Every value, defaults included", resolved_text(results)),
                 class_="foldings",
             ),

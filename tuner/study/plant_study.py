@@ -1,8 +1,9 @@
 """A study of a plant of the user's own, from its tables to what runs."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, inf, isfinite
+from functools import partial
+from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -16,12 +17,11 @@ from objectives.plant_system import PlantSystem
 from objectives.problem import FlightBatch
 from plant.backends.identity import identity
 from plant.errors import InputError, UnknownNameError
-from plant.fmu.fmu_model import FmuModel, read_fmu
+from plant.fmu.fmu_model import read_fmu
 from plant.loop import Timing
 from plant.model.linear import SignalNames, linear_plant
-from plant.model.modes import accurate_timing, check_plant_step, poles_at_rest
-from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
-from plant.model.plant_model import PlantModel, PlantRecords, check_rest, plant_from
+from plant.model.plan import Actuator, Channel, plan_loop
+from plant.model.plant_model import PlantRecords, plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
 from plant.own_code import run_own_code
@@ -194,12 +194,11 @@ def plant_study_from_table(path: Path, raw: Mapping[str, PlainValue], plant: Pla
 def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> PlantStudy:
     with located(path, ""):
         use_files_of(path, {"law": table.law, "metric": table.metric})
-        plant, digest = _plant(path, table.plant) if plant is None else (plant, identity(plant))
+        plant, digest, kind = _plant(path, table.plant) if plant is None else (plant, identity(plant), PlantSystem)
         with located(path, "plant"):
             check_period("control_period", table.plant.control_period, LONGEST_OF_PLANTS)
             parameters = _parameters(plant, table.plant.parameters)
-            if isinstance(plant, PlantModel):
-                check_rest(plant, parameters)
+            plant.check_rest(parameters)
         h = table.plant.control_period
         channels = tuple(listed("channel", path, table.channel, channel_of))
         actuators = tuple(listed("actuator", path, table.actuator, lambda entry: _actuator(entry, h)))
@@ -207,8 +206,8 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
             actuators = tuple(_behind_dead_time(actuators, plant, table.plant.dead_time, h))
         plan = plan_loop(plant, channels, actuators)
         with located(path, "plant"):
-            timing = plant_timing(plant, actuators, parameters, h, table.plant.plant_step)
-        system = _system(plant, plan, parameters, timing, table.plant.patience)
+            made = partial(kind, plant, plan, parameters)
+            system = with_timing(made, actuators, h, table.plant.plant_step)
         with located(path, "gains"):
             space = plant_space(table.gains, system)
         judging = judging_of(path, table, system, lambda entry: _scenario(entry, system))
@@ -226,8 +225,8 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         return assembled(PlantStudy, path, table, space, judging, mission, constraints, screens, code_digest=digest)
 
 
-def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str]:
-    """Return the plant of a file, an FMU or numbers in a study, and its digest."""
+def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str, Callable[..., PlantSystem]]:
+    """Return the plant of a study, its digest, and its kind of system."""
     given = [key for key in PLANT_KEYS if getattr(table, key) is not None]
     if len(given) != 1:
         raise InputError(
@@ -241,15 +240,15 @@ def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str]:
     with located(path, "plant"):
         if table.fmu is not None:
             fmu = read_fmu(path.parent / table.fmu, table.disturbances, table.states, table.units, path)
-            return fmu, fmu.interface.digest
+            return fmu, fmu.interface.digest, partial(FmuSystem, patience=table.patience)
         if table.file is None:
             names = SignalNames(table.inputs, table.outputs, table.states, table.units)
             plant = linear_plant(path.stem, {given[0]: getattr(table, given[0]).model_dump()}, names)
-            return plant, identity(plant)
+            return plant, identity(plant), PlantSystem
     with located(path, "plant.file"):
         file = path.parent / str(table.file)
         code = run_own_code(file, None if is_shipped(file) else path)
-        return plant_from(code.names, file.stem, str(file)), code.digest
+        return plant_from(code.names, file.stem, str(file)), code.digest, PlantSystem
 
 
 def _behind_dead_time(actuators: tuple[Actuator, ...], plant: PlantRecords, late: float, h: float) -> list[Actuator]:
@@ -262,25 +261,17 @@ def _behind_dead_time(actuators: tuple[Actuator, ...], plant: PlantRecords, late
     return [replace(each, delay=each.delay + late) for each in every.values()]
 
 
-def _system(plant: PlantRecords, plan: LoopPlan, parameters: Any, timing: Timing, patience: float) -> PlantSystem:
-    if isinstance(plant, FmuModel):
-        return FmuSystem(plant, plan, parameters, timing, patience=patience)
-    return PlantSystem(plant, plan, parameters, timing)
-
-
-def plant_timing(
-    plant: PlantRecords,
+def with_timing(
+    made: Callable[[Timing], PlantSystem],
     actuators: Sequence[Actuator],
-    parameters: Any,
     control_period: float,
     plant_step: float | None = None,
-) -> Timing:
-    """Return the periods of a plant with these parameters and actuators; InputError with the key where they do not fit.
+) -> PlantSystem:
+    """Return a system with the periods that it is flown in; InputError with the key where they do not fit.
 
     Args:
-        plant: Its equations, or those of an FMU, which nobody knows.
+        made: Makes it with any periods.
         actuators: Of its inputs.
-        parameters: Of the plant.
         control_period: [s].
         plant_step: [s], by default the longest that is accurate at rest; of an FMU the control period.
 
@@ -288,26 +279,8 @@ def plant_timing(
     for actuator in actuators:
         actuator.periods(control_period)
     step = control_period if plant_step is None else plant_step
-    timing = timing_of(control_period, step, LONGEST_OF_PLANTS, SHORTEST_OF_PLANTS)
-    if not isinstance(plant, PlantModel):
-        _check_lags(actuators, timing)
-        return timing
-    poles = poles_at_rest(plant, parameters, actuators)
-    if plant_step is None:
-        return accurate_timing(poles, control_period)
-    check_plant_step(poles, timing)
-    return timing
-
-
-def _check_lags(actuators: Sequence[Actuator], timing: Timing) -> None:
-    """Refuse lags beside an FMU that settle within a step, over which it feels their mean."""
-    for actuator in actuators:
-        if 0.0 < actuator.lag < 0.5 * timing.plant_step:
-            raise InputError(
-                f"given {timing.plant_step:g} s; it must be at most twice the lag of {actuator.name}, {actuator.lag:g} s: write "
-                f"plant_step = {timing.control_period / ceil(0.5 * timing.control_period / actuator.lag):.12g}, or lag = 0",
-                key="plant_step",
-            )
+    system = made(timing_of(control_period, step, LONGEST_OF_PLANTS, SHORTEST_OF_PLANTS))
+    return replace(system, timing=system.checked_timing(plant_step is not None))
 
 
 def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:

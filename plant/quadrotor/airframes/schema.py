@@ -5,7 +5,7 @@ Every number is an inline table, so that none stands without its unit and where 
     mass = { value = 0.698, unit = "kg", source = "weighed, with battery" }
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
@@ -71,7 +71,11 @@ TOGETHER = {
 LENGTH = NumberField("m", "positive")
 HEADER = ("title", "frame", "spin", "allow_unphysical", "uncertainty")
 
-_SIGN_TESTS = {"positive": lambda v: v > 0.0, "not negative": lambda v: v >= 0.0, "any": lambda v: True}
+_SIGN_TESTS: dict[str, Callable[[float], bool]] = {
+    "positive": lambda v: v > 0.0,
+    "not negative": lambda v: v >= 0.0,
+    "any": lambda v: True,
+}
 
 
 def number_fields(lengths: tuple[str, ...]) -> dict[str, NumberField]:

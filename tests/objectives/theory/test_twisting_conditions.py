@@ -87,6 +87,18 @@ def test_the_popular_gains_fail_the_quadratic_certificate_by_a_little():
     assert seeber_horn_rate(np.array(1.5 * root), np.array(1.1 * 7.0)) > 7.0
 
 
+class Crossing:
+    """An event of solve_ivp: a part of x is 0, which ends the integration."""
+
+    terminal = True
+
+    def __init__(self, part):
+        self.part = part
+
+    def __call__(self, _, x):
+        return x[self.part]
+
+
 def half_turn(k1, k2, rate):
     """Return r: the worst disturbance takes S = 0, S' = 1 to S = 0, S' = -r, by integration of S and S' themselves."""
 
@@ -94,8 +106,7 @@ def half_turn(k1, k2, rate):
         # S' = x2, x2' = -(k1/2) |S|^(-1/2) x2 - k2 + push for S > 0; in y = S^(1/2) nothing is singular but the start.
         return lambda _, x: [x[1], -k1 * x[1] - 2.0 * x[0] * (k2 - push)]
 
-    peak, axis = (lambda _, x: x[1]), (lambda _, x: x[0])
-    peak.terminal = axis.terminal = True
+    peak, axis = Crossing(1), Crossing(0)
     up = solve_ivp(flow(rate), (0.0, 1e4), [0.0, 1.0], events=peak, rtol=1e-10, atol=1e-13)
     down = solve_ivp(flow(-rate), (0.0, 1e4), [up.y[0, -1], -1e-300], events=axis, rtol=1e-10, atol=1e-13)
     return abs(down.y[1, -1])

@@ -8,6 +8,7 @@ import threading
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from types import FunctionType
+from typing import Any
 
 import pytest
 
@@ -145,7 +146,8 @@ def test_nothing_but_the_entry_of_a_kernel_computes():
     # Another function in a kernel is a copy that some other kernel may have too, optimised in another way; which of them runs
     # would hang on what was loaded first. (What writes the text of an error computes too.)
     flyer().fly(gains()[None], NOMINAL, inputs(range(1)))
-    for entry in (flyer()._kernel, _recursion(), *([curve.read_all] if curve.read_all.overloads else [])):
+    entries: list[Any] = [flyer()._kernel, _recursion(), *([curve.read_all] if curve.read_all.overloads else [])]
+    for entry in entries:
         (compiled,) = entry.overloads.values()
         module = compiled.library._get_module_for_linking()
         defined = [part for part in module.functions if not part.is_declaration and "_raise_" not in part.name]

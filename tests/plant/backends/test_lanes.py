@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -170,7 +171,8 @@ def test_the_lane_loops_are_vector_code():
     # Counted on AVX2: 1679 packed against 137 scalar operations (those left work once a candidate); with the wind read from its
     # own array instead of the workspace, one of the plant's two lane loops stays scalar too and it is 1679 against 716.
     flyer().fly(gains()[None], NOMINAL, inputs(range(1)))
-    (compiled,) = flyer()._kernel.overloads.values()
+    kernel: Any = flyer()._kernel
+    (compiled,) = kernel.overloads.values()
     # A kernel from the cache has no assembly, only what it was made of, in its final form.
     code = compiled.library.codegen._tm.emit_assembly(compiled.library._get_module_for_linking())
     packed = len(re.findall(r"v?f?n?m(?:add|sub)\d*pd|v?mulpd|v?addpd|v?subpd", code))

@@ -1,19 +1,22 @@
 """Plant steps that modes at rest allow, against Runge-Kutta maps and exponentials of matrices."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from objectives.fmu.system import FmuSystem
 from plant.errors import InputError
 from plant.model.modes import MAX_ERROR, MAX_STEPS, accurate_timing, check_plant_step
-from plant.model.plan import Actuator
+from plant.model.plan import Actuator, LoopPlan
 from plant.own_code import run_own_code
-from tests.plant.model.plants import FILES, pid, plant_of
+from tests.plant.model.plants import FILES, pid
 from tuner.api.plants import plant_system
 from tuner.api.studies import make_study
-from tuner.study.plant_study import plant_timing
+from tuner.gains.ranges import timing_of
+from tuner.study.plant_study import with_timing
 
 PERIOD = 0.04
 
@@ -65,7 +68,7 @@ def test_what_takes_too_many_steps_is_refused_with_a_step_that_works():
     ) as caught:
         accurate_timing(poles, PERIOD)
     advised = float(str(caught.value).split("plant_step = ")[1].split()[0])
-    check_plant_step(poles, plant_timing(plant_of("kiln"), (), plant_of("kiln").parameters, PERIOD, advised))
+    check_plant_step(poles, timing_of(PERIOD, advised, 1.0, 0.0))
 
 
 STUDY = {
@@ -110,8 +113,14 @@ def test_a_study_and_a_system_take_and_refuse_the_same_lags(timing):
 def test_a_lag_beside_an_fmu_is_at_least_half_a_step():
     """Of an FMU nobody knows the equations: it is driven in the steps that are written, by default the control period."""
     fmu: Any = object()
-    assert plant_timing(fmu, [Actuator("power", lag=0.02)], None, PERIOD).plant_step == PERIOD
+
+    def timing(lag, plant_step=None):
+        actuators = (Actuator("power", lag=lag),)
+        made = partial(FmuSystem, fmu, LoopPlan((), actuators), None)
+        return with_timing(made, actuators, PERIOD, plant_step).timing
+
+    assert timing(0.02).plant_step == PERIOD
     with pytest.raises(InputError, match="must be at most twice the lag of power") as caught:
-        plant_timing(fmu, [Actuator("power", lag=0.001)], None, PERIOD)
+        timing(0.001)
     advised = float(str(caught.value).split("plant_step = ")[1].split(",")[0])
-    assert plant_timing(fmu, [Actuator("power", lag=0.001)], None, PERIOD, advised).steps == 20
+    assert timing(0.001, advised).steps == 20

@@ -141,8 +141,10 @@ def test_margins(case):
 
 def test_export_is_verified_recorded_and_can_be_taken_back(case, tmp_path):
     previous = case.results.default.write(tmp_path / "previous.json")
+    folders = []
     for k, gains in enumerate(case.forms[-1:] if case.kind == "fmu" else case.forms):
         made = tuner.export(gains, "c99", tmp_path / str(k), flights=2, previous=previous, force=True)
+        folders.append(made.folder)
         assert isinstance(made, Exported)
         record = json.loads((made.folder / "export.json").read_text())
         verified = record["verification"]
@@ -157,8 +159,8 @@ def test_export_is_verified_recorded_and_can_be_taken_back(case, tmp_path):
     code = next(name for name in again.document.files if name.endswith("_controller.c"))
     if not case.is_quadrotor:
         # The code to go back to is that of the gains flown before.
-        assert (made.folder / "rollback" / code).read_bytes() == (again.folder / code).read_bytes()
-    assert (made.folder / "rollback" / code).read_bytes() != (made.folder / code).read_bytes()
+        assert (folders[-1] / "rollback" / code).read_bytes() == (again.folder / code).read_bytes()
+    assert (folders[-1] / "rollback" / code).read_bytes() != (folders[-1] / code).read_bytes()
 
 
 def test_its_c_has_the_bits_of_its_golden_vectors(case, tmp_path):

@@ -23,7 +23,7 @@ def test_documents_and_tables_of_a_run(tmp_path):
     folder = fabricate(tmp_path / "made-up")
     opened = open_results(folder)
     assert isinstance(opened, TuningFolder) and opened.document.shown == opened.tuned == "p0101"
-    assert opened.environment.threads == 4 and opened.study.startswith("title")
+    assert opened.environment.threads == 4 and opened.study_text.startswith("title")
     assert {"front.csv", "history.csv", "responses.parquet"} <= set(opened.tables)
     assert len(opened.table("front.csv")) == len(opened.held_out_front.points)
     assert "median" in opened.table("responses.parquet")

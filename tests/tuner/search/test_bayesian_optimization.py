@@ -258,7 +258,8 @@ def test_where_everything_breaks_what_is_known_it_goes_on():
 
 
 def test_a_pool_has_no_point_twice():
-    search = BayesianOptimization(started(1, 8), 1, 0, 1)
+    points = started(1, 8)
+    search = BayesianOptimization(points, 1, 0, 1)
     for _ in range(10):
         points = search.ask()
         search.tell(np.ones((8, 1)), np.zeros((8, 0)))

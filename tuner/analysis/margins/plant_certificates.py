@@ -15,7 +15,6 @@ from objectives.certificates.supertwisting import RATE_UNIT, largest_rate
 from objectives.margins.describing import Case
 from objectives.plant_system import PlantSystem
 from plant.law_registry import law
-from plant.model.plant_model import PlantModel
 from plant.records import paths
 from tuner.analysis.margins.document import certificate_row
 from tuner.analysis.margins.readings import PlantSubject
@@ -35,7 +34,7 @@ def _rows(subject: PlantSubject, name: str) -> Iterator[CertificateRow]:
     pushes = disturbances_of(subject.system)
     axes = [PlantAxis(subject.system, tuple(map(float, subject.row)), name, push) for push in pushes]
     law_name, on_rates = axes[0].law, CERTIFICATES["supertwisting"]
-    if law_name in on_rates.laws and isinstance(subject.system.plant, PlantModel):
+    if law_name in on_rates.laws and subject.system.has_equations:
         yield certificate_row(name, on_rates.name, on_rates.title, on_rates.source, supertwisting(axes[0]))
         if law_name not in MODELLED:
             return

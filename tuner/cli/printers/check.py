@@ -8,7 +8,6 @@ from tuner.cli.tables import TerminalTable, wide_console
 from tuner.cli.terminal import Console, bound_text, digits, unit_text, width
 from tuner.documents.judgement import JudgedRow, JudgementDocument
 from tuner.documents.parts import in_shown_units
-from tuner.experiments.planning.preview import PlantPreview
 from tuner.experiments.planning.study_preview import DefaultRow, StudyPreview, TrimRow, VehicleRow
 from tuner.gains.sections import VERSIONS
 from tuner.search.names import CONVERGED
@@ -18,6 +17,17 @@ if TYPE_CHECKING:
     from tuner.gains.examining import Examined
 
 Row = dict[str, Any]
+FIGURES = (
+    "title",
+    "plant",
+    "channels",
+    "variables",
+    "objectives",
+    "constraints",
+    "requirements",
+    "search_flights",
+    "digest",
+)
 STYLES = {"fail": "bold red", "not certain": "yellow", "target missed": "yellow"}
 
 
@@ -89,23 +99,18 @@ def sentence(examined: "Examined") -> str:
     return ", ".join(words)
 
 
-def show_plant(preview: PlantPreview) -> None:
-    """Print what would fly of a plant, with its steps."""
-    print_figures(figures_of(preview.content()) | {"plant_step": preview.plant_step.words})
-
-
 def show_study(preview: StudyPreview) -> None:
-    """Print it: what would fly, the vehicle, its trim, the default's margins, and what stands in the way."""
+    """Print what would fly and what is known of the default."""
     console = wide_console()
     table = TerminalTable(box=None, show_header=False)
     table.add_column("", no_wrap=True)
     table.add_column("")
     most = "at most " if preview.stop == CONVERGED else ""
-    for key in ("title", "variables", "objectives", "constraints", "requirements", "search_flights", "digest"):
-        value = getattr(preview, key)
-        before = most if key == "search_flights" else ""
-        table.add_row(key, ", ".join(value) if isinstance(value, list) else f"{before}{value}")
-    table.add_row("vehicle", vehicle_text(preview.vehicle))
+    for key in FIGURES:
+        if key in preview.model_fields_set:
+            table.add_row(key, f"{most if key == 'search_flights' else ''}{shown(getattr(preview, key))}")
+    if preview.vehicle is not None:
+        table.add_row("vehicle", vehicle_text(preview.vehicle))
     table.add_row("plant step", preview.plant_step.words)
     for row in preview.trim:
         table.add_row("trim", trim_text(row))
@@ -119,7 +124,7 @@ def show_study(preview: StudyPreview) -> None:
     console.warn(preview.warnings)
 
 
-PREVIEWS: dict[type, Callable[..., None]] = {StudyPreview: show_study, PlantPreview: show_plant}
+PREVIEWS: dict[type, Callable[..., None]] = {StudyPreview: show_study}
 """Type of a preview -> what prints it; any other document is printed line by line."""
 
 

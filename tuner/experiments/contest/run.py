@@ -56,11 +56,11 @@ class ContestRun(Experiment[Contest, Result]):
         return judge_contest(contest, prepared, flown, self.seconds)
 
     @staticmethod
-    def is_feasible(judged: Result) -> bool:
+    def is_feasible(result: Result) -> bool:
         """Whether the run of every contender found a candidate that keeps every limit."""
-        return all(entrant.feasible for entrant in judged.prepared)
+        return all(entrant.feasible for entrant in result.prepared)
 
-    def resolved(self) -> PlainTable:
+    def resolved(self) -> PlainTable | None:
         """Return every value of every contender's study, by the contender's name."""
         return {name: Resolved.of(values).content() for name, values in self.study.resolved().items()}
 
@@ -68,20 +68,20 @@ class ContestRun(Experiment[Contest, Result]):
         """Return the content of the document."""
         return contest_document(result, warnings_of(result))
 
-    def write_documents(self, judged: Result) -> None:
+    def write_documents(self, result: Result) -> None:
         """Write numbers, tables and responses."""
-        folder, document = self.folder, self.document(judged)
-        folder.write_table("scores.parquet", scores_table(judged))
+        folder, document = self.folder, self.document(result)
+        folder.write_table("scores.parquet", scores_table(result))
         folder.write_table("differences.csv", listed_table(document.differences))
-        if judged.published:
-            folder.write_table("published.csv", listed_table(judged.published))
-        if judged.fronts:
-            folder.write_table("fronts.csv", fronts_table(judged))
+        if result.published:
+            folder.write_table("published.csv", listed_table(result.published))
+        if result.fronts:
+            folder.write_table("fronts.csv", fronts_table(result))
         self.watcher.on_writing("responses")
-        fans, traces = response_tables(judged)
+        fans, traces = response_tables(result)
         folder.write_table("responses.parquet", fans)
         folder.write_table("traces.parquet", traces)
-        wind = wind_table(judged)
+        wind = wind_table(result)
         if wind is not None:
             folder.write_table("wind.parquet", wind)
         folder.write_json(self.document_name, document)

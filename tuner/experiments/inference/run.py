@@ -79,14 +79,14 @@ class InferenceRun(Experiment[Inference, Findings]):
         settings, jacobian = around_best(flyer, inference, concatenate(parts), watcher)
         return checked_findings(flyer, inference, generations, settings, jacobian, watcher, self.begin)
 
-    def write_documents(self, findings: Findings) -> None:
+    def write_documents(self, result: Findings) -> None:
         """Write tables, numbers, and the study with the inferred values."""
         inference, folder = self.study, self.folder
-        folder.write_table("history.csv", history_table(findings.generations))
-        folder.write_table("candidates.parquet", candidates_table(findings))
-        values = with_values(inference, findings.settings.values[findings.chosen], folder)
+        folder.write_table("history.csv", history_table(result.generations))
+        folder.write_table("candidates.parquet", candidates_table(result))
+        values = with_values(inference, result.settings.values[result.chosen], folder)
         folder.write_text("inferred.toml", toml_text(values))
-        folder.write_json("inference.json", inference_document(findings))
+        folder.write_json("inference.json", inference_document(result))
 
 
 def search(

@@ -1,18 +1,10 @@
 """A study of any kind before anything flies: its content in numbers, and what is known to stand in its way."""
 
 from collections.abc import Callable
-from math import isfinite
 from typing import Any, Literal
 
-from pydantic import Field
-
-from objectives.requirements import known_values
-from tuner.analysis.plant_step import plant_step_of, plant_step_warnings
-from tuner.documents.parts import PlantStep
-from tuner.documents.plan import AutomaticLimit
 from tuner.experiments.planning.counts import comparison_flights, flights_of, search_flights
-from tuner.experiments.planning.study_preview import PreviewPart, StudyPreview, study_preview
-from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
+from tuner.experiments.planning.study_preview import PreviewPart, StudyPreview, plant_preview, study_preview
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.study.contest import Contender, Contest
 from tuner.study.inference import Inference
@@ -46,28 +38,6 @@ class InferencePreview(PreviewPart):
     search_flights: int
 
 
-class PlantPreview(PreviewPart):
-    """A study of a plant of one's own before anything flies.
-
-    requirements: limits on margins and the default's values; plant_step: with the error of the default's margins.
-    """
-
-    kind: Literal["plant"]
-    title: str
-    plant: str
-    channels: dict[str, str]
-    variables: int
-    objectives: list[str]
-    constraints: list[str]
-    automatic_limits: list[AutomaticLimit]
-    requirements: dict[str, float | None]
-    search_flights: int
-    digest: str
-    plant_step: PlantStep
-    warnings: list[str]
-    notes: list[str] = Field(alias="told")
-
-
 class TrialsPreview(PreviewPart):
     """A study whose trials another program makes; the numbers of trials are the most that may be asked for."""
 
@@ -84,37 +54,12 @@ class TrialsPreview(PreviewPart):
     warnings: list[str]
 
 
-Preview = PlantPreview | StudyPreview | ContestPreview | InferencePreview | TrialsPreview
+Preview = StudyPreview | ContestPreview | InferencePreview | TrialsPreview
 
 
 def preview(study: AnyStudy) -> Preview:
     """Return a study's preview, computed without flying."""
     return PREVIEWS[study.kind](study)
-
-
-def plant_preview(study: PlantStudy) -> PlantPreview:
-    """Return a plant study's preview, with the default's values that need no flights."""
-    values = known_values(study.screens, study.default_row[None], complete=True)[0].tolist() if study.screens else []
-    plant_step = plant_step_of(study, study.default_row[None])
-    return PlantPreview(
-        kind="plant",
-        title=study.title,
-        plant=study.system.plant.title,
-        channels={channel.name: channel.law.name for channel in study.system.plan.channels},
-        variables=len(study.space.variables),
-        objectives=[objective.label for objective in study.objectives],
-        constraints=[entry.objective.label for entry in study.constraints],
-        automatic_limits=automatic_rows(study.automatic_limits),
-        requirements={
-            entry.label: value if isfinite(value) else None
-            for entry, value in zip(study.requirements, values, strict=True)
-        },
-        search_flights=search_flights(study),
-        digest=study.digest(),
-        plant_step=plant_step,
-        warnings=[*warnings_before_run(study), *plant_step_warnings(plant_step, study.plant_step_key)],
-        told=[*([study.search.text] if study.space.variables else []), *automatic_limit_texts(study.automatic_limits)],
-    )
 
 
 def contest_preview(contest: Contest) -> ContestPreview:

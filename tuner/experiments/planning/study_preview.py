@@ -1,11 +1,13 @@
-"""A study before anything flies: its vehicle, its trim in the mean wind, the default's margins, limits out of reach."""
+"""A study that searches gains before anything flies: what it asks for, trims, the default's margins, limits out of reach."""
 
+from collections.abc import Sequence
 from math import degrees, isfinite, radians
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import Field
 
+from objectives.requirements import known_values
 from plant.quadrotor.airframes.derived import quantities
 from plant.quadrotor.vehicle import Vehicle
 from plant.seeds import generator
@@ -21,6 +23,7 @@ from tuner.experiments.tuning.problem import problem_of
 from tuner.search.initial_design import latin_hypercube
 from tuner.store.document import DocumentPart, Sense
 from tuner.study.fitted import fitted_texts
+from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
 from tuner.study.trim import MeanWindTrim, mean_wind_trim
 
@@ -89,24 +92,34 @@ class PreviewPart(DocumentPart):
 
 
 class StudyPreview(PreviewPart):
-    """A study before anything flies."""
+    """A study that searches gains before anything flies; a kind leaves out what it has not.
 
-    kind: Literal["study"]
+    Args:
+        plant: Of one's own, by its title.
+        channels: Its channels with their laws.
+        requirements: Limits on margins; of a plant with the default's values, null where infinite.
+        plant_step: With the error in what is known of the default.
+
+    """
+
+    kind: Literal["study", "plant"]
     title: str
+    plant: str | None = None
+    channels: dict[str, str] = {}
     variables: int
     objectives: list[str]
     constraints: list[str]
     automatic_limits: list[AutomaticLimit]
-    requirements: list[str]
+    requirements: list[str] | dict[str, float | None]
     search_flights: int
-    stop: str
+    stop: str | None = None
     digest: str
-    vehicle: VehicleRow
+    vehicle: VehicleRow | None = None
     plant_step: PlantStep
-    trim: list[TrimRow]
-    default: list[DefaultRow]
-    out_of_reach: list[UnreachedLimit]
-    problems: list[str]
+    trim: list[TrimRow] = []
+    default: list[DefaultRow] = []
+    out_of_reach: list[UnreachedLimit] = []
+    problems: list[str] = []
     warnings: list[str]
     notes: list[str] = Field(alias="told")
 
@@ -208,36 +221,55 @@ def study_preview(described: Study) -> StudyPreview:
     diagnosis = Diagnosis(described)
     beyond = beyond_reach(described, diagnosis)
     trims = trim_rows(described)
-    plant_step = plant_step_row(described)
-    return StudyPreview(
+    return _preview(
+        described,
+        plant_step_row(described),
+        fitted_texts(described.system),
         kind="study",
-        title=described.title,
-        variables=len(described.space.variables),
-        objectives=[objective.label for objective in described.objectives],
-        constraints=[entry.objective.label for entry in described.constraints],
-        automatic_limits=automatic_rows(described.automatic_limits),
         requirements=[requirement.label for requirement in described.requirements],
-        search_flights=search_flights(described),
         stop=described.search.stop,
-        digest=described.digest(),
         vehicle=vehicle_row(described.airframe.name, described.system.vehicle),
-        plant_step=plant_step,
         trim=trims,
         default=default_rows(described, diagnosis),
         out_of_reach=[unreached(entry) for entry in beyond],
         problems=[*trim_problems(trims), *obstacle_texts(beyond)],
-        warnings=[*warnings_before_run(described), *plant_step_warnings(plant_step)],
-        told=[
-            *search_texts(described),
-            *fitted_texts(described.system),
-            *automatic_limit_texts(described.automatic_limits),
-        ],
     )
 
 
-def search_texts(study: Study) -> list[str]:
-    """Return the study's search algorithm and the reason; nothing where it searches no gain."""
-    return [study.search.text] if study.space.variables else []
+def plant_preview(study: PlantStudy) -> StudyPreview:
+    """Return a plant study's preview, with the default's values that need no flights."""
+    values = known_values(study.screens, study.default_row[None], complete=True)[0].tolist() if study.screens else []
+    return _preview(
+        study,
+        plant_step_of(study, study.default_row[None]),
+        kind="plant",
+        plant=study.system.plant.title,
+        channels={channel.name: channel.law.name for channel in study.system.plan.channels},
+        requirements={
+            entry.label: value if isfinite(value) else None
+            for entry, value in zip(study.requirements, values, strict=True)
+        },
+    )
+
+
+def _preview(
+    study: Study | PlantStudy, plant_step: PlantStep, fitted: Sequence[str] = (), **of_its_kind: Any
+) -> StudyPreview:
+    """Return the preview of a study, with what only its kind has."""
+    searched = [study.search.text] if study.space.variables else []
+    return StudyPreview(
+        title=study.title,
+        variables=len(study.space.variables),
+        objectives=[objective.label for objective in study.objectives],
+        constraints=[entry.objective.label for entry in study.constraints],
+        automatic_limits=automatic_rows(study.automatic_limits),
+        search_flights=search_flights(study),
+        digest=study.digest(),
+        plant_step=plant_step,
+        warnings=[*warnings_before_run(study), *plant_step_warnings(plant_step, study.plant_step_key)],
+        told=[*searched, *fitted, *automatic_limit_texts(study.automatic_limits)],
+        **of_its_kind,
+    )
 
 
 def trim_problems(trims: list[TrimRow]) -> list[str]:

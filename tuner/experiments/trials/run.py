@@ -92,20 +92,20 @@ class TrialRun(Experiment[TrialStudy, TrialOutcome]):
         return conclude(self.problem, self.study, generations, self.watcher, self.begin, warnings)
 
     @staticmethod
-    def is_feasible(outcome: TrialOutcome) -> bool:
+    def is_feasible(result: TrialOutcome) -> bool:
         """Return true where the run recommends a point."""
-        return outcome.feasible
+        return result.feasible
 
-    def write_documents(self, outcome: TrialOutcome) -> None:
+    def write_documents(self, result: TrialOutcome) -> None:
         """Write front, recommended values and summary."""
         folder = self.folder
-        summary = trial_summary(outcome)
-        folder.write_table("front.csv", front_table(outcome))
-        folder.remove(gains_name(not outcome.feasible))
-        folder.write_json(gains_name(outcome.feasible), variables_document(outcome, summary))
+        summary = trial_summary(result)
+        folder.write_table("front.csv", front_table(result))
+        folder.remove(gains_name(not result.feasible))
+        folder.write_json(gains_name(result.feasible), variables_document(result, summary))
         folder.write_json("summary.json", summary)
-        if outcome.study.constraints:
-            folder.write_table("constraints.csv", constraint_table(outcome))
+        if result.study.constraints:
+            folder.write_table("constraints.csv", constraint_table(result))
         folder.written(REQUESTS_FILE, RESULTS_FILE)
 
     def _write_inputs(self, folder: Folder) -> None:

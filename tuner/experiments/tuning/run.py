@@ -143,17 +143,17 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
             raise
 
     @staticmethod
-    def is_feasible(finished: FlightOutcome) -> bool:
+    def is_feasible(result: FlightOutcome) -> bool:
         """Whether the run recommends gains."""
-        return finished.feasible
+        return result.feasible
 
-    def write(self, finished: FlightOutcome) -> None:
+    def write(self, result: FlightOutcome) -> None:
         """Write documents and tables, and the report, while another process draws the figures."""
         folder, watcher = self.folder, self.watcher
         with self.given_up_on_error():
-            self.write_documents(finished)
+            self.write_documents(result)
             watcher.on_writing("margins")
-            margins = margin_table(finished)
+            margins = margin_table(result)
             if margins is not None:
                 folder.write_table("margins.parquet", margins)
             watcher.on_writing("report")
@@ -162,24 +162,24 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
             self.drawing.wait()
         folder.written(*DRAWN)
 
-    def write_documents(self, finished: FlightOutcome) -> None:
+    def write_documents(self, result: FlightOutcome) -> None:
         """Write what the figures show: front, summary, responses; and gains."""
         folder = self.folder
-        summary = summary_document(finished)
-        folder.write_table("front.csv", front_table(finished))
+        summary = summary_document(result)
+        folder.write_table("front.csv", front_table(result))
         folder.write_json("summary.json", summary)
         self.results = report.opened(folder.path)
         self.drawing.begin(self.results)
-        folder.remove(gains_name(not finished.feasible))
-        folder.write_json(gains_name(finished.feasible), gains_document(finished, summary))
+        folder.remove(gains_name(not result.feasible))
+        folder.write_json(gains_name(result.feasible), gains_document(result, summary))
         self.watcher.on_writing("responses")
-        spectra = spectrum_table(finished)
+        spectra = spectrum_table(result)
         if spectra is not None:
             folder.write_table("spectra.parquet", spectra)
-        folder.write_table("responses.parquet", response_table(finished, self.fans))
+        folder.write_table("responses.parquet", response_table(result, self.fans))
         self.drawing.go_on(self.results)
-        if finished.study.constraints:
-            folder.write_table("constraints.csv", constraint_table(finished))
+        if result.study.constraints:
+            folder.write_table("constraints.csv", constraint_table(result))
 
 
 class Recorded:

@@ -40,4 +40,6 @@ def write_inference_report(folder: Path) -> Path:
     from tuner.report.page import put_page
 
     inference = InferenceFolder(folder)
-    return put_page(folder, inference_page(inference.document.in_degrees(), inference.environment, inference.study))
+    return put_page(
+        folder, inference_page(inference.document.in_degrees(), inference.environment, inference.study_text)
+    )

@@ -131,7 +131,7 @@ def _inference(contest: ComparedFolder) -> list[Section]:
 def _provenance(contest: ComparedFolder) -> Markup:
     folds = (
         collapsible("What the words mean", definitions(contest)),
-        collapsible_text("Study file as given", contest.study),
+        collapsible_text("Study file as given", contest.study_text),
         collapsible_text("Every number of this page, as JSON", document_text(contest)),
     )
     return join(

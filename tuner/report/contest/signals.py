@@ -36,7 +36,7 @@ def is_calm(air: Iterable[Air], signal: str) -> bool:
 def drifts(contest: ComparedFolder, scenario: str) -> bool:
     """Say whether the study file lets x and y of a scenario run free, so that there is no position to hold."""
     try:
-        tables = tomllib.loads(contest.study).get("scenario", [])
+        tables = tomllib.loads(contest.study_text).get("scenario", [])
         kinds = {table["name"]: table["reference"]["kind"] for table in tables}
     except (tomllib.TOMLDecodeError, KeyError, TypeError, AttributeError):
         return False

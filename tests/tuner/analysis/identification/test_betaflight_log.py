@@ -89,8 +89,9 @@ def fly(firmware: Any, vehicle, monkeypatch):
     body = Body(still, still, Quaternion(1.0, 0.0, 0.0, 0.0), still, Rotors(*[hover] * 4))
     keep, air = np.exp(-PERIOD / 0.3), np.zeros(6)
     throttle = hover / vehicle.speed_max
+    instant = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
     firmware.arm(
-        Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0),
+        instant,
         throttle,
         (throttle, throttle, throttle, throttle),
     )

@@ -53,7 +53,7 @@ def bisect(function, low, high):
     for _ in range(80):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if (function(middle) < 0.0) == below else (low, middle)
-    return middle
+    return 0.5 * (low + high)
 
 
 def tilt_by_hand(vehicle, wind):

@@ -3,11 +3,14 @@
 import pickle
 import shutil
 
+import control
 import pytest
 
 from objectives.flown_system import FlightBatch
+from objectives.memory import scenario_key
 from plant.errors import InputError
 from tests.plant.own_files import forget
+from tests.tuner.conftest import QUICKSTART
 from tests.tuner.engines.cluster.clusters import scheduler, worker
 from tests.tuner.experiments.own_motor import PLANT, write_motor
 from tests.tuner.in_process import tuner
@@ -15,11 +18,14 @@ from tuner.api.studies import load_study, make_study
 from tuner.engines.cluster.brief import BatchSpec, brief_of, system_of
 from tuner.engines.cluster.own_files import not_here, own_files_of
 from tuner.study.plant_study import PlantStudy
+from tuner.study.reading import parse_toml
 from tuner.text.toml_text import toml_text
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
 
+HEATER = QUICKSTART.parent / "heater.toml"
 SHORT = ("--set", "search.generations=2", "--set", "scenario.0.held_out=8", "--set", "scenario.0.search=4")
+SHORTER = (*SHORT, "--set", "scenario.1.held_out=8", "--set", "scenario.1.search=4")
 SAME = ("front.csv", "gains.json", "responses.parquet", "generations/0001.parquet")
 
 
@@ -81,6 +87,36 @@ def test_a_plant_of_a_notebook_is_on_no_worker(motor):
     assert toml_text(tables) == study.text
     with pytest.raises(InputError, match="no file holds the code of this plant"):
         own_files_of(study.system, [])
+
+
+@pytest.fixture(params=["study", "system of python-control", "state space"])
+def linear(request):
+    """A study of a linear plant by its numbers, as it is read or made."""
+    if request.param == "study":
+        return load_study(HEATER, kind=PlantStudy)
+    system = control.tf([1.8], [120.0, 23.0, 1.0])
+    given = system if request.param != "state space" else control.ss([[-0.2]], [[1.0]], [[0.3]], [[0.0]])
+    tables = parse_toml(HEATER)
+    tables["plant"] = {key: tables["plant"][key] for key in ("control_period", "inputs", "outputs")}
+    for scenario in tables["scenario"]:
+        scenario["spread"] = {}
+    return make_study(tables, "heater", plant=given, kind=PlantStudy)
+
+
+def test_a_linear_plant_goes_to_workers_by_its_numbers(linear):
+    assert own_files_of(linear.system, [entry.spec for entry in linear.scenarios]) == ()
+    batch = FlightBatch(linear.scenarios[0].spec, "search", 4)
+    there = system_of(pickle.loads(pickle.dumps(brief_of(linear.system, linear.seed, batch))))
+    assert scenario_key(there, linear.seed, batch) == scenario_key(linear.system, linear.seed, batch)
+
+
+@pytest.mark.slow
+def test_processes_fly_a_linear_plant_to_the_same_bits(tmp_path, monkeypatch, capsys, no_figures):
+    for name, options in (("alone", ()), ("there", ("--dask", "local:2"))):
+        code, _, err = tuner(monkeypatch, capsys, "run", HEATER, "--out", tmp_path / name, *SHORTER, *options)
+        assert code == 0, err
+    for name in SAME:
+        assert (tmp_path / "there" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes(), name
 
 
 @pytest.mark.slow

@@ -94,11 +94,12 @@ def test_the_attitude_loops_are_those_of_the_cascade():
     """Fed with what the cascade's own attitude loops were given, they keep the same memories."""
     given = controller("pid", "hybrid_gsta")
     bound, constants, knowledge = entries(given.cascade), constants_of(given), nominal_of(given)
-    state = None
-    for instant in typical_inputs(given):
+    instants = list(typical_inputs(given))
+    first = instants[0].measurement
+    state = bound.attitude_init(constants, AttitudeMeasurement(first.angles, first.rate))
+    cascade = started(bound, given, first)
+    for instant in instants:
         m = AttitudeMeasurement(instant.measurement.angles, instant.measurement.rate)
-        if state is None:
-            state, cascade = bound.attitude_init(constants, m), started(bound, given, instant.measurement)
         _, cascade = bound.step(
             cascade, constants, knowledge, instant.reference, instant.measurement, given.control_period
         )

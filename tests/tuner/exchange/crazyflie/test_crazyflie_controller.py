@@ -258,6 +258,7 @@ def setpoint(**parts):
 
 def compare(firmware, states, given, mode, reference_of):
     """Fly both; the firmware is called every 1 ms, the plain code every 2 ms."""
+    wanted = np.zeros(4)
     for k, state in enumerate(states):
         legacy, back = in_degrees(state)
         out = firmware.fly(2 * k, legacy, given, mode)

@@ -149,7 +149,7 @@ def test_the_firmwares_position_loops_accelerate_as_our_pid_does(axis):
     full = vehicle.thrust_coefficient * vehicle.speed_max**2
     outer = FirmwarePid(written, [f"posCtlPid.{axis}{name}" for name in ("Kp", "Ki", "Kd")], dt)
     inner = FirmwarePid(written, [f"velCtlPid.v{axis}{name}" for name in ("Kp", "Ki", "Kd")], dt)
-    integral = 0.0
+    integral = place = speed = output = 0.0
     for k in range(20000):
         place, speed = 0.1 * sin(1.5 * dt * k), 0.15 * cos(1.5 * dt * k)
         integral += place * dt

@@ -86,6 +86,7 @@ class BetaflightBoard:
 
     def arm(self, initial: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:  # noqa: ARG002
         """Wait until its sensors are calibrated, arm it level, and let it settle; raises InputError where it does not arm."""
+        motors = (0.0, 0.0, 0.0, 0.0)
         for low, switch, duration in ((True, OFF, WAKING), (True, ON, SETTLING), (False, ON, SETTLING)):
             for _ in range(round(duration / self._period)):
                 sticks = self._sticks.channels(LEVEL, throttle)
