@@ -102,7 +102,7 @@ def loader(kind: Any, name: str, expression: str, offset: int, names: dict[str, 
 
 
 def storer(leaves: Sequence[str], name: str, arguments: str, expression: str, offset: int = 0) -> str:
-    """Return the source of a function from a record to rows: the leaves at these paths, from row offset on."""
+    """Return the source that stores a record: its leaves at these paths, from row offset on."""
     lines = [f"    {expression.format(offset + i)} = s.{path}" for i, path in enumerate(leaves)]
     return f"@inline\ndef {name}({arguments}, s):\n" + "\n".join(lines) + "\n"
 
