@@ -108,7 +108,7 @@ def storer(leaves: Sequence[str], name: str, arguments: str, expression: str, of
 
 
 def body_setter(flight: Any, names: dict[str, Any]) -> str:
-    """Return the source of a function from a flight and a body to the flight with that body."""
+    """Return the source that puts a body into a flight."""
     leaves = [f"body.{path[5:]}" if path.startswith("body.") else f"s.{path}" for path in paths(flight)]
     return f"@inline\ndef with_body(s, body):\n    return {build_source(flight, leaves, names)}\n"
 
