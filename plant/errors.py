@@ -82,7 +82,7 @@ class UnknownNameError(InputError):
 def check_name(
     kind: str, name: str, valid: Collection[str], *, file: str | Path | None = None, key: str | None = None
 ) -> None:
-    """Raise UnknownNameError, with its arguments, where a name is not among the valid ones."""
+    """Raise UnknownNameError where a name is not among the valid ones."""
     if name not in valid:
         raise UnknownNameError(kind, name, valid, file=file, key=key)
 

@@ -55,9 +55,9 @@ def common_matrix(matrices: Sequence[Array], centre: Array | None = None) -> Arr
     inside = [*falling, below_zero(-p, room), cp.trace(p) == len(matrices[0]), room <= 1.0]
     if not solve(cp.Maximize(room), inside):
         return None
-    found = p.value
-    is_confirmed = is_positive(found) and all(is_negative(a.T @ found + found @ a) for a in scaled)
-    return z.original(found) if is_confirmed else None
+    answer = p.value
+    is_confirmed = is_positive(answer) and all(is_negative(a.T @ answer + answer @ a) for a in scaled)
+    return z.original(answer) if is_confirmed else None
 
 
 def run(axis: Loop, varied: Sequence[str] = VARIED) -> Certificate:

@@ -102,13 +102,13 @@ def loader(kind: Any, name: str, expression: str, offset: int, names: dict[str, 
 
 
 def storer(leaves: Sequence[str], name: str, arguments: str, expression: str, offset: int = 0) -> str:
-    """Return the source of a function from a record to rows: the leaves at these paths, from row offset on."""
+    """Return the source that stores a record: its leaves at these paths, from row offset on."""
     lines = [f"    {expression.format(offset + i)} = s.{path}" for i, path in enumerate(leaves)]
     return f"@inline\ndef {name}({arguments}, s):\n" + "\n".join(lines) + "\n"
 
 
 def body_setter(flight: Any, names: dict[str, Any]) -> str:
-    """Return the source of a function from a flight and a body to the flight with that body."""
+    """Return the source that puts a body into a flight."""
     leaves = [f"body.{path[5:]}" if path.startswith("body.") else f"s.{path}" for path in paths(flight)]
     return f"@inline\ndef with_body(s, body):\n    return {build_source(flight, leaves, names)}\n"
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from objectives.margins.trim import Trim
 from plant.quadrotor.gains import gain_addresses
-from tuner.analysis.margins.document import default_requirements, margins_document
+from tuner.analysis.margins.document import default_requirements, finite, margins_document
 from tuner.analysis.margins.readings import subject_of
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import Gains, gains_of, gains_of_plant, taken
@@ -252,8 +252,3 @@ def authority(study: PlantStudy, name: str) -> float:
     channel = plan.channel(name)
     ends = [(channel.low, channel.high), *[(each.low, each.high) for each in plan.actuators if each.name == channel.to]]
     return min(0.5 * (high - low) for low, high in ends)
-
-
-def finite(value: float) -> float | None:
-    """Return a number, None where it is infinite."""
-    return value if isfinite(value) else None

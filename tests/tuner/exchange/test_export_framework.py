@@ -15,9 +15,9 @@ from tuner.exchange.registry import settings_of
 from tuner.exchange.run import bundle_of, check_laws, export_gains
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request, number
 from tuner.exchange.verification import quadrotor_loops, verify_export
-from tuner.exchange.writing import sha256
 from tuner.gains import to_document
 from tuner.search.watcher import Watcher
+from tuner.store.manifest import digest_of
 
 
 def exporter(held=lambda c: c, parameters=(), options=(), laws=()):
@@ -137,10 +137,10 @@ def test_a_folder_appears_whole(tmp_path):
         "rollback/a.txt",
     ]
     document = json.loads((made.folder / "export.json").read_text())
-    assert document["files"] == {"a.txt": sha256(b"a")}
+    assert document["files"] == {"a.txt": digest_of(b"a")}
     assert document["lossy"] == ["Nothing is filtered."]
     record = json.loads((made.folder / "gains.json").read_text())["exports"][-1]
-    assert record["target"] == "paper" and record["file"] == "a.txt" and record["sha256"] == sha256(b"a")
+    assert record["target"] == "paper" and record["file"] == "a.txt" and record["sha256"] == digest_of(b"a")
 
 
 def test_what_stands_there_is_not_touched(tmp_path):

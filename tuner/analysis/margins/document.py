@@ -204,7 +204,7 @@ def requirement_row(
         label=label,
         channel=channel,
         quantity=quantity,
-        value=_finite(value),
+        value=finite(value),
         unit=units["unit"],
         limit=limit,
         sense=sense,
@@ -248,7 +248,7 @@ def _multiloop(subject: Loops) -> MultiloopMargins:
 
 def _entry(value: float, unit: str, frequency: float, case: str | None, note: str | None) -> Reading:
     where = Measure(value=frequency, unit="rad/s") if frequency > 0.0 else None
-    return Reading(value=_finite(value), unit=unit, frequency=where, case=case, note=note)
+    return Reading(value=finite(value), unit=unit, frequency=where, case=case, note=note)
 
 
 def _range(alpha: float, skew: float) -> GuaranteedRange:
@@ -258,10 +258,11 @@ def _range(alpha: float, skew: float) -> GuaranteedRange:
 
 
 def _noted(value: float, unit: str, note: str = WITHOUT_END) -> NotedValue:
-    return NotedValue(value=_finite(value), unit=unit, note=None if isfinite(value) else note)
+    return NotedValue(value=finite(value), unit=unit, note=None if isfinite(value) else note)
 
 
-def _finite(value: float) -> float | None:
+def finite(value: float) -> float | None:
+    """Return a number, None where it is infinite."""
     return value if isfinite(value) else None
 
 
@@ -313,7 +314,7 @@ def _worst_row(entry: MarginRequirement, values: np.ndarray, states: tuple[str, 
     row = limited_row(entry.label, quantity, si[worst], limit, entry.hard)
     if len(states) == 1:
         return row
-    each = [StateValue(state=state, value=_finite(value)) for state, value in zip(states, si, strict=True)]
+    each = [StateValue(state=state, value=finite(value)) for state, value in zip(states, si, strict=True)]
     return row.model_copy(update={"state": states[worst], "states": each})
 
 

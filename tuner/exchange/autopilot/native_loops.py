@@ -49,6 +49,10 @@ class NativeLaw:
                 by_name.setdefault(name, []).append(f"{axis}.{gain}")
         return {name: gains[0] for name, gains in by_name.items() if len(gains) == 1}
 
+    def flies_attitude(self, controller: Controller) -> bool:
+        """Return true where a controller's attitude loops are this law."""
+        return controller.cascade.attitude.name == self.law
+
     def factor(self, gain: str, quotient: float) -> float:
         """Return the parameter over the gain; quotient: of the gains' authority and the autopilot's unit."""
         return self.factors.get(gain, 1.0) * (quotient if gain in self.scaled else 1.0)

@@ -54,7 +54,7 @@ def export(request: Request) -> Bundle:
     """Return the file; raises InputError where the gains have no form in Betaflight or leave its ranges."""
     requested = pid.with_measured_rates(request.controller)
     rotors = actuation(requested.airframe.vehicle, curve(request.settings))
-    if native_loops.is_native(requested):
+    if native_loops.NATIVE_LAW.flies_attitude(requested):
         return native_export(request, requested, rotors)
     before = previous_parameters(request)
     check_level(requested, rotors, before)

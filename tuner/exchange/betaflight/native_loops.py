@@ -89,11 +89,6 @@ SILENT = (
 """Numbers that are 0 with our law."""
 
 
-def is_native(controller: Controller) -> bool:
-    """Return true where the attitude loops are Betaflight's own."""
-    return controller.cascade.attitude.name == NATIVE_LAW.law
-
-
 def units(controller: Controller, rotors: Actuation) -> dict[str, float]:
     """Return the angular acceleration per unit of output [rad/s2]: at hover, by axis."""
     torques, inertia = betaflight_torque(rotors), controller.airframe.vehicle.inertia

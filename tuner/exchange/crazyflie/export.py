@@ -32,7 +32,7 @@ from tuner.exchange.crazyflie.map import (
     rounded,
     units,
 )
-from tuner.exchange.crazyflie.native_loops import CARRIED, is_native, native_held, native_values
+from tuner.exchange.crazyflie.native_loops import CARRIED, NATIVE_LAW, native_held, native_values
 from tuner.exchange.target import Bundle, ExportTarget, Option, Request
 from tuner.exchange.texts import c_comment, filled, heading, markdown, parameter_comment
 from tuner.gains import Controller
@@ -67,14 +67,14 @@ def export(request: Request) -> Bundle:
     """Write parameters or a controller, as the option `form` says; see `ExportTarget.export`."""
     controller, form = request.controller, request.settings[FORM.name]
     position, attitude = controller.cascade.position.name, controller.cascade.attitude.name
-    held_as_parameters = position == "pid" and (attitude == "pid" or is_native(controller))
+    held_as_parameters = position == "pid" and (attitude == "pid" or NATIVE_LAW.flies_attitude(controller))
     if form == PARAMETERS and not held_as_parameters:
         others = ", ".join(sorted({position, attitude} - {"pid"}))
         message = f"given '{form}', but the laws are {others}; the firmware's own loops are pid: leave the option out"
         raise InputError(message, key="--set form")
     if form == CONTROLLER or not held_as_parameters:
         return as_controller(request)
-    return as_native_parameters(request) if is_native(controller) else as_parameters(request)
+    return as_native_parameters(request) if NATIVE_LAW.flies_attitude(controller) else as_parameters(request)
 
 
 def as_parameters(request: Request) -> Bundle:

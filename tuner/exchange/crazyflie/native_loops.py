@@ -52,11 +52,6 @@ CARRIED = frozenset(
 """Parameters that our loops carry."""
 
 
-def is_native(controller: Controller) -> bool:
-    """Return true where the attitude loops are the Crazyflie's own."""
-    return controller.cascade.attitude.name == NATIVE_LAW.law
-
-
 def native_values(controller: Controller, full: float, present: VehicleParameters | None) -> dict[str, float]:
     """Return the parameters that are written, unrounded; full: thrust of one motor at 65535 counts [N].
 

@@ -106,7 +106,7 @@ def to_web(panel: Panel, arrays: Arrays) -> WebPanel:
 
 
 def page_data(panels: Iterable[Panel]) -> Plotly:
-    """Return what a page's script draws panels from: the charts by their keys, and the arrays in them."""
+    """Return the data of a page's script: charts by the keys of their panels, and the arrays in them."""
     arrays = Arrays()
     return {"charts": {panel.key: to_web(panel, arrays) for panel in panels}, "arrays": arrays.packed}
 
