@@ -1,7 +1,6 @@
 """Gains of every kind: from a file, a results folder, a law's defaults or a design; with units, origin, and what they fly."""
 
 import hashlib
-import json
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -15,7 +14,7 @@ import numpy as np
 
 from objectives.margins.trim import Trim
 from plant.errors import InputError, StoreError
-from plant.input_files import read_input, read_input_text
+from plant.input_files import read_input
 from plant.law_registry import law as find_law
 from plant.output_files import make_folders, write_new_file
 from plant.quadrotor.airframes import load as load_airframe
@@ -39,10 +38,9 @@ from tuner.api.studies import StudyLike, plant_study, tuning_study
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.opening import kind_in
 from tuner.documents.tuning import TuningFolder
-from tuner.gains import Controller, to_document
+from tuner.gains import Controller, TunedLoops, plant_gains_document, to_document
 from tuner.gains import read_gains as read_controller
 from tuner.gains.parsing import parsed
-from tuner.gains.plant_document import format_of, plant_gains_document
 from tuner.gains.sections import PLANT_FORMAT, Row
 from tuner.store.advice import RECORD, is_codeless
 from tuner.store.document import json_text
@@ -50,7 +48,6 @@ from tuner.store.inputs import read_record
 from tuner.study.kinds import AnyStudy, load_any
 from tuner.study.plant_controller import PlantController
 from tuner.study.plant_study import PlantStudy
-from tuner.study.tuned_loops import TunedLoops, loops_of, row_in, tuned_loops_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -314,7 +311,7 @@ class PlantGains(Gains):
             closing = self.study
         else:
             closing = study_in(self.folder, self.path)
-        return PlantController(closing, tuple(row_in(self.loops, closing.system, self.path).tolist()))
+        return PlantController(closing, tuple(self.loops.checked_row(closing.system, self.path).tolist()))
 
     def flight_setup(self, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
         """Return the flight of a scenario of the study."""
@@ -387,13 +384,12 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
 
     """
     path = gains_file(Path(path))
-    kind = format_of(path)
-    if kind not in (PLANT_FORMAT, VARIABLES_FORMAT):
-        controller = read_controller(path, airframe)
-        return QuadrotorGains(json.loads(read_input_text(path)), path, controller=controller)
+    document = parsed(path)
+    if document.get("format") not in (PLANT_FORMAT, VARIABLES_FORMAT):
+        return QuadrotorGains(document, path, controller=read_controller(path, airframe))
     if airframe is not None:
         raise InputError("flies no quadrotor, so no other airframe can fly instead; leave it out", file=path)
-    return gains_in(parsed(path), path, path.resolve().parent)
+    return gains_in(document, path, path.resolve().parent)
 
 
 def gains_in(document: Row, path: Path | None, folder: Path) -> Gains:
@@ -408,7 +404,7 @@ def gains_in(document: Row, path: Path | None, folder: Path) -> Gains:
     if document["format"] == VARIABLES_FORMAT:
         return VariableValues(document, path)
     home = folder if (folder / RECORD).exists() else None
-    return PlantGains(document, path, loops=tuned_loops_of(document, path), folder=home)
+    return PlantGains(document, path, loops=TunedLoops.read(document, path), folder=home)
 
 
 def document_at(document: Row, point: str, values: Mapping[str, float]) -> Row:
@@ -486,7 +482,7 @@ def gains_of(controller: Controller, provenance: Mapping[str, Any]) -> Quadrotor
 def gains_of_plant(study: PlantStudy, row: np.ndarray) -> PlantGains:
     """Return a gains row (g,) of a plant."""
     document = plant_gains_document(study.system, row, study.code_digest)
-    return PlantGains(document, loops=loops_of(study.system, row), study=study)
+    return PlantGains(document, loops=TunedLoops.of(study.system, row), study=study)
 
 
 def as_gains(gains: GainsLike) -> Gains:

@@ -24,8 +24,8 @@ from tuner.study.contest_terms import check_alike, terms_of
 from tuner.study.layers import REPLACED, Layer, Table, depth, laid_over, merged_layers
 from tuner.study.messages import translated
 from tuner.study.reading import put
-from tuner.study.schema import StrictTable
 from tuner.text.input_errors import check_magnitudes, located, moved
+from tuner.text.strict_table import StrictTable
 
 Tables = TypeVar("Tables", bound=StrictTable)
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, inf, isfinite
+from math import ceil, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -31,7 +31,8 @@ from plant.model.signals import Signal, signal_from
 from plant.own_code import run_own_code
 from plant.quadrotor.gains import GainAddress
 from plant.records import flatten, paths
-from tuner.gains.plant_document import plant_gains_document
+from tuner.gains import TunedLoops, plant_gains_document, read_loops
+from tuner.gains.channels import channel_of
 from tuner.gains.ranges import (
     LONGEST_OF_PLANTS,
     SHORTEST_OF_PLANTS,
@@ -41,9 +42,8 @@ from tuner.gains.ranges import (
     timing_of,
 )
 from tuner.study.assembly import assembled, judging_of
-from tuner.study.channels import channel_of, or_infinite
 from tuner.study.files import is_shipped
-from tuner.study.judged_reading import listed, mission_of, unique
+from tuner.study.judged_reading import mission_of, unique
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
 from tuner.study.plant_schema import (
@@ -57,8 +57,7 @@ from tuner.study.plant_schema import (
 from tuner.study.reading import checked_table
 from tuner.study.schema import MarginTable
 from tuner.study.searched import Followed, StudyScenario, TuningStudy
-from tuner.study.tuned_loops import TunedLoops, loops_of, read_plant_row
-from tuner.text.input_errors import located
+from tuner.text.input_errors import listed, located
 from tuner.text.sentences import listing
 
 if TYPE_CHECKING:
@@ -134,7 +133,7 @@ class PlantStudy(TuningStudy):
 
     def read_row(self, file: Path) -> np.ndarray:
         """Return the gains row (gains,) of a file of its loops; InputError names all that differs."""
-        return read_plant_row(file, self.system)
+        return read_loops(file).checked_row(self.system, file)
 
     def gains_document(self, row: np.ndarray, parts: dict[str, Any]) -> dict[str, Any]:
         """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""
@@ -142,7 +141,7 @@ class PlantStudy(TuningStudy):
 
     def controller(self, gains: Iterable[float]) -> TunedLoops:
         """Return its loops with a gains row."""
-        return loops_of(self.system, np.array(gains))
+        return TunedLoops.of(self.system, np.array(gains))
 
     def row_of(self, controller: TunedLoops, file: Path) -> np.ndarray:
         """Return the gains row (gains,) of loops of a file."""
@@ -339,9 +338,7 @@ def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:
 
 
 def _actuator(table: ActuatorTable, control_period: float) -> Actuator:
-    low, high = or_infinite(table.low, table.high)
-    rate = inf if table.rate is None else table.rate
-    made = Actuator(table.name, low, high, rate, table.delay, table.lag, table.scale)
+    made = Actuator(**table.model_dump(exclude_none=True))
     made.periods(control_period)
     return made
 
