@@ -34,8 +34,8 @@ class VehicleRecord:
     """The vehicle's parameter file that gains were imported from, as far as it speaks of the loops.
 
     target, target_version: as an exporter names them. file: its name without the folder. sha256: of its bytes (64 hex
-    digits). settings: options of the import. parameters: name -> value in the target's unit. kept: names of those that our
-    loops cannot carry; an export leaves them as the vehicle has them.
+    digits). settings: options of the import. parameters: name -> value in the target's unit. untuned: names of those that
+    our loops cannot carry; an export leaves them as the vehicle has them.
     """
 
     target: str
@@ -44,7 +44,7 @@ class VehicleRecord:
     sha256: str
     settings: Mapping[str, str]
     parameters: Mapping[str, float]
-    kept: tuple[str, ...]
+    untuned: tuple[str, ...]
 
 
 @dataclass(frozen=True)

@@ -80,11 +80,13 @@ def controller_block(controller: Controller) -> Row:
 
 def vehicle_block(vehicle: VehicleRecord) -> Row:
     """Return the record of the vehicle that gains were imported from."""
+    record = asdict(vehicle)
+    untuned = record.pop("untuned")
     return {
-        **asdict(vehicle),
+        **record,
         "settings": [{"name": name, "value": value} for name, value in vehicle.settings.items()],
         "parameters": [{"name": name, "value": value} for name, value in vehicle.parameters.items()],
-        "kept": list(vehicle.kept),
+        "kept": list(untuned),
     }
 
 

@@ -73,7 +73,8 @@ def _state(row: Row) -> SteadyState:
 
 def _record(block: Row) -> VehicleRecord:
     pairs = {key: {row["name"]: row["value"] for row in block[key]} for key in ("settings", "parameters")}
-    return VehicleRecord(**{**block, **pairs, "kept": tuple(block["kept"])})
+    given: Row = {key: value for key, value in block.items() if key != "kept"} | pairs
+    return VehicleRecord(**given, untuned=tuple(block["kept"]))
 
 
 def _airframe(read: Examined) -> Airframe:
