@@ -12,10 +12,11 @@ from plant.quadrotor.airframes import load as load_airframe
 from plant.quadrotor.airframes.derived import quantities
 from tuner.analysis.judging.judge import check_batches, judge_gains, judgement_document, row_to_judge
 from tuner.api.frames import Documented, frame, shown
-from tuner.api.gains import Gains, GainsLike, as_gains, gains_file
+from tuner.api.gains import Gains, GainsLike, as_gains
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.judgement import JudgementDocument
+from tuner.documents.opening import gains_file
 from tuner.experiments.planning.preview import Preview, preview
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.gains.examining import Examined, examine

@@ -15,6 +15,7 @@ from plant.law_registry import law
 from plant.model.plan import Channel
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.cascade import Cascade, close_cascade
+from plant.quadrotor.gains import default_row
 from plant.quadrotor.nominal import ControlOptions
 from plant.texts import check_texts
 from tuner.gains.channels import channel_of
@@ -61,6 +62,11 @@ class Controller:
     gains: tuple[float, ...]
     vehicle: VehicleRecord | None = None
     states: tuple[SteadyState, ...] = ()
+
+    @classmethod
+    def default(cls, airframe: Airframe, cascade: Cascade) -> Self:
+        """Return a cascade with the default gains of its laws."""
+        return cls(airframe, cascade, ControlOptions(), 0.004, 0.001, tuple(default_row(cascade, airframe.vehicle)))
 
 
 class ControllerPart(NamedTuple):

@@ -148,3 +148,11 @@ def _finite(values: Row) -> Row:
     return {
         key: value for key, value in values.items() if value is not None and value not in (float("inf"), -float("inf"))
     }
+
+
+def document_at(document: Row, point: str, values: Mapping[str, float]) -> Row:
+    """Return the content of gains.json for another point, without measured values."""
+    gains = {address: {**entry, "value": values[address]} for address, entry in document["gains"].items()}
+    left = {key: part for key, part in document.items() if key not in ("objectives", "margins", "exports")}
+    named = {"point": point} if "point" in left else {"study": {**left.get("study", {}), "point": point}}
+    return {**left, "gains": gains, **named}
