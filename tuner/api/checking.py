@@ -12,23 +12,21 @@ from plant.quadrotor.airframes import load as load_airframe
 from plant.quadrotor.airframes.derived import quantities
 from tuner.analysis.judging.judge import check_batches, judge_gains, judgement_document, row_to_judge
 from tuner.api.frames import Documented, frame, shown
-from tuner.api.gains import Gains, GainsLike, as_gains, gains_file
+from tuner.api.gains import Gains, GainsLike, as_gains
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.judgement import JudgementDocument
+from tuner.documents.opening import gains_file
 from tuner.experiments.planning.preview import Preview, preview
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.gains.examining import Examined, examine
-from tuner.gains.parsing import parsed
-from tuner.gains.plant_document import format_of
-from tuner.gains.sections import PLANT_FORMAT, Row
+from tuner.gains.sections import Row
 from tuner.search.watcher import Watcher
 from tuner.study import Study
 from tuner.study.files import study_file
 from tuner.study.kinds import kind_of_layers, load_any
 from tuner.study.layers import read_layers
 from tuner.study.own_code import examine_own
-from tuner.study.tuned_loops import tuned_loops_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -134,29 +132,19 @@ def validate(gains: GainsLike) -> Checked:
         with gains.file() as file:
             return validate(file)
     path = gains_file(Path(gains))
-    examined = examine_loops(path) if format_of(path) == PLANT_FORMAT else examine(path)
+    examined = examine(path)
     state = "missing" if "sha256" not in examined.given else "ok"
     if any(problem.key == "sha256" for problem in examined.problems):
         state = "wrong" if state == "ok" else state
     verdict = {
         "file": str(examined.path),
         "valid": not examined.problems,
-        "version": examined.given["version"],
+        "version": examined.given.get("version"),
         "hash": state,
         "sha256": None if examined.problems else examined.digest,
         "problems": [{"key": problem.key, "message": problem.message} for problem in examined.problems],
     }
     return Checked("gains", verdict, bool(examined.problems), examined)
-
-
-def examine_loops(path: Path) -> Examined:
-    """Return a plant's gains.json as read, with the first thing that is wrong with it."""
-    document, problems = parsed(path), list[InputError]()
-    try:
-        tuned_loops_of(document, path)
-    except InputError as problem:
-        problems.append(problem)
-    return Examined(path, {"version": None, **document}, document, problems)
 
 
 def check_own(file: Path) -> Checked:

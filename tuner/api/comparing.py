@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.api.gains import Gains, refuse_codeless
+from tuner.api.gains import Gains
 from tuner.api.results import ComparisonResults, Results
-from tuner.api.studies import StudyLike, gains_study
+from tuner.api.studies import StudyLike, gains_study, refuse_codeless
 from tuner.experiments.compare import run as comparing
 from tuner.search.watcher import Watcher
 

@@ -14,7 +14,7 @@ from plant.quadrotor.gains import gain_addresses
 from tuner.analysis.margins.document import default_requirements, finite, margins_document
 from tuner.analysis.margins.readings import subject_of
 from tuner.api.frames import Documented, frame, shown
-from tuner.api.gains import Gains, gains_of, gains_of_plant, taken
+from tuner.api.gains import Gains, gains_of, gains_of_plant
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.margins import MarginsDocument
@@ -24,7 +24,7 @@ from tuner.gains import Controller
 from tuner.gains.quantities import quantity
 from tuner.gains.sections import Row
 from tuner.search.watcher import Watcher
-from tuner.store.document import DocumentPart
+from tuner.store.document import DocumentPart, taken
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
 from tuner.study.trim import holds_place

@@ -11,15 +11,16 @@ from pydantic import JsonValue
 
 from plant.quadrotor.airframes import load
 from tuner.api.frames import Documented, frame, json_text, shown
-from tuner.api.gains import GainsLike, QuadrotorGains, as_gains, gains_of, taken, write_new
+from tuner.api.gains import GainsLike, QuadrotorGains, as_gains, gains_of
 from tuner.api.studies import StudyLike
 from tuner.documents.export import ExportDocument
 from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.registry import importer as find_importer
 from tuner.exchange.registry import settings_of
-from tuner.exchange.run import Export, export_gains
+from tuner.exchange.run import Export
 from tuner.exchange.verification import FLIGHTS
 from tuner.search.watcher import Watcher
+from tuner.store.document import taken, write_new
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -105,9 +106,8 @@ def export(
     home = (given.path or Path("gains.json")).resolve().parent
     folder = home / "export" / exporter.name if out is None else Path(out)
     before = None if previous is None else Path(previous)
-    made = export_gains(
-        given.to_export(study), exporter, texts(options), before, folder, flights, watcher or Watcher(), force
-    )
+    subject = given.to_export(study)
+    made = subject.export(exporter, texts(options), before, folder, flights, watcher or Watcher(), force)
     return Exported(made)
 
 

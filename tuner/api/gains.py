@@ -1,7 +1,5 @@
 """Gains of every kind: from a file, a results folder, a law's defaults or a design; with units, origin, and what they fly."""
 
-import hashlib
-import json
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -9,48 +7,31 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any, Self, TypeAlias
+from typing import TYPE_CHECKING, Self, TypeAlias
 
 import numpy as np
 
 from objectives.margins.trim import Trim
-from plant.errors import InputError, StoreError
-from plant.input_files import read_input, read_input_text
+from plant.errors import InputError
 from plant.law_registry import law as find_law
-from plant.output_files import make_folders, write_new_file
 from plant.quadrotor.airframes import load as load_airframe
 from plant.quadrotor.cascade import close_cascade
-from plant.quadrotor.gains import default_row, gain_addresses
-from plant.quadrotor.nominal import ControlOptions
-from tuner.analysis.margins.document import (
-    certificate_rows,
-    default_requirements,
-    margins_document,
-    plant_margins_document,
-    plant_requirements,
-    requirements_in,
-    study_requirements,
-)
-from tuner.analysis.margins.readings import Loops, plant_subject, subject_of
+from plant.quadrotor.gains import gain_addresses
+from tuner.analysis.margins.judging import Judged, judge_plant, judge_quadrotor
 from tuner.api import AIRFRAME, POSITION_LAW
 from tuner.api.flight_setup import FlightSetup, plant_setup, quadrotor_setup
 from tuner.api.frames import frame, shown
-from tuner.api.studies import StudyLike, plant_study, tuning_study
-from tuner.documents.margins import MarginsDocument
-from tuner.documents.opening import kind_in
-from tuner.documents.tuning import TuningFolder
-from tuner.gains import Controller, to_document
+from tuner.api.studies import StudyLike, plant_study, study_in, tuning_study
+from tuner.documents.opening import gains_file
+from tuner.gains import Controller, TunedLoops, plant_gains_document, to_document
 from tuner.gains import read_gains as read_controller
 from tuner.gains.parsing import parsed
-from tuner.gains.plant_document import format_of, plant_gains_document
 from tuner.gains.sections import PLANT_FORMAT, Row
-from tuner.store.advice import RECORD, is_codeless
-from tuner.store.document import json_text
-from tuner.store.inputs import read_record
-from tuner.study.kinds import AnyStudy, load_any
+from tuner.store.advice import RECORD
+from tuner.store.document import write_new
+from tuner.study.kinds import AnyStudy
 from tuner.study.plant_controller import PlantController
 from tuner.study.plant_study import PlantStudy
-from tuner.study.tuned_loops import TunedLoops, loops_of, row_in, tuned_loops_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -58,7 +39,6 @@ if TYPE_CHECKING:
     from tuner.exchange.run import ExportSubject
 
 
-CONTROL_PERIOD, PLANT_STEP = 0.004, 0.001
 VARIABLES_FORMAT = "holdfast-variables"
 MADE_ELSEWHERE = "these are values of variables of another program"
 
@@ -77,23 +57,14 @@ class Refusals:
         raise InputError(otherwise, file=self.path)
 
     def flight_setup(self, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
-        """Return the flights of a scenario of a study, of the usual one where none is given.
-
-        Args:
-            study: Gives scenarios, limits and seed.
-            scenario: Number of the scenario, from 0.
-            seed: Root seed where no study is given.
-
-        """
+        """Return the flights of a study's scenario, by its number from 0, or of the usual one with a root seed."""
         raise InputError(f"{MADE_ELSEWHERE}, and it alone can fly them", file=self.path)
 
-    def judge_margins(
-        self, trim: Trim, study: StudyLike | None, certified: bool
-    ) -> tuple[Loops, MarginsDocument, bool]:
-        """Return the loops in a steady flight, the document of their margins, and whether its limits are those of the study."""
+    def judge_margins(self, trim: Trim, study: StudyLike | None, certified: bool) -> Judged:
+        """Return the loops in a steady flight and their margins."""
         raise InputError(f"{MADE_ELSEWHERE}, so no loops are there to have margins", file=self.path)
 
-    def to_export(self, study: StudyLike | None = None) -> "ExportSubject[Any]":
+    def to_export(self, study: StudyLike | None = None) -> "ExportSubject[Controller] | ExportSubject[PlantController]":
         """Return the gains on their way to a target; study: of the plant, where they do not lie in its results folder."""
         raise InputError(f"{MADE_ELSEWHERE}; take them over from the file, which has their units", file=self.path)
 
@@ -148,15 +119,9 @@ class Gains(Refusals, Mapping[str, float]):
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each gain, by address: value, unit, and the ends of the range that a search had, where one had one."""
-        given = self.document["gains"]
+        given, units, ends = self.document["gains"], self.units, ("low", "high")
         rows = [
-            {
-                "gain": address,
-                "value": value,
-                "unit": self.units[address],
-                "low": given[address].get("low"),
-                "high": given[address].get("high"),
-            }
+            {"gain": address, "value": value, "unit": units[address], **{end: given[address].get(end) for end in ends}}
             for address, value in self.items()
         ]
         return frame(rows, "gain")
@@ -235,18 +200,10 @@ class QuadrotorGains(Gains):
         """Return the flight of a scenario and the limits of a study, or the usual ones."""
         return quadrotor_setup(self.controller, study, scenario, seed)
 
-    def judge_margins(
-        self, trim: Trim, study: StudyLike | None, certified: bool
-    ) -> tuple[Loops, MarginsDocument, bool]:
+    def judge_margins(self, trim: Trim, study: StudyLike | None, certified: bool) -> Judged:
         """Return the margins in a trim, or without one in every steady state of the study."""
-        subject, limits = subject_of(self.controller, trim), None
-        if study is not None:
-            given = None if trim == Trim() else trim
-            limits = study_requirements(tuning_study(study, "tuner margins --study"), self.controller, given)
-        document = margins_document(subject, requirements_in(self.controller, trim) if limits is None else limits)
-        if certified:
-            document = document.model_copy(update={"certificates": certificate_rows(self.controller)})
-        return subject, document, limits is not None
+        judging = None if study is None else tuning_study(study, "tuner margins --study")
+        return judge_quadrotor(self.controller, trim, judging, certified)
 
     def to_export(self, study: StudyLike | None = None) -> "ExportSubject[Controller]":
         """Return the controller with its document and its content hash."""
@@ -308,43 +265,27 @@ class PlantGains(Gains):
             InputError: Its loops are others, no study is there, or its code has not been named.
 
         """
-        if study is not None:
-            closing = plant_study(study, command)
-        elif self.study is not None:
-            closing = self.study
-        else:
-            closing = study_in(self.folder, self.path)
-        return PlantController(closing, tuple(row_in(self.loops, closing.system, self.path).tolist()))
+        named = self.study if study is None else plant_study(study, command)
+        closing = study_in(self.folder, self.path) if named is None else named
+        return PlantController(closing, tuple(self.loops.checked_row(closing.system, self.path).tolist()))
 
     def flight_setup(self, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
         """Return the flight of a scenario of the study."""
         return plant_setup(self.closed(study, "tuner fly --study"), scenario)
 
-    def judge_margins(
-        self, trim: Trim, study: StudyLike | None, certified: bool
-    ) -> tuple[Loops, MarginsDocument, bool]:
+    def judge_margins(self, trim: Trim, study: StudyLike | None, certified: bool) -> Judged:
         """Return the margins at rest."""
         if trim != Trim():
             raise InputError(
                 "yaw, speed, wind and attitude mode are those of quadrotors; leave them out: a plant is linearised where it rests"
             )
-        controller = self.closed(study, "tuner margins --study")
-        subject = plant_subject(controller.study.system, np.array(controller.gains))
-        limits = None if study is None else plant_requirements(controller.study, subject.row)
-        document = plant_margins_document(subject, default_requirements(subject) if limits is None else limits)
-        if certified:
-            # What proves them takes a second to import.
-            from tuner.analysis.margins.plant_certificates import plant_certificate_rows
-
-            document = document.model_copy(update={"certificates": plant_certificate_rows(subject)})
-        return subject, document, limits is not None
+        return judge_plant(self.closed(study, "tuner margins --study"), study is not None, certified)
 
     def to_export(self, study: StudyLike | None = None) -> "ExportSubject[PlantController]":
         """Return the controller with its document, and the digest of the bytes of its file."""
         from tuner.exchange.run import plant_subject
 
-        content = json_text(self.document).encode() if self.path is None else read_input(self.path)
-        return plant_subject(self.closed(study, "tuner export"), self.document, hashlib.sha256(content).hexdigest())
+        return plant_subject(self.closed(study, "tuner export"), self.document, self.path)
 
 
 class VariableValues(Gains):
@@ -387,13 +328,12 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
 
     """
     path = gains_file(Path(path))
-    kind = format_of(path)
-    if kind not in (PLANT_FORMAT, VARIABLES_FORMAT):
-        controller = read_controller(path, airframe)
-        return QuadrotorGains(json.loads(read_input_text(path)), path, controller=controller)
+    document = parsed(path)
+    if document.get("format") not in (PLANT_FORMAT, VARIABLES_FORMAT):
+        return QuadrotorGains(document, path, controller=read_controller(path, airframe))
     if airframe is not None:
         raise InputError("flies no quadrotor, so no other airframe can fly instead; leave it out", file=path)
-    return gains_in(parsed(path), path, path.resolve().parent)
+    return gains_in(document, path, path.resolve().parent)
 
 
 def gains_in(document: Row, path: Path | None, folder: Path) -> Gains:
@@ -408,48 +348,7 @@ def gains_in(document: Row, path: Path | None, folder: Path) -> Gains:
     if document["format"] == VARIABLES_FORMAT:
         return VariableValues(document, path)
     home = folder if (folder / RECORD).exists() else None
-    return PlantGains(document, path, loops=tuned_loops_of(document, path), folder=home)
-
-
-def document_at(document: Row, point: str, values: Mapping[str, float]) -> Row:
-    """Return the content of gains.json for another point of its run, without what was measured of its own."""
-    gains = {address: {**entry, "value": values[address]} for address, entry in document["gains"].items()}
-    left = {key: part for key, part in document.items() if key not in ("objectives", "margins", "exports")}
-    named = {"point": point} if "point" in left else {"study": {**left.get("study", {}), "point": point}}
-    return {**left, "gains": gains, **named}
-
-
-def gains_file(path: Path) -> Path:
-    """Return the gains.json of a tuning run's folder, and a file as it is."""
-    if not path.is_dir():
-        return path
-    if kind_in(path) is not TuningFolder:
-        raise InputError(
-            "is a folder, but that of no finished tuning run; give one of these, or a gains.json", file=path
-        )
-    return path / TuningFolder(path).document.gains_file
-
-
-def study_in(folder: Path | None, gains: Path | None) -> PlantStudy:
-    """Return the study that a results folder keeps.
-
-    Raises InputError where there is no folder, or where the code of the plant, which the folder may not run, has not been named.
-    """
-    if folder is None:
-        raise InputError(
-            f"lies in no results folder, whose {RECORD} names the study; give that of a results folder, or the study too",
-            file=gains,
-        )
-    refuse_codeless(folder)
-    return plant_study(load_any(folder / read_record(folder).study), "gains of a plant of one's own")
-
-
-def refuse_codeless(folder: Path) -> None:
-    """Raise StoreError for the folder of a plant whose code stands in no file."""
-    if is_codeless(folder):
-        raise StoreError(
-            f"no file holds the plant that was run into {folder}, as in a notebook; give its gains with the study that you made"
-        )
+    return PlantGains(document, path, loops=TunedLoops.read(document, path), folder=home)
 
 
 def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = AIRFRAME) -> QuadrotorGains:
@@ -473,20 +372,18 @@ def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = A
 
     """
     cascade = close_cascade(find_law(position), find_law(attitude))
-    vehicle = load_airframe(airframe)
-    row = tuple(default_row(cascade, vehicle.vehicle))
-    return gains_of(Controller(vehicle, cascade, ControlOptions(), CONTROL_PERIOD, PLANT_STEP, row), {})
+    return gains_of(Controller.default(load_airframe(airframe), cascade), {})
 
 
-def gains_of(controller: Controller, provenance: Mapping[str, Any]) -> QuadrotorGains:
+def gains_of(controller: Controller, provenance: Row) -> QuadrotorGains:
     """Return the gains of a controller; provenance: sections of gains.json on their origin."""
-    return QuadrotorGains(to_document(controller, dict(provenance)), controller=controller)
+    return QuadrotorGains(to_document(controller, provenance), controller=controller)
 
 
 def gains_of_plant(study: PlantStudy, row: np.ndarray) -> PlantGains:
     """Return a gains row (g,) of a plant."""
     document = plant_gains_document(study.system, row, study.code_digest)
-    return PlantGains(document, loops=loops_of(study.system, row), study=study)
+    return PlantGains(document, loops=TunedLoops.of(study.system, row), study=study)
 
 
 def as_gains(gains: GainsLike) -> Gains:
@@ -501,21 +398,3 @@ def quadrotor_gains(gains: GainsLike) -> QuadrotorGains:
         "holds gains of a plant of one's own; this is for quadrotors, whose first flights go in steps"
     )
     return QuadrotorGains(given.document, given.path, controller=controller)
-
-
-def write_new(path: Path, document: Row, parents: bool = False) -> Path:
-    """Write a JSON file that must not exist yet, with the folders above it if asked to; StoreError where that cannot be."""
-    try:
-        if parents:
-            make_folders(path.parent)
-        write_new_file(path, json_text(document).encode())
-    except FileExistsError:
-        raise taken(path) from None
-    except OSError as error:
-        raise StoreError(f"{path} cannot be written ({error.strerror}); choose another file with --out") from error
-    return path
-
-
-def taken(path: Path) -> StoreError:
-    """Return the error for a file that exists already."""
-    return StoreError(f"{path} exists already and was not touched; choose another file with --out")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast, overload
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.api.frames import estimates, figures, frame, json_text, shown
-from tuner.api.gains import Gains, document_at, gains_in, gains_of, read_gains
+from tuner.api.gains import Gains, gains_in, gains_of, read_gains
 from tuner.documents import opening
 from tuner.documents.contest import C, ComparedFolder, ComparisonFolder, ContestFolder
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
@@ -19,6 +19,7 @@ from tuner.documents.summary import Summary
 from tuner.documents.tables import read_frame
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments import registry
+from tuner.gains.document import document_at
 from tuner.store.document import read_text
 from tuner.study.kinds import AnyStudy
 from tuner.study.study import Study

@@ -5,9 +5,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, overload
 
-from plant.errors import InputError
+from plant.errors import InputError, StoreError
 from plant.model.linear import numbers_of
 from plant.model.plant_model import plant_from
+from tuner.store.advice import RECORD, is_codeless
+from tuner.store.inputs import read_record
 from tuner.study import Study
 from tuner.study.build import study_from_table
 from tuner.study.files import study_file
@@ -161,3 +163,25 @@ def of_class(study: object, kind: type[S], refusal: Callable[[], InputError]) ->
     if isinstance(study, kind):
         return study
     raise refusal()
+
+
+def study_in(folder: Path | None, gains: Path | None) -> PlantStudy:
+    """Return the study that a results folder keeps.
+
+    Raises InputError where there is no folder, or where the code of the plant, which the folder may not run, has not been named.
+    """
+    if folder is None:
+        raise InputError(
+            f"lies in no results folder, whose {RECORD} names the study; give that of a results folder, or the study too",
+            file=gains,
+        )
+    refuse_codeless(folder)
+    return plant_study(load_any(folder / read_record(folder).study), "gains of a plant of one's own")
+
+
+def refuse_codeless(folder: Path) -> None:
+    """Raise StoreError for the folder of a plant whose code stands in no file."""
+    if is_codeless(folder):
+        raise StoreError(
+            f"no file holds the plant that was run into {folder}, as in a notebook; give its gains with the study that you made"
+        )

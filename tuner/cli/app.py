@@ -140,7 +140,7 @@ def law_option(about: str) -> Any:
 
 def option_of(name: str, _: Any, option: RunOption) -> Any:
     """Return the parameter of an option of experiments on the command line."""
-    return Annotated[option.type, typer.Option(f"--{name.replace('_', '-')}", help=option.help, min=option.least)]
+    return Annotated[option.type, typer.Option(option.flag_of(name), help=option.help, min=option.least)]
 
 
 # Arguments and options that several commands share.

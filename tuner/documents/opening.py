@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from plant.errors import StoreError
+from plant.errors import InputError, StoreError
 from tuner.documents.contest import ComparisonFolder, ContestFolder
 from tuner.documents.export import ExportDocument
 from tuner.documents.folder import OpenedFolder, existing
@@ -63,3 +63,14 @@ def open_results(folder: Path, kinds: Sequence[type[OpenedFolder[Any]]] = KINDS)
         names = ", ".join(entry.main for entry in kinds)
         raise StoreError(f"{folder} is no finished results folder: it holds none of {names}")
     return kind(folder)
+
+
+def gains_file(path: Path) -> Path:
+    """Return the gains.json in a tuning run's folder, or a file itself."""
+    if not path.is_dir():
+        return path
+    if kind_in(path) is not TuningFolder:
+        raise InputError(
+            "is a folder, but that of no finished tuning run; give one of these, or a gains.json", file=path
+        )
+    return path / TuningFolder(path).document.gains_file

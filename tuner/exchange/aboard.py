@@ -14,7 +14,6 @@ from plant.input_files import read_input
 from plant.quadrotor.gains import default_row
 from tuner.exchange.target import C, ExportRequest, ExportTarget, Option, PlantRequest, Request
 from tuner.gains import Controller, content_hash, content_sha256, read_gains, to_document
-from tuner.study.tuned_loops import read_plant_row
 
 KEEP = "keep"
 MOST_NAME = 128
@@ -121,7 +120,7 @@ def plant_rollback(request: PlantRequest) -> tuple[PlantRequest, str]:
     """
     study, previous = request.controller.study, request.previous
     if previous is not None:
-        row, digest = read_plant_row(previous, study.system), sha256(read_input(previous)).hexdigest()
+        row, digest = study.read_row(previous), sha256(read_input(previous)).hexdigest()
         sentence = "The gains flown before this export."
     else:
         row, digest = study.default_row, ""

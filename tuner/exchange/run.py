@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from hashlib import sha256
 from math import isfinite
 from pathlib import Path
 from typing import Generic
 
 from plant.errors import InputError
+from plant.input_files import read_input
 from plant.quadrotor.gains import gain_addresses
 from plant.quadrotor.nominal import ControlOptions
 from tuner.documents.export import ExportDocument
@@ -29,10 +31,20 @@ from tuner.exchange.writing import LoopNames, check_free, export_document, expor
 from tuner.gains import Controller, content_hash
 from tuner.gains.sections import Row
 from tuner.search.watcher import Watcher
+from tuner.store.document import json_text
 from tuner.study.plant_controller import PlantController
 from tuner.text.sentences import counted
 
 QUIET = Watcher()
+
+
+@dataclass(frozen=True)
+class Export:
+    """Result of an export: content of export.json, the folder, and the title of the airframe or plant."""
+
+    document: ExportDocument
+    folder: Path
+    airframe: str
 
 
 @dataclass(frozen=True)
@@ -58,6 +70,46 @@ class ExportSubject(Generic[C]):
     check: Callable[[ExportTarget, ExportRequest[C]], None]
     bundle: Callable[[ExportTarget, ExportRequest[C]], ExportBundle[C]]
 
+    def export(
+        self,
+        target: ExportTarget,
+        given: Sequence[str],
+        previous: Path | None,
+        out: Path,
+        flights: int = FLIGHTS,
+        watcher: Watcher = QUIET,
+        force: bool = False,
+    ) -> Export:
+        """Export the gains into a new folder.
+
+        Args:
+            target: Where to.
+            given: NAME=VALUE options.
+            previous: See `ExportRequest`.
+            out: The folder.
+            flights: Flights before and after rounding.
+            watcher: Hears of compilation and flights.
+            force: Whether gains of a run where nothing was feasible are exported, too.
+
+        Raises:
+            InputError: The target cannot hold something.
+            StoreError: The folder cannot be written.
+
+        """
+        check_free(out)
+        check_feasible(self.content, force)
+        request = ExportRequest(self.controller, self.digest, {}, previous)
+        self.check(target, request)
+        settings = settings_of(target, remembered(self.controller, target, list(given)))
+        request = replace(request, settings=settings)
+        bundle = self.bundle(target, request)
+        loops = self.loops(self.controller), self.loops(bundle.held)
+        verification = verify_export(*loops, flights, watcher, bundle.gyro)
+        document = export_document(target, request, bundle, verification, self.names)
+        content = self.content | {"exports": [*self.content.get("exports", []), *export_records(document)]}
+        write_export(out, bundle, document, content)
+        return Export(document, out, self.title)
+
 
 def quadrotor_subject(controller: Controller, content: Row) -> ExportSubject[Controller]:
     """Return the gains of a quadrotor with the content of their file."""
@@ -71,67 +123,17 @@ def quadrotor_subject(controller: Controller, content: Row) -> ExportSubject[Con
     )
 
 
-def plant_subject(controller: PlantController, content: Row, digest: str) -> ExportSubject[PlantController]:
-    """Return the gains of a plant with content and digest of their file."""
+def plant_subject(controller: PlantController, content: Row, file: Path | None) -> ExportSubject[PlantController]:
+    """Return the gains of a plant with the content of their file, None where they stand in none."""
     system = controller.study.system
     names: LoopNames = {
         "plant": system.plant.name,
         "channel_laws": {each.name: each.law.name for each in system.plan.channels},
     }
+    digest = sha256(json_text(content).encode() if file is None else read_input(file)).hexdigest()
     return ExportSubject(
         controller, content, digest, system.plant.title, names, plant_loops, check_plants, bundle_of_plant
     )
-
-
-@dataclass(frozen=True)
-class Export:
-    """Result of an export: content of export.json, the folder, and the title of the airframe or plant."""
-
-    document: ExportDocument
-    folder: Path
-    airframe: str
-
-
-def export_gains(
-    gains: ExportSubject[C],
-    target: ExportTarget,
-    given: Sequence[str],
-    previous: Path | None,
-    out: Path,
-    flights: int = FLIGHTS,
-    watcher: Watcher = QUIET,
-    force: bool = False,
-) -> Export:
-    """Export gains into a new folder.
-
-    Args:
-        gains: What is exported.
-        target: Where to.
-        given: NAME=VALUE options.
-        previous: See `ExportRequest`.
-        out: The folder.
-        flights: Flights before and after rounding.
-        watcher: Hears of compilation and flights.
-        force: Whether gains of a run where nothing was feasible are exported, too.
-
-    Raises:
-        InputError: The target cannot hold something.
-        StoreError: The folder cannot be written.
-
-    """
-    check_free(out)
-    check_feasible(gains.content, force)
-    request = ExportRequest(gains.controller, gains.digest, {}, previous)
-    gains.check(target, request)
-    settings = settings_of(target, remembered(gains.controller, target, list(given)))
-    request = replace(request, settings=settings)
-    bundle = gains.bundle(target, request)
-    loops = gains.loops(gains.controller), gains.loops(bundle.held)
-    verification = verify_export(*loops, flights, watcher, bundle.gyro)
-    document = export_document(target, request, bundle, verification, gains.names)
-    content = gains.content | {"exports": [*gains.content.get("exports", []), *export_records(document)]}
-    write_export(out, bundle, document, content)
-    return Export(document, out, gains.title)
 
 
 def check_feasible(content: Row, force: bool) -> None:

@@ -15,7 +15,7 @@ PLACE = "**options: As of the command line."
 
 class RunOption(NamedTuple):
     """An option. type: as the command line gives it; why: the reason with which kinds that do not take it refuse it, None where
-    all take it; least: smallest number allowed.
+    all take it; least: smallest number allowed; flag: on the command line, by default the name.
     """
 
     type: Any
@@ -23,6 +23,11 @@ class RunOption(NamedTuple):
     why: str | None = None
     default: Any = None
     least: int | None = None
+    flag: str | None = None
+
+    def flag_of(self, name: str) -> str:
+        """Return the flag of the option with this name."""
+        return f"--{self.flag or name.replace('_', '-')}"
 
 
 THREADS = RunOption(int | None, "Threads; by default one for each core.", least=1)
@@ -53,6 +58,7 @@ RECOMPUTE = RunOption(
     "Compute a run of another machine anew, in this machine's arithmetic.",
     "only a tuning study is computed anew; run this one again",
     default=False,
+    flag="here",
 )
 
 
@@ -71,7 +77,7 @@ class ResumeOptions(TypedDict, total=False):
     budget: Annotated[int | None, BUDGET]
     threads: Annotated[int | None, THREADS]
     dask: Annotated[str | None, DASK]
-    here: Annotated[bool, RECOMPUTE]
+    recompute: Annotated[bool, RECOMPUTE]
 
 
 class Options(RunOptions, ResumeOptions, total=False):

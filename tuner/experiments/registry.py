@@ -82,7 +82,7 @@ def refuse_options(kind: ExperimentKind, **given: object) -> None:
     for name, value in given.items():
         option = OPTIONS[name]
         if value and value != option.default and option.why and name not in kind.run.takes - kind.lacks:
-            raise InputError(option.why, key=f"--{name}")
+            raise InputError(option.why, key=option.flag_of(name))
 
 
 def run(

@@ -1,17 +1,31 @@
-"""From a controller to the content of gains.json."""
+"""From a controller or a plant's loops to the content of gains.json."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
 from math import nan
 
+import numpy as np
+
+from objectives.plant_system import PlantSystem
 from plant.quadrotor.gains import gain_addresses
 from plant.quadrotor.nominal import BATTERY_RANGES, NOTCH_RANGES
+from plant.records import flatten, paths
 from tuner.gains.airframe_block import airframe_block
 from tuner.gains.controller import Controller, VehicleRecord
 from tuner.gains.hashing import content_hash
-from tuner.gains.quantities import quantity
+from tuner.gains.quantities import code_or_note, quantity
 from tuner.gains.schema import STATE, controller_schema
-from tuner.gains.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION, Row, add_units
+from tuner.gains.sections import (
+    CONVENTIONS,
+    FORMAT,
+    MOST_EXACT,
+    PLANT_FORMAT,
+    PLANT_VERSION,
+    STRUCTURE,
+    VERSION,
+    Row,
+    add_units,
+)
 from tuner.text.version import version
 
 Ranges = Mapping[str, tuple[float, float]]
@@ -66,11 +80,13 @@ def controller_block(controller: Controller) -> Row:
 
 def vehicle_block(vehicle: VehicleRecord) -> Row:
     """Return the record of the vehicle that gains were imported from."""
+    record = asdict(vehicle)
+    untuned = record.pop("untuned")
     return {
-        **asdict(vehicle),
+        **record,
         "settings": [{"name": name, "value": value} for name, value in vehicle.settings.items()],
         "parameters": [{"name": name, "value": value} for name, value in vehicle.parameters.items()],
-        "kept": list(vehicle.kept),
+        "kept": list(untuned),
     }
 
 
@@ -99,3 +115,44 @@ def _range(ranges: Ranges, address: str, value: float) -> Row:
 def seed_entry(seed: int) -> int | str:
     """Return a seed as JSON holds it: as text where a double would not tell it from its neighbours."""
     return seed if seed <= MOST_EXACT else str(seed)
+
+
+def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) -> Row:
+    """Return the content of gains.json of a plant for a gains row (g,); digest: of the plant's file."""
+    plant, plan, timing = system.plant, system.plan, system.timing
+    parameters = zip(paths(plant.Parameters), flatten(system.parameters), strict=True)
+    return {
+        "format": PLANT_FORMAT,
+        "version": PLANT_VERSION,
+        "plant": {
+            "name": plant.name,
+            "title": plant.title,
+            "digest": digest,
+            "parameters": {name: stated(float(value), plant.unit(f"Parameters.{name}")) for name, value in parameters},
+        },
+        "control_period": quantity(timing.control_period, "s"),
+        "plant_step": quantity(timing.plant_step, "s"),
+        "actuators": [_finite(vars(actuator)) for actuator in plan.actuators],
+        "channels": [_finite({**vars(channel), "law": channel.law.name}) for channel in plan.channels],
+        "gains": {gain.address: stated(float(gains[gain.column]), gain.unit) for gain in system.gains},
+    }
+
+
+def stated(value: float, unit: str) -> Row:
+    """Return a number with its unit, which may be any."""
+    return {"value": value, "unit": code_or_note(unit)}
+
+
+def _finite(values: Row) -> Row:
+    """Return the finite values; no limit is not written."""
+    return {
+        key: value for key, value in values.items() if value is not None and value not in (float("inf"), -float("inf"))
+    }
+
+
+def document_at(document: Row, point: str, values: Mapping[str, float]) -> Row:
+    """Return the content of gains.json for another point, without measured values."""
+    gains = {address: {**entry, "value": values[address]} for address, entry in document["gains"].items()}
+    left = {key: part for key, part in document.items() if key not in ("objectives", "margins", "exports")}
+    named = {"point": point} if "point" in left else {"study": {**left.get("study", {}), "point": point}}
+    return {**left, "gains": gains, **named}

@@ -13,14 +13,14 @@ from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.gains import GainAddress, gain_addresses
 from plant.texts import check_name, check_texts
 from tuner.gains.airframe_block import airframe_of, airframe_problems
-from tuner.gains.controller import ControllerPart
+from tuner.gains.controller import ControllerPart, TunedLoops
 from tuner.gains.document import within
 from tuner.gains.hashing import content_hash
 from tuner.gains.parsing import check_identity, parsed
 from tuner.gains.quantities import GainEntry
 from tuner.gains.ranges import check_plant_step, check_value, timing_of
 from tuner.gains.schema import gains_schema, validator
-from tuner.gains.sections import DIGEST, VERSIONS, Row
+from tuner.gains.sections import DIGEST, PLANT_FORMAT, VERSIONS, Row
 from tuner.gains.version_0 import brought_up
 from tuner.text.input_errors import check_magnitude, dotted, joined, moved, numbers_in
 from tuner.text.toml_text import shown
@@ -176,6 +176,8 @@ class Examined:
 def examine(path: Path, airframe: Airframe | None = None) -> Examined:
     """Read a gains.json and find everything that is wrong with it; InputError where it is no gains.json at all."""
     given = parsed(path)
+    if given.get("format") == PLANT_FORMAT:
+        return Examined(path, given, given, list(_loop_problems(given, path)))
     check_identity(given, path)
     if wrong := [*not_finite(given), *text_problems(given)]:
         return Examined(path, given, given, [moved(error, path, error.key or "") for error in wrong])
@@ -187,6 +189,14 @@ def examine(path: Path, airframe: Airframe | None = None) -> Examined:
     if current:
         wrong += list(_hash_problems(given))
     return Examined(path, given, document, [moved(error, path, error.key or "") for error in wrong])
+
+
+def _loop_problems(document: Row, path: Path) -> Iterator[InputError]:
+    """Yield the first thing that is wrong with gains of a plant."""
+    try:
+        TunedLoops.read(document, path)
+    except InputError as error:
+        yield error
 
 
 def _brought_up(given: Row, path: Path, airframe: Airframe | None) -> Row:

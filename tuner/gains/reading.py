@@ -1,4 +1,4 @@
-"""From a gains.json to a controller."""
+"""From a gains.json to a controller of a quadrotor or of a plant."""
 
 import sys
 from pathlib import Path
@@ -7,8 +7,9 @@ from objectives.margins.steady_state import SteadyState
 from plant.quadrotor.airframes import Airframe, load, names
 from plant.quadrotor.gains import gain_addresses
 from tuner.gains.airframe_block import airframe_of, numbers_block
-from tuner.gains.controller import Controller, ControllerPart, VehicleRecord
+from tuner.gains.controller import Controller, ControllerPart, TunedLoops, VehicleRecord
 from tuner.gains.examining import Examined, examine
+from tuner.gains.parsing import check_identity, parsed
 from tuner.gains.quantities import plain
 from tuner.gains.sections import Row
 from tuner.text.input_errors import located
@@ -26,18 +27,26 @@ def read_gains(path: Path, airframe: str | None = None) -> Controller:
     """
     with located(path, "airframe"):
         other = None if airframe is None else load(airframe)
-    read = examine(path, other)
-    if read.problems:
-        raise read.problems[0]
-    return controller_of(read, other)
+    return controller_of(_sound(path, other), other)
+
+
+def read_loops(path: Path) -> TunedLoops:
+    """Read the gains.json of a plant; InputError names file and key."""
+    return TunedLoops.read(parsed(path), path)
 
 
 def content_sha256(path: Path) -> str:
     """Return the content hash of a gains.json, which may lack it; raises InputError as `read_gains` does."""
-    read = examine(path)
+    return _sound(path).digest
+
+
+def _sound(path: Path, airframe: Airframe | None = None) -> Examined:
+    """Return the file of a quadrotor as read; raises the first thing that is wrong with it."""
+    read = examine(path, airframe)
+    check_identity(read.given, path)
     if read.problems:
         raise read.problems[0]
-    return read.digest
+    return read
 
 
 def controller_of(read: Examined, airframe: Airframe | None = None) -> Controller:
@@ -64,7 +73,8 @@ def _state(row: Row) -> SteadyState:
 
 def _record(block: Row) -> VehicleRecord:
     pairs = {key: {row["name"]: row["value"] for row in block[key]} for key in ("settings", "parameters")}
-    return VehicleRecord(**{**block, **pairs, "kept": tuple(block["kept"])})
+    given: Row = {key: value for key, value in block.items() if key != "kept"} | pairs
+    return VehicleRecord(**given, untuned=tuple(block["kept"]))
 
 
 def _airframe(read: Examined) -> Airframe:

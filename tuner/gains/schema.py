@@ -13,11 +13,15 @@ margins     loop by loop at hover, of the loop broken where `break_at` says; wha
 controller  code: file and digest of a law of the user's own, by loop
 cost        instructions of one step of the controller, and bytes of code, on a target
 exports     files that the gains were written to, and what the target adds or lacks (lossy)
+
+Of the gains of a plant only its loops are read, see `LoopsTable`.
 """
 
 import json
 from functools import cache
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.law_registry import LAWS
@@ -26,6 +30,7 @@ from plant.laws.slower import MOST_PERIODS
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, POSITION_AXES
 from plant.quadrotor.nominal import BATTERY_RANGES, LEAST_CUTOFF, MOST_CUTOFF, NOTCH_RANGES, ControlOptions
 from tuner.gains.airframe_block import AIRFRAME
+from tuner.gains.channels import ChannelTable
 from tuner.gains.quantities import UCUM, ucum
 from tuner.gains.ranges import LONGEST, SHORTEST
 from tuner.gains.sections import (
@@ -45,6 +50,7 @@ from tuner.gains.sections import (
     measured,
     texts,
 )
+from tuner.text.strict_table import StrictTable
 
 ID = "urn:holdfast:gains:1.2"
 LOOPS = {"position": POSITION_AXES, "attitude": ATTITUDE_AXES}
@@ -256,3 +262,25 @@ def controller_schema() -> Row:
         },
         optional=["yaw_torque_cutoff", *NOTCH_RANGES, *BATTERY_RANGES, "position_every", "code"],
     )
+
+
+class NumberTable(StrictTable):
+    """A number with its unit."""
+
+    value: float
+    """The number."""
+    unit: str
+    """UCUM code of its unit, or the unit in braces."""
+
+
+class LoopsTable(StrictTable):
+    """What a gains.json says of the loops of a plant."""
+
+    version: int
+    """Version of the format."""
+    control_period: NumberTable
+    """Period of the controller."""
+    channels: Annotated[list[ChannelTable], Field(min_length=1)]
+    """Loops, in the keys of a study."""
+    gains: dict[str, NumberTable]
+    """Gains by address."""

@@ -48,8 +48,8 @@ def add_units(schema: Row, content: Any) -> Any:
 
 
 FORMAT, VERSION = "holdfast-gains", "1.2"
-PLANT_FORMAT = "holdfast-plant-gains"
-"""Format of gains of a plant of the user's own, see `tuner.gains.plant_document`."""
+PLANT_FORMAT, PLANT_VERSION = "holdfast-plant-gains", 1
+"""Format of gains of a plant of the user's own: in place of airframe and cascade, its loops as [[channel]] tables."""
 # 1.1 adds "vehicle", 1.2 "states" and the worst of them in "objectives".
 VERSIONS = ("1.0", "1.1", VERSION)
 CONVENTIONS = {

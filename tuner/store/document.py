@@ -15,6 +15,7 @@ from pydantic_core import CoreSchema, core_schema
 
 from plant.errors import StoreError
 from plant.input_files import check_json_size, parse_json, read_input_text
+from plant.output_files import make_folders, write_new_file
 from tuner.store.advice import kind_of, repair_hint
 from tuner.text.input_errors import Fault
 
@@ -83,6 +84,24 @@ class Document(DocumentPart):
 def json_text(content: Any, ascii_only: bool = False) -> str:
     """Return data as the text of a JSON file; non-finite numbers are our own mistake."""
     return json.dumps(content, indent=2, allow_nan=False, ensure_ascii=ascii_only) + "\n"
+
+
+def write_new(path: Path, content: Any, parents: bool = False) -> Path:
+    """Write a JSON file that must not exist yet; parents: with the folders above it."""
+    try:
+        if parents:
+            make_folders(path.parent)
+        write_new_file(path, json_text(content).encode())
+    except FileExistsError:
+        raise taken(path) from None
+    except OSError as error:
+        raise StoreError(f"{path} cannot be written ({error.strerror}); choose another file with --out") from error
+    return path
+
+
+def taken(path: Path) -> StoreError:
+    """Return the error for a file that exists already."""
+    return StoreError(f"{path} exists already and was not touched; choose another file with --out")
 
 
 def refuse(file: Path, what: str) -> StoreError:

@@ -11,13 +11,13 @@ from objectives.mission import Mission
 from objectives.own_meters import metering
 from objectives.problem import Constraint, Objective
 from objectives.requirements import Screen
-from tuner.study.judged_reading import constraint_of, held_with, listed, objective_of, pick_rule, unique
+from tuner.study.judged_reading import constraint_of, held_with, objective_of, pick_rule, unique
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StudyTable
 from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import StudyScenario, TuningStudy
-from tuner.text.input_errors import located
+from tuner.text.input_errors import listed, located
 
 S = TypeVar("S", bound=TuningStudy)
 

@@ -33,7 +33,7 @@ from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usua
 from tuner.study.assembly import assembled, judging_of
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
-from tuner.study.judged_reading import listed, mission_of, unique
+from tuner.study.judged_reading import mission_of, unique
 from tuner.study.margins import margin_requirement, margin_screen
 from tuner.study.own_code import use_files_of
 from tuner.study.processor_cost.requirement import cost_screen
@@ -48,7 +48,7 @@ from tuner.study.schema import (
 from tuner.study.study import Study, StudyScenario
 from tuner.study.targets import check_target
 from tuner.study.trim import check_trim
-from tuner.text.input_errors import check_magnitudes, located
+from tuner.text.input_errors import check_magnitudes, listed, located
 
 T = TypeVar("T")
 # Longest flight [control periods], an hour at 250 Hz: beyond it a digit slipped, and the run would fill the memory or not end.

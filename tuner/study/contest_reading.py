@@ -25,8 +25,8 @@ from tuner.study.contest_terms import check_alike, terms_of
 from tuner.study.layers import REPLACED, Layer, depth, laid_over, merged_layers
 from tuner.study.messages import translated
 from tuner.study.reading import put
-from tuner.study.schema import StrictTable
 from tuner.text.input_errors import check_magnitudes, located, moved
+from tuner.text.strict_table import StrictTable
 from tuner.text.toml_text import tables_in
 
 Tables = TypeVar("Tables", bound=StrictTable)

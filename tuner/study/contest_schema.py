@@ -5,8 +5,8 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field
 
 from plant.texts import PlainTable
-from tuner.study.schema import StrictTable
 from tuner.study.size import MOST_FLIGHTS
+from tuner.text.strict_table import StrictTable
 
 
 def _as_list(value: object) -> object:

@@ -1,10 +1,8 @@
 """From the tables of objectives, constraints and choice to what runs, of studies of every kind."""
 
-from collections.abc import Callable, Iterator
 from dataclasses import replace
 from math import inf, isfinite
-from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from objectives.metrics import MetricAddress, check, parse
 from objectives.mission import QUANTITIES, Mission
@@ -16,15 +14,6 @@ from tuner.study.schema import ConstraintTable, ObjectiveTable, PickTable
 from tuner.study.study import StudyScenario
 from tuner.text.input_errors import located
 from tuner.text.units import after_number
-
-T = TypeVar("T")
-
-
-def listed(name: str, path: Path, entries: list[Any], make: Callable[[Any], T]) -> Iterator[T]:
-    """Yield what a list of tables becomes; errors name the file and the place in the list."""
-    for i, entry in enumerate(entries):
-        with located(path, f"{name}[{i}]"):
-            yield make(entry)
 
 
 def unique(name: str, labels: list[str], leaf: str = "") -> None:

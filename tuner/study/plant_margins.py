@@ -11,9 +11,9 @@ from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.plant_system import PlantSystem
 from objectives.requirements import Screen
 from plant.errors import InputError, UnknownNameError
-from tuner.study.judged_reading import listed
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.schema import MarginTable
+from tuner.text.input_errors import listed
 
 
 def _margin(table: MarginTable, system: PlantSystem) -> MarginRequirement:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, Tag, model_serializer
 
 from objectives.fmu.system import PATIENCE
+from tuner.gains.channels import ChannelTable
 from tuner.study.schema import (
     CONFIDENCE,
     Confidence,
@@ -19,10 +20,10 @@ from tuner.study.schema import (
     OwnCodeTable,
     PickTable,
     SearchTable,
-    StrictTable,
     branch,
 )
 from tuner.study.size import MOST_FLIGHTS
+from tuner.text.strict_table import StrictTable
 
 SignalTable = dict[str, Any]
 # Keys of [plant] of which one says what the plant is; keys that only linear plants have.
@@ -113,31 +114,6 @@ class ActuatorTable(StrictTable):
     """Time constant of a first-order lag [s]; 0: none."""
     scale: float | None = None
     """Size that control activity is counted in; by default half the range, or 1 without limits."""
-
-
-class ChannelTable(StrictTable):
-    """[[channel]]: a law between an output and an input, or the set point of another channel."""
-
-    name: str
-    """Name of the channel, under which its gains, errors and margins are known."""
-    law: str
-    """Control law."""
-    output: str
-    """Output that it controls."""
-    to: str
-    """Input, or channel whose set point it commands."""
-    b0: float = 1.0
-    """Second derivative of the output for one unit of command, as the controller believes it."""
-    rate_output: str | None = None
-    """Output that measures the rate of the other one; by default the law works it out."""
-    every: Annotated[int, Field(ge=1)] = 1
-    """Control periods between its steps."""
-    limit: float | None = None
-    """Largest |error| of a flight that has not failed, in the unit of the output; needed where a reference is followed."""
-    low: float | None = None
-    """Lower limit of its command; by default none."""
-    high: float | None = None
-    """Upper limit of its command; by default none."""
 
 
 class PlantGainTable(GainTable):

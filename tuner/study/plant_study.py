@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import inf, isfinite
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -27,21 +27,20 @@ from plant.model.signals import Signal, signal_from
 from plant.own_code import run_own_code
 from plant.records import flatten, paths
 from plant.texts import PlainTable, PlainValue
-from tuner.gains.plant_document import plant_gains_document
+from tuner.gains import TunedLoops, plant_gains_document, read_loops
+from tuner.gains.channels import channel_of
 from tuner.gains.ranges import LONGEST_OF_PLANTS, SHORTEST_OF_PLANTS, check_multiple, check_period, timing_of
 from tuner.study.assembly import assembled, judging_of
-from tuner.study.channels import channel_of, or_infinite
 from tuner.study.files import is_shipped
-from tuner.study.judged_reading import listed, mission_of, unique
+from tuner.study.judged_reading import mission_of, unique
 from tuner.study.own_code import use_files_of
 from tuner.study.plant_gains import plant_space
 from tuner.study.plant_margins import margin_screen_of, margins_asked, plant_margins
 from tuner.study.plant_schema import PLANT_KEYS, ActuatorTable, PlantScenarioTable, PlantStudyTable, PlantTable
 from tuner.study.reading import checked_table
 from tuner.study.searched import Followed, StudyScenario
-from tuner.study.tuned_loops import TunedLoops, loops_of, read_plant_row
 from tuner.study.tuning_study import TuningStudy
-from tuner.text.input_errors import located
+from tuner.text.input_errors import listed, located
 from tuner.text.sentences import listing
 
 if TYPE_CHECKING:
@@ -115,7 +114,7 @@ class PlantStudy(TuningStudy):
 
     def read_row(self, file: Path) -> np.ndarray:
         """Return the gains row (gains,) of a file of its loops; InputError names all that differs."""
-        return read_plant_row(file, self.system)
+        return read_loops(file).checked_row(self.system, file)
 
     def gains_document(self, row: np.ndarray, parts: PlainTable) -> PlainTable:
         """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""
@@ -123,7 +122,7 @@ class PlantStudy(TuningStudy):
 
     def controller(self, gains: Iterable[float]) -> TunedLoops:
         """Return its loops with a gains row."""
-        return loops_of(self.system, np.array(gains))
+        return TunedLoops.of(self.system, np.array(gains))
 
     def row_of(self, controller: TunedLoops, file: Path) -> np.ndarray:
         """Return the gains row (gains,) of loops of a file."""
@@ -294,9 +293,7 @@ def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:
 
 
 def _actuator(table: ActuatorTable, control_period: float) -> Actuator:
-    low, high = or_infinite(table.low, table.high)
-    rate = inf if table.rate is None else table.rate
-    made = Actuator(table.name, low, high, rate, table.delay, table.lag, table.scale)
+    made = Actuator(**table.model_dump(exclude_none=True))
     made.periods(control_period)
     return made
 

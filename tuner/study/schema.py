@@ -4,17 +4,12 @@ Ranges and meanings are checked where the values are used, by the domain's own t
 the place of a number is found. Lengths in m, times in s, angles in rad unless a key ends in `_deg`.
 """
 
-import ast
-import sys
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
-from functools import cache
-from inspect import getsource
-from itertools import pairwise
 from types import MappingProxyType
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model
+from pydantic import Discriminator, Field, Tag, create_model
 
 from objectives.mission import Mission
 from plant.air.gust import Gust
@@ -26,31 +21,7 @@ from plant.quadrotor.sensors import SensorSpec
 from tuner.search.names import GENERATIONS
 from tuner.study import meanings
 from tuner.study.size import MOST_FLIGHTS
-
-
-@cache
-def _meanings(module: str) -> dict[str, dict[str, str]]:
-    """Return the texts that stand below the fields of the classes of a module, by class and field."""
-    texts: dict[str, dict[str, str]] = {}
-    statements = ast.parse(getsource(sys.modules[module])).body
-    for kind in [statement for statement in statements if isinstance(statement, ast.ClassDef)]:
-        for entry, below in pairwise(kind.body):
-            match entry, below:
-                case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
-                    texts.setdefault(kind.name, {})[name] = text
-    return texts
-
-
-class StrictTable(BaseModel):
-    """A table that knows all its keys and does not turn one type into another; what stands below a field is its meaning."""
-
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True)
-
-    @classmethod
-    def __pydantic_init_subclass__(cls, **_: Any) -> None:
-        """Take over the meanings of the fields; pydantic does that too, but takes 0.3 to 0.8 s of each start for it."""
-        for name, text in _meanings(cls.__module__).get(cls.__name__, {}).items():
-            cls.model_fields[name].description = text
+from tuner.text.strict_table import StrictTable
 
 
 class AirframeTable(StrictTable):

@@ -27,11 +27,12 @@ from tuner.search.names import GENERATIONS
 from tuner.study.fitted import fitted_texts
 from tuner.study.margins import margin_requirement, nominal_margins
 from tuner.study.processor_cost.cost import gains_rows, tabled
-from tuner.study.schema import StrictTable, StudyTable
+from tuner.study.schema import StudyTable
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords, usual_keys
 from tuner.study.trim import hover_of, steady_states, trim_entry, trim_texts
 from tuner.study.tuning_study import TuningStudy
 from tuner.text.sentences import differing
+from tuner.text.strict_table import StrictTable
 
 __all__ = ["SearchSpec", "SearchedStudy", "Study", "StudyScenario", "TuningStudy", "VariableWords", "usual_keys"]
 

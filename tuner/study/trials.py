@@ -21,17 +21,18 @@ from objectives.problem import Constraint, Objective
 from plant.errors import InputError, UnknownNameError
 from plant.seeds import generator
 from plant.texts import PlainTable, PlainValue, check_name, check_texts, check_title
-from tuner.study.judged_reading import held_with, listed, pick_rule, risk_of, unique
+from tuner.study.judged_reading import held_with, pick_rule, risk_of, unique
 from tuner.study.layers import Layer
 from tuner.study.messages import translated
 from tuner.study.reading import put
-from tuner.study.schema import CONFIDENCE, Confidence, PickTable, SearchTable, StrictTable
+from tuner.study.schema import CONFIDENCE, Confidence, PickTable, SearchTable
 from tuner.study.search_reading import least_tail, search_of
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords
 from tuner.study.size import CHECKED, MOST_FLIGHTS, check_candidates
-from tuner.text.input_errors import located
+from tuner.text.input_errors import listed, located
 from tuner.text.markup import element
 from tuner.text.markup import table as markup_table
+from tuner.text.strict_table import StrictTable
 from tuner.text.units import after_number
 
 # Trials of a run at most: the lines of all of them are held in memory.

@@ -5,15 +5,18 @@ arithmetic overflows instead of telling.
 """
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from pydantic_core import ErrorDetails
 
 from plant.errors import InputError
+
+E = TypeVar("E")
+T = TypeVar("T")
 
 SMALLEST, LARGEST = 1e-9, 1e6
 """Size of any number of a study that is not 0, in the unit of its key."""
@@ -63,6 +66,13 @@ def located(path: Path | None, key: str) -> Iterator[None]:
             raise
         inner = error.key or ""
         raise moved(error, path, f"{key}.{inner}" if key and inner else key or inner) from None
+
+
+def listed(name: str, path: Path | None, entries: Iterable[E], make: Callable[[E], T]) -> Iterator[T]:
+    """Yield what a list of tables becomes; errors name the file and the place in the list."""
+    for i, entry in enumerate(entries):
+        with located(path, f"{name}[{i}]"):
+            yield make(entry)
 
 
 def moved(error: InputError, path: Path | None, key: str) -> InputError:

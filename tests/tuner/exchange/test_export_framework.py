@@ -12,7 +12,7 @@ from plant.errors import InputError, StoreError
 from plant.quadrotor.gains import gain_addresses
 from tests.tuner.exchange.controllers import controller, pid
 from tuner.exchange.registry import settings_of
-from tuner.exchange.run import bundle_of, check_laws, export_gains
+from tuner.exchange.run import bundle_of, check_laws
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request, number
 from tuner.exchange.verification import quadrotor_loops, verify_export
 from tuner.gains import to_document
@@ -129,7 +129,7 @@ def test_rounding_that_breaks_a_limit_is_said():
 
 def test_a_folder_appears_whole(tmp_path):
     gains = written(tmp_path, pid())
-    made = export_gains(tuner.read_gains(gains).to_export(), exporter(), (), None, tmp_path / "out", 4)
+    made = tuner.read_gains(gains).to_export().export(exporter(), (), None, tmp_path / "out", 4)
     assert sorted(p.relative_to(made.folder).as_posix() for p in made.folder.rglob("*") if p.is_file()) == [
         "a.txt",
         "export.json",
@@ -149,7 +149,7 @@ def test_what_stands_there_is_not_touched(tmp_path):
     out.mkdir()
     (out / "mine.txt").write_text("mine")
     with pytest.raises(StoreError, match="not touched"):
-        export_gains(tuner.read_gains(gains).to_export(), exporter(), (), None, out, 4)
+        tuner.read_gains(gains).to_export().export(exporter(), (), None, out, 4)
     assert [p.name for p in out.iterdir()] == ["mine.txt"]
 
 
@@ -159,5 +159,5 @@ def test_a_folder_that_cannot_be_written_leaves_nothing(tmp_path):
     shut = tmp_path / "shut"
     shut.mkdir(mode=0o500)
     with pytest.raises(StoreError, match="cannot be written"):
-        export_gains(tuner.read_gains(gains).to_export(), exporter(), (), None, shut / "out", 4)
+        tuner.read_gains(gains).to_export().export(exporter(), (), None, shut / "out", 4)
     assert list(shut.iterdir()) == []

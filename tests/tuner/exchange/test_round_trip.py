@@ -101,7 +101,7 @@ def check_untouched(case, found, made, written, carried):
         elif name in case.others:
             assert name in found.untouched and name not in written and name not in record.parameters
         else:
-            assert name in record.kept and f"{name} = {case.values[name]:g}" in notes, name
+            assert name in record.untuned and f"{name} = {case.values[name]:g}" in notes, name
             assert name not in written or f"{name} = {case.values[name]:g}" in losses, name
     assert {one.name for one in made.parameters if one.before is not None} == set(written) & set(case.values)
 

@@ -16,7 +16,6 @@ from tests.undrawn import undrawn
 from tuner.api.studies import load_study
 from tuner.experiments.compare.plan import COMPARE
 from tuner.study.plant_study import PlantStudy
-from tuner.study.tuned_loops import read_plant_row
 
 SMALL = {
     "search.algorithm": "nsga2",
@@ -99,7 +98,7 @@ def test_two_runs_fly_the_same_motors(runs):
     values = {(row.contender, row.quantity): row.value for row in found.document.estimates}
     for name, changes in (("pid", {}), ("adrc", ADRC)):
         study = load_study(runs / "motor.toml", SMALL | changes, kind=PlantStudy)
-        row = read_plant_row(runs / name / "gains.json", study.system)
+        row = study.read_row(runs / name / "gains.json")
         problem = Problem(study.system, study.space, study.objectives, (), study.seed, 1)
         flown = problem.evaluate_gains(row[None], (FlightBatch(study.scenarios[0].spec, COMPARE, 16),)).values[0]
         assert [values[name, each.label] for each in study.objectives] == pytest.approx(flown, rel=1e-12)
@@ -144,7 +143,7 @@ def test_gains_fly_a_scenario_of_their_own_study(runs):
     """Every mean is that of the problem of the study on the same held-out flights."""
     flown = tuner.fly(runs / "pid" / "gains.json", flights=8, threads=2)
     study = load_study(runs / "motor.toml", SMALL, kind=PlantStudy)
-    row = read_plant_row(runs / "pid" / "gains.json", study.system)
+    row = study.read_row(runs / "pid" / "gains.json")
     problem = Problem(study.system, study.space, study.objectives, (), study.seed, 1)
     values = problem.evaluate_gains(row[None], (FlightBatch(study.scenarios[0].spec, HELD_OUT, 8),)).scores[0]
     means = [flown.table.loc[str(each.metric), "mean"] for each in study.objectives]

@@ -41,7 +41,7 @@ def test_an_option_that_a_kind_does_not_take_is_refused_with_its_key(kind):
             continue
         with pytest.raises(InputError, match=option.why) as caught:
             refuse_options(kind, **{name: "given"})
-        assert caught.value.key == f"--{name}"
+        assert caught.value.key == option.flag_of(name)
 
 
 def test_what_cannot_be_run_leaves_no_folder_behind(tmp_path):

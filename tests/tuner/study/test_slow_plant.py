@@ -22,7 +22,7 @@ from tests.plant.model.plants import FILES, stepped
 from tuner.api.studies import make_study
 from tuner.exchange.c99.export import export_plant
 from tuner.experiments.tuning.tables import margin_table
-from tuner.gains.plant_document import plant_gains_document
+from tuner.gains import plant_gains_document
 from tuner.store.document import json_text
 from tuner.study.plant_margins import plant_margins
 

@@ -169,7 +169,7 @@ def record_of(
 def untuned_notes(record: VehicleRecord, untouched: Collection[str]) -> tuple[str, ...]:
     """Return sentences on parameters that our loops cannot carry, or unrelated."""
     what = "Our loops cannot carry these, so nothing tunes them and an export leaves them as they are"
-    notes = [*settings_note(what, {name: f"{record.parameters[name]:g}" for name in record.kept})]
+    notes = [*settings_note(what, {name: f"{record.parameters[name]:g}" for name in record.untuned})]
     if untouched:
         notes.append(
             f"{len(untouched)} other parameter{'s' if len(untouched) > 1 else ''} of the file do not act in these loops; "

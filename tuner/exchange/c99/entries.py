@@ -8,11 +8,12 @@ from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.quadrotor.attitude import euler_angles, heading_direction, nearest_turn, thrust_direction
 from plant.quadrotor.cascade import Cascade, commanded_torque, hovering
 from plant.quadrotor.closed_loop import select_rotors
-from plant.quadrotor.nominal import Nominal
+from plant.quadrotor.nominal import Nominal, nominal
 from plant.quadrotor.sensors import Measurement
-from plant.records import record_type
+from plant.records import pack, record_type
 from plant.references.track import Reference
 from plant.vectors import Quaternion, Rotors, Vec3, rotors_sum
+from tuner.gains import Controller
 
 
 class Command(NamedTuple):
@@ -130,3 +131,14 @@ def entries(cascade: Cascade) -> Entries:
         return Vec3(t_x, t_y, turning), AttitudeState(roll, pitch, yaw, yaw_now, turning)
 
     return Entries(State, AttitudeState, init, step, attitude_init, attitude_step)
+
+
+def constants_of(controller: Controller) -> Any:
+    """Constants of all loops, worked out in float64 by the laws' own `prepare`."""
+    cascade = controller.cascade
+    return cascade.prepare(pack(cascade.Gains, controller.gains), controller.control_period)
+
+
+def nominal_of(controller: Controller) -> Nominal:
+    """Nominal vehicle of the controller."""
+    return nominal(controller.airframe.vehicle, controller.options, controller.control_period)

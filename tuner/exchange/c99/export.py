@@ -1,8 +1,9 @@
 """The C99 bundle: controller, golden vectors, the program that compares them, Makefile and README."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -10,13 +11,15 @@ from objectives.plant_system import PlantSystem
 from plant.backends.c_code import REALS, Real
 from plant.errors import UnknownNameError
 from tuner.exchange.aboard import plant_rollback, rollback_request
-from tuner.exchange.c99.golden import differs, entry_vectors, golden, golden_header, header_text
-from tuner.exchange.c99.plant_golden import plant_golden
-from tuner.exchange.c99.plant_sources import c_name, channel_lines, delays, plant_code, tuned_plant
-from tuner.exchange.c99.sources import Code, c_sources, digest_of
+from tuner.exchange.c99.golden import differs, golden, golden_header
+from tuner.exchange.c99.plant import c_name, channel_lines, delays, plant_program, tuned_plant
+from tuner.exchange.c99.quadrotor import quadrotor_program
+from tuner.exchange.c99.sources import Program, digest_of, write_code
 from tuner.exchange.target import (
     Bundle,
+    C,
     ExportBundle,
+    ExportRequest,
     ExportTarget,
     Option,
     PlantBundle,
@@ -34,6 +37,8 @@ PROMPT = """\
 None is in this code: these gains were tuned for a command that acts in the period it is decided in."""
 
 
+Escape: TypeAlias = Callable[[str], str]
+"""Writes a text into a language."""
 PREFIX = "holdfast"
 TUNED = "These gains were tuned by holdfast."
 REAL = Option("real", "type of all numbers", ("float", "double"), "float")
@@ -41,22 +46,27 @@ REAL = Option("real", "type of all numbers", ("float", "double"), "float")
 
 def export(request: Request) -> Bundle:
     """Return the bundle of a quadrotor's controller, and that of the gains to go back to."""
-    back, sentence = rollback_request(request)
-    real = REALS[request.settings[REAL.name]]
-    held = replace(request.controller, gains=as_held(request.controller.gains, real))
-    return ExportBundle(files(request, TUNED), files(back, sentence), held, LOSSY[real.name], "C99")
+    return _bundle(request, *rollback_request(request), files)
 
 
 def export_loops(request: PlantRequest) -> PlantBundle:
     """Return the bundle of a plant's controller, and that of the gains to go back to."""
-    back, sentence = plant_rollback(request)
-    real = REALS[request.settings[REAL.name]]
-    held = replace(request.controller, gains=as_held(request.controller.gains, real))
 
     def files_of(part: PlantRequest, about: str) -> dict[str, bytes]:
-        given = part.controller
-        return plant_files(given.study.system, given.gains, real=real.name, digest=part.digest, sentence=about)
+        real, given = part.settings[REAL.name], part.controller
+        return plant_files(given.study.system, given.gains, real=real, digest=part.digest, sentence=about)
 
+    return _bundle(request, *plant_rollback(request), files_of)
+
+
+def _bundle(
+    request: ExportRequest[C],
+    back: ExportRequest[C],
+    sentence: str,
+    files_of: Callable[[ExportRequest[C], str], dict[str, bytes]],
+) -> ExportBundle[C]:
+    real = REALS[request.settings[REAL.name]]
+    held = replace(request.controller, gains=as_held(request.controller.gains, real))
     return ExportBundle(files_of(request, TUNED), files_of(back, sentence), held, LOSSY[real.name], "C99")
 
 
@@ -79,35 +89,25 @@ def as_held(gains: Sequence[float], real: Real) -> tuple[float, ...]:
 
 def files(request: Request, sentence: str) -> dict[str, bytes]:
     """Write the files for a controller; sentence: what its gains are."""
-    controller, real = request.controller, REALS[request.settings[REAL.name]]
-    code = c_sources(controller, real.name, PREFIX, request.digest)
-    vectors = golden(controller, real)
+    controller, airframe = request.controller, request.controller.airframe
     position, attitude = controller.cascade.position.name, controller.cascade.attitude.name
-    words = {
-        "p": PREFIX,
-        "P": PREFIX.upper(),
-        "digest": c_comment(request.digest),
-        "airframe": c_comment(controller.airframe.name),
-        "laws": f"position {position}, attitude {attitude}",
-        "tool": tool(),
-    }
-    readme = filled(
-        "c99",
-        "README.md",
-        **words | {"digest": markdown(request.digest), "airframe": markdown(controller.airframe.name)},
-        title=markdown(controller.airframe.title),
-        sentence=markdown(sentence),
-        mass=f"{controller.airframe.vehicle.mass:g}",
-        position=position,
-        attitude=attitude,
-        period=f"{controller.control_period:g}",
-        real=real.name,
-        steps=len(vectors.step.inputs),
-        attitude_steps=len(vectors.attitude_step.inputs),
-        delay=DELAYED if controller.options.delay else PROMPT,
-    )
-    program = filled("c99", "test_golden.c", **words, differs=differs(real, words))
-    return bundle_files(code, golden_header(vectors, real, PREFIX, words), program, readme, words)
+    laws = f"position {position}, attitude {attitude}"
+
+    def words(text: Escape) -> dict[str, object]:
+        name = text(airframe.name)
+        return {
+            "airframe": name,
+            "laws": laws,
+            "what": f"airframe      {name}, laws {laws}",
+            "mass": f"{airframe.vehicle.mass:g}",
+            "position": position,
+            "attitude": attitude,
+            "period": f"{controller.control_period:g}",
+            "delay": DELAYED if controller.options.delay else PROMPT,
+        }
+
+    real = REALS[request.settings[REAL.name]]
+    return bundle_files(quadrotor_program(controller), words, real, PREFIX, request.digest, sentence)
 
 
 def plant_files(
@@ -140,35 +140,19 @@ def plant_files(
         raise UnknownNameError("type", real, REALS, key="real")
     tuned, kind, prefix = tuned_plant(system, gains), REALS[real], c_name(name or system.plant.name)
     digest = digest or digest_of(tuned.gains)
-    code, vectors = plant_code(tuned, real, prefix, digest), plant_golden(tuned, kind)
-    channels = channel_lines(system.plan)
-    words = {
-        "p": prefix,
-        "P": prefix.upper(),
-        "tool": tool(),
-        "digest": c_comment(digest),
-        "title": c_comment(system.plant.title),
-        "what": c_comment(
-            f"plant         {system.plant.name}; {'; '.join(' '.join(line.split()) for line in channels)}"
-        ),
-        **code.types,
-    }
-    readme = filled(
-        "c99",
-        "plant_README.md",
-        **words | {"digest": markdown(digest), "title": markdown(system.plant.title)},
-        real=real,
-        channels="\n".join(f"| {line.partition(' ')[0]} | {line.partition(' ')[2].strip()} |" for line in channels),
-        steps=len(vectors.inputs),
-        period=f"{tuned.period:.9g}",
-        delays=delays(tuned),
-        sentence=markdown(sentence),
-    )
-    program = filled(
-        "c99", "plant_test_golden.c", **words, differs=differs(kind, words), output=tuned.Measured._fields[0]
-    )
-    header = header_text(*entry_vectors("", vectors, kind, prefix), kind, words)
-    return bundle_files(code, header, program, readme, words)
+    lines = channel_lines(system.plan)
+
+    def words(text: Escape) -> dict[str, object]:
+        what = f"plant         {system.plant.name}; {'; '.join(' '.join(line.split()) for line in lines)}"
+        return {
+            "what": text(what),
+            "output": tuned.Measured._fields[0],
+            "channels": "\n".join(f"| {line.partition(' ')[0]} | {line.partition(' ')[2].strip()} |" for line in lines),
+            "period": f"{tuned.period:.9g}",
+            "delays": delays(tuned),
+        }
+
+    return bundle_files(plant_program(tuned), words, kind, prefix, digest, sentence)
 
 
 def export_plant(
@@ -191,15 +175,40 @@ def export_plant(
     return tuple(Path(folder) / each for each in files)
 
 
-def bundle_files(code: Code, golden: str, program: str, readme: str, words: dict[str, str]) -> dict[str, bytes]:
-    """Return the content of each file of a bundle, by name."""
+def bundle_files(
+    program: Program,
+    words_in: Callable[[Escape], dict[str, object]],
+    real: Real,
+    prefix: str,
+    digest: str,
+    sentence: str,
+) -> dict[str, bytes]:
+    """Return the content of each file of a bundle, by name.
+
+    Args:
+        program: The controller.
+        words_in: Return the words of its templates in a language.
+        real: Type of all numbers.
+        prefix: In front of all names.
+        digest: Of the gains.
+        sentence: About the gains.
+
+    """
+    code, vectors = write_code(program, real.name, prefix, digest), golden(program, real)
+
+    def words(text: Escape) -> dict[str, object]:
+        named = {"p": prefix, "P": prefix.upper(), "tool": tool(), "real": real.name, **code.types}
+        return {**named, "digest": text(digest), "title": text(program.title), **words_in(text)}
+
+    in_c, kind = words(c_comment), program.templates
+    about = {"sentence": markdown(sentence), **{f"{name}s": len(each.inputs) for name, each in vectors.items()}}
     texts = {
         f"{code.name}.h": code.header,
         f"{code.name}.c": code.source,
-        "golden.h": golden,
-        "test_golden.c": program,
-        "Makefile": filled("c99", "Makefile", **words),
-        "README.md": readme,
+        "golden.h": golden_header(vectors, real, prefix, in_c),
+        "test_golden.c": filled("c99", f"{kind}test_golden.c", **in_c, differs=differs(real, in_c)),
+        "Makefile": filled("c99", "Makefile", **in_c),
+        "README.md": filled("c99", f"{kind}README.md", **words(markdown), **about),
     }
     return {name: text.encode() for name, text in texts.items()}
 

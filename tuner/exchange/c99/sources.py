@@ -1,21 +1,19 @@
-"""The controller as one C99 header and one C99 source, traced from the model functions that the simulator flies."""
+"""A controller's C99 header and source, from its table of entry points."""
 
 import hashlib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
-from plant.backends.c_code import REALS, literal
+from plant.backends.c_code import REALS, Real, literal
 from plant.backends.c_records import CRecords
-from plant.backends.tracing import Node
-from plant.quadrotor.gains import GainAddress, gain_addresses
-from plant.quadrotor.sensors import Measurement
-from plant.references.track import Reference
-from plant.vectors import Quaternion, Rotors, Vec3
-from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, Command
-from tuner.exchange.c99.routines import After, Call, Style, function_of, function_text, loops
-from tuner.exchange.c99.tracing import UNIT_WITHIN, TracedFunction, Traces, trace
+from plant.backends.tracing import Graph, Node
+from plant.backends.tracing_routines import Routine
+from plant.quadrotor.gains import GainAddress
+from plant.records import paths
+from tuner.exchange.c99.routines import Style, function_of, function_text, loops
+from tuner.exchange.c99.tracing import Results, TracedFunction, traced
 from tuner.exchange.texts import c_comment, c_string, filled, tool
-from tuner.gains import Controller
 
 # Ways to work out floating point that keep every operation of a type in it; 16 differs from 0 in half precision alone.
 EVALUATION = {
@@ -30,18 +28,96 @@ if (!(sum - sum == {zero})) {{ /* infinite or NaN: something that came in or wou
 
 @dataclass(frozen=True)
 class Code:
-    """C99 of a controller. header, source: texts of NAME.h and NAME.c; name: their stem."""
+    """C99 of a controller.
+
+    Attributes:
+        header: Text of NAME.h.
+        source: Text of NAME.c.
+        name: Stem of both.
+        types: C names of records, by the words of the templates.
+
+    """
 
     header: str
     source: str
     name: str
+    types: dict[str, str]
+
+
+Instant = tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]
+"""Records that an entry point takes, gives and then keeps."""
+Flight = Callable[[Real, int], Iterator[Instant]]
+"""A flight in a precision: first the instant of init, with what a refused step would give behind what it keeps."""
 
 
 @dataclass(frozen=True)
-class CSources(Code):
-    """C99 of a quadrotor's controller; traces: the graphs that it was written from."""
+class Entry:
+    """An entry point.
 
-    traces: Traces
+    Attributes:
+        name: Name in C, behind the prefix.
+        work: Return what a graph and its inputs result in.
+        takes: Types of what it takes, by name.
+        output: Name and type of what it gives besides the state, None where that is nothing.
+        state: Type of the state, None where it fills its output alone.
+        memory: Where the state holds what loops keep.
+        guard: Return lines of C in front of all others.
+        flight: A closed loop of so many steps, for golden vectors.
+
+    """
+
+    name: str
+    work: Callable[..., Results]
+    takes: Mapping[str, Any]
+    output: tuple[str, Any] | None = None
+    state: Any = None
+    memory: str = ""
+    guard: Callable[[Style], list[str]] = lambda _: []
+    flight: Flight | None = None
+
+    def trace(self) -> TracedFunction:
+        """Return its graph."""
+        graph = Graph()
+        # An init only fills the state.
+        read = {"state": self.state} if self.state is not None and self.output is not None else {}
+        given = [graph.inputs(kind, f"{name}->") for name, kind in {**read, **self.takes}.items()]
+        return traced(graph, self.work(graph, *given))
+
+
+@dataclass(frozen=True)
+class Program:
+    """A controller of any kind as a table.
+
+    Attributes:
+        title: Title of what it controls.
+        period: Control period [s].
+        entries: Entry points.
+        routines: Loops that they call.
+        gains: Gains as text, by axis or channel and name.
+        declared: Names of records that the header declares by itself, and names that no record may take.
+        types: Other records, by the words of the templates.
+        words: Other words of the header.
+        numbers: Words of the header that are numbers.
+        helpers: Routines that keep nothing.
+        templates: What the names of its templates begin with.
+        table: What the names of tables of gains end with.
+        note: Return the comment behind a member of a record.
+
+    """
+
+    title: str
+    period: float
+    entries: tuple[Entry, ...]
+    routines: tuple[Routine, ...]
+    gains: Mapping[str, Mapping[str, str]]
+    declared: Mapping[Any, str]
+    types: Mapping[str, Any]
+    words: Mapping[str, str]
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    helpers: tuple[Routine, ...] = ()
+    templates: str = ""
+    table: str = ""
+    note: Callable[[Any], str] = lambda _: ""
 
 
 def digest_of(gains: Sequence[float]) -> str:
@@ -49,121 +125,70 @@ def digest_of(gains: Sequence[float]) -> str:
     return hashlib.sha256(" ".join(gain.hex() for gain in gains).encode()).hexdigest()
 
 
-def c_sources(controller: Controller, real: str = "float", prefix: str = "holdfast", digest: str = "") -> CSources:
-    """Write the controller in C99.
+def write_code(program: Program, real: str, prefix: str, digest: str) -> Code:
+    """Write a controller in C99.
 
-    real: "float" or "double", the type of all numbers. prefix: of all names, a C identifier in lower case; the files are
-    PREFIX_controller.h and .c. digest: of the gains.json that the gains come from, `digest_of` where there is none.
+    Args:
+        program: The controller.
+        real: Type of all numbers, "float" or "double".
+        prefix: In front of all names, a C identifier in lower case.
+        digest: Of the gains.
+
     """
     assert prefix.isidentifier() and prefix.islower(), prefix
-    traces = trace(controller)
-    given = {
-        Vec3: "vec3",
-        Reference: "reference",
-        Measurement: "measurement",
-        Command: "command",
-        Quaternion: "quaternion",
-        AttitudeSetpoint: "attitude_setpoint",
-        AttitudeMeasurement: "attitude_measurement",
-        AttitudeApplied: "attitude_applied",
-    }
-    records = CRecords(prefix, {kind: f"{prefix}_{name}" for kind, name in given.items()})
-    style = Style(REALS[real], prefix, records)
-    for kind in (controller.cascade.Memory, Rotors, controller.cascade.attitude.Memory):
-        records.name(kind)
-    header = _header(controller, style, digest or digest_of(controller.gains))
-    return CSources(header, _source(controller, traces, style), f"{prefix}_controller", traces)
+    records = CRecords(prefix, {kind: f"{prefix}_{name}" for kind, name in program.declared.items()}, program.note)
+    style = Style(REALS[real], prefix, records, program.table)
+    types = {word: records.name(kind) for word, kind in program.types.items()}
+    return Code(_header(program, style, digest, types), _source(program, style), f"{prefix}_controller", types)
 
 
-def _header(controller: Controller, style: Style, digest: str) -> str:
-    """Write the header; the types of all states are among the records of the style."""
-    cascade, kind, records = controller.cascade, style.real, style.records
+def _header(program: Program, style: Style, digest: str, types: Mapping[str, str]) -> str:
+    kind = style.real
+    numbers = {"period_literal": program.period, **program.numbers}
     return filled(
         "c99",
-        "controller.h",
+        f"{program.templates}controller.h",
         p=style.prefix,
         P=style.prefix.upper(),
         tool=tool(),
-        title=c_comment(controller.airframe.title),
-        airframe=c_comment(controller.airframe.name),
-        position=cascade.position.name,
-        attitude=cascade.attitude.name,
-        period=f"{controller.control_period:.9g}",
-        period_literal=literal(controller.control_period, kind),
-        mass=literal(controller.airframe.vehicle.mass, kind),
+        title=c_comment(program.title),
+        period=f"{program.period:.9g}",
         real=kind.name,
         suffix=kind.suffix,
         digest=c_comment(digest),
-        airframe_text=c_string(controller.airframe.name),
         digest_text=c_string(digest),
-        typedefs="\n\n".join(records.typedefs),
-        memory=records.name(cascade.Memory),
-        loop_memory=records.name(cascade.attitude.Memory),
+        typedefs="\n\n".join(style.records.typedefs),
+        **{name: literal(value, kind) for name, value in numbers.items()},
+        **program.words,
+        **types,
     )
 
 
-def _source(controller: Controller, traces: Traces, style: Style) -> str:
-    p = style.prefix
-    gains = gain_texts(gain_addresses(controller.cascade), controller.gains)
-    outer, inner = loops(traces.position, style, gains), loops(traces.attitude, style, gains)
-
-    def call_cascade(node: Node, local: str, args: list[str]) -> str:
-        if node.text[1] == "atan2":
-            return f"const {p}_real {local} = {p}_atan2({', '.join(args)});"
-        kind = outer if node.text[1] == traces.position.name else inner
-        return kind.call("control.")(node, local, args)
-
-    functions = [
-        outer.text,
-        inner.text,
-        entry_function(style, "init", traces.init, [f"{p}_state *state", f"const {p}_measurement *m"], "state", None),
-        entry_function(
-            style,
-            "step",
-            traces.step,
-            [
-                f"{p}_state *state",
-                f"const {p}_reference *reference",
-                f"const {p}_measurement *m",
-                f"{p}_command *command",
-            ],
-            "state",
-            call_cascade,
-            "command",
-        ),
-        entry_function(
-            style,
-            "attitude_init",
-            traces.attitude_init,
-            [f"{p}_attitude_state *state", f"const {p}_attitude_measurement *m"],
-            "attitude_state",
-            None,
-        ),
-        entry_function(
-            style,
-            "attitude_step",
-            traces.attitude_step,
-            [
-                f"{p}_attitude_state *state",
-                f"const {p}_attitude_setpoint *setpoint",
-                f"const {p}_attitude_measurement *m",
-                f"const {p}_attitude_applied *applied",
-                f"{p}_vec3 *torque",
-            ],
-            "attitude_state",
-            inner.call(""),
-            "torque",
-        ),
-        _measure(style, traces.measure, call_cascade),
-    ]
-    return source_text(style, controller.airframe.title, functions, [function_of(traces.atan2, style)])
-
-
-def source_text(style: Style, title: str, functions: list[str], helpers: Sequence[str] = ()) -> str:
-    """Write the source around its functions; title: of what it controls; helpers: functions that they call."""
+def _source(program: Program, style: Style) -> str:
     p, real = style.prefix, style.real
+    # Loops are those that were called while their entry points were traced.
+    traced_entries = [(entry, entry.trace()) for entry in program.entries]
+    written = {routine.name: loops(routine, style, program.gains) for routine in program.routines}
+    memories = {routine.name: paths(routine.memory) for routine in program.routines}
+
+    def write(entry: Entry, function: TracedFunction) -> str:
+        def call(node: Node, local: str, args: list[str]) -> str:
+            if node.text[1] in written:
+                return written[node.text[1]].call(entry.memory)(node, local, args)
+            return f"const {p}_real {local} = {p}_{node.text[1]}({', '.join(args)});"
+
+        def after(node: Node) -> str:
+            call, number = node.args
+            return f"next.{entry.memory}{call.text[2]}.{memories[call.text[1]][int(number)]}"
+
+        lines = [(_place(path), value) for path, value in function.results]
+        total = (f"const {p}_real sum", function.sum)
+        return entry_function(style, entry, style.writer(None, call, after).statements([*lines, total]))
+
+    functions = [write(entry, function) for entry, function in traced_entries]
+    text = "\n\n".join([*(each.text for each in written.values()), *functions])
+    helpers = [function_of(each, style) for each in program.helpers]
     words = {"p": p, "P": p.upper(), "real": real.name, "suffix": real.suffix}
-    text = "\n\n".join(functions)
     if f"{p}_floor(" in "".join([text, *helpers]):
         largest, one = literal(real.largest_fraction, real), literal(1.0, real)
         floor = filled("c99", "floor.c", **words, largest=largest, whole=real.integer_type, one=one)
@@ -172,7 +197,7 @@ def source_text(style: Style, title: str, functions: list[str], helpers: Sequenc
         "c99",
         "controller.c",
         **words,
-        title=c_comment(title),
+        title=c_comment(program.title),
         tool=tool(),
         evaluation=EVALUATION[real.name],
         helpers="".join(f"{helper}\n\n" for helper in helpers),
@@ -189,25 +214,28 @@ def gain_texts(gains: Sequence[GainAddress], row: Sequence[float]) -> dict[str, 
     return texts
 
 
-def entry_function(
-    style: Style,
-    name: str,
-    entry: TracedFunction,
-    parameters: list[str],
-    kind: str,
-    call: Call | None,
-    output: str = "",
-    after: After | None = None,
-) -> str:
-    """Write an entry point: what it works out goes into `next`, and from there into the state only if all of it is finite."""
-    p = style.prefix
-    targets = [(_place(path), value) for path, value in entry.results]
-    lines = style.writer(None, call, after).statements([*targets, (f"const {p}_real sum", entry.sum)])
-    refused = f"    *{output} = state->{output};\n" if output else ""
-    check = REFUSE.format(zero=literal(0.0, style.real), refused=refused, P=p.upper())
-    done = [f"*{output} = next.{output};"] if output else []
-    body = [f"{p}_{kind} next;", *lines, check, "*state = next;", *done, f"return {p.upper()}_OK;"]
-    return function_text(f"{p}_status {p}_{name}", parameters, body)
+def entry_function(style: Style, entry: Entry, lines: list[str]) -> str:
+    """Write an entry point: what it works out goes into `next`, and from there on only if all of it is finite."""
+    p, name = style.prefix, style.records.name
+    states = {} if entry.state is None else {"state": entry.state}
+    given = {} if entry.output is None else dict((entry.output,))
+    (filled_name, kind), *others = {**states, **given}.items()
+    refused = "".join(f"    *{output} = state->{output};\n" for output, _ in others)
+    body = [
+        f"{name(kind)} next;",
+        *entry.guard(style),
+        *lines,
+        REFUSE.format(zero=literal(0.0, style.real), refused=refused, P=p.upper()),
+        f"*{filled_name} = next;",
+        *[f"*{output} = next.{output};" for output, _ in others],
+        f"return {p.upper()}_OK;",
+    ]
+    parameters = [
+        *[f"{name(kind)} *{each}" for each, kind in states.items()],
+        *[f"const {name(kind)} *{each}" for each, kind in entry.takes.items()],
+        *[f"{name(kind)} *{each}" for each, kind in given.items()],
+    ]
+    return function_text(f"{p}_status {p}_{entry.name}", parameters, body)
 
 
 def _place(path: str) -> str:
@@ -215,23 +243,3 @@ def _place(path: str) -> str:
     for i in range(4):
         path = path.replace(f"command.rotor_thrust.r{i + 1}", f"command.rotor_thrust[{i}]")
     return path
-
-
-def _measure(style: Style, entry: TracedFunction, call: Call) -> str:
-    p = style.prefix
-    lines = style.writer(call=call).statements([*entry.results, (f"const {p}_real sum", entry.sum)])
-    q = "attitude->"
-    square = f"{q}w * {q}w + {q}x * {q}x + {q}y * {q}y + {q}z * {q}z"
-    low, high = literal(1.0 - UNIT_WITHIN, style.real), literal(1.0 + UNIT_WITHIN, style.real)
-    body = [
-        f"{p}_measurement next;",
-        f"const {p}_real square = {square};",
-        f"if (!(square > {low} && square < {high})) /* no attitude, or NaN */",
-        f"    return {p.upper()}_REFUSED;",
-        *lines,
-        REFUSE.format(zero=literal(0.0, style.real), refused="", P=p.upper()),
-        "*m = next;",
-        f"return {p.upper()}_OK;",
-    ]
-    taken = (f"const {p}_vec3 *position", f"const {p}_vec3 *velocity", f"const {p}_quaternion *attitude")
-    return function_text(f"{p}_status {p}_measure", [*taken, f"const {p}_vec3 *rate", f"{p}_measurement *m"], body)

@@ -17,7 +17,7 @@ from plant.quadrotor.airframes.scales import motors_text
 from tuner.exchange.aboard import VehicleParameters, describe_unmanaged, rollback_request, vehicle_parameters
 from tuner.exchange.autopilot import pid
 from tuner.exchange.autopilot.parameters import NOTHING, Values, defaults, single
-from tuner.exchange.c99.sources import c_sources
+from tuner.exchange.c99.quadrotor import c_sources
 from tuner.exchange.crazyflie import text as param_file
 from tuner.exchange.crazyflie.import_ import FULL_THRUST, IMPORTER, full_thrust
 from tuner.exchange.crazyflie.map import (

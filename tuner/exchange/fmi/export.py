@@ -14,7 +14,7 @@ from importlib.resources import files
 import numpy as np
 
 from tuner.exchange.aboard import rollback_request
-from tuner.exchange.c99.sources import c_sources
+from tuner.exchange.c99.quadrotor import c_sources
 from tuner.exchange.fmi.code import PLATFORM, binding, compiler, shared_library
 from tuner.exchange.fmi.variables import variables
 from tuner.exchange.fmi.xml_files import IDENTIFIER, model_description, parameter_values

@@ -24,7 +24,7 @@ from plant.quadrotor.sensors import Measurement
 from plant.records import paths
 from plant.references.track import Reference
 from plant.texts import PlainTable
-from tuner.exchange.c99.sources import c_sources
+from tuner.exchange.c99.quadrotor import c_sources
 from tuner.exchange.processor_cost import qemu
 from tuner.exchange.processor_cost.inputs import Instant, attitude_row, step_row, typical_inputs
 from tuner.exchange.texts import filled

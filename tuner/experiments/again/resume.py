@@ -27,7 +27,7 @@ def resume(path: Path, watcher: Watcher | None = None, **options: Unpack[ResumeO
     _refuse_others(path, record, RESUMED)
     kind = EXPERIMENTS[record.kind]
     refuse_options(kind, **options)
-    study, folder = reopen(path, options.get("budget"), options.get("here", False))
+    study, folder = reopen(path, options.get("budget"), options.get("recompute", False))
     with kind.run.engine_for(study, watcher, path, **options) as engine:
         watcher.on_start(study, path, kind.run.notes(study))
         return completed(kind.run(study, folder, watcher, engine, **options), kind)

@@ -10,14 +10,14 @@ from tuner.documents.opening import kind_in
 from tuner.documents.summary import GAINS as GAINS_FILE
 from tuner.documents.summary import INFEASIBLE, is_recommended
 from tuner.documents.tuning import TUNED, TuningFolder
-from tuner.gains import Controller, read_gains
-from tuner.gains.plant_document import is_plant_gains
+from tuner.gains import Controller, TunedLoops, read_gains, read_loops
+from tuner.gains.parsing import parsed
+from tuner.gains.sections import PLANT_FORMAT
 from tuner.store.advice import JUDGEMENT, PLANT, TUNING
 from tuner.store.inputs import as_recorded, read_record
 from tuner.study.kinds import load_gains_study
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
-from tuner.study.tuned_loops import TunedLoops, read_tuned_loops
 
 GAINS = "gains"
 """Name of the point of a gains file."""
@@ -89,7 +89,8 @@ def _short(path: Path) -> str:
 
 def read_file(path: Path, name: str) -> Entrant:
     """Read a gains file."""
-    kind, read = (PlantStudy, read_tuned_loops) if is_plant_gains(path) else (Study, read_gains)
+    of_plant = parsed(path).get("format") == PLANT_FORMAT
+    kind, read = (PlantStudy, read_loops) if of_plant else (Study, read_gains)
     controller = read(path)
     none = np.empty((0, len(controller.gains)))
     return Entrant(name, path, controller, kind.flies, GAINS, None, (), none, np.empty((0, 0)), is_recommended(path))

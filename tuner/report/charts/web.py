@@ -105,8 +105,15 @@ def to_web(panel: Panel, arrays: Arrays) -> WebPanel:
     return {"traces": traces, "layout": _layout(panel, shapes, words)}
 
 
-def page_data(panels: Iterable[Panel]) -> Plotly:
-    """Return the data of a page's script: charts by the keys of their panels, and the arrays in them."""
+class ChartData(TypedDict):
+    """Charts of a page's script by the keys of their panels, and the arrays in them."""
+
+    charts: dict[str, WebPanel]
+    arrays: Plotly
+
+
+def page_data(panels: Iterable[Panel]) -> ChartData:
+    """Return the charts of a page with their arrays."""
     arrays = Arrays()
     return {"charts": {panel.key: to_web(panel, arrays) for panel in panels}, "arrays": arrays.packed}
 

@@ -23,7 +23,7 @@ from tuner.api.studies import load_study
 from tuner.cli.main import app
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.opening import open_results
-from tuner.gains.plant_document import plant_gains_document
+from tuner.gains import plant_gains_document
 from tuner.store.document import json_text
 from tuner.study.plant_study import PlantStudy
 

@@ -2,6 +2,7 @@
 
 import pickle
 import shutil
+from typing import Any
 
 import control
 import pytest
@@ -96,7 +97,7 @@ def linear(request):
         return load_study(HEATER, kind=PlantStudy)
     system = control.tf([1.8], [120.0, 23.0, 1.0])
     given = system if request.param != "state space" else control.ss([[-0.2]], [[1.0]], [[0.3]], [[0.0]])
-    tables = parse_toml(HEATER)
+    tables: dict[str, Any] = parse_toml(HEATER)
     tables["plant"] = {key: tables["plant"][key] for key in ("control_period", "inputs", "outputs")}
     for scenario in tables["scenario"]:
         scenario["spread"] = {}

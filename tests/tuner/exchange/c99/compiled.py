@@ -14,7 +14,7 @@ from plant.seeds import generator
 from tests.clients import program
 from tests.tuner.exchange.controllers import controller
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, entries
-from tuner.exchange.c99.sources import c_sources
+from tuner.exchange.c99.quadrotor import c_sources
 
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno")
 STRICT = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror")

@@ -14,7 +14,7 @@ from plant.references.track import Reference
 from plant.seeds import generator
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, entries
 from tuner.exchange.c99.precision import as_signals, matrix, rebinder, signals
-from tuner.exchange.c99.tracing import constants_of, nominal_of
+from tuner.exchange.c99.quadrotor import constants_of, nominal_of
 
 LANES, STEPS = 16, 64
 # RMS of each member: position, velocity, acceleration, roll, pitch, yaw, yaw rate; hold is 0 or 1.

@@ -18,7 +18,7 @@ from plant.quadrotor.nominal import ControlOptions
 from tests.clients import program
 from tests.tuner.exchange.c99.compiled import FLAGS, uneven
 from tuner.exchange.c99.export import TARGET, as_held
-from tuner.exchange.c99.sources import c_sources
+from tuner.exchange.c99.quadrotor import c_sources
 from tuner.exchange.target import Request
 from tuner.gains import read_gains, to_document
 

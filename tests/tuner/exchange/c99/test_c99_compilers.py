@@ -8,7 +8,7 @@ import pytest
 from plant.law_registry import LAWS
 from tests.clients import program
 from tests.tuner.exchange.c99.compiled import FLAGS, STRICT, uneven
-from tuner.exchange.c99.sources import c_sources
+from tuner.exchange.c99.quadrotor import c_sources
 
 CPU = ("-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16")
 CASES = {f"{law}_{real}": (uneven(law, law), real) for law in LAWS for real in ("float", "double")}

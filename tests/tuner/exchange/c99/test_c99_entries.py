@@ -22,7 +22,7 @@ from tests.tuner.exchange.c99.compiled import build, uneven
 from tests.tuner.exchange.c99.signals import attitude_inputs
 from tests.tuner.exchange.controllers import controller
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, entries
-from tuner.exchange.c99.tracing import constants_of, nominal_of
+from tuner.exchange.c99.quadrotor import constants_of, nominal_of
 from tuner.exchange.processor_cost.inputs import typical_inputs
 
 K = 120

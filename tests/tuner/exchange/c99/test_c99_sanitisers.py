@@ -10,7 +10,7 @@ from plant.law_registry import LAWS
 from tests.clients import program
 from tests.tuner.exchange.c99.compiled import uneven
 from tests.tuner.exchange.c99.signals import step_inputs
-from tuner.exchange.c99.sources import c_sources
+from tuner.exchange.c99.quadrotor import c_sources
 
 TARGET = Path(__file__).with_name("fuzz_target.c")
 CHECKS = "-fsanitize=address,undefined,float-cast-overflow"

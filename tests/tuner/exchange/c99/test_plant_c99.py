@@ -20,7 +20,7 @@ from plant.records import flatten, pack, size
 from tests.clients import program
 from tuner.api.plants import LAWS, Actuator, Channel, export_plant, plant_system
 from tuner.exchange.c99.export import plant_files
-from tuner.exchange.c99.plant_sources import tuned_plant
+from tuner.exchange.c99.plant import tuned_plant
 
 EXAMPLE = Path(__file__).with_name("dc_motor.py")
 FLAGS = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2", "-ffp-contract=off")

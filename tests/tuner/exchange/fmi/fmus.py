@@ -11,7 +11,7 @@ from plant.quadrotor.cascade import close_cascade
 from plant.quadrotor.gains import default_row
 from plant.quadrotor.nominal import ControlOptions
 from tests.clients import program
-from tuner.exchange.c99.sources import c_sources
+from tuner.exchange.c99.quadrotor import c_sources
 from tuner.exchange.processor_cost.inputs import step_row, typical_inputs
 from tuner.exchange.target import Request
 from tuner.gains import Controller

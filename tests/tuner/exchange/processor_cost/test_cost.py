@@ -15,8 +15,7 @@ from tests.clients import program
 from tests.tuner.exchange.fmi.fmus import c_outputs
 from tests.tuner.in_process import tuner
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, entries
-from tuner.exchange.c99.sources import c_sources
-from tuner.exchange.c99.tracing import constants_of, nominal_of
+from tuner.exchange.c99.quadrotor import c_sources, constants_of, nominal_of
 from tuner.exchange.processor_cost import qemu
 from tuner.exchange.processor_cost.inputs import attitude_row, step_row, typical_inputs
 from tuner.exchange.processor_cost.measure import default_controller, measure_cost, measuring_program, table_text
