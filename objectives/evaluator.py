@@ -281,10 +281,15 @@ class Evaluator(ABC):
         return np.maximum(risks[:, len(self.objectives) :] - most, 0.0)
 
     def risks(self, scores: np.ndarray, origin: np.ndarray) -> np.ndarray:
-        """Return the risk of every quantity (n, quantities) of scores (n, quantities, flights)."""
-        risks = np.empty(scores.shape[:2])
+        """Return the risk of every quantity (n, quantities) of scores (n, quantities, flights); NaN without flights.
+
+        The last flights of a search may hold none of a scenario that is flown whole by every candidate.
+        """
+        risks = np.full(scores.shape[:2], np.nan)
         for i, quantity in enumerate(self.quantities):
-            risks[:, i] = quantity.risk.apply(seen_scores(scores, i, origin, quantity.scenario))
+            seen = seen_scores(scores, i, origin, quantity.scenario)
+            if seen.shape[-1]:
+                risks[:, i] = quantity.risk.apply(seen)
         return risks
 
     def spare(self, flights: int, on_flights_done: Callable[[int], None] | None) -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from plant.quadrotor.scenarios import SEARCH
 from tests.tuner.conftest import run_small
+from tests.tuner.in_process import tuner
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import MOST_SURVIVORS, layers, surviving
@@ -66,6 +67,17 @@ def test_the_front_survives_and_what_is_surely_beaten_does_not(staged):
         np.ones(2, dtype=bool),
     )
     assert surviving(outcome.problem, pair, 1).tolist() == [0]
+
+
+def test_a_scenario_may_have_no_flights_left_for_survivors(tmp_path, monkeypatch, capsys):
+    """Its quantities have no value of the other flights alone; those of all flights are judged."""
+    small = ["search.generations=2", "search.population=8", "scenario.0.search=4", "scenario.0.held_out=16"]
+    options = [word for value in small for word in ("--set", value)]
+    code, _, error = tuner(
+        monkeypatch, capsys, "run", "heater", *options, "--set", "scenario.1.held_out=16", "--out", tmp_path / "r"
+    )
+    assert code == 0, error
+    assert np.isfinite(pd.read_csv(tmp_path / "r" / "front.csv").filter(like="held_out")).all(axis=None)
 
 
 def test_the_words_say_how_many_survived(staged):
