@@ -50,7 +50,7 @@ def main(folder: str, picture: str) -> None:
 
 
 def best(losses: np.ndarray, among: np.ndarray) -> int:
-    """Return the candidate with the least sum of both objectives relative to the default's, the default where none is feasible."""
+    """Return the feasible candidate with the least sum of objectives relative to the default."""
     places = np.flatnonzero(among)
     return int(places[np.argmin((losses[places] / losses[0]).sum(axis=1))]) if places.size else 0
 
