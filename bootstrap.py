@@ -18,8 +18,8 @@ VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "installed"
-# What a command needs beside the project; every other command is one of its development.
-EXTRAS = {"tuner": "", "docs": "docs"}
+LOCKS = {"tuner": "core.txt"}
+"""Packages of a command, by their versions and hashes; every other command is one of development."""
 SCRIPTS = {
     "pytest": ["-m", "pytest"],
     "ruff": ["-m", "ruff"],
@@ -37,27 +37,35 @@ def main() -> int:
         print(__doc__, file=sys.stderr)
         return 2
     command, arguments = sys.argv[1], sys.argv[2:]
-    install(EXTRAS.get(command, "test"))
+    install(LOCKS.get(command, "develop.txt"))
     if command in SCRIPTS:
         return subprocess.call([str(PYTHON), *SCRIPTS[command], *arguments], cwd=ROOT)
     return subprocess.call([str(BIN / command), *arguments])
 
 
-def install(extra: str) -> None:
-    """Make the environment and install the project with an extra, unless that was done for this pyproject.toml."""
-    wanted = hashlib.sha256((ROOT / "pyproject.toml").read_bytes()).hexdigest()
-    digest, *done = STAMP.read_text().split() if STAMP.exists() else [""]
-    if digest != wanted:
-        done = []
-    elif not extra or extra in done:
+def install(lock: str) -> None:
+    """Make the environment with the packages of a lock file, unless that was done for these very files.
+
+    Packages are those whose hashes stand in `requirements/`; the project itself comes from this folder, in place.
+    """
+    installed = STAMP.read_text().split() if STAMP.exists() else []
+    # The packages of development hold those of the command.
+    if digest(lock) in installed or digest("develop.txt") in installed:
         return
     if not PYTHON.exists():
         print(f"Making {VENV.name}", flush=True)
         subprocess.check_call([sys.executable, "-m", "venv", str(VENV)])
-    print(f"Installing holdfast{f' with [{extra}]' if extra else ''} into {VENV.name}", flush=True)
-    target = f"{ROOT}[{extra}]" if extra else str(ROOT)
-    subprocess.check_call([str(PYTHON), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-e", target])
-    STAMP.write_text(" ".join([wanted, *done, extra]) + "\n")
+    print(f"Installing the packages of requirements/{lock} into {VENV.name}", flush=True)
+    pip = [str(PYTHON), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    subprocess.check_call([*pip, "--require-hashes", "-r", str(ROOT / "requirements" / lock)])
+    subprocess.check_call([*pip, "--no-deps", "--no-build-isolation", "-e", str(ROOT)])
+    STAMP.write_text(digest(lock) + "\n")
+
+
+def digest(lock: str) -> str:
+    """Return the digest of a lock file with the project's own requirements."""
+    files = (ROOT / "pyproject.toml", ROOT / "requirements" / lock)
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from plant.errors import MissingPackageError, require_package
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
-LOCK = (ROOT / "requirements-dev.txt").read_text(encoding="utf-8")
+LOCKS = {file.name: file.read_text(encoding="utf-8") for file in (ROOT / "requirements").glob("*.txt")}
 
 
 def distribution(requirement):
@@ -47,25 +47,42 @@ def test_a_missing_package_is_one_sentence_with_the_command_that_installs_it():
     assert str(raised.value) == told
 
 
-def test_bootstrap_installs_extras_that_there_are():
-    assert {extra for extra in bootstrap.EXTRAS.values() if extra} | {"test"} <= set(EXTRAS)
-
-
-def test_bootstrap_installs_an_extra_once_for_a_pyproject(tmp_path, monkeypatch):
+def test_bootstrap_installs_locked_packages_once(tmp_path, monkeypatch):
     monkeypatch.setattr(bootstrap, "STAMP", tmp_path / "installed")
     monkeypatch.setattr(bootstrap, "PYTHON", tmp_path)
-    installed = []
-    monkeypatch.setattr(bootstrap.subprocess, "check_call", lambda command: installed.append(command[-1]))
-    for extra in ("test", "docs", "", "test", "docs"):
-        bootstrap.install(extra)
-    assert installed == [f"{bootstrap.ROOT}[test]", f"{bootstrap.ROOT}[docs]"]
-    (tmp_path / "installed").write_text("of-another-pyproject test\n")
-    bootstrap.install("")
-    assert installed[2:] == [str(bootstrap.ROOT)]
+    calls = []
+    monkeypatch.setattr(bootstrap.subprocess, "check_call", lambda command: calls.append(command))
+    for lock in ("core.txt", "core.txt", "develop.txt", "core.txt", "develop.txt"):
+        bootstrap.install(lock)
+    assert [Path(command[-1]).name for command in calls if "--require-hashes" in command] == ["core.txt", "develop.txt"]
+    assert [command[-1] for command in calls if "--no-deps" in command] == [str(bootstrap.ROOT)] * 2
+    (tmp_path / "installed").write_text("of-another-pyproject\n")
+    bootstrap.install("core.txt")
+    assert len(calls) == 6
 
 
-def test_every_dependency_is_locked_and_no_host_is_named():
-    locked = {distribution(line) for line in LOCK.splitlines() if line and not line.startswith("#")}
-    wanted = [*PROJECT["dependencies"], *EXTRAS["test"], *EXTRAS["docs"], *EXTRAS["dask"]]
-    assert {distribution(entry) for entry in wanted} <= locked
-    assert "://" not in LOCK and "index-url" not in LOCK
+def locked(text):
+    """The versions of a lock file by distribution; a package may have several, for several Pythons."""
+    pins = re.findall(r"^([\w.-]+)==([^ ;\\]+)", text, re.MULTILINE)
+    return {distribution(name): {value for other, value in pins if other == name} for name, _ in pins}
+
+
+def test_every_dependency_is_locked_with_hashes_and_no_host_is_named():
+    core = set(map(distribution, PROJECT["dependencies"]))
+    develop = core | {distribution(entry) for extra in ("test", "docs", "bench", "dask") for entry in EXTRAS[extra]}
+    assert core <= set(locked(LOCKS["core.txt"])) and develop <= set(locked(LOCKS["develop.txt"]))
+    newest = locked(LOCKS["develop.txt"])
+    assert all(versions == newest[name] for name, versions in locked(LOCKS["core.txt"]).items())
+    for text in LOCKS.values():
+        entries = re.split(r"\n(?=[\w.-]+==)", text)[1:]
+        assert entries and all("--hash=sha256:" in entry for entry in entries)
+        assert "://" not in text and "index-url" not in text
+
+
+def test_the_lowest_lock_holds_the_lower_bounds():
+    lowest = locked(LOCKS["lowest.txt"])
+    for requirement in PROJECT["dependencies"]:
+        name, bound = re.match(r"([\w.-]+)>=([\d.]+)", requirement).groups()
+        numbers = [[int(part) for part in value.split(".")] for value in lowest[distribution(name)]]
+        wanted = [int(part) for part in bound.split(".")]
+        assert any(value[: len(wanted)] == wanted for value in numbers), (name, bound, lowest[distribution(name)])

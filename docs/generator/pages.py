@@ -37,7 +37,7 @@ NAVIGATION = {
 }  # fmt: skip
 ANCHOR = re.compile(r'<a id="(\w+)"></a>')
 LINK = re.compile(r"(\]\()([^)\s]+)(\))")
-PICTURE, NOTEBOOK = ".png", ".ipynb"
+PICTURES, NOTEBOOK = (".png", ".gif"), ".ipynb"
 ELSEWHERE = ("#", "http://", "https://", "mailto:")
 LANGUAGES = {".py": "python", ".json": "json", ".c": "c", ".js": "javascript", ".sh": "sh", ".css": "css"}
 
@@ -55,7 +55,7 @@ def pages() -> dict[str, str]:
 
 def pictures() -> dict[str, Path]:
     """Return the pictures that pages show, files by their path in the site."""
-    return {place_of(path): ROOT / path for path in linked(own_pages()) if path.endswith(PICTURE)}
+    return {place_of(path): ROOT / path for path in linked(own_pages()) if path.endswith(PICTURES)}
 
 
 def own_pages() -> dict[str, str]:
@@ -77,9 +77,9 @@ def place_of(path: str) -> str:
     """Return where the site shows a file of the repository."""
     if path.endswith(NOTEBOOK):
         return f"{Path(path).stem}.md"
-    if path.startswith("docs/") and path.endswith((".md", PICTURE)):
+    if path.startswith("docs/") and path.endswith((".md", *PICTURES)):
         return path.removeprefix("docs/")
-    if path.endswith(PICTURE):
+    if path.endswith(PICTURES):
         return f"images/{path}"
     return OUTSIDE.get(path) or f"source/{path}.md"
 

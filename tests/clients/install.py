@@ -37,19 +37,29 @@ def main() -> int:
 
 
 def debian() -> None:
-    """Install Debian's packages where programs are missing and this user is root."""
+    """Install Debian's packages where programs are missing and this user may."""
     missing = [program for program in PROGRAMS if shutil.which(program) is None]
     if not missing:
         return
-    if shutil.which("apt-get") is None or os.geteuid() != 0:
+    if shutil.which("apt-get") is None or (rights := rights_to_install()) is None:
         print(f"Not here: {', '.join(missing)}; on Debian: apt-get install {' '.join(DEBIAN)}")
         return
     print(f"Installing Debian's packages for {', '.join(missing)}", flush=True)
     quiet = {"env": {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}, "stdout": subprocess.DEVNULL}
     for command in (["update", "-qq"], ["install", "-y", "-qq", "--no-install-recommends", *DEBIAN]):
-        if subprocess.call(["apt-get", *command], **quiet) != 0:
+        if subprocess.call([*rights, "apt-get", *command], **quiet) != 0:
             print(f"apt-get {command[0]} failed; tests that need {', '.join(missing)} will be skipped")
             return
+
+
+def rights_to_install() -> list[str] | None:
+    """Return the prefix of a command for root; None where this user may not, or only with a password."""
+    if os.geteuid() == 0:
+        return []
+    sudo = shutil.which("sudo")
+    if sudo is None or subprocess.call([sudo, "--non-interactive", "true"], stderr=subprocess.DEVNULL) != 0:
+        return None
+    return [sudo, "--non-interactive", "--preserve-env=DEBIAN_FRONTEND"]
 
 
 def group(requirements: Path) -> None:
