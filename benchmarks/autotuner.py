@@ -197,8 +197,8 @@ def main() -> None:
         reached = judged(case, theirs)
         rows = {
             "pycollimator": theirs,
-            "holdfast": ours(case, case.peak, case.peak),
-            "holdfast, at those peaks": ours(case, reached.ms, max(reached.mt, case.peak)),
+            "gainproof": ours(case, case.peak, case.peak),
+            "gainproof, at those peaks": ours(case, reached.ms, max(reached.mt, case.peak)),
         }
         for who, gains in rows.items():
             error, ms, mt = judged(case, gains)

@@ -2,7 +2,7 @@
 
 A package offers an entry by an entry point, as in its pyproject.toml:
 
-    [project.entry-points."holdfast.laws"]
+    [project.entry-points."gainproof.laws"]
     my_law = "my_package.my_law:LAW"
 """
 
@@ -28,7 +28,7 @@ class Registry(dict[str, T]):
     def __init__(self, kind: str, name_of: Callable[[T], str], entries: Iterable[T]) -> None:
         super().__init__({name_of(entry): entry for entry in entries})
         self.kind = kind
-        self.group = f"holdfast.{kind}s"
+        self.group = f"gainproof.{kind}s"
         self._name_of = name_of
         self._has_packages = False
 
@@ -47,7 +47,7 @@ class Registry(dict[str, T]):
         name = self._name_of(entry)
         earlier: Any = self.get(name)
         if earlier is not None and earlier.origin is None:
-            message = f"'{name}' is a {self.kind} of holdfast itself; give yours another name"
+            message = f"'{name}' is a {self.kind} of gainproof itself; give yours another name"
             raise InputError(message, file=origin.place, key=self.kind)
         if earlier is not None and earlier.origin == origin:
             return earlier

@@ -36,14 +36,14 @@ def test_every_message_on_a_missing_package_names_an_extra_that_has_it():
     for package, extra in asked:
         assert package.replace("_", "-") in {distribution(entry) for entry in EXTRAS[extra]}
     assert set(re.findall(r'how_to_install\(["\'](\w+)["\']\)', texts)) <= set(EXTRAS)
-    assert set(re.findall(r"holdfast\[(\w+)\]", texts)) <= set(EXTRAS)
+    assert set(re.findall(r"gainproof\[(\w+)\]", texts)) <= set(EXTRAS)
 
 
 def test_a_missing_package_is_one_sentence_with_the_command_that_installs_it():
     require_package("numpy", "dask")
     with pytest.raises(MissingPackageError) as raised:
         require_package("no_such_package", "dask", key="--dask")
-    told = "--dask: needs the package no_such_package; install it with: pip install 'holdfast[dask]'"
+    told = "--dask: needs the package no_such_package; install it with: pip install 'distributed>=2024.8'"
     assert str(raised.value) == told
 
 

@@ -98,10 +98,10 @@ def _check_neighbours() -> None:
         if home_found is not None and home_found.parent.parent == home:
             continue
         if home_found is None:
-            message = f"the package '{package}' of holdfast is missing from {home}; install holdfast again"
+            message = f"the package '{package}' of gainproof is missing from {home}; install gainproof again"
         else:
             message = (
-                f"{home_found} hides the package '{package}' of holdfast; rename that file, or start in another folder"
+                f"{home_found} hides the package '{package}' of gainproof; rename that file, or start in another folder"
             )
         # With the name of what could not be imported, `python -m tuner` tells it in one line.
         raise ImportError(message, name=__name__)

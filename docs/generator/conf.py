@@ -9,14 +9,14 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
-project = "holdfast"
-author = "the holdfast developers"
+project = "gainproof"
+author = "the gainproof developers"
 release = version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 source_suffix = {".md": "markdown"}
 html_theme = "furo"
-html_title = f"holdfast {release}"
+html_title = f"gainproof {release}"
 html_copy_source = False
 html_show_sourcelink = False
 

@@ -30,7 +30,7 @@ def cache_folder() -> Path:
     if chosen:
         return Path(chosen)
     base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "holdfast" / "kernels"
+    return (Path(base) if base else Path.home() / ".cache") / "gainproof" / "kernels"
 
 
 def _sealed_folder() -> Path | None:

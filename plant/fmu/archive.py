@@ -32,7 +32,7 @@ SYSTEMS = {
 }
 BROKEN = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError, ValueError)
 REGULAR, FOLDER, UNSAID = 0o100000, 0o040000, 0
-PREFIX, LOCK = "holdfast-fmu-", ".lock"
+PREFIX, LOCK = "gainproof-fmu-", ".lock"
 _held: list[int | None] = []
 # Folders into which FMUs were unpacked, by digest; they go when this process ends.
 _unpacked: dict[str, Path] = {}

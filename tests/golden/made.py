@@ -54,7 +54,7 @@ IS_MASKED = re.compile(rf"(?:.*[./])?(?:{'|'.join(MASKED)})(?:\..*)?")
 REPLACED = (
     (re.compile(r"-[0-9a-f]{12,64}(?=\.parquet)"), "-DIGEST"),
     (re.compile(r"(?<=from the gains )[0-9a-f]{64}|(?<=guid=\"\{)[0-9a-f-]{36}"), "DIGEST"),
-    (re.compile(r"(?<=holdfast )\d+\.\d+\.\d+"), "VERSION"),
+    (re.compile(r"(?<=gainproof )\d+\.\d+\.\d+"), "VERSION"),
     (re.compile(re.escape(str(ROOT))), "REPOSITORY"),
 )
 """Parts of names and texts that differ from machine to machine, and what stands for them."""

@@ -80,7 +80,7 @@ STEPS = (
         )
         for target, (gains, options) in EXPORTS.items()
     ),
-    step("import px4", "import export/px4/holdfast.params --from px4 --airframe f450 --out vehicle.json"),
+    step("import px4", "import export/px4/gainproof.params --from px4 --airframe f450 --out vehicle.json"),
     step("approach", "approach designed.json run/gains.json --steps 2 --flights 4"),
     step("new airframe", "new airframe --mass 1.4 --wheelbase 0.45 --propeller 10x4.5 --kv 920 --cells 3"),
     step("compare-logs", f"compare-logs {LOG.name}@70:77 {LOG.name}@78:85 --airframe crazyflie-pybullet"),

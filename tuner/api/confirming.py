@@ -227,7 +227,7 @@ def _flown(
     rows = np.array([bundle.held.gains for bundle in bundles])
     first_flights: list[np.ndarray] = []
     second: list[np.ndarray] = []
-    with TemporaryDirectory(prefix="holdfast-") as place:
+    with TemporaryDirectory(prefix="gainproof-") as place:
         for k, bundle in enumerate(bundles):
             bench = Bench(
                 program,

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from tuner.exchange.run import ExportSubject
 
 
-VARIABLES_FORMAT = "holdfast-variables"
+VARIABLES_FORMAT = "gainproof-variables"
 MADE_ELSEWHERE = "these are values of variables of another program"
 
 

@@ -1,12 +1,13 @@
 """approach.json: the way from the gains that a vehicle flies to tuned ones in steps, in SI units: gain margins as factors."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from tuner.documents.margins import ChannelMargins, LimitRow
 from tuner.documents.parts import LawNames
 from tuner.store.document import Document, DocumentPart
+from tuner.text.product import READ_FORMER
 
-APPROACH_FORMAT, APPROACH_VERSION = "holdfast-approach", "0.1"
+APPROACH_FORMAT, APPROACH_VERSION = "gainproof-approach", "0.1"
 
 
 class Expected(DocumentPart):
@@ -41,7 +42,7 @@ class ApproachDocument(Document):
     besides gains.
     """
 
-    format: Literal["holdfast-approach"]
+    format: Annotated[Literal["gainproof-approach"], READ_FORMER]
     version: Literal["0.1"]
     airframe: str
     laws: LawNames

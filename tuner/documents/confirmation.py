@@ -1,11 +1,12 @@
 """confirm.json: finalists flown in a real firmware, beside our own flights through the same scenarios, in SI units."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from tuner.documents.parts import Estimate
 from tuner.store.document import Document, DocumentPart
+from tuner.text.product import READ_FORMER
 
-CONFIRMATION_FORMAT, CONFIRMATION_VERSION = "holdfast-confirmation", "0.1"
+CONFIRMATION_FORMAT, CONFIRMATION_VERSION = "gainproof-confirmation", "0.1"
 
 
 class ConfirmedValue(DocumentPart):
@@ -48,7 +49,7 @@ class ConfirmationDocument(Document):
     flights in the firmware.
     """
 
-    format: Literal["holdfast-confirmation"]
+    format: Annotated[Literal["gainproof-confirmation"], READ_FORMER]
     version: Literal["0.1"]
     title: str
     firmware: str

@@ -1,13 +1,14 @@
 """export.json: what was written for a target, and what rounding to its resolution does."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from tuner.documents.parts import LawNames
 from tuner.store.document import Document, DocumentPart, Sense
+from tuner.text.product import READ_FORMER
 
-EXPORT_FORMAT, EXPORT_VERSION = "holdfast-export", "1.0"
+EXPORT_FORMAT, EXPORT_VERSION = "gainproof-export", "1.0"
 
 
 class ExportedParameter(DocumentPart):
@@ -123,7 +124,7 @@ class ExportDocument(Document):
     plant plant and channel_laws.
     """
 
-    format: Literal["holdfast-export"]
+    format: Annotated[Literal["gainproof-export"], READ_FORMER]
     version: Literal["1.0"]
     generator: str
     target: str

@@ -4,14 +4,15 @@ An infinite value is null, and `note` says what that means. A channel without a 
 pitch, yaw, or those of a plant of the user's own.
 """
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from tuner.documents.parts import LawNames
 from tuner.store.document import Document, DocumentPart, Sense
+from tuner.text.product import READ_FORMER
 
-MARGINS_FORMAT, MARGINS_VERSION = "holdfast-margins", "0.2"
+MARGINS_FORMAT, MARGINS_VERSION = "gainproof-margins", "0.2"
 
 
 class Measure(DocumentPart):
@@ -161,7 +162,7 @@ class MarginsDocument(Document):
     Of a quadrotor there are airframe, laws and trim, of a plant of the user's own plant, channel_laws and limit_cycles.
     """
 
-    format: Literal["holdfast-margins"]
+    format: Annotated[Literal["gainproof-margins"], READ_FORMER]
     version: Literal["0.2"]
     airframe: str | None = None
     plant: str | None = None

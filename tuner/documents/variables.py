@@ -1,9 +1,10 @@
 """gains.json of a study whose trials another program makes: the values of its variables at one point."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from tuner.documents.parts import GainValue
 from tuner.store.document import Document
+from tuner.text.product import READ_FORMER
 
 
 class VariablesDocument(Document):
@@ -13,7 +14,7 @@ class VariablesDocument(Document):
     value and unit of each variable.
     """
 
-    format: Literal["holdfast-variables"]
+    format: Annotated[Literal["gainproof-variables"], READ_FORMER]
     version: Literal[1]
     study: str
     title: str

@@ -65,7 +65,7 @@ def markdown(text: str) -> str:
 
 def tool() -> str:
     """Return the name and version of the tool that writes an export."""
-    return f"holdfast {version()}"
+    return f"gainproof {version()}"
 
 
 def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, str]:

@@ -1,6 +1,6 @@
 """gains.json: a tuned controller that explains itself, with every number's unit, its airframe and where it came from.
 
-Version 1.2 of the format "holdfast-gains"; `tuner schema gains` prints its JSON Schema. A minor version adds keys, a major one
+Version 1.2 of the format "gainproof-gains"; `tuner schema gains` prints its JSON Schema. A minor version adds keys, a major one
 breaks readers. Units are UCUM codes, hashes are taken over the canonical form of RFC 8785.
 """
 

@@ -23,6 +23,7 @@ from tuner.gains.quantities import plain
 from tuner.gains.schema import LoopsTable
 from tuner.gains.sections import PLANT_FORMAT, PLANT_VERSION, Row
 from tuner.text.input_errors import listed
+from tuner.text.product import current_format
 from tuner.text.sentences import differing
 from tuner.text.strict_table import translate_error
 
@@ -114,7 +115,7 @@ class TunedLoops:
     @classmethod
     def read(cls, document: Row, file: Path | None) -> Self:
         """Return the loops of the content of a gains.json; file: for errors."""
-        if document.get("format") != PLANT_FORMAT:
+        if current_format(document.get("format")) != PLANT_FORMAT:
             message = "holds no gains of a plant of one's own; give the gains.json of a run of one"
             raise InputError(message, file=file, key="format")
         given = {key: document[key] for key in LoopsTable.model_fields if key in document}
@@ -124,7 +125,7 @@ class TunedLoops:
         except ValidationError as error:
             raise translate_error(error, file or Path("gains.json"), LoopsTable) from None
         if table.version != PLANT_VERSION:
-            message = f"given {table.version}; this holdfast reads version {PLANT_VERSION}"
+            message = f"given {table.version}; this gainproof reads version {PLANT_VERSION}"
             raise InputError(message, file=file, key="version")
         channels = tuple(listed("channels", file, table.channels, channel_of))
         return cls(channels, table.control_period.value, {name: entry.value for name, entry in table.gains.items()})

@@ -44,7 +44,7 @@ def to_document(controller: Controller, provenance: Row, ranges: Ranges = NO_RAN
     document: Row = {
         "format": FORMAT,
         "version": VERSION,
-        "generator": {"name": "holdfast", "version": version()},
+        "generator": {"name": "gainproof", "version": version()},
         "conventions": CONVENTIONS,
         "airframe": airframe_block(controller.airframe),
         "controller": controller_block(controller),

@@ -16,11 +16,11 @@ from tuner.gains.airframe_block import airframe_of, airframe_problems
 from tuner.gains.controller import ControllerPart, TunedLoops
 from tuner.gains.document import within
 from tuner.gains.hashing import content_hash
-from tuner.gains.parsing import check_identity, parsed
+from tuner.gains.parsing import check_identity, format_of, parsed
 from tuner.gains.quantities import GainEntry
 from tuner.gains.ranges import check_plant_step, check_value, timing_of
 from tuner.gains.schema import gains_schema, validator
-from tuner.gains.sections import DIGEST, PLANT_FORMAT, VERSIONS, Row
+from tuner.gains.sections import DIGEST, FORMAT, PLANT_FORMAT, VERSIONS, Row
 from tuner.gains.version_0 import brought_up
 from tuner.text.input_errors import check_magnitude, dotted, joined, moved, numbers_in
 from tuner.text.toml_text import shown
@@ -176,13 +176,13 @@ class Examined:
 def examine(path: Path, airframe: Airframe | None = None) -> Examined:
     """Read a gains.json and find everything that is wrong with it; InputError where it is no gains.json at all."""
     given = parsed(path)
-    if given.get("format") == PLANT_FORMAT:
+    if format_of(given) == PLANT_FORMAT:
         return Examined(path, given, given, list(_loop_problems(given, path)))
     check_identity(given, path)
     if wrong := [*not_finite(given), *text_problems(given)]:
         return Examined(path, given, given, [moved(error, path, error.key or "") for error in wrong])
     current = given["version"] in VERSIONS
-    document = given if current else _brought_up(given, path, airframe)
+    document = {**given, "format": FORMAT} if current else _brought_up(given, path, airframe)
     wrong = (
         list(law_problems(document)) or schema_problems(document) or list(_semantic_problems(document, airframe, path))
     )

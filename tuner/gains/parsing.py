@@ -9,11 +9,12 @@ from plant.errors import InputError
 from plant.input_files import read_input_text
 from plant.texts import json_table
 from tuner.gains.sections import FORMAT, PLANT_FORMAT, VERSION, VERSIONS, Row
+from tuner.text.product import current_format
 from tuner.text.sentences import listing
 from tuner.text.toml_text import shown
 
 FIRST_VERSION = "0.1"
-UPDATE = "update holdfast (pip install --upgrade holdfast)"
+UPDATE = "update gainproof"
 WANTED = "give the gains.json of a results folder"
 
 
@@ -46,23 +47,28 @@ def _noting_twice(pairs: list[tuple[str, Any]], twice: list[str]) -> Row:
     return seen
 
 
+def format_of(document: Row) -> object:
+    """Return the format that a document names, under the project's name of today."""
+    return current_format(document.get("format"))
+
+
 def check_identity(document: Row, path: Path) -> None:
     """Refuse what is no gains.json, or one of a version that is not known."""
-    if document.get("format") == PLANT_FORMAT:
+    if format_of(document) == PLANT_FORMAT:
         raise InputError(
             "holds gains of a plant of one's own; this command is for those of quadrotors: `tuner show` and `tuner report` take "
             "the results folder",
             file=path,
             key="format",
         )
-    if document.get("format") != FORMAT:
+    if format_of(document) != FORMAT:
         given = f"given {shown(document['format'])}" if "format" in document else "this key is missing"
         message = f"{given}; this must be '{FORMAT}': {WANTED}"
         raise InputError(message, file=path, key="format")
     version = document.get("version")
     if version in (FIRST_VERSION, *VERSIONS):
         return
-    readable = f"this holdfast reads {listing([FIRST_VERSION, *VERSIONS])}"
+    readable = f"this gainproof reads {listing([FIRST_VERSION, *VERSIONS])}"
     if "version" not in document:
         raise InputError(f'this key is missing; {readable}: write "version": "{VERSION}"', file=path, key="version")
     if isinstance(version, str) and fullmatch(r"1\.[0-9]+", version):

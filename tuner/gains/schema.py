@@ -52,7 +52,7 @@ from tuner.gains.sections import (
 )
 from tuner.text.strict_table import StrictTable
 
-ID = "urn:holdfast:gains:1.2"
+ID = "urn:gainproof:gains:1.2"
 LOOPS = {"position": POSITION_AXES, "attitude": ATTITUDE_AXES}
 # Unit, least and most of options that are numbers.
 MEASURES = {
@@ -170,7 +170,7 @@ def _schema_of(_: tuple[Law, ...]) -> Row:
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": ID,
-        "title": "gains.json of holdfast: a quadrotor controller with every number's unit (UCUM)",
+        "title": "gains.json of gainproof: a quadrotor controller with every number's unit (UCUM)",
         "description": "sha256: SHA-256 over the RFC 8785 canonical form of everything but sha256, exports and cost.",
         **top,
         "patternProperties": {"^x-": {}},

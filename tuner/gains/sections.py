@@ -47,8 +47,8 @@ def add_units(schema: Row, content: Any) -> Any:
     )
 
 
-FORMAT, VERSION = "holdfast-gains", "1.2"
-PLANT_FORMAT, PLANT_VERSION = "holdfast-plant-gains", 1
+FORMAT, VERSION = "gainproof-gains", "1.2"
+PLANT_FORMAT, PLANT_VERSION = "gainproof-plant-gains", 1
 """Format of gains of a plant of the user's own: in place of airframe and cascade, its loops as [[channel]] tables."""
 # 1.1 adds "vehicle", 1.2 "states" and the worst of them in "objectives".
 VERSIONS = ("1.0", "1.1", VERSION)

@@ -28,7 +28,7 @@ def brought_up(old: Row, path: Path, airframe: Airframe | None) -> Row:
     document: Row = {
         "format": FORMAT,
         "version": VERSION,
-        "generator": {"name": "holdfast", "version": "0.1"},
+        "generator": {"name": "gainproof", "version": "0.1"},
         "conventions": CONVENTIONS,
         "airframe": airframe_block(flown),
     }

@@ -9,11 +9,14 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from pydantic import AliasChoices, Field
+
 from plant.backends.processor import arithmetic
 from plant.errors import StoreError
 from tuner.store.document import Document
+from tuner.text.product import FORMER_NAME, NAME
 
-PACKAGES = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cmaes", "pandas", "pyarrow")
+PACKAGES = (NAME, "numpy", "scipy", "numba", "llvmlite", "pymoo", "cmaes", "pandas", "pyarrow")
 
 
 class Environment(Document):
@@ -22,7 +25,7 @@ class Environment(Document):
     target: processor that kernels were compiled for, and libraries; started: time (UTC); resumed: later sessions of the same run.
     """
 
-    holdfast: str | None = None
+    gainproof: str | None = Field(default=None, validation_alias=AliasChoices(NAME, FORMER_NAME))
     numpy: str | None = None
     scipy: str | None = None
     numba: str | None = None

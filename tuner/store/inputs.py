@@ -20,9 +20,10 @@ from tuner.store.advice import RECORD, restart_hint
 from tuner.store.document import Document, DocumentPart, explained
 from tuner.store.folder import Folder
 from tuner.study.layers import read_layers
+from tuner.text.product import READ_FORMER
 from tuner.text.toml_text import toml_text, with_paths
 
-FORMAT, VERSION = "holdfast-run", 3
+FORMAT, VERSION = "gainproof-run", 3
 # Version of folders whose limits known without flying stand in the units of the study, not in SI units.
 BEFORE_SI = 1
 # Versions of folders whose study may leave the plant step [s] and the search open, and what was flown then.
@@ -65,7 +66,7 @@ class RunRecord(Document):
     kernels were compiled for and its draws made with; none where an earlier version did not say.
     """
 
-    format: Literal["holdfast-run"]
+    format: Annotated[Literal["gainproof-run"], READ_FORMER]
     version: Literal[1, 2, 3]
     kind: str
     # In the folder, whatever it says: what is in it is not trusted to name files elsewhere.

@@ -1,6 +1,6 @@
 """manifest.json: the digest of every file that a results folder consists of, so that damage to any of them is told.
 
-    format "holdfast-manifest", version 1
+    format "gainproof-manifest", version 1
     complete  whether the folder was written to its end
     files     {NAME: SHA-256 as hex digits}, without the manifest itself, the lock, and what a person put there
 
@@ -18,9 +18,10 @@ from plant.errors import StoreError
 from plant.input_files import read_input_text
 from tuner.store.advice import repair_hint
 from tuner.store.document import Document
+from tuner.text.product import READ_FORMER
 
 FILE = "manifest.json"
-FORMAT, VERSION = "holdfast-manifest", 1
+FORMAT, VERSION = "gainproof-manifest", 1
 NONE_YET = f"it has no {FILE}, as folders of earlier versions have none, so damage to its files cannot be told"
 
 
@@ -35,7 +36,7 @@ def _inside(name: str) -> str:
 class Manifest(Document):
     """Content of manifest.json. complete: the folder was written to its end; files: SHA-256 by name."""
 
-    format: Literal["holdfast-manifest"]
+    format: Annotated[Literal["gainproof-manifest"], READ_FORMER]
     version: Literal[1]
     complete: bool
     files: dict[Annotated[str, AfterValidator(_inside)], str]

@@ -162,7 +162,7 @@ def test_an_fmu_that_cannot_be_loaded_is_told(tmp_path):
 def test_without_fmpy_the_command_that_installs_it_is_told(monkeypatch):
     system = fmu(2)
     monkeypatch.setattr("plant.errors.find_spec", lambda name: None)
-    with pytest.raises(MissingPackageError, match=r"pip install 'holdfast\[fmu\]'"):
+    with pytest.raises(MissingPackageError, match=r"pip install 'fmpy>="):
         system.flyer(1)
 
 

@@ -151,7 +151,7 @@ def test_a_filter_that_nothing_holds_says_so(monkeypatch, capsys):
 
 
 def test_the_version(monkeypatch, capsys):
-    assert tuner(monkeypatch, capsys, "--version") == (0, f"{version('holdfast')}\n", "")
+    assert tuner(monkeypatch, capsys, "--version") == (0, f"{version('gainproof')}\n", "")
 
 
 def python(*arguments, cwd, **environment):
@@ -200,7 +200,7 @@ def test_a_file_that_hides_a_package_of_ours_is_named(tmp_path, name):
     last = done.stderr.splitlines()[-1]
     assert (
         last
-        == f"ImportError: {file} hides the package '{package}' of holdfast; rename that file, or start in another folder"
+        == f"ImportError: {file} hides the package '{package}' of gainproof; rename that file, or start in another folder"
     )
     # As a module the message stands alone.
     done = python("-m", "tuner", "list", "risks", cwd=tmp_path)

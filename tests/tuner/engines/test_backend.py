@@ -62,7 +62,7 @@ def recorded(folder, arithmetic):
     """A results folder of which nothing is read but who flew it."""
     made = Folder.create(folder)
     record = RunRecord(
-        format="holdfast-run",
+        format="gainproof-run",
         version=1,
         kind="tuning",
         study="inputs/a.toml",

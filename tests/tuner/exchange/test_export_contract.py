@@ -17,7 +17,7 @@ from tuner.exchange.registry import EXPORTERS, exporter, settings_of
 from tuner.exchange.run import bundle_of, check_laws
 from tuner.exchange.target import Request
 
-VERSION = version("holdfast")
+VERSION = version("gainproof")
 DIGEST = "0123456789abcdef" * 4
 # What an option that must be given is given in these tests.
 GIVEN = {"ardupilot": ("firmware=4.7",)}
@@ -94,7 +94,7 @@ def test_files_and_rollback_are_there_and_safely_named(entry, given):
 def test_some_text_names_the_gains_the_airframe_and_the_tool(entry, given):
     bundle = exported(entry, given)
     texts = [content.decode(errors="replace") for content in bundle.files.values()]
-    for word in (DIGEST[:12], given.airframe.name, "holdfast"):
+    for word in (DIGEST[:12], given.airframe.name, "gainproof"):
         assert any(word in text for text in texts), word
 
 
@@ -102,7 +102,7 @@ def test_some_text_names_the_gains_the_airframe_and_the_tool(entry, given):
 def test_bundle_and_rollback_name_the_version_of_the_tool(entry, given):
     bundle = exported(entry, given)
     for files in (bundle.files, bundle.rollback):
-        assert any(f"holdfast {VERSION}" in content.decode(errors="replace") for content in files.values())
+        assert any(f"gainproof {VERSION}" in content.decode(errors="replace") for content in files.values())
 
 
 @pytest.mark.parametrize(("entry", "given"), PAIRS)

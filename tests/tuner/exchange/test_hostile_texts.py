@@ -164,7 +164,7 @@ def test_a_setting_of_a_previous_file_leaves_no_control_character_in_the_rollbac
     entry, (switch, *_) = EXPORTERS["betaflight"], SWITCHES
     (previous := tmp_path / "diff.txt").write_text(f"set {switch} = A\x04\x1b[2JB\n")
     request = replace(request_of(entry, CONTROLLERS["pid"]), previous=previous)
-    text = dict(entry.export(request).rollback)["holdfast.betaflight.txt"].decode()
+    text = dict(entry.export(request).rollback)["gainproof.betaflight.txt"].decode()
     assert f"set {switch} = A\\x04" in text and all(line.isprintable() for line in text.splitlines())
 
 
@@ -190,9 +190,9 @@ def test_exported_c_compiles_without_a_warning_and_runs_nothing_of_a_text(tmp_pa
     entry = EXPORTERS["c99"]
     for k, text in enumerate(BATCHES):
         put(folder := tmp_path / f"c{k}", entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
-        ask = '#include <stdio.h>\n#include "holdfast_controller.h"\nint main(void) { return fputs(HOLDFAST_AIRFRAME, stdout) < 0; }'
+        ask = '#include <stdio.h>\n#include "gainproof_controller.h"\nint main(void) { return fputs(GAINPROOF_AIRFRAME, stdout) < 0; }'
         (folder / "ask.c").write_text(ask)
-        units = ["ask.c", "holdfast_controller.c"]
+        units = ["ask.c", "gainproof_controller.c"]
         run(folder, gcc, "-std=c99", "-Wall", "-Wextra", "-Wtrigraphs", "-Werror", *units, "-o", "ask", "-lm")
         assert run(folder, "./ask") == one_line(text)
         run(folder, "make", "-s", "test")
@@ -202,16 +202,16 @@ def test_an_fmu_loads_and_runs_nothing_of_a_text(tmp_path):
     program("gcc")
     entry, text = EXPORTERS["fmi"], " ".join(WRITTEN)
     put(tmp_path, entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
-    with zipfile.ZipFile(tmp_path / "holdfast.fmu") as archive:
+    with zipfile.ZipFile(tmp_path / "gainproof.fmu") as archive:
         archive.extractall(tmp_path)
     load_it = "import ctypes, sys; ctypes.CDLL(sys.argv[1]).fmi2GetVersion"
-    run(tmp_path, sys.executable, "-c", load_it, "binaries/linux64/holdfast_controller.so")
+    run(tmp_path, sys.executable, "-c", load_it, "binaries/linux64/gainproof_controller.so")
 
 
 def test_an_exported_python_package_runs_nothing_of_a_text(tmp_path):
     entry, text = EXPORTERS["rotorpy"], " ".join(WRITTEN)
     put(tmp_path, entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
-    run(tmp_path, sys.executable, "-c", "from holdfast_rotorpy import controller; controller()")
+    run(tmp_path, sys.executable, "-c", "from gainproof_rotorpy import controller; controller()")
 
 
 # Each text by itself in each kind of place.

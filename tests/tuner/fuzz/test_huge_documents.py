@@ -14,7 +14,7 @@ from tuner.experiments.trials.asking import MAX_REASONS
 
 DEEP = '{"kind": "tuning", "format": ' + "[" * 100_000 + "]" * 100_000 + "}"
 DEEP_STUDY = "a = " + "[" * 100_000 + "]" * 100_000
-WIDE = '{"format": "holdfast-run", "kind": "tuning", "values": [' + ",".join(["{}"] * (MOST_VALUES + 1)) + "]}"
+WIDE = '{"format": "gainproof-run", "kind": "tuning", "values": [' + ",".join(["{}"] * (MOST_VALUES + 1)) + "]}"
 COMMANDS = {
     "show": ("RESULTS",), "report": ("RESULTS",), "resume": ("RESULTS",), "verify": ("RESULTS",),
     "rejudge": ("RESULTS", "--out", "new"), "compare": ("RESULTS", "RESULTS"), "confirm": ("RESULTS", "--firmware", "betaflight", "--binary", "JSON"),

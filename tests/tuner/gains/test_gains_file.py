@@ -76,7 +76,7 @@ def test_margins_are_those_of_the_table_of_the_run(small_run, document):
 @pytest.mark.parametrize(
     ("change", "key", "words"),
     [
-        (lambda d: d.pop("format"), "format", "holdfast-gains"),
+        (lambda d: d.pop("format"), "format", "gainproof-gains"),
         (lambda d: d.update(version="7.1"), "version", "unknown version '7.1'"),
         (
             lambda d: d["controller"].update(attitude="hybird"),
@@ -204,7 +204,7 @@ def test_a_seed_that_no_double_holds_is_a_text():
 
 def test_the_same_result_is_told_from_another():
     made = whole_document()
-    later = made | {"exports": [], "cost": [], "generator": {"name": "holdfast", "version": "9"}, "margins": []}
+    later = made | {"exports": [], "cost": [], "generator": {"name": "gainproof", "version": "9"}, "margins": []}
     assert same_result({**later, "sha256": made["sha256"]}, made)
     assert same_result({key: value for key, value in made.items() if key != "sha256"}, made)
     assert not same_result({**made, "sha256": 64 * "0"}, made)

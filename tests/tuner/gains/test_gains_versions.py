@@ -52,7 +52,7 @@ OLD = """{
 """
 POSITION = (2.0625991680581834, 0.9616832633212279, 14.362267631134905)
 ATTITUDE = (16.712745797118554, 6.101534951543213, 0.22985187166559012, 9.602306652262454, 0.1)
-NEWER = {"generator": {"name": "holdfast", "version": "3.2.1"}}
+NEWER = {"generator": {"name": "gainproof", "version": "3.2.1"}}
 
 
 def test_a_file_of_version_0_1_is_read(tmp_path, capsys):
@@ -149,7 +149,7 @@ def test_a_later_minor_version_says_who_wrote_it_and_what_to_do(tmp_path, versio
     made = document() | NEWER | {"version": version}
     with pytest.raises(
         InputError,
-        match=rf"version {version} of the format by holdfast 3\.2\.1.*reads 0\.1, 1\.0, 1\.1 and 1\.2: update",
+        match=rf"version {version} of the format by gainproof 3\.2\.1.*reads 0\.1, 1\.0, 1\.1 and 1\.2: update",
     ) as caught:
         read_gains(written(tmp_path, made))
     assert caught.value.key == "version"

@@ -13,7 +13,7 @@ def test_a_valid_file_is_said_to_be_what_it_is(tmp_path, monkeypatch, capsys):
     file = written(tmp_path, document())
     code, out, err = tuner(monkeypatch, capsys, "validate", file)
     assert (code, err) == (0, "") and out == (
-        f"{file}: valid: holdfast-gains 1.2, ladrc / hybrid for airframe hummingbird, 24 gains, hash ok\n"
+        f"{file}: valid: gainproof-gains 1.2, ladrc / hybrid for airframe hummingbird, 24 gains, hash ok\n"
     )
 
 
@@ -28,7 +28,7 @@ def test_an_old_file_is_valid(tmp_path, monkeypatch, capsys):
     file = tmp_path / "old.json"
     file.write_text(OLD)
     code, out, _ = tuner(monkeypatch, capsys, "validate", file)
-    assert code == 0 and "holdfast-gains 0.1" in out and "before version 1.0" in out
+    assert code == 0 and "gainproof-gains 0.1" in out and "before version 1.0" in out
 
 
 def test_each_problem_has_its_line(tmp_path, monkeypatch, capsys):

@@ -112,7 +112,7 @@ def test_a_missing_package_is_told_with_the_line_that_installs_it(monkeypatch, t
     monkeypatch.setattr("plant.errors.find_spec", lambda package: None)
     file = tmp_path / "log"
     file.write_bytes(ulog.MAGIC + bytes(100))
-    with pytest.raises(MissingPackageError, match=r"pip install 'holdfast\[logs\]'"):
+    with pytest.raises(MissingPackageError, match=r"pip install 'pyulog>="):
         read_log(file)
 
 

@@ -296,7 +296,7 @@ def resolved(made):
 
 
 ENVIRONMENT = {
-    "holdfast": "0.1.0", "numpy": "2.4.6", "numba": "0.68.1", "python": "3.11.9", "platform": "Linux-6.1", "threads": 4,
+    "gainproof": "0.1.0", "numpy": "2.4.6", "numba": "0.68.1", "python": "3.11.9", "platform": "Linux-6.1", "threads": 4,
     "cpu": "AMD EPYC 9R14", "simd": "avx512", "started": "2025-11-21T02:41:04+00:00",
     "command": "tuner run studies/quickstart.toml", "commit": None,
 }  # fmt: skip
@@ -306,7 +306,7 @@ def gains(made, front):
     bandwidth = {"value": front[1]["gain:attitude.omega_o"], "unit": "rad/s"}
     keys = ("label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict")
     return {
-        "format": "holdfast-gains",
+        "format": "gainproof-gains",
         "version": "0.1",
         "controller": {"position": "ladrc", "attitude": "hybrid"},
         "gains": {

@@ -121,7 +121,7 @@ def test_the_content_of_a_study_names_what_was_chosen(tmp_path):
 
 def record(version, generations: int | None = 7):
     return RunRecord(
-        format="holdfast-run",
+        format="gainproof-run",
         version=version,
         kind="tuning",
         study="inputs/a.toml",

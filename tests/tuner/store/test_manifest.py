@@ -133,7 +133,8 @@ def test_a_folder_that_is_not_complete_is_not_shown_as_a_result(copy, monkeypatc
 
 
 @pytest.mark.parametrize(
-    "text", ["{", "[]", "{}", '{"format": "holdfast-manifest", "version": 1, "complete": true, "files": {"../x": "0"}}']
+    "text",
+    ["{", "[]", "{}", '{"format": "gainproof-manifest", "version": 1, "complete": true, "files": {"../x": "0"}}'],
 )
 def test_a_damaged_manifest_is_told_and_mended(text, copy, monkeypatch, capsys):
     (copy / FILE).write_text(text)

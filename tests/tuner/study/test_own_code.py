@@ -99,7 +99,7 @@ def test_a_file_read_again_is_the_same_and_an_edited_one_takes_its_place(tmp_pat
 
 
 def test_names_belong_to_one_file_each(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="'pid' is a law of holdfast itself; give yours another name"):
+    with pytest.raises(InputError, match="'pid' is a law of gainproof itself; give yours another name"):
         use(edited(LAW, tmp_path, ('name="pid_plain"', 'name="pid"')))
     use(LAW)
     with pytest.raises(InputError, match="is the law of .* already"):
@@ -231,7 +231,7 @@ class EntryPoint:
 
     module: str
     attr: str
-    group: str = "holdfast.laws"
+    group: str = "gainproof.laws"
     name: str = "packaged"
     dist: Distribution = Distribution()
 
@@ -252,7 +252,7 @@ def test_a_package_offers_a_law_by_an_entry_point(tmp_path: Path, monkeypatch: p
 
     def entry_points(group: str) -> list[EntryPoint]:
         asked.append(group)
-        return [EntryPoint("my_packaged_law", "LAW")] if group == "holdfast.laws" else []
+        return [EntryPoint("my_packaged_law", "LAW")] if group == "gainproof.laws" else []
 
     monkeypatch.setattr("importlib.metadata.entry_points", entry_points)
     registry = Registry("law", lambda entry: entry.name, LAWS.values())
@@ -261,13 +261,13 @@ def test_a_package_offers_a_law_by_an_entry_point(tmp_path: Path, monkeypatch: p
     assert found.origin is not None and found.origin.place == "my-laws 1.2" and found.origin.packaged
     with pytest.raises(InputError, match="unknown law 'pakcaged'; did you mean 'packaged'"):
         registry.find("pakcaged")
-    assert asked == ["holdfast.laws"]
+    assert asked == ["gainproof.laws"]
 
 
 def test_an_entry_point_that_cannot_be_loaded_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("importlib.metadata.entry_points", lambda group: [EntryPoint("no_such_module", "LAW")])
     with pytest.raises(
-        InputError, match="holdfast.laws: the entry point packaged = no_such_module:LAW cannot be loaded"
+        InputError, match="gainproof.laws: the entry point packaged = no_such_module:LAW cannot be loaded"
     ):
         Registry("law", lambda entry: entry.name, ()).find("packaged")
 

@@ -17,7 +17,7 @@ from tuner.text.errors import code_announced
 
 ANNOUNCED = code_announced
 STUDIES = Path(__file__).parents[3] / "studies"
-RECORD = '{"format": "holdfast-run", "version": 3, "kind": "plant", "study": "inputs/x.toml", "digest": "0", '
+RECORD = '{"format": "gainproof-run", "version": 3, "kind": "plant", "study": "inputs/x.toml", "digest": "0", '
 RECORD += '"generations": 1, "model": "0"}'
 LAW = 'title = "t"\n[law]\nfile = "evil.py"\n[airframe]\nname = "hummingbird"\n'
 METRIC, REFERENCE = LAW.replace("[law]", "[metric]"), LAW.replace("[law]", "[reference]")
@@ -138,7 +138,7 @@ def packaged(stranger):
     """An installed package, as a search path with the working folder would see it, that offers a law."""
     stranger.write("evil_pack.py", stranger.evil + "LAW = None\n")
     stranger.write("evil_pack-1.0.dist-info/METADATA", "Metadata-Version: 2.1\nName: evil-pack\nVersion: 1.0\n")
-    stranger.write("evil_pack-1.0.dist-info/entry_points.txt", "[holdfast.laws]\nevil = evil_pack:LAW\n")
+    stranger.write("evil_pack-1.0.dist-info/entry_points.txt", "[gainproof.laws]\nevil = evil_pack:LAW\n")
 
 
 def shadows(name):
@@ -155,7 +155,7 @@ def default_beside(stranger):
 
 def gains_beside(stranger):
     stranger.folder()
-    stranger.write("r/gains.json", '{"format": "holdfast-plant-gains", "version": "0.1"}')
+    stranger.write("r/gains.json", '{"format": "gainproof-plant-gains", "version": "0.1"}')
 
 
 # What a stranger hands over, and what a user types.

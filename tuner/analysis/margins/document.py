@@ -104,7 +104,7 @@ def _cycle_row(subject: PlantSubject, cycle: LimitCycle) -> LimitCycleRow:
 class LoopFields(TypedDict):
     """Fields of the document that every controller has."""
 
-    format: Literal["holdfast-margins"]
+    format: Literal["gainproof-margins"]
     version: Literal["0.2"]
     channels: list[ChannelMargins]
     multiloop: MultiloopMargins

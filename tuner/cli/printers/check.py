@@ -88,7 +88,7 @@ def sentence(examined: "Examined") -> str:
         return f"{given['format']} {given['version']}, {loops}, {len(document['gains'])} gains"
     laws = f"{document['controller']['position']} / {document['controller']['attitude']}"
     words = [
-        f"holdfast-gains {given['version']}",
+        f"gainproof-gains {given['version']}",
         f"{laws} for airframe {document['airframe']['name']}",
         f"{len(document['gains'])} gains",
     ]

@@ -8,7 +8,7 @@ from plant.backends.processor import Processor, compile_for, compiled_for, libc,
 from tuner.text.version import version
 
 Report = dict[str, str]
-PACKAGES = ("holdfast", "numpy", "numba", "llvmlite", "scipy")
+PACKAGES = ("gainproof", "numpy", "numba", "llvmlite", "scipy")
 
 
 def machine_report() -> Report:

@@ -25,7 +25,7 @@ class BriefPlugin(WorkerPlugin):
     """Brings a brief to every worker, once to each, and to those that join later."""
 
     def __init__(self, brief: BatchSpec) -> None:
-        self.name = f"holdfast-{brief.key}"
+        self.name = f"gainproof-{brief.key}"
         self._key = brief.key
         # Opened by the first task: what it imports would hold up the heartbeat of the worker.
         self._content = pickle.dumps(brief)

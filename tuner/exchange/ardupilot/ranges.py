@@ -186,7 +186,7 @@ def _dialect(
     return Dialect(
         target="ardupilot",
         name=f"ArduPilot Copter {firmware}",
-        file="holdfast.param",
+        file="gainproof.param",
         table={entry.name: entry for entry in (*attitude, *position, *common)},
         names=cascades,
         # The P gain on the acceleration is free, and so not among them.

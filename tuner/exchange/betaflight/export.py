@@ -35,7 +35,7 @@ from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, R
 from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
 
-FILE = "holdfast.betaflight.txt"
+FILE = "gainproof.betaflight.txt"
 NAME = "Betaflight 2025.12"
 # Its numbers of our rotors 1 to 4, mixers QUADX and QUADP.
 MOTORS: Motors = (4, 2, 3, 1)

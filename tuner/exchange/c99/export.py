@@ -39,8 +39,8 @@ None is in this code: these gains were tuned for a command that acts in the peri
 
 Escape: TypeAlias = Callable[[str], str]
 """Writes a text into a language."""
-PREFIX = "holdfast"
-TUNED = "These gains were tuned by holdfast."
+PREFIX = "gainproof"
+TUNED = "These gains were tuned by gainproof."
 REAL = Option("real", "type of all numbers", ("float", "double"), "float")
 
 

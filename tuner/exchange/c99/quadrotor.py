@@ -65,7 +65,7 @@ DECLARED = {
 }
 
 
-def c_sources(controller: Controller, real: str = "float", prefix: str = "holdfast", digest: str = "") -> Code:
+def c_sources(controller: Controller, real: str = "float", prefix: str = "gainproof", digest: str = "") -> Code:
     """Write the controller in C99.
 
     real: "float" or "double", the type of all numbers. prefix: of all names, a C identifier in lower case; the files are

@@ -38,7 +38,7 @@ from tuner.exchange.texts import c_comment, filled, heading, markdown, parameter
 from tuner.gains import Controller
 
 FIRMWARE = "crazyflie-firmware 2025 and later, platform cf2"
-FILE = "holdfast_params.yaml"
+FILE = "gainproof_params.yaml"
 CONTROLLER_FILES = (
     "Kbuild",
     "Makefile",
@@ -46,8 +46,8 @@ CONTROLLER_FILES = (
     "app-config",
     "src/Kbuild",
     "src/app_main.c",
-    "src/controller_holdfast.c",
-    "src/controller_holdfast.h",
+    "src/controller_gainproof.c",
+    "src/controller_gainproof.h",
 )
 # Period of the firmware's stabilizer loop [s].
 TICK = 0.001
@@ -209,7 +209,7 @@ def as_controller(request: Request) -> Bundle:
 def with_code(request: Request, sentence: str = "") -> dict[str, bytes]:
     """Return name -> content of the firmware's out-of-tree folder."""
     controller = request.controller
-    code = c_sources(controller, real="float", prefix="holdfast", digest=request.digest)
+    code = c_sources(controller, real="float", prefix="gainproof", digest=request.digest)
     rotors = actuation(controller.airframe.vehicle)
     lines = [text for text in (*heading(request, str), sentence) if text]
     words = {
@@ -223,7 +223,7 @@ def with_code(request: Request, sentence: str = "") -> dict[str, bytes]:
         "motors": motors_text(rotors, MOTORS),
     }
     texts = {name: filled("crazyflie", name, **words) for name in CONTROLLER_FILES}
-    texts |= {"src/holdfast_controller.c": code.source, "src/holdfast_controller.h": code.header}
+    texts |= {"src/gainproof_controller.c": code.source, "src/gainproof_controller.h": code.header}
     return {name: text.encode("ascii", "backslashreplace") for name, text in texts.items()}
 
 

@@ -18,8 +18,8 @@ AHEAD = (
 )
 FURTHER_STEP = """\
     if (status == 0) {
-        holdfast_state ahead = *state;
-        status = (int)holdfast_step(&ahead, &reference, &measurement, &command);
+        gainproof_state ahead = *state;
+        status = (int)gainproof_step(&ahead, &reference, &measurement, &command);
     }
 """
 
@@ -41,7 +41,7 @@ def binding(controller: Controller, exposed: Sequence[FmuVariable], heading: Seq
         start_inputs=_values(inputs),
         start_outputs=_values(outputs),
         constant_values=_values(constants),
-        take="\n".join(f"    {entry.member} = (holdfast_real)in[{i}];" for i, entry in enumerate(inputs)),
+        take="\n".join(f"    {entry.member} = (gainproof_real)in[{i}];" for i, entry in enumerate(inputs)),
         give="\n".join(f"    out[{i}] = (double)command.{entry.member};" for i, entry in enumerate(outputs)),
         when=AHEAD if delayed else AT_ONCE,
         ahead=FURTHER_STEP if delayed else "",

@@ -40,12 +40,12 @@ def archive(files: Mapping[str, bytes]) -> bytes:
     return held.getvalue()
 
 
-PREFIX = "holdfast"
+PREFIX = "gainproof"
 FMI_SOURCES = ("fmi2_interface.h", "fmi2_cosimulation.c")
 NAME = f"{PREFIX}_controller"
 UNITS = ("fmi2_cosimulation.c", f"{NAME}.c")
 REAL = Option("real", "floating-point type of the code", ("float", "double"), "float")
-MOCK_UP, VALUES = "holdfast.fmu", "holdfast.ssv"
+MOCK_UP, VALUES = "gainproof.fmu", "gainproof.ssv"
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ typedef struct {
     double periods;
     double in[INPUTS];
     double out[OUTPUTS];
-    holdfast_state controller;
+    gainproof_state controller;
 } model_state;
 
 typedef struct {

@@ -40,7 +40,7 @@ def _text(value: object) -> str:
     return repr(float(value)) if isinstance(value, float) else str(value)
 
 
-IDENTIFIER = "holdfast_controller"
+IDENTIFIER = "gainproof_controller"
 
 
 def model_description(request: Request, exposed: Sequence[FmuVariable], guid: str, sources: Sequence[str]) -> bytes:
@@ -55,7 +55,7 @@ def model_description(request: Request, exposed: Sequence[FmuVariable], guid: st
                 "modelName": f"Quadrotor controller: {laws}",
                 "guid": guid,
                 "description": " ".join(f"{line}." for line in heading(request, str)),
-                "generationTool": "holdfast",
+                "generationTool": "gainproof",
                 "variableNamingConvention": "structured",
                 "numberOfEventIndicators": 0,
             },
@@ -146,7 +146,7 @@ def parameter_values(request: Request) -> bytes:
                 "version": "1.0",
                 "name": "gains",
                 "description": " ".join(f"{line}." for line in heading(request, str)),
-                "generationTool": "holdfast",
+                "generationTool": "gainproof",
             },
             [element("ssv:Parameters", {}, parameters), element("ssv:Units", {}, units)],
         )

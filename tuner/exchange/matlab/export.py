@@ -17,7 +17,7 @@ from tuner.exchange.aboard import rollback_request
 from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.texts import heading, matlab_string
 
-FUNCTION = "holdfast_gains"
+FUNCTION = "gainproof_gains"
 FILE = f"{FUNCTION}.m"
 VERSION = "MATLAB R2016b and later, GNU Octave 6 and later"
 
@@ -56,7 +56,7 @@ def entries(request: Request) -> dict[str, Entry]:
     vehicle, options = controller.airframe.vehicle, controller.options
     knows = nominal(vehicle, options, controller.control_period)
     table: dict[str, Entry] = {
-        "source.tool": ("holdfast", ""),
+        "source.tool": ("gainproof", ""),
         "source.digest": (request.digest, ""),
         "laws.position": (controller.cascade.position.name, ""),
         "laws.attitude": (controller.cascade.attitude.name, ""),

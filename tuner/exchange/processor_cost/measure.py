@@ -31,7 +31,7 @@ from tuner.exchange.texts import filled
 from tuner.gains import Controller
 from tuner.study.processor_cost.cost import CONTROL_PERIOD, COUNTED, MEANING, SHARED, TARGET, ProcessorCost
 
-PREFIX, REAL = "holdfast", "float"
+PREFIX, REAL = "gainproof", "float"
 # Sections of an object file that a processor's flash has to hold.
 FLASH = (".text", ".rodata", ".data")
 STACK_FLAGS = ("-fcallgraph-info=su",)

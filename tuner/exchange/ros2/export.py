@@ -28,7 +28,7 @@ from tuner.gains import Controller
 
 ATTITUDE, POSITION = "attitude_pid", "position_pid"
 NODES = {ATTITUDE: ATTITUDE_AXES, POSITION: POSITION_AXES}
-FILE = "holdfast_pid.yaml"
+FILE = "gainproof_pid.yaml"
 
 # Every field of the controllers' schema that this file writes -> its type, as a node declares it: a value of another type is
 # refused when the node starts. "*" stands for the name of a degree of freedom.

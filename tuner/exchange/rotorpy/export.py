@@ -24,11 +24,11 @@ from tuner.exchange.rotorpy.vehicle import differences, parameters
 from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.texts import filled, heading, markdown, python_docstring, tool
 
-PACKAGE = "holdfast_rotorpy"
+PACKAGE = "gainproof_rotorpy"
 VERSION = "RotorPy 3.0"
 MODULES = ("README.md", *(f"{PACKAGE}/{name}.py" for name in ("__init__", "gains", "vehicle_params")))
 # What stands in the packages inside, whose own would import every law.
-PART = '"""Copies of holdfast\'s model functions, those that this controller calls."""\n'
+PART = '"""Copies of gainproof\'s model functions, those that this controller calls."""\n'
 CONTROLLER = Path(rotorpy_controller.__file__)
 _OF_PLANT = re.compile(r"^from plant(\.[\w.]+)? import", re.MULTILINE)
 

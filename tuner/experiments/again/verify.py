@@ -404,7 +404,7 @@ def elsewhere(path: Path, sources_changed: bool) -> str:
     except StoreError:
         return ""
     now = environment(0)
-    names = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cpu", "simd", "target")
+    names = ("gainproof", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cpu", "simd", "target")
     changed = [
         f"{name} {getattr(then, name)} then, {getattr(now, name)} now"
         for name in names

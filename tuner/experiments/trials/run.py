@@ -128,7 +128,7 @@ def variables_document(outcome: TrialOutcome, summary: Summary) -> VariablesDocu
     study = outcome.study
     values = zip(study.table.variable, outcome.gains(outcome.tuned).tolist(), strict=True)
     return VariablesDocument(
-        format="holdfast-variables",
+        format="gainproof-variables",
         version=1,
         study=study.path.name,
         title=study.title,

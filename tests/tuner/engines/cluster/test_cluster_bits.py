@@ -18,7 +18,7 @@ from tuner.experiments.tuning.run import TuningRun
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 
-pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
+pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install distributed")
 
 from dask.config import set as configured  # noqa: E402
 from distributed import Client, LocalCluster  # noqa: E402

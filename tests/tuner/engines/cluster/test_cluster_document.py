@@ -13,7 +13,7 @@ from tests.tuner.engines.cluster.clusters import scheduler, worker
 from tests.tuner.experiments.again.killing import compare, finish, finish_elsewhere, result_of, run_arguments
 from tuner.text.errors import NOTHING_FEASIBLE
 
-pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
+pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install distributed")
 
 ROOT = Path(__file__).parents[4]
 TEXT = (ROOT / "docs" / "cluster.md").read_text(encoding="utf-8")

@@ -25,7 +25,7 @@ from tests.tuner.experiments.again.killing import command, run_arguments
 from tests.tuner.in_process import tuner
 from tuner.engines.cluster.connect import required
 
-pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
+pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install distributed")
 
 from distributed import Client  # noqa: E402
 
@@ -82,7 +82,7 @@ def test_every_kind_of_difference_is_named():
     ours = machine_report()
     assert set(ours) == {
         "python",
-        "holdfast",
+        "gainproof",
         "numpy",
         "numba",
         "llvmlite",
@@ -222,7 +222,7 @@ def test_without_the_package_one_line(monkeypatch, capsys, tmp_path):
     code, _, said = tuner(monkeypatch, capsys, *arguments)
     assert (
         code == 2
-        and said == "Error: --dask: needs the package distributed; install it with: pip install 'holdfast[dask]'\n"
+        and said == "Error: --dask: needs the package distributed; install it with: pip install 'distributed>=2024.8'\n"
     )
     assert not (tmp_path / "r").exists()
 

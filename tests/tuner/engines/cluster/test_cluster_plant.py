@@ -22,7 +22,7 @@ from tuner.study.plant_study import PlantStudy
 from tuner.study.reading import parse_toml
 from tuner.text.toml_text import toml_text
 
-pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
+pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install distributed")
 
 HEATER = QUICKSTART.parent / "heater.toml"
 SHORT = ("--set", "search.generations=2", "--set", "scenario.0.held_out=8", "--set", "scenario.0.search=4")

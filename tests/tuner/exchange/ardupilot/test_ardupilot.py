@@ -142,7 +142,7 @@ def test_every_form_of_the_vertical_loop_maps_back():
 def test_the_file_is_what_ground_stations_read(firmware, separator):
     made = bundle(fitting(), firmware, f"separator={separator}")
     text = made.files[FILE].decode("ascii")
-    assert DIGEST in text and "holdfast" in text and f"Copter {firmware}" in text and text.endswith("\n")
+    assert DIGEST in text and "gainproof" in text and f"Copter {firmware}" in text and text.endswith("\n")
     mark = "," if separator == "comma" else " "
     rows = [line for line in text.splitlines() if not line.startswith("#")]
     assert all(re.fullmatch(rf"[A-Z][A-Z0-9_]{{0,15}}{mark}-?\d+\.\d+", row) for row in rows)

@@ -133,11 +133,11 @@ def test_slope_and_hover_of_a_command(curve, model):
 # and plus), PX4's geometry of a quad X, Betaflight's mixerQuadX, power_distribution_quadrotor.c of the Crazyflie.
 ARDUPILOT_X = {1: (45, False), 2: (225, False), 3: (315, True), 4: (135, True)}
 PUBLISHED = {
-    "ardupilot": ("holdfast.param", ARDUPILOT_X),
-    "px4": ("holdfast.params", ARDUPILOT_X),
-    "betaflight": ("holdfast.betaflight.txt", {1: (135, True), 2: (45, False), 3: (225, False), 4: (315, True)}),
-    "betaflight-adrc": ("holdfast.betaflight.txt", {1: (135, True), 2: (45, False), 3: (225, False), 4: (315, True)}),
-    "crazyflie": ("holdfast_params.yaml", {1: (45, False), 2: (135, True), 3: (225, False), 4: (315, True)}),
+    "ardupilot": ("gainproof.param", ARDUPILOT_X),
+    "px4": ("gainproof.params", ARDUPILOT_X),
+    "betaflight": ("gainproof.betaflight.txt", {1: (135, True), 2: (45, False), 3: (225, False), 4: (315, True)}),
+    "betaflight-adrc": ("gainproof.betaflight.txt", {1: (135, True), 2: (45, False), 3: (225, False), 4: (315, True)}),
+    "crazyflie": ("gainproof_params.yaml", {1: (45, False), 2: (135, True), 3: (225, False), 4: (315, True)}),
 }
 BEARINGS = {
     "front right": 45,

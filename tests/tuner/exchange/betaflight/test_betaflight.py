@@ -94,7 +94,7 @@ def test_the_published_example():
 def test_the_file_is_what_the_command_line_takes():
     made = bundle(pid("iris"), "profile=2")
     text = made.files[FILE].decode("ascii")
-    assert DIGEST in text and "holdfast" in text and "iris" in text and "###" not in text
+    assert DIGEST in text and "gainproof" in text and "iris" in text and "###" not in text
     body = lines(made.files[FILE])
     assert body[:2] == ["batch start", "profile 2"] and body[-1] == "save"
     assert all(re.fullmatch(r"set [a-z0-9_]+ = ([0-9]+|[A-Z]+)", line) for line in body[2:-1])

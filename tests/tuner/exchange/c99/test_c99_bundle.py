@@ -22,7 +22,7 @@ from tuner.exchange.c99.quadrotor import c_sources
 from tuner.exchange.target import Request
 from tuner.gains import read_gains, to_document
 
-FILES = {"holdfast_controller.h", "holdfast_controller.c", "golden.h", "test_golden.c", "Makefile", "README.md"}
+FILES = {"gainproof_controller.h", "gainproof_controller.c", "golden.h", "test_golden.c", "Makefile", "README.md"}
 DIGEST = "5" * 64
 
 
@@ -78,7 +78,7 @@ def test_the_golden_vectors_hold_for_a_cpp_build(tmp_path):
     written(tmp_path, usual("hybrid", "hybrid").files)
     flags = ["-x", "c++", "-std=c++11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"]
     subprocess.run(
-        [program("g++"), *flags, "test_golden.c", "holdfast_controller.c", "-o", "cpp"], cwd=tmp_path, check=True
+        [program("g++"), *flags, "test_golden.c", "gainproof_controller.c", "-o", "cpp"], cwd=tmp_path, check=True
     )
     done = subprocess.run(["./cpp"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
@@ -86,7 +86,7 @@ def test_the_golden_vectors_hold_for_a_cpp_build(tmp_path):
 
 def mutants(source):
     """Sources with one constant of a table that is not 0 made 0.1 % larger, and where it stands."""
-    for table in re.finditer(r"static const \w+ holdfast_(\w+) = \{(.*?)\};", source, re.S):
+    for table in re.finditer(r"static const \w+ gainproof_(\w+) = \{(.*?)\};", source, re.S):
         for entry in re.finditer(r"^ +(-?[\d.]+(?:e-?\d+)?)f, /\* (.*?) \*/$", table[2], re.M):
             if float(entry[1]) == 0.0:
                 continue
@@ -103,7 +103,7 @@ def survivors(law, folder, every):
     flags = ("-std=c99", "-O0", *FLAGS[2:])
     subprocess.run([gcc, *flags, "-c", "test_golden.c"], cwd=folder, check=True)
     alive, count = [], 0
-    for name, source in list(mutants(files["holdfast_controller.c"].decode()))[::every]:
+    for name, source in list(mutants(files["gainproof_controller.c"].decode()))[::every]:
         (folder / "mutant.c").write_text(source)
         subprocess.run([gcc, *flags, "mutant.c", "test_golden.o", "-o", "mutant", "-lm"], cwd=folder, check=True)
         done = subprocess.run(["./mutant"], cwd=folder, capture_output=True, text=True)
@@ -131,15 +131,15 @@ def test_bytes_are_a_function_of_the_request():
 
 def test_texts_name_gains_airframe_laws_and_tool():
     found = usual("ladrc", "hybrid")
-    for name in FILES - {"Makefile", "holdfast_controller.c"}:
+    for name in FILES - {"Makefile", "gainproof_controller.c"}:
         text = found.files[name].decode()
-        assert all(word in text for word in (DIGEST, "hummingbird", "ladrc", "hybrid", "holdfast")), name
-    assert f'#define HOLDFAST_GAINS_DIGEST "{DIGEST}"' in found.files["holdfast_controller.h"].decode()
+        assert all(word in text for word in (DIGEST, "hummingbird", "ladrc", "hybrid", "gainproof")), name
+    assert f'#define GAINPROOF_GAINS_DIGEST "{DIGEST}"' in found.files["gainproof_controller.h"].decode()
 
 
 def test_every_gain_stands_in_the_source_with_its_unit():
     controller = uneven("pid", "hybrid")
-    source = usual("pid", "hybrid").files["holdfast_controller.c"].decode()
+    source = usual("pid", "hybrid").files["gainproof_controller.c"].decode()
     flat = re.sub(r"\s+", " ", source)
     document = to_document(controller, {})
     for address, entry in document["gains"].items():
@@ -167,7 +167,7 @@ def test_rollback_without_previous_gains_is_the_defaults():
     found = usual("ladrc", "hybrid")
     assert set(found.rollback) == FILES
     defaults = replace(controller, gains=tuple(default_row(controller.cascade)))
-    assert found.rollback["holdfast_controller.c"].decode() == c_sources(defaults).source
+    assert found.rollback["gainproof_controller.c"].decode() == c_sources(defaults).source
     assert found.rollback["golden.h"] != found.files["golden.h"]
 
 
@@ -176,7 +176,7 @@ def test_rollback_is_what_flew_before(tmp_path):
     file = tmp_path / "gains.json"
     file.write_text(json.dumps(to_document(before, {})))
     back = bundle(uneven("hybrid", "pid"), previous=file).rollback
-    assert back["holdfast_controller.c"].decode() == c_sources(read_gains(file)).source
+    assert back["gainproof_controller.c"].decode() == c_sources(read_gains(file)).source
     assert b"ladrc" in back["README.md"]
     folder = written(tmp_path / "back", back)
     assert made(folder, "test").returncode == 0

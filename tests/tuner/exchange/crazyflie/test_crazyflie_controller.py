@@ -66,10 +66,10 @@ void controllerPid(control_t *control, const setpoint_t *setpoint, const sensorD
 ARM_LENGTH, THRUST2TORQUE = np.float32(0.046), np.float32(0.005964552)
 # A plain-C face for Python: flat arrays in, flat arrays out.
 FACE = """
-#include "controller_holdfast.h"
-#include "holdfast_controller.h"
+#include "controller_gainproof.h"
+#include "gainproof_controller.h"
 static control_t control;
-static holdfast_state beside;
+static gainproof_state beside;
 void begin(void) { controllerOutOfTreeInit(); }
 /* The firmware's own PID, of which only what it is asked counts here. */
 static float asked[8];
@@ -107,13 +107,13 @@ void fly(uint32_t tick, const float *s, const float *p, const int *mode, float *
 }
 /* s as above with the gyro in rad/s. r: position, velocity, acceleration, roll, pitch, yaw, yaw_rate, hold. out: rotor thrusts */
 void plain(int first, const float *s, const float *r, float *out) {
-  const holdfast_vec3 p = {s[0], s[1], s[2]}, v = {s[3], s[4], s[5]}, w = {s[10], s[11], s[12]};
-  const holdfast_quaternion q = {s[6], s[7], s[8], s[9]};
-  const holdfast_reference reference = {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, {r[6], r[7], r[8]}, r[9], r[10], r[11], r[12], r[13]};
-  holdfast_measurement m; holdfast_command command;
-  holdfast_measure(&p, &v, &q, &w, &m);
-  if (first) holdfast_init(&beside, &m);
-  holdfast_step(&beside, &reference, &m, &command);
+  const gainproof_vec3 p = {s[0], s[1], s[2]}, v = {s[3], s[4], s[5]}, w = {s[10], s[11], s[12]};
+  const gainproof_quaternion q = {s[6], s[7], s[8], s[9]};
+  const gainproof_reference reference = {{r[0], r[1], r[2]}, {r[3], r[4], r[5]}, {r[6], r[7], r[8]}, r[9], r[10], r[11], r[12], r[13]};
+  gainproof_measurement m; gainproof_command command;
+  gainproof_measure(&p, &v, &q, &w, &m);
+  if (first) gainproof_init(&beside, &m);
+  gainproof_step(&beside, &reference, &m, &command);
   for (int i = 0; i < 4; i++) out[i] = command.rotor_thrust[i];
 }
 """
@@ -158,8 +158,8 @@ def test_it_compiles_without_a_warning(tmp_path, compiler, position, attitude):
             [
                 program("arm-none-eabi-nm"),
                 "-u",
-                str(source / "controller_holdfast.o"),
-                str(source / "holdfast_controller.o"),
+                str(source / "controller_gainproof.o"),
+                str(source / "gainproof_controller.o"),
             ],
             capture_output=True,
             text=True,
@@ -174,7 +174,7 @@ class Firmware:
     def __init__(self, source, root):
         (source / "face.c").write_text(FACE)
         library = source / "face.so"
-        files = [str(source / name) for name in ("face.c", "controller_holdfast.c", "holdfast_controller.c")]
+        files = [str(source / name) for name in ("face.c", "controller_gainproof.c", "gainproof_controller.c")]
         flags = ["-std=c11", "-O2", "-ffp-contract=off", "-shared", "-fPIC"]
         subprocess.run(
             [program("gcc"), *flags, f"-I{root}", f"-I{source}", *files, "-lm", "-o", str(library)], check=True
@@ -465,7 +465,7 @@ def test_it_builds_for_the_rotors_that_the_gains_are_for_alone(tmp_path, airfram
         f"-I{tmp_path}",
         f"-I{source}",
         "-c",
-        str(source / "controller_holdfast.c"),
+        str(source / "controller_gainproof.c"),
         "-o",
         "/dev/null",
     ]
@@ -499,8 +499,8 @@ def test_a_torque_turns_the_vehicle_as_the_firmware_means_it(firmware):
 def test_every_law_can_be_carried(law):
     bundle = TARGET.export(request(controller(law, law, "crazyflie-pybullet", 0.002), form="controller"))
     assert set(bundle.files) == set(bundle.rollback)
-    text = bundle.files["src/controller_holdfast.c"].decode()
-    for word in ("5" * 64, "crazyflie-pybullet", f"position {law}", "holdfast", "PERIOD_TICKS 2U"):
+    text = bundle.files["src/controller_gainproof.c"].decode()
+    for word in ("5" * 64, "crazyflie-pybullet", f"position {law}", "gainproof", "PERIOD_TICKS 2U"):
         assert word in text
     assert "@" not in text + bundle.files["README.md"].decode()
 
@@ -512,12 +512,12 @@ def test_the_rollback_is_what_was_flown_before(tmp_path):
     given = controller("pid", "hybrid", "crazyflie-pybullet", 0.002)
     back = TARGET.export(Request(given, "5" * 64, SETTINGS, previous)).rollback
     assert (
-        back["src/holdfast_controller.c"]
+        back["src/gainproof_controller.c"]
         == TARGET.export(
-            Request(flown, back["src/holdfast_controller.h"].decode().split("gains ")[1].split()[0], SETTINGS)
-        ).files["src/holdfast_controller.c"]
+            Request(flown, back["src/gainproof_controller.h"].decode().split("gains ")[1].split()[0], SETTINGS)
+        ).files["src/gainproof_controller.c"]
     )
-    assert b"7.5" in back["src/holdfast_controller.c"]
+    assert b"7.5" in back["src/gainproof_controller.c"]
 
 
 @pytest.mark.parametrize(

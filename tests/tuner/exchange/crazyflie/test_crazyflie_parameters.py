@@ -271,7 +271,7 @@ def test_by_law_pid_gives_parameters_and_others_a_controller():
 
 def test_what_the_file_says_and_how_numbers_are_written():
     text = TARGET.export(request()).files[FILE].decode()
-    for word in ("f" * 64, "crazyflie-pybullet", "position pid, attitude pid", "holdfast", "version: '1'"):
+    for word in ("f" * 64, "crazyflie-pybullet", "position pid, attitude pid", "gainproof", "version: '1'"):
         assert word in text
     assert param_file.number("velCtlPid.vxKi", 8e-5) == "0.00008"
     assert param_file.number("pid_rate.roll_kp", 250.0) == "250.0"

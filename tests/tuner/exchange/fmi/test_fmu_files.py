@@ -19,7 +19,7 @@ from tuner.exchange.fmi.variables import base_unit, exponents
 from tuner.exchange.registry import settings_of
 from tuner.gains import content_hash, to_document
 
-SOURCES = ["binding.h", "fmi2_cosimulation.c", "fmi2_interface.h", "holdfast_controller.c", "holdfast_controller.h"]
+SOURCES = ["binding.h", "fmi2_cosimulation.c", "fmi2_interface.h", "gainproof_controller.c", "gainproof_controller.h"]
 
 
 def content(mock_up: bytes) -> dict[str, bytes]:
@@ -55,7 +55,7 @@ def test_library_and_description_have_one_guid_and_every_source_is_inside():
     parts = content(fmu(request())[0])
     guid = ET.fromstring(parts["modelDescription.xml"]).get("guid")
     assert guid and re.fullmatch(r"\{[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\}", guid)
-    assert parts["binaries/linux64/holdfast_controller.so"].count(guid.encode()) >= 1
+    assert parts["binaries/linux64/gainproof_controller.so"].count(guid.encode()) >= 1
     assert sorted(name.removeprefix("sources/") for name in parts if name.startswith("sources/")) == SOURCES
     assert guid in parts["sources/binding.h"].decode()
 
@@ -125,7 +125,7 @@ def test_every_gain_of_every_law_has_a_unit_that_can_be_taken_apart():
 @pytest.mark.parametrize("attitude", ["adrc", "hybrid"])
 def test_fmpy_reads_the_gains_from_the_ssv_file(attitude, tmp_path):
     asked = request(attitude=attitude)
-    path = tmp_path / "holdfast.ssv"
+    path = tmp_path / "gainproof.ssv"
     path.write_bytes(exporter.parameter_values(asked))
     script = """
 import json, sys
@@ -144,10 +144,10 @@ print(json.dumps([[one.name, float(one.value), one.unit] for one in found]))
 def test_without_gcc_the_fmu_is_still_valid_and_says_that_it_has_to_be_built(monkeypatch, tmp_path):
     monkeypatch.setattr(exporter, "compiler", lambda: None)
     bundle = TARGET.export(request())
-    assert not any(name.startswith("binaries/") for name in content(bundle.files["holdfast.fmu"]))
+    assert not any(name.startswith("binaries/") for name in content(bundle.files["gainproof.fmu"]))
     assert any("sources only" in sentence for sentence in bundle.differences)
     path = tmp_path / "a.fmu"
-    path.write_bytes(bundle.files["holdfast.fmu"])
+    path.write_bytes(bundle.files["gainproof.fmu"])
     script = "import json, sys; from fmpy.validation import validate_fmu; print(json.dumps(validate_fmu(sys.argv[1])))"
     assert ask("fmi", script, path) == []
 
@@ -160,17 +160,17 @@ def test_the_bundle_holds_what_was_asked_and_goes_back_to_the_defaults(monkeypat
     assert double.held.gains == asked.controller.gains
     assert single.held.gains == pytest.approx(asked.controller.gains, rel=2.0**-24)
     assert single.held.gains != asked.controller.gains
-    assert sorted(single.rollback) == ["README.txt", "holdfast.fmu", "holdfast.ssv"]
+    assert sorted(single.rollback) == ["README.txt", "gainproof.fmu", "gainproof.ssv"]
     back = request(digest=content_hash(to_document(request().controller, {})))
-    assert single.rollback["holdfast.fmu"] == fmu(back)[0] != single.files["holdfast.fmu"]
+    assert single.rollback["gainproof.fmu"] == fmu(back)[0] != single.files["gainproof.fmu"]
     delayed = TARGET.export(request(delay=True))
     assert any("one control period" in said for said in single.differences)
     assert not any("one control period" in said for said in delayed.differences)
     for name in (
         "modelDescription.xml",
         "documentation/index.html",
-        "resources/holdfast.ssv",
-        "sources/holdfast_controller.h",
+        "resources/gainproof.ssv",
+        "sources/gainproof_controller.h",
     ):
-        text = content(single.files["holdfast.fmu"])[name].decode()
-        assert asked.digest in text and "hummingbird" in text and "hybrid" in text and "holdfast" in text
+        text = content(single.files["gainproof.fmu"])[name].decode()
+        assert asked.digest in text and "hummingbird" in text and "hybrid" in text and "gainproof" in text

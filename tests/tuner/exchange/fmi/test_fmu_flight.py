@@ -12,7 +12,7 @@ def mock_up(tmp_path_factory):
     """An FMU of the hybrid in single precision, with the inputs of a flight."""
     program("gcc")
     folder, asked = tmp_path_factory.mktemp("fmu"), request()
-    path = folder / "holdfast.fmu"
+    path = folder / "gainproof.fmu"
     path.write_bytes(fmu(asked)[0])
     rows = flight(asked.controller)
     return path, write_inputs(folder / "inputs.json", rows), rows, asked.controller

@@ -20,7 +20,7 @@ from tuner.gains import to_document
 # Numbers that decimal fractions do not hold, and sizes from nano to giga.
 AWKWARD = [0.1, 1.0 / 3.0, 2.0 / 3.0 * 1e-9, 123456789.12345678, 5e-324, 1.7976931348623157e308, 60.0]
 DUMP = """
-c = holdfast_gains();
+c = gainproof_gains();
 function walk(place, value, unit)
   if isstruct(value)
     for [inner, name] = value
@@ -123,7 +123,7 @@ def test_every_law_can_be_carried(law):
     names = re.findall(r"^(c[\w.]*) =", text, re.MULTILINE)
     assert len(names) == len(set(names))
     assert all(re.fullmatch(r"[A-Za-z]\w{0,62}", part) for name in names for part in name.split("."))
-    for word in ("e" * 64, "hummingbird", law, "holdfast"):
+    for word in ("e" * 64, "hummingbird", law, "gainproof"):
         assert word in text
     assert bundle.held is given
     assert bundle.rollback[FILE] != bundle.files[FILE]
@@ -133,7 +133,7 @@ def test_a_quote_in_a_text_stays_a_text(tmp_path):
     given = controller()
     named = replace(given, airframe=replace(given.airframe, name="o'hare"))
     (tmp_path / FILE).write_bytes(TARGET.export(request(named)).files[FILE])
-    assert octave(tmp_path, "c = holdfast_gains(); disp(c.airframe.name)") == ["o'hare"]
+    assert octave(tmp_path, "c = gainproof_gains(); disp(c.airframe.name)") == ["o'hare"]
 
 
 @pytest.mark.parametrize("name", ["end", "1st", "a-b", "_x", "x" * 64])

@@ -89,8 +89,8 @@ def test_the_program_that_is_counted_computes_what_this_machine_does(tmp_path):
     program("arm-none-eabi-gcc")
     program("qemu-system-arm")
     own = default_controller("ladrc", "hybrid")
-    instants, code = typical_inputs(own), c_sources(own, "float", "holdfast")
-    main = measuring_program(instants, f"{code.name}.h", "holdfast", "float")
+    instants, code = typical_inputs(own), c_sources(own, "float", "gainproof")
+    main = measuring_program(instants, f"{code.name}.h", "gainproof", "float")
     sources = {f"{code.name}.h": code.header, f"{code.name}.c": code.source, "main.c": main}
     said = qemu.run_elf(qemu.build(sources, tmp_path)).splitlines()[-1]
     (tmp_path / "host").mkdir()

@@ -81,7 +81,7 @@ def test_px4_flies_our_position_feedback(settings):
 def test_the_file_is_what_ground_stations_read():
     made = bundle(pid(), "vehicle=7")
     text = made.files[FILE].decode("ascii")
-    assert text.endswith("\n") and "\r" not in text and DIGEST in text and "holdfast" in text and "hummingbird" in text
+    assert text.endswith("\n") and "\r" not in text and DIGEST in text and "gainproof" in text and "hummingbird" in text
     names = [row[2] for row in columns(made.files[FILE])]
     assert len(set(names)) == len(names) and all(len(name) <= 16 for name in names)
     for vehicle, component, _, value, kind in columns(made.files[FILE]):

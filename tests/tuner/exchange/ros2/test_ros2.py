@@ -182,7 +182,7 @@ def test_a_period_of_no_whole_rate_is_refused(period):
 
 def test_what_the_file_says():
     bundle = TARGET.export(request(pid()))
-    for word in ("c" * 64, "hummingbird", "position pid, attitude pid", "holdfast"):
+    for word in ("c" * 64, "hummingbird", "position pid, attitude pid", "gainproof"):
         assert word in bundle.files[FILE].decode()
     for word in ("not filtered", "error of the rate", "u_clamp", "fed forward"):
         assert any(word in sentence for sentence in bundle.differences), word

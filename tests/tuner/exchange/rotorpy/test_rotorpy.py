@@ -316,7 +316,7 @@ def test_gyroscopic_and_other_differences_are_said():
 def test_what_the_files_say_and_the_rollback(tmp_path):
     bundle = ROTORPY.export(request(TUNED["hybrid"]))
     for name in ("README.md", f"{PACKAGE}/gains.py", f"{PACKAGE}/vehicle_params.py"):
-        for word in ("d" * 64, "hummingbird", "hybrid", "holdfast"):
+        for word in ("d" * 64, "hummingbird", "hybrid", "gainproof"):
             assert word in bundle.files[name].decode()
     code = b"".join(content for name, content in bundle.files.items() if name.endswith(".py")).decode()
     assert not re.search(r"^\s*(from|import) (plant|tuner|objectives|numba|scipy)\b", code, re.MULTILINE)

@@ -211,7 +211,7 @@ def test_the_folder_holds_numbers_figures_and_a_page(comparison, written):
         assert (written / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
         assert (written / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
     page = (written / "report.html").read_text()
-    assert "holdfast comparison" in page
+    assert "gainproof comparison" in page
     assert not re.search(r'<(?:script|link|img)[^>]*(?:src|href)="?https?:', page)
     contest = open_results(written)
     assert [entry.name for entry in contest.contenders] == ["small", "same", "softer", "larger"]

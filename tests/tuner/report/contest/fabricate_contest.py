@@ -60,7 +60,7 @@ PRINTED = {
     "settling.yaw": {"PID": 17.267, "ADRC": 8.873, "A-ST-SMC": 6.326},
 }
 ENVIRONMENT = {
-    "holdfast": "0.1.0", "numpy": "2.4.6", "python": "3.11.9", "platform": "Linux-6.1", "threads": 4, "commit": "873a14b",
+    "gainproof": "0.1.0", "numpy": "2.4.6", "python": "3.11.9", "platform": "Linux-6.1", "threads": 4, "commit": "873a14b",
     "cpu": "AMD EPYC 9R14", "simd": "avx512", "started": "2025-11-21T02:41:04+00:00", "command": "tuner run studies/made.toml",
 }  # fmt: skip
 STUDY = """title = "made up"

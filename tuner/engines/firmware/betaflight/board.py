@@ -60,7 +60,7 @@ class BetaflightBoard:
         self._binary, self._sticks, self._period = binary, sticks, control_period
         self._last: tuple[int, ...] = ()
         self._process: subprocess.Popen[bytes] | None = None
-        self._workspace = tempfile.TemporaryDirectory(prefix="holdfast-")
+        self._workspace = tempfile.TemporaryDirectory(prefix="gainproof-")
         pairs = [socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(3)]
         self._state, self._sent, self._motors = (ours for ours, _ in pairs)
         theirs = [end for _, end in pairs]
