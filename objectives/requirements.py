@@ -94,6 +94,10 @@ class Screen:
     by_state: Analysis | None = None
 
 
+ALIKE = 1e-7
+"""Relative difference of values that are alike: states that a vehicle's symmetry makes equal differ by rounding, up to 3e-9."""
+
+
 class WorstState(NamedTuple):
     """The worst state of a candidate's requirement, and the values (states,) in all."""
 
@@ -130,9 +134,15 @@ def worst_states(screens: tuple[Screen, ...], row: Array) -> dict[str, WorstStat
         values = np.empty((0,)) if screen.by_state is None else screen.by_state(row[None])[:, 0]
         for i, requirement in enumerate(screen.requirements if len(values) > 1 else ()):
             column = values[:, i]
-            at = int(np.argmin(column) if requirement.sense == "min" else np.argmax(column))
+            at = worst_place(column, requirement.sense)
             worst[requirement.label] = WorstState(screen.states[at], screen.states, column)
     return worst
+
+
+def worst_place(values: Array, sense: str) -> int:
+    """Return the place of the worst of values (states,), of the first of those that are alike."""
+    sizes = values if sense == "max" else -values
+    return int(np.argmax(np.isclose(sizes, sizes.max(), rtol=ALIKE, atol=0.0, equal_nan=True)))
 
 
 def worst_value(requirements: tuple[Requirement, ...], values: Array) -> Array:

@@ -18,7 +18,8 @@ from typing import Any
 
 from plant.input_files import opened_at_once
 
-SEAL, DIGEST = b"gainproof kernel 1\n", 32
+# A mark of the form of these files, which a new name of the project does not change.
+SEAL, DIGEST = b"holdfast kernel 1\n", 32
 ENDING = ".kernel"
 # Locks that this process holds, by file; it asks for none of them again.
 _held: dict[Path, int] = {}

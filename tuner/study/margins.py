@@ -15,7 +15,7 @@ import numpy as np
 from objectives.margins.quantities import LIMITABLE, MarginQuantity
 from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.margins.steady_state import HOVER, SteadyState
-from objectives.requirements import Array, Screen, worst_value
+from objectives.requirements import Array, Screen, worst_place, worst_value
 from objectives.system import System
 from plant.errors import InputError, UnknownNameError
 from plant.loop import Timing
@@ -197,7 +197,9 @@ class MarginAnalysis:
         """Return by requirement the steady state in which a gains row (gains,) is worst; None where there is one alone."""
         if len(self.states) == 1:
             return [None] * len(self._requirements)
-        return [self.states[i].name for i in np.argmax(self._excess(self.by_state(row[None])[:, 0]), axis=0)]
+        values = self.by_state(row[None])[:, 0]
+        worst = [worst_place(values[:, i], entry.sense) for i, entry in enumerate(self._requirements)]
+        return [self.states[i].name for i in worst]
 
     def _worst(self, states: Iterable[int], gains: Array) -> Array:
         values = [self._everywhere(i, self._values[i].values(gains)) for i in states]

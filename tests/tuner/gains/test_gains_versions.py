@@ -183,3 +183,16 @@ def test_the_steady_states_of_a_study_are_read_and_written_again(tmp_path):
     del short["sha256"]
     with pytest.raises(InputError, match=r"states\[0\]\.wind"):
         read_gains(written(tmp_path, short, "short.json"))
+
+
+def test_a_file_under_the_former_name_of_the_project_is_read_with_its_own_hash(tmp_path):
+    """Format, generator and hash are those that version 0.2 wrote."""
+    old = document() | {"format": "holdfast-gains", "generator": {"name": "holdfast", "version": "0.2.0"}}
+    old["sha256"] = content_hash(old)
+    file = tmp_path / "gains.json"
+    file.write_text(json.dumps(old))
+    assert read_gains(file).gains == read_gains(written(tmp_path, document(), "new.json")).gains
+    assert content_sha256(file) == old["sha256"]
+    file.write_text(json.dumps(old | {"format": "fastholding-gains"}))
+    with pytest.raises(InputError, match="this must be 'gainproof-gains'"):
+        read_gains(file)

@@ -13,6 +13,7 @@ from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import Worst
 from objectives.margins.steady_state import HOVER, SteadyState
 from objectives.margins.trim import Trim
+from objectives.requirements import worst_place
 from objectives.scales import units_of
 from plant.errors import InputError
 from plant.loop import Timing
@@ -172,9 +173,8 @@ def worst_rows(by_state: dict[str, list[LimitRow]]) -> list[LimitRow]:
 
 
 def _worst_of(rows: dict[str, LimitRow]) -> LimitRow:
-    sizes = {state: inf if row.value is None else row.value for state, row in rows.items()}
-    least = next(iter(rows.values())).sense == "min"
-    worst = min(sizes, key=sizes.__getitem__) if least else max(sizes, key=sizes.__getitem__)
+    sizes = np.array([inf if row.value is None else row.value for row in rows.values()])
+    worst = list(rows)[worst_place(sizes, next(iter(rows.values())).sense)]
     each = [StateValue(state=state, value=row.value) for state, row in rows.items()]
     return rows[worst].model_copy(update={"state": worst, "states": each})
 
@@ -309,7 +309,7 @@ def limited_rows(
 def _worst_row(entry: MarginRequirement, values: np.ndarray, states: tuple[str, ...]) -> LimitRow:
     """Return the row of a requirement with values (states,) in the worst of the states."""
     quantity, si = entry.quantity, [float(entry.quantity.from_limit(value)) for value in values]
-    worst = int(np.argmin(values) if quantity.sense == "min" else np.argmax(values))
+    worst = worst_place(values, quantity.sense)
     limit = LoopLimit(quantity.name, quantity.sense, entry.limit)
     row = limited_row(entry.label, quantity, si[worst], limit, entry.hard)
     if len(states) == 1:
