@@ -1,6 +1,10 @@
 """The hybrid law with the printed estimate of f: f_hat = z2 beside d_hat = z3.
 
+    e = y - r,   S = e' + lambda e,   sat(x) = max(-1, min(1, x))
     b0 u = -z2 - z3 + r'' - lambda e' - k1 |S|^(1/2) sat(S/delta) - k2 S
+    z1' = z2 + 3 wo (y - z1),   z2' = z3 + b0 u + 3 wo^2 (y - z1),   z3' = wo^3 (y - z1)
+
+Use it to test the paper's claims alone.
 
 Wu et al., Appl. Sci. 2025, 15(9), 5124, section 2.3.3. z2 estimates the rate of y (rad/s), not an acceleration, and z3
 estimates f + d already; the sum adds quantities of different units. What it does is rate feedback with a gain of 1 1/s:

@@ -1,6 +1,9 @@
 """Linear ADRC as printed: one error feedback gain, and no damping.
 
     b0 u = -z3 + ke (r - y),   ke = 2 zeta wn
+    z1' = z2 + 3 wo (y - z1),   z2' = z3 + b0 u + 3 wo^2 (y - z1),   z3' = wo^3 (y - z1)
+
+Use it to test the paper's claims alone.
 
 Wu et al., Appl. Sci. 2025, 15(9), 5124, equations (26) and (28), where the gain is called ks and ke. A second-order channel
 needs two: kp = wn^2 on the error and kd = 2 zeta wn on its rate (`ladrc`). With the disturbance cancelled, y'' = -ke (y - r)

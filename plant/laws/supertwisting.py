@@ -3,6 +3,9 @@
     e = y - r,   S = e' + lambda e
     b0 u = r'' - lambda e' - k1 |S|^(1/2) sgn S + v,   v' = -k2 sgn S
 
+Use it where the fastest change of the disturbance is known and actuators are fast: it needs no observer, and rejects the
+disturbance in finite time.
+
 A. Levant, "Sliding order and sliding accuracy in sliding mode control", Int. J. Control 58(6), 1993: S and S' reach 0 in
 finite time and stay there under every disturbance whose derivative is at most L, if k2 > L and k1^2 > k2 + L (R. Seeber,
 M. Horn, Automatica 84, 2017). Sampled without chatter and kept from winding up as in `twisting`; an actuator of lag tau leaves a

@@ -1,7 +1,9 @@
 """ArduPilot Copter: angle P around a rate PID with filters on the target, the error and the derivative of the error.
 
     w_sp = LP_t(angle_p (r - y) + r'),    w = LP(y'),    e = LP_e(w_sp - w)
-    output = p e + I + d LP_d(e') + ff w_sp,    I' = i e,    |I| <= i_limit
+    b0 u = authority output,    output = p e + I + d LP_d(e') + ff w_sp,    I' = i e,    |I| <= i_limit
+
+Use it for a vehicle that flies ArduPilot: the gains are its parameters, which `tuner import` reads and `tuner export` writes.
 
 output is ArduPilot's normalised torque, `authority` the angular acceleration that a unit of it gives the vehicle, so that p, i,
 d and ff are ATC_RAT_*_P, _I, _D and _FF. I is in force in the period in which it is formed and only shrinks while the motors

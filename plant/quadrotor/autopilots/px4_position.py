@@ -1,7 +1,9 @@
 """PX4's position loops: P on the position around a PID on the velocity, D on the measured acceleration.
 
     v_sp = position_p (r - y) + r',    b0 u = authority (r'' + p (v_sp - y') + I - d a),    a = LP(y')'
-    I' = i (v_sp - y'),  |I| <= 9.80665 m/s2
+    I' = i (v_sp - y'),  |I| <= i_limit
+
+Use it around `px4`, for a vehicle that flies PX4 in position mode.
 
 The integral does not grow further while a limit takes acceleration away, as along z in PX4; along x and y PX4 hands it 2/p of
 what is taken away instead, which differs only while the tilt is limited. authority: what the vehicle accelerates by for 1 m/s2
