@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import typer
+from law_pages import laws_page
 from pydantic import BaseModel
 from schema_tables import Document, Row, Section, attribute_docstrings, cell, written
 from typer.testing import CliRunner
@@ -54,13 +55,14 @@ Names that a study file and the command line take, as `tuner list` prints them f
 """
 
 
-NAMES = ("study_file.md", "gains_keys.md", "commands.md", "choices.md")
+NAMES = ("study_file.md", "gains_keys.md", "commands.md", "choices.md", "laws.md")
 """Generated pages."""
 
 
 def pages() -> dict[str, str]:
     """Return the generated pages, Markdown by name."""
-    return dict(zip(NAMES, (study_page(), gains_page(), commands_page(), choices_page()), strict=True))
+    texts = study_page(), gains_page(), commands_page(), choices_page(), laws_page(markdown_table)
+    return dict(zip(NAMES, texts, strict=True))
 
 
 def study_page() -> str:

@@ -24,7 +24,7 @@ from typing import NamedTuple
 from plant.laws import ladrc, nonlinear_observer
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.fal import fal_3_2, fal_3_4
-from plant.laws.law import GainInfo, Law, Nonlinearity, Span
+from plant.laws.law import Blocks, GainInfo, Law, Nonlinearity, Span
 from plant.laws.nonlinear_observer import NonlinearObserverConstants, observe_nonlinearly
 from plant.laws.observer import FEEDBACK, Observer, observer_constants
 from plant.laws.tracking_differentiator import Profile, track
@@ -114,6 +114,7 @@ OMEGA_C, ZETA, OMEGA_O = ladrc.LAW.gains
 LAW = Law(
     name="adrc",
     title="nonlinear ADRC after Han",
+    blocks=Blocks("nonlinear PD, minus z3", reference="tracking differentiator", measured="nonlinear ESO", takes_command=True),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.continuous import ContinuousForm, on_observer
 from plant.laws.ladrc import OMEGA_O
-from plant.laws.law import GainInfo, Law, Nonlinearity, Span
+from plant.laws.law import Blocks, GainInfo, Law, Nonlinearity, Span
 from plant.laws.observer import (
     FEEDBACK,
     SAMPLING,
@@ -119,6 +119,7 @@ def sector(gains: Gains) -> float:
 LAW = Law(
     name="hybrid",
     title="ADRC with power-rate and proportional sliding term (A-ST-SMC, corrected)",
+    blocks=Blocks("surface S, power rate, minus z3", measured="linear ESO", takes_command=True),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

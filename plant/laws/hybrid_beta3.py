@@ -17,6 +17,7 @@ from dataclasses import replace
 from plant.laws import hybrid
 from plant.laws.continuous import ContinuousForm
 from plant.laws.hybrid import Constants, Gains, linear_part
+from plant.laws.law import Blocks
 from plant.laws.observer import FEEDBACK, ObserverConstants, placed, triple_pole
 from plant.primitives import cos, exp, sin
 
@@ -52,6 +53,7 @@ LAW = replace(
     hybrid.LAW,
     name="hybrid_beta3",
     title="A-ST-SMC with the printed observer gain beta3 = 3 wo^3",
+    blocks=Blocks("surface S, power rate, minus z3", measured="printed ESO", takes_command=True),
     prepare=prepare,
     sampling=(
         "observer: current estimator for a held input, poles at exp(p h) for the roots p of "

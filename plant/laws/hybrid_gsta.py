@@ -17,7 +17,7 @@ from typing import NamedTuple
 from plant.laws import hybrid, observer, supertwisting, twisting
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.ladrc import OMEGA_O
-from plant.laws.law import GainInfo, Law, Span, SuperTwisting
+from plant.laws.law import Blocks, GainInfo, Law, Span, SuperTwisting
 from plant.laws.observer import Observer, ObserverConstants, observe, observer_constants, triple_pole
 from plant.laws.surface import surface
 from plant.laws.twisting import NONLINEAR, Twist, TwistConstants, super_twisting, twist_constants
@@ -93,6 +93,7 @@ MU = GainInfo(
 LAW = Law(
     name="hybrid_gsta",
     title="ADRC with a generalised super-twisting term",
+    blocks=Blocks("surface S, generalized super-twisting, minus z3", measured="linear ESO", takes_command=True),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -17,6 +17,7 @@ from plant.laws import hybrid
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.continuous import ContinuousForm
 from plant.laws.hybrid import Constants, Gains, linear_part, sliding_term
+from plant.laws.law import Blocks
 from plant.laws.observer import Observer, observe, triple_pole
 from plant.laws.surface import surface
 
@@ -46,6 +47,7 @@ LAW = replace(
     hybrid.LAW,
     name="hybrid_paper_f_hat",
     title="A-ST-SMC with z2 taken for an estimate of f, as printed",
+    blocks=Blocks("surface S, power rate, minus z2 and z3", measured="linear ESO", takes_command=True),
     step=step,
     promises=frozenset({"rejects"}),
     family="",

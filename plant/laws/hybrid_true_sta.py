@@ -17,7 +17,7 @@ from typing import NamedTuple
 from plant.laws import hybrid_gsta, supertwisting
 from plant.laws.hybrid_gsta import Constants
 from plant.laws.ladrc import OMEGA_O
-from plant.laws.law import SuperTwisting
+from plant.laws.law import Blocks, SuperTwisting
 from plant.laws.observer import observer_constants
 from plant.laws.twisting import twist_constants
 
@@ -41,6 +41,7 @@ LAW = replace(
     hybrid_gsta.LAW,
     name="hybrid_true_sta",
     title="ADRC with a true super-twisting term",
+    blocks=Blocks("surface S, super-twisting, minus z3", measured="linear ESO", takes_command=True),
     source=supertwisting.SOURCE,
     Gains=Gains,
     prepare=prepare,

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.continuous import ContinuousForm, on_observer
-from plant.laws.law import GainInfo, Law, Span
+from plant.laws.law import Blocks, GainInfo, Law, Span
 from plant.laws.observer import (
     FEEDBACK,
     SAMPLING,
@@ -105,6 +105,7 @@ OMEGA_O = GainInfo(
 LAW = Law(
     name="ladrc",
     title="linear ADRC in bandwidth form",
+    blocks=Blocks("PD, minus z3", measured="linear ESO", takes_command=True),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from plant.laws import ladrc
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.laws.law import GainInfo, Law, Span
+from plant.laws.law import Blocks, GainInfo, Law, Span
 from plant.laws.observer import (
     FEEDBACK,
     SAMPLING,
@@ -74,6 +74,7 @@ def step(
 LAW = Law(
     name="ladrc_printed",
     title="linear ADRC as printed: error feedback without damping",
+    blocks=Blocks("P, minus z3", measured="linear ESO", takes_command=True),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -1,4 +1,4 @@
-"""A law in words: what the docstring of its file says, in parts.
+"""A law in words: the parts of the docstring of its file.
 
 Lines that are indented there are equations, a paragraph that begins with "Use it" says when, and what is left are remarks.
 """
@@ -13,7 +13,10 @@ USE = "Use it "
 
 @dataclass(frozen=True)
 class LawText:
-    """The parts of a law's docstring, each "" or empty where it has none; equations keep their lines."""
+    """The parts of a law's docstring.
+
+    Each is empty where there is none; equations keep their lines.
+    """
 
     about: str
     equations: str
@@ -22,7 +25,7 @@ class LawText:
 
 
 def law_text(law: Law) -> LawText:
-    """Return what the file of a law says of it."""
+    """Return the text of a law's file in parts."""
     about, *paragraphs = cleandoc(_docstring(law)).split("\n\n")
     equations = "\n".join(cleandoc(f"\n{part}") for part in paragraphs if part.startswith(" "))
     prose = [" ".join(part.split()) for part in paragraphs if not part.startswith(" ")]
@@ -31,7 +34,10 @@ def law_text(law: Law) -> LawText:
 
 
 def _docstring(law: Law) -> str:
-    """Return the docstring of the file that defines a law; one that varies another shares functions with that one's file."""
+    """Return the docstring of the file that defines a law.
+
+    A law that varies another one shares functions with the file of that one.
+    """
     plain = law.plain or law
     for function in (plain.prepare, plain.start, plain.step):
         names = getattr(function, "__globals__", {})

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.continuous import ContinuousForm
-from plant.laws.law import GainInfo, Law, Span
+from plant.laws.law import Blocks, GainInfo, Law, Span
 from plant.primitives import exp, maximum, select
 
 SOURCE = "Astrom, Hagglund, Advanced PID Control, ISA 2006"
@@ -92,6 +92,7 @@ def continuous(gains: Gains, from_observer: bool) -> ContinuousForm:  # noqa: AR
 LAW = Law(
     name="pid",
     title="PID, derivative on measurement, filtered, anti-windup",
+    blocks=Blocks("PID", measured="low-pass of D"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

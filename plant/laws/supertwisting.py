@@ -18,7 +18,7 @@ acceleration delivered and -v, the law's own estimate of the disturbance; withou
 from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.laws.law import GainInfo, Law, Span, SuperTwisting
+from plant.laws.law import Blocks, GainInfo, Law, Span, SuperTwisting
 from plant.laws.surface import surface
 from plant.laws.twisting import NONLINEAR, SAMPLING, Twist, TwistConstants, super_twisting, twist_constants
 
@@ -115,6 +115,7 @@ K2 = GainInfo(
 LAW = Law(
     name="supertwisting",
     title="super-twisting sliding mode control, sampled without chatter",
+    blocks=Blocks("surface S, super-twisting"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

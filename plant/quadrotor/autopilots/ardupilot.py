@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import Delays, Section, low_pass, settled_section, stage_share, step_section, step_stage
-from plant.laws.law import Law, Span
+from plant.laws.law import Blocks, Law, Span
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, ardupilot_factors
 from plant.quadrotor.autopilots.gain_table import gain_rows
@@ -132,6 +132,7 @@ row = gain_rows(SOURCE)
 LAW = Law(
     name="ardupilot",
     title="ArduPilot: angle P, rate PID, filters of target, error, D and gyro",
+    blocks=Blocks("angle P, rate PID", measured="low-pass"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

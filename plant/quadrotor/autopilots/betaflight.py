@@ -8,9 +8,10 @@
 Use it for a vehicle that flies Betaflight: the gains are its settings, which `tuner import` reads and `tuner export` writes.
 
 Angles and rates are in degrees; p, i, d and angle_p are the integers of the settings and yaw's I counts 2.5 times. I is in force
-in the period in which it is formed; its limit and I-term relax, which stops it while the set point moves, keep it from winding up. t is the
-attenuation by throttle (TPA), of D and with tpa_p of P, at the throttle that hovers, as `authority`, the acceleration that a
-unit of output gives, is. What acts on sticks and large motions alone is not here: feed-forward, D max, anti-gravity.
+in the period in which it is formed; its limit and I-term relax, which stops it while the set point moves, keep it from winding
+up. t is the attenuation by throttle (TPA), of D and with tpa_p of P, at the throttle that hovers, as `authority`,
+the acceleration that a unit of output gives, is. What acts on sticks and large motions alone is not here: feed-forward, D max,
+anti-gravity.
 Betaflight 2025.12: src/main/flight/pid.c, pid_init.c, src/main/sensors/gyro_filter_impl.c, src/main/common/filter.c.
 """
 
@@ -31,7 +32,7 @@ from plant.laws.filters import (
     step_stage,
     step_stages,
 )
-from plant.laws.law import Law, Span
+from plant.laws.law import Blocks, Law, Span
 from plant.primitives import absolute, maximum, minimum, select
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, betaflight_factors, command_slope, hover_share
@@ -223,6 +224,7 @@ row = gain_rows(SOURCE)
 LAW = Law(
     name="betaflight",
     title="Betaflight: level gain, rate PID, gyro and D filters",
+    blocks=Blocks("level gain, rate PID", measured="notch and low-passes"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

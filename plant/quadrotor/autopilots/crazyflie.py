@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import Delays, Section, low_pass, settled_section, step_section
-from plant.laws.law import Law, Span
+from plant.laws.law import Blocks, Law, Span
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, crazyflie_factors
 from plant.quadrotor.autopilots.gain_table import gain_rows
@@ -159,6 +159,7 @@ row = gain_rows(SOURCE)
 LAW = Law(
     name="crazyflie",
     title="Crazyflie: angle PID, rate PID, gyro and D filters",
+    blocks=Blocks("angle PID, rate PID", measured="low-pass"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -31,7 +31,7 @@ from plant.laws.filters import (
     step_section,
     step_stage,
 )
-from plant.laws.law import Law, Span
+from plant.laws.law import Blocks, Law, Span
 from plant.primitives import maximum
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, px4_factors
@@ -160,6 +160,7 @@ row = gain_rows(SOURCE)
 LAW = Law(
     name="px4",
     title="PX4: angle P, rate PID, gyro and D filters",
+    blocks=Blocks("angle P, rate PID", measured="notch and low-pass"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import stage_share, step_stage
-from plant.laws.law import GainInfo, Law, Span
+from plant.laws.law import Blocks, GainInfo, Law, Span
 from plant.quadrotor.autopilots.windup import bounded, outward_stopped
 from plant.quadrotor.vehicle import Vehicle
 
@@ -100,6 +100,7 @@ def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
 LAW = Law(
     name="px4_position",
     title="PX4's position loops: P around a velocity PID",
+    blocks=Blocks("position P, velocity PID", measured="low-pass of D"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,
