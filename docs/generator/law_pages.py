@@ -81,17 +81,17 @@ def plain(text: str) -> str:
 
 def diagram(blocks: Blocks) -> str:
     """Return the block diagram of a loop under a law as SVG, in the color of the text around it."""
-    forth, x = [], 40
+    forth, x = list[tuple[str, int, int]](), 40
     for label in filter(None, (blocks.reference, blocks.feedback, "actuators, plant")):
         forth.append((label, x + GAP, LETTER * len(label) + PADDING))
-        x = sum(forth[-1][1:])
+        x = forth[-1][1] + forth[-1][2]
     law, plant = forth[-2:]
     left, right, command = law[1] + law[2] // 2, x + GAP // 2, plant[1] - GAP // 2
     drawn = [line((20, FORTH), (forth[0][1], FORTH)), word("r", 12, FORTH), word("y", x + GAP + 8, FORTH)]
     drawn += [
-        line((sum(before[1:]), FORTH), (after[1], FORTH)) for before, after in zip(forth, forth[1:], strict=False)
+        line((before[1] + before[2], FORTH), (after[1], FORTH)) for before, after in zip(forth, forth[1:], strict=False)
     ]
-    drawn += [box(*block, FORTH) for block in forth]
+    drawn += [box(label, start, width, FORTH) for label, start, width in forth]
     drawn += [word("u", command, FORTH - 12), line((x, FORTH), (x + GAP, FORTH))]
     if blocks.measured:
         width = LETTER * len(blocks.measured) + PADDING

@@ -38,6 +38,25 @@ in SI units and angles in radians, unless the key ends in `_deg` or the table sa
 `[name]` is written once, `[[name]]` as often as needed. `tuner new NAME` writes a study with a comment on each line;
 [what there is to choose from](choices.md) lists the names that a key takes. [What may change](stability.md) tells how
 keys change between versions.
+
+## In an editor
+
+`tuner schema study` prints the same tables as a JSON Schema (2020-12), with which an editor completes keys and names, shows
+meanings and ranges, and marks what is misspelt while it is written:
+
+```sh
+tuner schema study > study.schema.json      # or plant-study, contest-study, inference-study, trials-study
+```
+
+Editors with Taplo, such as VS Code with *Even Better TOML*, Helix and Neovim, take it from the first line of the study:
+
+```toml
+#:schema study.schema.json
+title = "Quickstart"
+```
+
+On the command line, `taplo check my_study.toml` reads that line too. What hangs on several keys, such as the gains of a law, and
+the ranges of what a file of your own defines, `tuner check` alone knows.
 """
 GAINS_HEAD = """# Keys of gains.json
 

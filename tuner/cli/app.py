@@ -134,7 +134,15 @@ def completions(kind: str) -> list[str]:
     return names_of(kind) if kind else list(LISTINGS)
 
 
+def schemas() -> list[str]:
+    """Return the names of the schemas that `tuner schema` prints."""
+    from tuner.documents.registry import schema_names
+
+    return schema_names()
+
+
 # Completions of what an argument or an option takes.
+SCHEMA = beginning(schemas)
 STUDY = beginning(studies)
 LAW, AIRFRAME, TARGET, SOURCE, LISTING = (
     beginning(partial(completions, kind)) for kind in ("laws", "airframes", "targets", "sources", "")
