@@ -3,6 +3,8 @@
 import json
 import tomllib
 from copy import deepcopy
+from pathlib import Path
+from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -27,7 +29,7 @@ PROGRAMS = sorted((SHIPPED.parent / "docs" / "ask_and_tell").glob("*.toml"))
 VALIDATORS = {name: Draft202012Validator(make()) for name, make in STUDY_SCHEMAS.items()}
 
 
-def read(path):
+def read(path: Path) -> tuple[dict[str, Any], Draft202012Validator]:
     """The content of a study file, and the validator of its kind."""
     kind = kind_of_layers(read_layers(path)).name
     return tomllib.loads(path.read_text(encoding="utf-8")), VALIDATORS[SCHEMA_OF[kind]]
