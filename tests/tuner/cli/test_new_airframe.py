@@ -98,5 +98,5 @@ def test_a_study_goes_where_out_says(tmp_path, monkeypatch):
 @pytest.mark.parametrize("words", [("new", "mine", "--out"), ("run", "quickstart", "--out"), ("fly", "--law")])
 def test_an_option_without_its_value_is_told_what_it_takes(words):
     code, _, err = called(*words)
-    option = next(param for param in get_command(app).commands[words[0]].params if words[-1] in param.opts)
+    option = next(param for param in vars(get_command(app))["commands"][words[0]].params if words[-1] in param.opts)
     assert code == USER_ERROR and f"'{words[-1]}' requires an argument. {option.help}" in " ".join(err.split())
