@@ -5,7 +5,7 @@ backend turns it into array, SIMD or symbolic code by rebinding these names (`pl
 value in a model function: `select` chooses, and both choices are always evaluated.
 """
 
-from math import asin, atan2, cos, exp, floor, sin, sqrt
+from math import asin, atan2, cos, exp, floor, log, sin, sqrt, tan, tanh
 
 __all__ = [
     "absolute",
@@ -17,12 +17,16 @@ __all__ = [
     "either",
     "exp",
     "floor",
+    "hypot",
+    "log",
     "maximum",
     "minimum",
     "select",
     "sign",
     "sin",
     "sqrt",
+    "tan",
+    "tanh",
 ]
 
 
@@ -59,6 +63,11 @@ def both(a: bool, b: bool) -> bool:
 def either(a: bool, b: bool) -> bool:
     """Return the logical or of two conditions."""
     return a | b
+
+
+def hypot(a: float, b: float) -> float:
+    """Return the length of (a, b)."""
+    return sqrt(a * a + b * b)
 
 
 def sign(a: float) -> float:

@@ -5,9 +5,12 @@ import sys
 from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
+from plant.law_registry import LAWS
+from plant.laws.law_text import USE, law_text
 from plant.model.signals import SIGNALS
 from tuner.cli.main import app
 from tuner.study.schema import StrictTable
@@ -19,7 +22,7 @@ ROOT = Path(__file__).parents[1]
 def generator():
     """The modules that make the pages."""
     sys.path.insert(0, str(ROOT / "docs" / "generator"))
-    yield import_module("pages"), import_module("reference")
+    yield import_module("pages"), import_module("reference"), import_module("law_pages").plain
     sys.path.remove(str(ROOT / "docs" / "generator"))
 
 
@@ -97,6 +100,27 @@ def test_every_command_and_registry_is_told(site):
         re.findall(r"^\| ([\w-]+) \|", site["choices.md"], re.MULTILINE)
     )
     assert "/" + "work" not in site["choices.md"] and str(ROOT) not in "".join(site.values())
+
+
+def test_every_law_has_its_section(generator, site):
+    sections = dict(zip(LAWS, re.split(r"^## \w+$", site["laws.md"], flags=re.MULTILINE)[1:], strict=True))
+    for law in LAWS.values():
+        text, shown = law_text(law), sections[law.name]
+        assert (
+            f"```text\n{text.equations}\n```" in shown and text.use.startswith(USE) and generator[2](text.use) in shown
+        )
+        drawing = ElementTree.fromstring(shown[shown.index("<svg") : shown.index("</svg>") + len("</svg>")])
+        labels = {entry.text for entry in drawing.iter("text")}
+        assert {law.blocks.feedback, law.blocks.measured or "r", "u", "y"} <= labels
+        for gain in law.gains:
+            assert re.search(rf"^\| `{gain.name.rstrip('_')}` \| `{re.escape(gain.symbol)}` \|", shown, re.MULTILINE)
+
+
+@pytest.mark.parametrize("law", [law for law in LAWS.values() if not law.on_airframe], ids=lambda law: law.name)
+def test_equations_hold_every_gain_by_its_symbol(law):
+    equations = law_text(law).equations
+    missing = [gain.symbol for gain in law.gains if not re.search(rf"(?<![a-z]){gain.symbol}(?!\w)", equations)]
+    assert missing == [] and ("z3' = " in equations) == ("z3" in law.blocks.feedback)
 
 
 def test_every_page_has_its_place_in_the_navigation(generator, site):

@@ -32,7 +32,7 @@ NAVIGATION = {
         "examples/own_law", "examples/gymnasium", "examples/rotorpy",
     ),
     "Explanation": ("model", "statistics", "paper", "airframes", "speed", "architecture"),
-    "Reference": ("study_file", "choices", "commands", "api", "results", "gains_file", "gains_keys", "glossary"),
+    "Reference": ("study_file", "choices", "laws", "commands", "api", "results", "gains_file", "gains_keys", "glossary"),
     "Project": ("contributing", "stability", "changelog", "security"),
 }  # fmt: skip
 ANCHOR = re.compile(r'<a id="(\w+)"></a>')

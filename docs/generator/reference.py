@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import typer
+from law_pages import laws_page
 from pydantic import BaseModel
 from schema_tables import Document, Row, Section, attribute_docstrings, cell, written
 from typer.testing import CliRunner
@@ -37,6 +38,25 @@ in SI units and angles in radians, unless the key ends in `_deg` or the table sa
 `[name]` is written once, `[[name]]` as often as needed. `tuner new NAME` writes a study with a comment on each line;
 [what there is to choose from](choices.md) lists the names that a key takes. [What may change](stability.md) tells how
 keys change between versions.
+
+## In an editor
+
+`tuner schema study` prints the same tables as a JSON Schema (2020-12), with which an editor completes keys and names, shows
+meanings and ranges, and marks what is misspelt while it is written:
+
+```sh
+tuner schema study > study.schema.json      # or plant-study, contest-study, inference-study, trials-study
+```
+
+Editors with Taplo, such as VS Code with *Even Better TOML*, Helix and Neovim, take it from the first line of the study:
+
+```toml
+#:schema study.schema.json
+title = "Quickstart"
+```
+
+On the command line, `taplo check my_study.toml` reads that line too. What hangs on several keys, such as the gains of a law, and
+the ranges of what a file of your own defines, `tuner check` alone knows.
 """
 GAINS_HEAD = """# Keys of gains.json
 
@@ -54,13 +74,14 @@ Names that a study file and the command line take, as `tuner list` prints them f
 """
 
 
-NAMES = ("study_file.md", "gains_keys.md", "commands.md", "choices.md")
+NAMES = ("study_file.md", "gains_keys.md", "commands.md", "choices.md", "laws.md")
 """Generated pages."""
 
 
 def pages() -> dict[str, str]:
     """Return the generated pages, Markdown by name."""
-    return dict(zip(NAMES, (study_page(), gains_page(), commands_page(), choices_page()), strict=True))
+    texts = study_page(), gains_page(), commands_page(), choices_page(), laws_page(markdown_table)
+    return dict(zip(NAMES, texts, strict=True))
 
 
 def study_page() -> str:

@@ -11,6 +11,10 @@ def _clip(a: Any, low: Any, high: Any) -> Any:
     return np.minimum(np.maximum(a, low), high)
 
 
+def _hypot(a: Any, b: Any) -> Any:
+    return np.sqrt(a * a + b * b)
+
+
 NAMES: dict[str, Any] = {
     "absolute": np.abs,
     "asin": np.arcsin,
@@ -21,12 +25,16 @@ NAMES: dict[str, Any] = {
     "either": np.logical_or,
     "exp": np.exp,
     "floor": np.floor,
+    "hypot": _hypot,
+    "log": np.log,
     "maximum": np.maximum,
     "minimum": np.minimum,
     "select": np.where,
     "sign": np.sign,
     "sin": np.sin,
     "sqrt": np.sqrt,
+    "tan": np.tan,
+    "tanh": np.tanh,
 }
 
 

@@ -93,7 +93,9 @@ def _names(real: type[np.floating]) -> dict[str, Any]:
     # On the card math.floor gives a number of the same precision; in the simulator it is Python's, which refuses a NaN.
     floor = np.floor if simulated() else math.floor
     names |= {"sqrt": math.sqrt, "floor": floor, "exp": math.exp, "sin": math.sin, "cos": math.cos, "atan2": math.atan2}
-    return names | {"asin": CudaRebinder(names, _inline, real)(vector_math.asin)}
+    names |= {"log": math.log, "tan": math.tan, "tanh": math.tanh}
+    inner = CudaRebinder(names, _inline, real)
+    return names | {"asin": inner(vector_math.asin), "hypot": inner(primitives.hypot)}
 
 
 RUN = """

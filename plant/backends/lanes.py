@@ -51,8 +51,9 @@ def _names() -> dict[str, Any]:
     functions = (*branch_free.FUNCTIONS, sign)
     names: dict[str, Any] = {function.__name__: _inline(function) for function in functions}
     names |= {"sqrt": math.sqrt, "floor": np.floor, "exp": math.exp, "sin": math.sin, "cos": math.cos}
+    names |= {"log": math.log, "tan": math.tan, "tanh": math.tanh}
     inner = Rebinder(names, _inline)
-    names |= {"atan2": inner(vector_math.atan2), "asin": inner(vector_math.asin)}
+    names |= {"atan2": inner(vector_math.atan2), "asin": inner(vector_math.asin), "hypot": inner(primitives.hypot)}
     return names
 
 

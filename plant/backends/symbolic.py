@@ -13,6 +13,10 @@ def _clip(a: Any, low: Any, high: Any) -> Any:
     return ca.fmin(ca.fmax(a, low), high)
 
 
+def _hypot(a: Any, b: Any) -> Any:
+    return ca.sqrt(a * a + b * b)
+
+
 NAMES: dict[str, Any] = {
     "absolute": ca.fabs,
     "asin": ca.asin,
@@ -23,12 +27,16 @@ NAMES: dict[str, Any] = {
     "either": ca.logic_or,
     "exp": ca.exp,
     "floor": ca.floor,
+    "hypot": _hypot,
+    "log": ca.log,
     "maximum": ca.fmax,
     "minimum": ca.fmin,
     "select": ca.if_else,
     "sign": ca.sign,
     "sin": ca.sin,
     "sqrt": ca.sqrt,
+    "tan": ca.tan,
+    "tanh": ca.tanh,
 }
 
 

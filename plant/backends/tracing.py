@@ -249,7 +249,7 @@ def _either(a: Any, b: Any) -> Any:
 
 NAMES: dict[str, Any] = {
     **{name: _traced(name) for name in ("absolute", "floor", "maximum", "minimum", "sqrt")},
-    **{name: _refused(name) for name in ("cos", "exp", "sin")},
+    **{name: _refused(name) for name in ("cos", "exp", "log", "sin", "tan", "tanh")},
     "both": _both,
     "clip": _clip,
     "either": _either,
@@ -261,8 +261,8 @@ NAMES: dict[str, Any] = {
 def rebinder(stand_ins: dict[Callable[..., Any], Callable[..., Any]] | None = None) -> Rebinder:
     """Return a rebinder to graph operations; stand_ins: what is called in place of a model function, e.g. a `Routine`.
 
-    Arc tangent and arc sine are the model functions of `vector_math`, for which there may be stand-ins too.
+    Arc tangent, arc sine and hypot are model functions, for which there may be stand-ins too.
     """
     inner = Rebinder(NAMES, stand_ins=stand_ins)
-    angles = {"atan2": inner(vector_math.atan2), "asin": inner(vector_math.asin)}
-    return Rebinder(NAMES | angles, stand_ins=stand_ins)
+    written_out = {"atan2": inner(vector_math.atan2), "asin": inner(vector_math.asin), "hypot": inner(primitives.hypot)}
+    return Rebinder(NAMES | written_out, stand_ins=stand_ins)

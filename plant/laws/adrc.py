@@ -1,7 +1,12 @@
 """Nonlinear active disturbance rejection after Han: tracking differentiator, nonlinear ESO, nonlinear state error feedback.
 
-    e1 = v1 - z1,   e2 = v2 - z2
+    e1 = v1 - z1,   e2 = v2 - z2,   kp = wc^2,   kd = 2 zeta wc
     b0 u = u0 - z3,   u0 = r'' + kp delta1^(1/4) fal(e1, 3/4, delta1) + kd delta2^(-1/2) fal(e2, 3/2, delta2)
+    v1' = v2,   v2' = r'' + fhan(v1 - r, v2 - r', r0, 5 h)
+    z1' = z2 + 3 wo e,   z2' = z3 + b0 u + 3 wo^2 delta0^(1/2) fal(e, 1/2, delta0),   z3' = wo^3 delta0^(3/4) fal(e, 1/4, delta0)
+    e = y - z1,   fal(e, a, delta) = |e|^a sgn e outside |e| <= delta, e/delta^(1-a) inside
+
+Use it where references jump, or where errors grow so large that linear gains saturate the actuators; small errors meet `ladrc`.
 
 J. Han, "From PID to active disturbance rejection control", IEEE Trans. Ind. Electron. 56(3), 2009, pp. 900-906. Wu et al.,
 Appl. Sci. 2025, 15(9), 5124, section 2.3.1, print its parts but not u = (u0 - z3)/b0, which closes the loop. With the
@@ -19,7 +24,7 @@ from typing import NamedTuple
 from plant.laws import ladrc, nonlinear_observer
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.fal import fal_3_2, fal_3_4
-from plant.laws.law import GainInfo, Law, Nonlinearity, Span
+from plant.laws.law import Blocks, GainInfo, Law, Nonlinearity, Span
 from plant.laws.nonlinear_observer import NonlinearObserverConstants, observe_nonlinearly
 from plant.laws.observer import FEEDBACK, Observer, observer_constants
 from plant.laws.tracking_differentiator import Profile, track
@@ -109,6 +114,7 @@ OMEGA_C, ZETA, OMEGA_O = ladrc.LAW.gains
 LAW = Law(
     name="adrc",
     title="nonlinear ADRC after Han",
+    blocks=Blocks("nonlinear PD, minus z3", reference="tracking differentiator", measured="nonlinear ESO", takes_command=True),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -1,7 +1,10 @@
 """ADRC with a power-rate and a proportional sliding term: the paper's A-ST-SMC, corrected.
 
-    e = y - r,   S = e' + lambda e
+    e = y - r,   S = e' + lambda e,   sat(x) = max(-1, min(1, x))
     b0 u = -z3 + r'' - lambda e' - k1 |S|^(1/2) sat(S/delta) - k2 S
+    z1' = z2 + 3 wo (y - z1),   z2' = z3 + b0 u + 3 wo^2 (y - z1),   z3' = wo^3 (y - z1)
+
+Use it to fly the paper's method. With k1 = 0 and a measured rate it is `ladrc` with wc^2 = lambda k2 and 2 zeta wc = lambda + k2.
 
 Wu et al., Appl. Sci. 2025, 15(9), 5124, section 2.3.3, with the signs, the equivalent-control terms r'' - lambda e' and the
 second case of sat restored, and z3 alone as the estimate of f + d (z2 estimates the rate). It is no super-twisting law: the
@@ -14,7 +17,7 @@ from typing import NamedTuple
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.continuous import ContinuousForm, on_observer
 from plant.laws.ladrc import OMEGA_O, start
-from plant.laws.law import GainInfo, Law, Nonlinearity, Span
+from plant.laws.law import Blocks, GainInfo, Law, Nonlinearity, Span
 from plant.laws.observer import (
     FEEDBACK,
     SAMPLING,
@@ -111,6 +114,7 @@ def sector(gains: Gains) -> float:
 LAW = Law(
     name="hybrid",
     title="ADRC with power-rate and proportional sliding term (A-ST-SMC, corrected)",
+    blocks=Blocks("surface S, power rate, minus z3", measured="linear ESO", takes_command=True),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

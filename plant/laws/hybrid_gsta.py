@@ -3,6 +3,9 @@
     e = y - r,   S = e' + lambda e
     b0 u = -z3 + r'' - lambda e' - k1 phi1(S) + v,   v' = -k2 phi2(S)
     phi1 = |S|^(1/2) sgn S + mu S,   phi2 = sgn S + 3 mu |S|^(1/2) sgn S + 2 mu^2 S
+    z1' = z2 + 3 wo (y - z1),   z2' = z3 + b0 u + 3 wo^2 (y - z1),   z3' = wo^3 (y - z1)
+
+Use it where the disturbance grows with the error too, as drag and a wrong b0 make it.
 
 J. A. Moreno, CCE 2009, on the surface and the observer of `hybrid`; k2 here is half of Moreno's, so that mu = 0 is
 `hybrid_true_sta` with the same gains. This is where the printed law's k2 S has its place: mu k1 S, beside the integral and not
@@ -14,7 +17,7 @@ from typing import NamedTuple
 from plant.laws import hybrid, observer, supertwisting, twisting
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.ladrc import OMEGA_O
-from plant.laws.law import GainInfo, Law, Span, SuperTwisting
+from plant.laws.law import Blocks, GainInfo, Law, Span, SuperTwisting
 from plant.laws.observer import Observer, ObserverConstants, observe, observer_constants, triple_pole
 from plant.laws.surface import surface
 from plant.laws.twisting import NONLINEAR, Twist, TwistConstants, super_twisting, twist_constants
@@ -90,6 +93,7 @@ MU = GainInfo(
 LAW = Law(
     name="hybrid_gsta",
     title="ADRC with a generalised super-twisting term",
+    blocks=Blocks("surface S, generalized super-twisting, minus z3", measured="linear ESO", takes_command=True),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

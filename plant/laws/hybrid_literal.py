@@ -1,7 +1,10 @@
 """The hybrid law as printed: neither reference acceleration nor equivalent control.
 
-    e = y - r,   S = e' + lambda e
+    e = y - r,   S = e' + lambda e,   sat(x) = max(-1, min(1, x))
     b0 u = -z3 - k1 |S|^(1/2) sat(S/delta) - k2 S
+    z1' = z2 + 3 wo (y - z1),   z2' = z3 + b0 u + 3 wo^2 (y - z1),   z3' = wo^3 (y - z1)
+
+Use it to test the paper's claims alone.
 
 Wu et al., Appl. Sci. 2025, 15(9), 5124, section 2.3.3, with the estimate of f + d read as z3 and the observer's poles in one
 place, as in `hybrid`; to be compared with it. The minus signs are those without which the loop would be unstable: the

@@ -1,6 +1,10 @@
 """Linear active disturbance rejection: linear ESO, PD on the estimates, disturbance estimate cancelled.
 
     b0 u = r'' + wc^2 (r - z1) + 2 zeta wc (r' - z2) - z3
+    z1' = z2 + 3 wo (y - z1),   z2' = z3 + b0 u + 3 wo^2 (y - z1),   z3' = wo^3 (y - z1)
+
+Use it where disturbances change faster than an integral follows, or where little but b0 is known of the plant, and sensors are
+quiet enough for wo of 3 to 5 wc.
 
 With the measured rate, y and its measured rate stand in for z1 and z2 and the observer only serves z3. Z. Gao, "Scaling and
 bandwidth-parameterization based controller tuning", ACC 2003, pp. 4989-4996.
@@ -14,7 +18,7 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.continuous import ContinuousForm, on_observer
-from plant.laws.law import GainInfo, Law, Span
+from plant.laws.law import Blocks, GainInfo, Law, Span
 from plant.laws.observer import (
     FEEDBACK,
     SAMPLING,
@@ -101,6 +105,7 @@ OMEGA_O = GainInfo(
 LAW = Law(
     name="ladrc",
     title="linear ADRC in bandwidth form",
+    blocks=Blocks("PD, minus z3", measured="linear ESO", takes_command=True),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

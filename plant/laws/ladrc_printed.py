@@ -1,6 +1,9 @@
 """Linear ADRC as printed: one error feedback gain, and no damping.
 
     b0 u = -z3 + ke (r - y),   ke = 2 zeta wn
+    z1' = z2 + 3 wo (y - z1),   z2' = z3 + b0 u + 3 wo^2 (y - z1),   z3' = wo^3 (y - z1)
+
+Use it to test the paper's claims alone.
 
 Wu et al., Appl. Sci. 2025, 15(9), 5124, equations (26) and (28), where the gain is called ks and ke. A second-order channel
 needs two: kp = wn^2 on the error and kd = 2 zeta wn on its rate (`ladrc`). With the disturbance cancelled, y'' = -ke (y - r)
@@ -14,7 +17,7 @@ from typing import NamedTuple
 from plant.laws import ladrc
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.ladrc import start
-from plant.laws.law import GainInfo, Law, Span
+from plant.laws.law import Blocks, GainInfo, Law, Span
 from plant.laws.observer import (
     FEEDBACK,
     SAMPLING,
@@ -67,6 +70,7 @@ def step(
 LAW = Law(
     name="ladrc_printed",
     title="linear ADRC as printed: error feedback without damping",
+    blocks=Blocks("P, minus z3", measured="linear ESO", takes_command=True),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -92,6 +92,23 @@ class Nonlinearity:
 
 
 @dataclass(frozen=True)
+class Blocks:
+    """Texts in the blocks of a law's diagram, "" for no block.
+
+    Attributes:
+        feedback: from errors to the command.
+        reference: on the way of the reference.
+        measured: on the way of the measurement.
+        takes_command: whether that block takes the command too, as an observer does.
+    """
+
+    feedback: str = "feedback"
+    reference: str = ""
+    measured: str = ""
+    takes_command: bool = False
+
+
+@dataclass(frozen=True)
 class SuperTwisting:
     """Gains of a super-twisting term: w = -k1 |S|^(1/2) sgn S + v, v' = -k2 sgn S.
 
@@ -127,6 +144,8 @@ class Law:
         shared: axes that have one number between them, by gain, as one parameter is.
         axes: default and range of gains that are other ones on an axis, by axis and gain.
         on_airframe(vehicle) -> values of the gains that are facts of the airframe, by gain and axis.
+
+    blocks: of its diagram; its equations stand in the docstring of its file, see `plant.laws.law_text`.
 
     For proofs and designs, of no effect on flights; a law without an entry is left to flights and margins:
         family: name of the equations that designs and theorems are stated for, such as `pid.FAMILY`; laws of a family
@@ -165,6 +184,7 @@ class Law:
     shared: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]], compare=False)
     axes: Mapping[str, Mapping[str, Span]] = field(default_factory=dict[str, Mapping[str, Span]], compare=False)
     on_airframe: Callable[..., Mapping[str, Mapping[str, float]]] | None = field(default=None, compare=False)
+    blocks: Blocks = field(default=Blocks(), compare=False)
     every: int = 1
     plain: "Law | None" = field(default=None, compare=False)
     origin: Origin | None = field(default=None, compare=False)

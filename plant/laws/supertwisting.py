@@ -3,6 +3,9 @@
     e = y - r,   S = e' + lambda e
     b0 u = r'' - lambda e' - k1 |S|^(1/2) sgn S + v,   v' = -k2 sgn S
 
+Use it where the fastest change of the disturbance is known and actuators are fast: it needs no observer, and rejects the
+disturbance in finite time.
+
 A. Levant, "Sliding order and sliding accuracy in sliding mode control", Int. J. Control 58(6), 1993: S and S' reach 0 in
 finite time and stay there under every disturbance whose derivative is at most L, if k2 > L and k1^2 > k2 + L (R. Seeber,
 M. Horn, Automatica 84, 2017). Sampled without chatter and kept from winding up as in `twisting`; an actuator of lag tau leaves a
@@ -15,7 +18,7 @@ acceleration delivered and -v, the law's own estimate of the disturbance; withou
 from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.laws.law import GainInfo, Law, Span, SuperTwisting
+from plant.laws.law import Blocks, GainInfo, Law, Span, SuperTwisting
 from plant.laws.surface import surface
 from plant.laws.twisting import NONLINEAR, SAMPLING, Twist, TwistConstants, super_twisting, twist_constants
 
@@ -112,6 +115,7 @@ K2 = GainInfo(
 LAW = Law(
     name="supertwisting",
     title="super-twisting sliding mode control, sampled without chatter",
+    blocks=Blocks("surface S, super-twisting"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -1,6 +1,9 @@
 """Super-twisting control in explicit Euler steps: the usual implementation, kept to show its chatter.
 
+    e = y - r,   S = e' + lambda e
     b0 u = r'' - lambda e' - k1 |S|^(1/2) sgn S + v,   v+ = v - h k2 sgn S
+
+Use it for comparisons with published code alone: `supertwisting` has the same gains.
 
 The law of `supertwisting`, sampled as most published code does it. It is locally unstable wherever |S| < (k1 h/2)^2 and never
 comes to rest: even undisturbed it swings with |S| of order k1^2 h^2, and b0 u travels k2 per second and more. So it neither

@@ -238,14 +238,20 @@ def catalogue(kind: str) -> "pd.DataFrame":
     return frame(rows_of(kind))
 
 
+def about_of(kind: str) -> str:
+    """Return the sentence that says what a kind is."""
+    return (LISTINGS[kind].__doc__ or "").splitlines()[0].rstrip(".")
+
+
 def names_of(kind: str) -> list[str]:
     """Return the names of what the tool knows of a kind."""
     return list(dict.fromkeys(str(next(iter(row.values()))) for row in rows_of(kind)))
 
 
 def rows_of(kind: str, containing: str = "") -> Rows:
-    """Return the entries of a kind that hold a text, in any case."""
+    """Return the entry of a kind by its name, or the entries that hold a text, in any case."""
     if kind not in LISTINGS:
         raise UnknownNameError("listing", kind, LISTINGS)
-    wanted = containing.casefold()
-    return [row for row in LISTINGS[kind]() if any(wanted in str(cell).casefold() for cell in row.values())]
+    rows, wanted = LISTINGS[kind](), containing.casefold()
+    named = [row for row in rows if str(next(iter(row.values()))).casefold() == wanted]
+    return named or [row for row in rows if any(wanted in str(cell).casefold() for cell in row.values())]

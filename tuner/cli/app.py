@@ -14,6 +14,8 @@ from tuner.experiments.options import THREADS, RunOption
 
 CODE = "--code"
 """Option that names a file of the user's own code, of every command."""
+# Of the click that typer brings along.
+USAGE_ERROR: Any = typer.BadParameter.__base__
 # Letters of a command's first sentence that its line in the help may have.
 SENTENCE = 200
 
@@ -38,6 +40,17 @@ class GroupedCommands(TyperGroup):
             sentences = [self.commands[name].get_short_help_str(limit=SENTENCE) for name in names]
             with formatter.section(heading):
                 formatter.write_dl(list(zip([name.ljust(longest) for name in names], sentences, strict=True)))
+
+    def invoke(self, ctx: Any) -> Any:
+        """Carry out a command; an error of an option says what that takes."""
+        try:
+            return super().invoke(ctx)
+        except USAGE_ERROR as error:
+            params = self.commands[ctx.invoked_subcommand].params if ctx.invoked_subcommand in self.commands else []
+            given = getattr(error, "option_name", None)
+            helps = [getattr(param, "help", None) for param in params if given in param.opts]
+            error.message = " ".join([error.message, *filter(None, helps)])
+            raise
 
 
 def print_version(is_given: bool) -> None:
@@ -121,7 +134,15 @@ def completions(kind: str) -> list[str]:
     return names_of(kind) if kind else list(LISTINGS)
 
 
+def schemas() -> list[str]:
+    """Return the names of the schemas that `tuner schema` prints."""
+    from tuner.documents.registry import schema_names
+
+    return schema_names()
+
+
 # Completions of what an argument or an option takes.
+SCHEMA = beginning(schemas)
 STUDY = beginning(studies)
 LAW, AIRFRAME, TARGET, SOURCE, LISTING = (
     beginning(partial(completions, kind)) for kind in ("laws", "airframes", "targets", "sources", "")

@@ -38,13 +38,16 @@ def list_(
         ),
     ] = None,
     containing: Annotated[
-        str | None, typer.Argument(help="Keep the rows that hold this text, in any case.", metavar="[FILTER]")
+        str | None,
+        typer.Argument(help="Keep the entry of this name, or the rows that hold this text.", metavar="[FILTER]"),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
     """List what the tool knows, or what of it holds a text; alone, say what there is to list.
 
     Example: tuner list metrics
+
+    Example: tuner list laws pid
 
     Example: tuner list laws observer
     """

@@ -7,7 +7,7 @@ import typer
 
 import tuner
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import TARGET, AsJson, GainsFile, Threads, app, set_option, study_option, target_options
+from tuner.cli.app import SCHEMA, TARGET, AsJson, GainsFile, Threads, app, set_option, study_option, target_options
 from tuner.text.errors import BROKEN
 
 
@@ -126,8 +126,20 @@ def approach(
 
 
 @app.command()
-def schema(name: Annotated[str, typer.Argument(help="gains, summary, contest, ...", show_default=False)]) -> None:
-    """Print the JSON Schema (2020-12) of a file that the tool writes.
+def schema(
+    name: Annotated[
+        str,
+        typer.Argument(
+            help="A file that is read (study, plant-study, contest-study, inference-study, trials-study) or written "
+            "(gains, summary, contest, ...).",
+            show_default=False,
+            autocompletion=SCHEMA,
+        ),
+    ],
+) -> None:
+    """Print the JSON Schema (2020-12) of a file, for editors and programs.
+
+    Example: tuner schema study > study.schema.json
 
     Example: tuner schema gains > gains.schema.json
     """

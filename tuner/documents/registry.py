@@ -1,4 +1,4 @@
-"""Every JSON document that the tool writes, by name; `tuner schema NAME` prints its JSON Schema."""
+"""JSON documents that the tool writes and study files that it reads, by name; `tuner schema NAME` prints the schema of each."""
 
 import json
 
@@ -25,6 +25,7 @@ from tuner.store.environment import Environment
 from tuner.store.inputs import RunRecord
 from tuner.store.manifest import Manifest
 from tuner.store.start import Start
+from tuner.study.file_schema import DIALECT, STUDY_SCHEMAS
 
 GAINS = "gains"
 DOCUMENTS: dict[str, type[Document]] = {
@@ -55,10 +56,18 @@ DOCUMENTS: dict[str, type[Document]] = {
 
 
 def schema_of(name: str) -> str:
-    """Return the JSON Schema of a document, or of gains.json, as the text of a file; UnknownNameError where there is none."""
+    """Return a JSON Schema as the text of a file; UnknownNameError where there is none."""
     if name == GAINS:
         return schema_text()
-    if name not in DOCUMENTS:
-        raise UnknownNameError("schema", name, [GAINS, *DOCUMENTS])
-    schema = DOCUMENTS[name].model_json_schema(by_alias=True)
-    return json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}, indent=1) + "\n"
+    if name in STUDY_SCHEMAS:
+        schema = STUDY_SCHEMAS[name]()
+    elif name in DOCUMENTS:
+        schema = DOCUMENTS[name].model_json_schema(by_alias=True)
+    else:
+        raise UnknownNameError("schema", name, schema_names())
+    return json.dumps({"$schema": DIALECT, **schema}, indent=1) + "\n"
+
+
+def schema_names() -> list[str]:
+    """Return the names of all schemas."""
+    return [GAINS, *STUDY_SCHEMAS, *DOCUMENTS]

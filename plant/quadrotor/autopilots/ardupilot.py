@@ -1,7 +1,9 @@
 """ArduPilot Copter: angle P around a rate PID with filters on the target, the error and the derivative of the error.
 
     w_sp = LP_t(angle_p (r - y) + r'),    w = LP(y'),    e = LP_e(w_sp - w)
-    output = p e + I + d LP_d(e') + ff w_sp,    I' = i e,    |I| <= i_limit
+    b0 u = authority output,    output = p e + I + d LP_d(e') + ff w_sp,    I' = i e,    |I| <= i_limit
+
+Use it for a vehicle that flies ArduPilot: the gains are its parameters, which `tuner import` reads and `tuner export` writes.
 
 output is ArduPilot's normalised torque, `authority` the angular acceleration that a unit of it gives the vehicle, so that p, i,
 d and ff are ATC_RAT_*_P, _I, _D and _FF. I is in force in the period in which it is formed and only shrinks while the motors
@@ -15,7 +17,7 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import Delays, Section, low_pass, settled_section, stage_share, step_section, step_stage
-from plant.laws.law import Law, Span
+from plant.laws.law import Blocks, Law, Span
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, ardupilot_factors
 from plant.quadrotor.autopilots.gain_table import gain_rows
@@ -125,6 +127,7 @@ row = gain_rows(SOURCE)
 LAW = Law(
     name="ardupilot",
     title="ArduPilot: angle P, rate PID, filters of target, error, D and gyro",
+    blocks=Blocks("angle P, rate PID", measured="low-pass"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

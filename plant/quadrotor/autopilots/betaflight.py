@@ -2,12 +2,16 @@
 
     w_sp = LP3(angle_p/10 (r - y)) + r',    w = LP1(N(LP2(y'))),    w_d = LP_d2(LP_d1(w)),    e = w_sp - w
     output = 0.032029 LP_p(t_p p e) + I - 0.000529 t d w_d',    I' = 0.244381 i x e,    |I| <= i_limit,    |output| <= limit
-    t = 1 - tpa_rate (throttle - b)/(1 - b) above the breakpoint b,    x = max(0, 1 - |w_sp - LP_x(w_sp)|/relax)
+    b0 u = authority output,    x = max(0, 1 - |w_sp - LP_x(w_sp)|/relax)
+    t = 1 - tpa_rate (throttle - b)/(1 - b) above the breakpoint b
 
-in degrees; p, i, d and angle_p are the integers of the settings and yaw's I counts 2.5 times. I is in force in the period in
-which it is formed; its limit and I-term relax, which stops it while the set point moves, keep it from winding up. t is the
-attenuation by throttle (TPA), of D and with tpa_p of P, at the throttle that hovers, as `authority`, the acceleration that a
-unit of output gives, is. What acts on sticks and large motions alone is not here: feed-forward, D max, anti-gravity.
+Use it for a vehicle that flies Betaflight: the gains are its settings, which `tuner import` reads and `tuner export` writes.
+
+Angles and rates are in degrees; p, i, d and angle_p are the integers of the settings and yaw's I counts 2.5 times. I is in force
+in the period in which it is formed; its limit and I-term relax, which stops it while the set point moves, keep it from winding
+up. t is the attenuation by throttle (TPA), of D and with tpa_p of P, at the throttle that hovers, as `authority`,
+the acceleration that a unit of output gives, is. What acts on sticks and large motions alone is not here: feed-forward, D max,
+anti-gravity.
 Betaflight 2025.12: src/main/flight/pid.c, pid_init.c, src/main/sensors/gyro_filter_impl.c, src/main/common/filter.c.
 """
 
@@ -28,7 +32,7 @@ from plant.laws.filters import (
     step_stage,
     step_stages,
 )
-from plant.laws.law import Law, Span
+from plant.laws.law import Blocks, Law, Span
 from plant.primitives import absolute, maximum, minimum, select
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, betaflight_factors, command_slope, hover_share
@@ -215,6 +219,7 @@ row = gain_rows(SOURCE)
 LAW = Law(
     name="betaflight",
     title="Betaflight: level gain, rate PID, gyro and D filters",
+    blocks=Blocks("level gain, rate PID", measured="notch and low-passes"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -1,7 +1,9 @@
 """The Crazyflie's firmware: a PID on the angle around a PID on the rate, in degrees, D of both on the measurement.
 
-    w_sp = angle_p e + angle_i int e - angle_d y',    w = LP(y')
-    output = p (w_sp - w) + i int (w_sp - w) - d LP_d(w') + ff w_sp,    |output| <= 32767
+    e = r - y,    w_sp = angle_p e + angle_i int e - angle_d y',    w = LP(y')
+    b0 u = authority output,    output = p (w_sp - w) + i int (w_sp - w) - d LP_d(w') + ff w_sp,    |output| <= 32767
+
+Use it for a Crazyflie with the PID controller of its firmware: the gains are its parameters.
 
 output counts, 65535 of which are the full thrust of a motor; `authority` is the angular acceleration that a count gives. The rate
 of a reference is not heard, so a heading that turns is followed late. The integrals, in deg s and deg, are bounded by limits of
@@ -15,7 +17,7 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import Delays, Section, low_pass, settled_section, step_section
-from plant.laws.law import Law, Span
+from plant.laws.law import Blocks, Law, Span
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, crazyflie_factors
 from plant.quadrotor.autopilots.gain_table import gain_rows
@@ -152,6 +154,7 @@ row = gain_rows(SOURCE)
 LAW = Law(
     name="crazyflie",
     title="Crazyflie: angle PID, rate PID, gyro and D filters",
+    blocks=Blocks("angle PID, rate PID", measured="low-pass"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -1,7 +1,10 @@
 """PX4: angle P around a rate PID, D on the derivative of the filtered rate, gyro and D low-passes and a notch.
 
     w_sp = angle_p (r - y) + r',    w = LP(N(y')),    a = LP_d(w')
-    tau = p (w_sp - w) + I - d a + ff w_sp,    I' = i (w_sp - w) max(0, 1 - ((w_sp - w)/400 deg/s)^2),  |I| <= i_limit
+    b0 u = authority tau,    tau = p (w_sp - w) + I - d a + ff w_sp
+    I' = i (w_sp - w) max(0, 1 - ((w_sp - w)/400 deg/s)^2),  |I| <= i_limit
+
+Use it for a vehicle that flies PX4: the gains are its parameters, which `tuner import` reads and `tuner export` writes.
 
 tau is PX4's normalised torque, `authority` the angular acceleration that a unit of it gives the vehicle, so that p, i, d and ff
 are MC_*RATE_P, _I, _D and _FF. I is in force one period after it is formed; it does not grow further where the allocation
@@ -28,7 +31,7 @@ from plant.laws.filters import (
     step_section,
     step_stage,
 )
-from plant.laws.law import Law, Span
+from plant.laws.law import Blocks, Law, Span
 from plant.primitives import maximum
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, px4_factors
@@ -152,6 +155,7 @@ row = gain_rows(SOURCE)
 LAW = Law(
     name="px4",
     title="PX4: angle P, rate PID, gyro and D filters",
+    blocks=Blocks("angle P, rate PID", measured="notch and low-pass"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

@@ -1,7 +1,9 @@
 """PX4's position loops: P on the position around a PID on the velocity, D on the measured acceleration.
 
     v_sp = position_p (r - y) + r',    b0 u = authority (r'' + p (v_sp - y') + I - d a),    a = LP(y')'
-    I' = i (v_sp - y'),  |I| <= 9.80665 m/s2
+    I' = i (v_sp - y'),  |I| <= i_limit
+
+Use it around `px4`, for a vehicle that flies PX4 in position mode.
 
 The integral does not grow further while a limit takes acceleration away, as along z in PX4; along x and y PX4 hands it 2/p of
 what is taken away instead, which differs only while the tilt is limited. authority: what the vehicle accelerates by for 1 m/s2
@@ -14,7 +16,7 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import stage_share, step_stage
-from plant.laws.law import GainInfo, Law, Span
+from plant.laws.law import Blocks, GainInfo, Law, Span
 from plant.quadrotor.autopilots.windup import limited, outward_stopped
 from plant.quadrotor.vehicle import Vehicle
 
@@ -93,6 +95,7 @@ def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
 LAW = Law(
     name="px4_position",
     title="PX4's position loops: P around a velocity PID",
+    blocks=Blocks("position P, velocity PID", measured="low-pass of D"),
     source=SOURCE,
     Gains=Gains,
     Constants=Constants,

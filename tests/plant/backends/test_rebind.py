@@ -39,12 +39,16 @@ def fake(**changed):
             "either",
             "exp",
             "floor",
+            "hypot",
+            "log",
             "maximum",
             "minimum",
             "select",
             "sign",
             "sin",
             "sqrt",
+            "tan",
+            "tanh",
         ],
     )
     return {**names, **changed}

@@ -29,7 +29,7 @@ WRONG = {
     "print": (CURRENT, CURRENT + "    print(current)\n", "def derivative", "builtin 'print'"),
     "NumPy": ("from typing", "import numpy as np\nfrom typing", "def derivative", "plant.primitives"),
     "a NumPy function": ("from typing", "from numpy import sin\nfrom typing", "def derivative", "plant.primitives"),
-    "math": ("from typing", "from math import tan\nfrom typing", "def derivative", "plant.primitives"),
+    "math": ("from typing", "from math import sinh\nfrom typing", "def derivative", "plant.primitives"),
     "a hidden list": ("class State", "LAST = [0.0]\n\n\nclass State", "LAST[0]", "State"),
     "a hidden array": ("class State", "from numpy import zeros\nLAST = zeros(1)\n\n\nclass State", "LAST[0]", "State"),
     "a read list": ("class State", "LAST = [0.0]\n\n\nclass State", "def derivative", "State"),
@@ -66,7 +66,7 @@ WRONG = {
 USES = {
     "NumPy": "np.sin",
     "a NumPy function": "sin",
-    "math": "tan",
+    "math": "sinh",
     "a hidden list": "LAST[0]",
     "a hidden array": "LAST[0]",
     "a read list": "LAST[0]",

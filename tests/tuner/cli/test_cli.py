@@ -194,4 +194,5 @@ def test_list_alone_says_what_there_is_to_list():
     done = CliRunner().invoke(app, ["list"])
     assert done.exit_code == 0 and all(name in done.stdout for name in LISTINGS)
     rows = json.loads(CliRunner().invoke(app, ["list", "--json"]).stdout)
-    assert {row["what"] for row in rows} == set(LISTINGS) and all(row["rows"] > 0 for row in rows)
+    assert {row["what"] for row in rows} == set(LISTINGS) and all(row["rows"] > 0 and row["about"] for row in rows)
+    assert "Control laws and their gains\n" in "\n".join(map(str.rstrip, done.stdout.splitlines()))

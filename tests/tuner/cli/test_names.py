@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 
 from plant.errors import InputError, UnknownNameError
+from plant.law_registry import LAWS
+from plant.laws.law_text import law_text
 from tests.tuner.in_process import called, tuner
 from tests.tuner.study.study_text import STUDY, changed
 from tuner.study import load_study
@@ -135,7 +137,7 @@ def test_what_lies_about_does_not_hinder_the_list(here, monkeypatch, capsys):
 
 @pytest.mark.parametrize(
     ("words", "kept"),
-    [(["laws", "LADRC"], "ladrc"), (["metrics", "settl"], "settling"), (["airframes", "Iris"], "iris")],
+    [(["laws", "LINEAR ADRC"], "ladrc"), (["metrics", "settl"], "settling"), (["airframes", "Iris"], "iris")],
 )
 def test_a_filter_keeps_the_rows_that_hold_it(words, kept, monkeypatch, capsys):
     every = json.loads(tuner(monkeypatch, capsys, "list", words[0], "--json")[1])
@@ -144,6 +146,14 @@ def test_a_filter_keeps_the_rows_that_hold_it(words, kept, monkeypatch, capsys):
         row for row in every if words[1].lower() in json.dumps(list(row.values()), ensure_ascii=False).lower()
     ]
     assert 0 < len(some) < len(every) and any(kept in row.values() for row in some)
+
+
+@pytest.mark.parametrize("law", [*LAWS])
+def test_a_law_by_its_name_is_alone_with_its_equations(law, monkeypatch, capsys):
+    rows = json.loads(tuner(monkeypatch, capsys, "list", "laws", law.upper(), "--json")[1])
+    assert {row["law"] for row in rows} == {law}
+    text = law_text(LAWS[law])
+    assert f"{text.equations}\n{text.use}\n" in tuner(monkeypatch, capsys, "list", "laws", law)[1]
 
 
 def test_a_filter_that_nothing_holds_says_so(monkeypatch, capsys):

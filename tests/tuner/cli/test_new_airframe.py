@@ -3,11 +3,13 @@
 import json
 
 import pytest
+from typer.main import get_command
 
 from plant.quadrotor.airframes import load
 from plant.quadrotor.scenarios import SEARCH, sample_scenarios
 from tests.tuner.in_process import called
 from tests.tuner.study.study_text import changed
+from tuner.cli.main import app
 from tuner.study.build import load_study
 from tuner.text.errors import USER_ERROR
 
@@ -91,3 +93,10 @@ def test_a_study_goes_where_out_says(tmp_path, monkeypatch):
         assert code == 0 and path in said and (tmp_path / path).exists()
     code, _, err = called("new", "mine", "--out", "there")
     assert code == USER_ERROR and "exists already" in err
+
+
+@pytest.mark.parametrize("words", [("new", "mine", "--out"), ("run", "quickstart", "--out"), ("fly", "--law")])
+def test_an_option_without_its_value_is_told_what_it_takes(words):
+    code, _, err = called(*words)
+    option = next(param for param in vars(get_command(app))["commands"][words[0]].params if words[-1] in param.opts)
+    assert code == USER_ERROR and f"'{words[-1]}' requires an argument. {option.help}" in " ".join(err.split())

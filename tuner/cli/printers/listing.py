@@ -4,7 +4,9 @@ from typing import Any
 
 from rich.text import Text
 
-from tuner.api.catalogue import LISTINGS, rows_of
+from plant.law_registry import LAWS
+from plant.laws.law_text import law_text
+from tuner.api.catalogue import LISTINGS, about_of, rows_of
 from tuner.api.frames import json_text
 from tuner.cli.tables import TerminalTable, wide_console
 
@@ -23,15 +25,15 @@ GROUPED = {"laws": "law"}
 
 
 def print_listings(as_json: bool) -> None:
-    """Print the names of the registries, each with its number of rows."""
-    rows = [{"what": name, "rows": len(list(make()))} for name, make in LISTINGS.items()]
+    """Print each registry with its number of rows and its meaning."""
+    rows = [{"what": name, "rows": len(list(make())), "about": about_of(name)} for name, make in LISTINGS.items()]
     if as_json:
         print(json_text(rows))
         return
     table = TerminalTable()
-    table.columns_of("what", "rows", left=("what",))
+    table.columns_of("what", "rows", "about", left=("what", "about"))
     for row in rows:
-        table.add_row(row["what"], str(row["rows"]))
+        table.add_row(row["what"], str(row["rows"]), row["about"])
     wide_console().print(table)
     print("See one of them with: tuner list laws")
 
@@ -45,6 +47,8 @@ def print_listing(what: str, containing: str | None, as_json: bool) -> None:
     if not rows:
         print(f"No {what} with '{containing}'." if containing else f"No {what} here.")
         return
+    if what == "laws" and containing is not None and containing.casefold() == rows[0]["law"].casefold():
+        _print_equations(rows[0]["law"])
     group = GROUPED.get(what)
     columns = [column for column in rows[0] if column not in WIDE.get(what, set()) and column != group]
     table = TerminalTable()
@@ -59,6 +63,13 @@ def print_listing(what: str, containing: str | None, as_json: bool) -> None:
         first, *others = [_cell_text(row[column]) for column in columns]
         table.add_row(Text(f"  {first}" if group else first), *map(Text, others))
     wide_console().print(table)
+
+
+def _print_equations(name: str) -> None:
+    """Print title and equations of a law, as its page has them."""
+    law = LAWS.find(name)
+    text = law_text(law)
+    print("\n".join(line for line in (law.title, text.equations, text.use) if line), end="\n\n")
 
 
 def _cell_text(cell: Any) -> str:

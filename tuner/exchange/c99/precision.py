@@ -54,9 +54,10 @@ def rebinder(real: Real) -> Rebinder:
         return operation
 
     names: dict[str, Any] = {name: on_signals(name) for name in signals} | {"select": select}
-    names |= {name: getattr(primitives, name) for name in ("cos", "exp", "sin")}
+    names |= {name: getattr(primitives, name) for name in ("cos", "exp", "log", "sin", "tan", "tanh")}
     inner = Rebinder(names)
-    return Rebinder(names | {"atan2": inner(vector_math.atan2), "asin": inner(vector_math.asin)})
+    written_out = {"atan2": inner(vector_math.atan2), "asin": inner(vector_math.asin), "hypot": inner(primitives.hypot)}
+    return Rebinder(names | written_out)
 
 
 def as_signals(record: Any, real: Real, lanes: int) -> Any:
