@@ -64,7 +64,7 @@ def plan(
 
     Args:
         study: A tuning study or a contest, a file, or the name of a shipped study.
-        difference: Difference from the default that shall be told [%].
+        difference: Difference from the default to detect [%].
         watcher: Callbacks that hear of progress.
         threads: Threads, by default one for each core.
 

@@ -100,7 +100,7 @@ def rejudge(
     watcher: Watcher | None = None,
     threads: int | None = None,
 ) -> TuningResults:
-    """Judge the candidates of a run by other objectives, risks, limits or pick rules, from the flights already flown.
+    """Re-evaluate recorded flights under other objectives, risks or limits.
 
     Args:
         results: Results folder of a tuning run.
@@ -139,7 +139,7 @@ def verify(
 
     Args:
         results: A results folder.
-        sample: Candidates to fly again, drawn at random; by default all.
+        sample: Number of random candidates to re-simulate; default: all.
         watcher: Callbacks that hear of progress.
         threads: Threads, by default one for each core.
 

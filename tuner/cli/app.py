@@ -20,11 +20,11 @@ USAGE_ERROR: Any = typer.BadParameter.__base__
 SENTENCE = 200
 
 GROUPS = {
-    "Begin a study": ("new", "list", "import", "identify", "check", "plan", "design"),
+    "Set up": ("new", "list", "import", "identify", "check", "plan", "design"),
     "Tune": ("run", "resume", "ask", "tell", "rejudge", "verify"),
-    "Read what was found": ("show", "report", "compare", "compare-logs", "sensitivity"),
-    "Judge gains": ("fly", "margins", "theory", "cost", "validate"),
-    "Take them to a vehicle": ("export", "confirm", "approach", "schema"),
+    "Read results": ("show", "report", "compare", "compare-logs", "sensitivity"),
+    "Evaluate gains": ("fly", "margins", "theory", "cost", "validate"),
+    "Deploy": ("export", "confirm", "approach", "schema"),
     "This machine": ("bench",),
 }
 """Heading -> commands, in the order of `tuner --help`."""
@@ -63,7 +63,7 @@ def print_version(is_given: bool) -> None:
 app = typer.Typer(
     name="tuner",
     cls=GroupedCommands,
-    help="Tune controllers of quadrotors and of plants of your own, so that their gains hold.\n\nExample: tuner run quickstart",
+    help="Tune controller gains of multirotors and other plants.\n\nExample: tuner run quickstart",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
@@ -177,7 +177,7 @@ StudyFile = Annotated[
 Folder = Annotated[Path, typer.Argument(help="A results folder.", show_default=False)]
 GainsFile = Annotated[Path, typer.Argument(help="A gains.json.", show_default=False)]
 Threads = Annotated[int | None, typer.Option(help=THREADS.help, min=THREADS.least)]
-AsJson = Annotated[bool, typer.Option("--json", help="Print figures as JSON and nothing else.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON only.")]
 PositionLaw = Annotated[str, law_option("Position law, with --law.")]
 Airframe = Annotated[str | None, typer.Option(help="Airframe: a bundled name or a TOML file.", autocompletion=AIRFRAME)]
 Seeds = Annotated[int | None, typer.Option(help="Flights of each scenario; by default the study's held_out.", min=2)]

@@ -39,11 +39,11 @@ def list_(
     ] = None,
     containing: Annotated[
         str | None,
-        typer.Argument(help="Keep the entry of this name, or the rows that hold this text.", metavar="[FILTER]"),
+        typer.Argument(help="Entry of this name, or rows that contain this text.", metavar="[FILTER]"),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List what the tool knows, or what of it holds a text; alone, say what there is to list.
+    """List laws, airframes, metrics, ...; optionally filtered.
 
     Example: tuner list metrics
 
@@ -74,13 +74,11 @@ def new(
     propeller: Annotated[str | None, typer.Option(help="Inches: 10x4.5; of three blades 5.1x4.8x3.")] = None,
     kv: Annotated[float | None, typer.Option(help="Of the motors [rpm/V].")] = None,
     cells: Annotated[int | None, typer.Option(help="Of the battery, in series.")] = None,
-    hover: Annotated[
-        float | None, typer.Option(help="Motor command at hover over full command, where it is known.")
-    ] = None,
+    hover: Annotated[float | None, typer.Option(help="Motor command at hover over full command, if measured.")] = None,
     out: Annotated[Path | None, typer.Option(help="The file to write, or the folder for it; default: here.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write a commented study file to start from, or an airframe with wide ranges from a parts list, where there is no log.
+    """Create a commented study file, or an airframe from a parts list.
 
     Example: tuner new my_quad --from f450
 
@@ -129,11 +127,11 @@ def check(
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check a file without flying, or judge gains by hard limits: exit code 0 fine, 1 hopeless or broken, 2 bad input.
+    """Validate a file, or test gains against hard limits.
 
-    Of a study it tells thrust-to-weight, trim in the mean wind, the default's margins and limits that neither it nor any of 128
-    draws from the ranges keeps, which is hopeless; of a law
-    or a plant of your own, everything that it breaks, with the function's line, and ends with 2 like a study that names it.
+    Study: thrust-to-weight ratio, trim in the mean wind, margins of the default gains, limits that neither they nor any of 128
+    draws from the ranges satisfy. Law or plant of your own: every rule of its contract that it breaks, with the line.
+    Exit codes: 0 valid or satisfied, 1 a limit is violated or cannot be met, 2 bad input.
 
     Example: tuner check quickstart
 
@@ -162,12 +160,12 @@ def check(
 def plan(
     study: StudyFile,
     difference: Annotated[
-        float, typer.Option(help="Difference from the default that shall be told [%].", min=0.01, max=100.0)
+        float, typer.Option(help="Difference from the default to detect [%].", min=0.01, max=100.0)
     ] = 5.0,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fly a few candidates and say what a run will take and how sure its figures will be.
+    """Estimate run time and precision from pilot flights.
 
     Example: tuner plan quickstart --difference 2
     """
@@ -182,7 +180,7 @@ def design(
     out: Annotated[Path, typer.Option(help="The gains.json to write; must not exist.")] = Path("gains.json"),
     as_json: AsJson = False,
 ) -> None:
-    """Design gains for a study's laws before any search, compare their margins with the defaults', write gains.json.
+    """Compute gains from loop requirements, without a search.
 
     Example: tuner design quickstart --out designed.json
     """
@@ -204,7 +202,9 @@ def import_(
     change: Annotated[list[str] | None, set_option("NAME=VALUE: an option of the source.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Read the gains that a vehicle flies already, for `[controller] default = "vehicle.json"` in a study.
+    """Import a vehicle's current gains as a study's default.
+
+    Name the file in the study: `[controller] default = "vehicle.json"`.
 
     Example: tuner import quad.params --from px4 --airframe iris --out vehicle.json
     """

@@ -22,44 +22,36 @@ def identify(
     ] = None,
     airframe: Annotated[
         str | None,
-        typer.Option(help="What is known beforehand: a bundled airframe or a TOML file.", autocompletion=AIRFRAME),
+        typer.Option(help="Prior: a bundled airframe or a TOML file.", autocompletion=AIRFRAME),
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Airframe file to write, NAME.toml; of a plan: folder for what flies it.")
-    ] = None,
-    check: Annotated[bool, typer.Option("--check", help="Only say what is wrong with the logs.")] = False,
-    mapping: Annotated[Path | None, typer.Option(help="What the columns of CSV logs are (TOML).")] = None,
-    mass: Annotated[float, typer.Option(help="Standard deviation of the airframe's mass, relative.")] = 0.02,
-    arm: Annotated[float, typer.Option(help="Standard deviation of its lengths, relative.")] = 0.02,
-    force: Annotated[bool, typer.Option("--force", help="Use logs that a check calls useless all the same.")] = False,
-    report: Annotated[
-        Path | None, typer.Option(help="Page to write, NAME.html: predictions, residuals, intervals.")
-    ] = None,
-    update: Annotated[
-        Path | None, typer.Option(help="What `identify --json` printed of earlier logs: these narrow it further.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Airframe file to write; with --plan, a folder.")] = None,
+    check: Annotated[bool, typer.Option("--check", help="Check the logs only.")] = False,
+    mapping: Annotated[Path | None, typer.Option(help="Column mapping of CSV logs (TOML).")] = None,
+    mass: Annotated[float, typer.Option(help="Relative standard deviation of the mass.")] = 0.02,
+    arm: Annotated[float, typer.Option(help="Relative standard deviation of lengths.")] = 0.02,
+    force: Annotated[bool, typer.Option("--force", help="Use logs that failed the checks.")] = False,
+    report: Annotated[Path | None, typer.Option(help="Write an HTML page: predictions, residuals, intervals.")] = None,
+    update: Annotated[Path | None, typer.Option(help="Refine an earlier result (output of `identify --json`).")] = None,
     plan: Annotated[
         str | None,
-        typer.Option(help="Instead of reading logs, plan the flight: of this airframe.", autocompletion=AIRFRAME),
+        typer.Option(help="Design an identification flight for this airframe instead.", autocompletion=AIRFRAME),
     ] = None,
     numbers: Annotated[
         str | None,
-        typer.Option(help="Of a plan: what is to be known, lag_up,inertia.x; by default all that a flight tells."),
+        typer.Option(help="With --plan: parameters to identify, e.g. lag_up,inertia.x; default: all identifiable."),
     ] = None,
-    within: Annotated[str, typer.Option(help="Of a plan: half-width of the 95 % intervals, of the number.")] = "10%",
-    tilt: Annotated[float, typer.Option(help="Of a plan: largest tilt [deg].")] = 20.0,
-    rate: Annotated[float, typer.Option(help="Of a plan: largest body rate [deg/s].")] = 200.0,
-    gains: Annotated[
-        Path | None, typer.Option(help="Of a plan: gains.json that flies; by default pid for the airframe.")
-    ] = None,
-    study: Annotated[Path | None, study_option("Of a plan: air and sensors of its first scenario.")] = None,
-    to: Annotated[str, typer.Option(help="Of a plan: what flies it: csv, ardupilot or betaflight.")] = "csv",
+    within: Annotated[str, typer.Option(help="With --plan: target half-width of the 95 % intervals.")] = "10%",
+    tilt: Annotated[float, typer.Option(help="With --plan: largest tilt [deg].")] = 20.0,
+    rate: Annotated[float, typer.Option(help="With --plan: largest body rate [deg/s].")] = 200.0,
+    gains: Annotated[Path | None, typer.Option(help="With --plan: gains.json to fly; default: pid.")] = None,
+    study: Annotated[Path | None, study_option("With --plan: study with wind and sensors (first scenario).")] = None,
+    to: Annotated[str, typer.Option(help="With --plan: output, csv, ardupilot or betaflight.")] = "csv",
     as_json: AsJson = False,
 ) -> None:
-    """Identify a vehicle from flight logs: an airframe file with intervals, and what the data do not tell.
+    """Estimate an airframe with 95 % intervals from flight logs.
 
-    Reads logs of Crazyflie (SD card), PX4 (ULog), ArduPilot (.bin), Betaflight (decoded to CSV), and CSV with a mapping. With
-    --plan it tells which flight to make first, so that intervals become as narrow as asked within limits of tilt and rate.
+    Formats: Crazyflie (SD card), PX4 (ULog), ArduPilot (.bin), Betaflight (decoded to CSV), CSV with a mapping. With --plan it
+    designs an identification flight for the target intervals, within limits of tilt and rate.
 
     Example: tuner identify log15 --airframe crazyflie-pybullet --out mine.toml --report mine.html
     """
@@ -127,18 +119,20 @@ def compare_logs(
     before: Annotated[
         str, typer.Argument(help="Log of the first flight; FILE@35:65 for a part [s].", show_default=False)
     ],
-    after: Annotated[str, typer.Argument(help="Log of the second, of a like flight in like air.", show_default=False)],
+    after: Annotated[
+        str, typer.Argument(help="Log of the second, a similar flight in similar wind.", show_default=False)
+    ],
     airframe: Annotated[
-        str, typer.Option(help="About what flew: a bundled airframe or a TOML file.", autocompletion=AIRFRAME)
+        str, typer.Option(help="Airframe that flew, roughly: a bundled name or a TOML file.", autocompletion=AIRFRAME)
     ],
     gains: Annotated[Path | None, typer.Option(help="gains.json of the second flight, to predict it.")] = None,
     study: Annotated[Path | None, study_option("Predict it by the first scenario of this study.")] = None,
-    mapping: Annotated[Path | None, typer.Option(help="What the columns of CSV logs are (TOML).")] = None,
+    mapping: Annotated[Path | None, typer.Option(help="Column mapping of CSV logs (TOML).")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Compare two flight logs: what is less and what is more, with intervals, and whether it was predicted.
+    """Compare two flight logs, with intervals and prediction.
 
-    Exit code 1 where the second flight is above its prediction.
+    Exit code 1 where the second flight is worse than predicted.
 
     Example: tuner compare-logs before.bin after.bin --airframe mine.toml --gains gains.json --study mine_study.toml
     """

@@ -28,14 +28,12 @@ def fly(
     scenario: Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)] = 0,
     seeds: Annotated[int, typer.Option(help="Number of flights, each in its own turbulence.", min=1)] = 64,
     seed: Annotated[int, typer.Option(help="Root seed where no study gives one.", min=0)] = 1,
-    flight: Annotated[
-        str | None, typer.Option(help="Fly this one alone, STREAM-INDEX, such as a lost one: held-out-4679.")
-    ] = None,
+    flight: Annotated[str | None, typer.Option(help="Fly one flight only, STREAM-INDEX, e.g. held-out-4679.")] = None,
     plot: Annotated[Path | None, typer.Option(help="Write the responses to this .png, .pdf or .svg.")] = None,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fly gains through turbulence and print their metrics and a plot.
+    """Simulate gains in turbulence; print metrics and a plot.
 
     Example: tuner fly --law hybrid --seeds 256 --plot hybrid.png
 
@@ -69,7 +67,7 @@ def theory(
     ] = 0.99,
     as_json: AsJson = False,
 ) -> None:
-    """Print what theory guarantees for gains on each axis, against the disturbance rate of the air.
+    """Compute theoretical guarantees for every axis.
 
     Example: tuner theory results/quickstart/gains.json --study quickstart
     """
@@ -87,11 +85,13 @@ def margins(
     speed: Annotated[float, typer.Option(help="Ground speed along the heading [m/s].")] = 0.0,
     wind: Annotated[float, typer.Option(help="Steady wind towards east, the x axis of the world [m/s].")] = 0.0,
     attitude_only: Annotated[bool, typer.Option("--attitude-only", help="Leave the loops of x and y open.")] = False,
-    certificates: Annotated[bool, typer.Option("--certificates", help="Print what can be proved, too.")] = False,
+    certificates: Annotated[bool, typer.Option("--certificates", help="Print certificates too.")] = False,
     out: Annotated[Path | None, typer.Option(help="Write figures and margins.json into this new folder.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the stability margins of gains, loop by loop; exit code 1 where a limit is broken, 2 for bad input.
+    """Compute the stability margins of every loop.
+
+    Exit codes: 0 limits satisfied, 1 a limit is violated, 2 bad input.
 
     Example: tuner margins results/quickstart/gains.json --out margins
 
@@ -120,11 +120,11 @@ def cost(
     law: Annotated[str | None, law_option("Attitude law; leave out for all.")] = None,
     position_law: Annotated[str, law_option("Position law, with --law or for all.")] = POSITION_LAW,
     measure: Annotated[
-        bool, typer.Option("--measure", help="Count now, with arm-none-eabi-gcc and qemu-system-arm.")
+        bool, typer.Option("--measure", help="Measure with arm-none-eabi-gcc and qemu-system-arm.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Print what a control step costs on a Cortex-M4F: instructions, code, state and stack.
+    """Report instructions, code and memory on a Cortex-M4F.
 
     Example: tuner cost --law hybrid
     """
@@ -136,7 +136,9 @@ def cost(
 
 @app.command()
 def validate(file: GainsFile, as_json: AsJson = False) -> None:
-    """Check schema, units, ranges and hash of a gains.json: exit code 0, or 2 with one line for each problem.
+    """Check schema, units, ranges and hash of a gains.json.
+
+    Exit codes: 0 valid, 2 with a line for each problem.
 
     Example: tuner validate results/quickstart/gains.json
     """

@@ -12,7 +12,7 @@ from tuner.cli.app import AsJson, Folder, Seeds, StudyFile, Threads, app, study_
 
 @app.command()
 def report(results: Folder) -> None:
-    """Write report.html and the figures of a results folder again.
+    """Regenerate report.html and figures.
 
     Example: tuner report results/quickstart
     """
@@ -29,7 +29,7 @@ def sensitivity(
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say which gains decide each objective, alone and together, and how much of it is turbulence.
+    """Compute Sobol indices of the gains per objective.
 
     Example: tuner sensitivity quickstart --samples 256 --out results/sensitivity
     """
@@ -51,7 +51,7 @@ def compare(
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fly results and gains files through the same scenarios and compare them with the first, in pairs.
+    """Compare results or gains with the first, paired, on the same flights.
 
     Example: tuner compare results/quickstart gains.json --seeds 256 --out comparison
     """
@@ -65,7 +65,7 @@ def show(
     results: Annotated[Path, typer.Argument(help="A results folder, finished or not.", show_default=False)],
     as_json: AsJson = False,
 ) -> None:
-    """Tell in the terminal what a run was asked, what it found, how far to trust it and what to fly.
+    """Summarize a run: setup, result, reliability, next step.
 
     Example: tuner show results/quickstart
     """

@@ -14,18 +14,16 @@ from tuner.text.errors import NOTHING_FEASIBLE, USER_ERROR
 @app.command()
 def ask(
     study: StudyFile,
-    out: Annotated[Path | None, typer.Option(help="Results folder, begun or not. Default: results/NAME.")] = None,
-    count: Annotated[int | None, typer.Option(help="Lines at most; by default all that are lacking.", min=1)] = None,
+    out: Annotated[Path | None, typer.Option(help="Results folder, new or started. Default: results/NAME.")] = None,
+    count: Annotated[int | None, typer.Option(help="Maximum number of lines; default: all pending.", min=1)] = None,
     command: Annotated[
-        str | None, typer.Option("--run", help="Command line of a program that answers each line, until all is told.")
+        str | None, typer.Option("--run", help="Program that answers each line, until all results are in.")
     ] = None,
-    timeout: Annotated[
-        float | None, typer.Option(help="Time that this program may take over a trial [s].", min=0.001)
-    ] = None,
+    timeout: Annotated[float | None, typer.Option(help="Time limit of a trial [s].", min=0.001)] = None,
 ) -> None:
-    """Print the trials that another program is to make next, a line of JSON each; asked twice, the same lines.
+    """Print pending trials as JSON lines; repeatable.
 
-    Once all is told it prints nothing, and front, report and gains.json are in the folder. Exit codes as of `tuner run`.
+    Prints nothing once all results are in; front, report and gains.json are then in the folder. Exit codes as of `tuner run`.
 
     Example: tuner ask my_bench.toml --out results/bench > trials.jsonl
 
@@ -45,9 +43,10 @@ def tell(
     results: Folder,
     file: Annotated[Path, typer.Argument(help="Lines of JSON; - for standard input.", show_default=False)] = Path("-"),
 ) -> None:
-    """Tell what trials gave, a line of JSON each with its id, and its metrics or that it failed.
+    """Submit trial results as JSON lines.
 
-    A line that cannot be used is refused, told on standard error and changes nothing; then the exit code is 2.
+    Each line has the trial's id and its metrics, or that it failed. A line that cannot be used is refused on
+    standard error; the exit code is then 2.
 
     Example: tuner tell results/bench answers.jsonl
     """

@@ -21,15 +21,13 @@ def run(
     study: StudyFile,
     out: Annotated[Path | None, typer.Option(help="Results folder; must not exist. Default: results/NAME.")] = None,
     threads: Threads = None,
-    change: Annotated[
-        list[str] | None, set_option("KEY=VALUE: replace a value of the study, e.g. search.generations=3.")
-    ] = None,
+    change: Annotated[list[str] | None, set_option("KEY=VALUE: override a value of the study; repeatable.")] = None,
     as_json: AsJson = False,
     **options: Any,
 ) -> None:
-    """Search a study's gains, check the finalists on unseen turbulence, write results and report.
+    """Search gains, validate the finalists on held-out flights, write a report.
 
-    Exit codes: 0 gains are recommended; 2 bad input; 3 no feasible candidate, so none are; 130 interrupted.
+    Exit codes: 0 recommended, 2 bad input, 3 nothing feasible, 130 interrupted.
 
     Example: tuner run quickstart --out results/first --set search.generations=20
     """
@@ -43,7 +41,7 @@ def run(
 @app.command()
 @with_options(ResumeOptions, option_of)
 def resume(results: Folder, as_json: AsJson = False, **options: Any) -> None:
-    """Go on with a run that was stopped, killed or ran out of disk; it ends with the bits it would have ended with.
+    """Resume an interrupted run; results are bit-identical.
 
     Example: tuner resume results/quickstart --budget 30
     """
@@ -56,12 +54,14 @@ def resume(results: Folder, as_json: AsJson = False, **options: Any) -> None:
 def verify(
     results: Folder,
     sample: Annotated[
-        int | None, typer.Option(help="Candidates to fly again, drawn at random; by default all.", min=1)
+        int | None, typer.Option(help="Number of random candidates to re-simulate; default: all.", min=1)
     ] = None,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fly a recorded run again and compare every bit and every file; exit code 1 where anything but margins' last digits differs.
+    """Re-simulate a run and compare every file bit by bit.
+
+    Exit code 1 where anything but the last digits of margins differs.
 
     Example: tuner verify results/quickstart --sample 20
     """
@@ -75,13 +75,11 @@ def rejudge(
     results: Folder,
     out: Annotated[Path, typer.Option(help="Results folder to write; must not exist.", show_default=False)],
     study: Annotated[Path | None, study_option("Judge by this study; default: that of the run.")] = None,
-    change: Annotated[
-        list[str] | None, set_option("KEY=VALUE: replace a value of the study, e.g. objective.0.level=0.9.")
-    ] = None,
+    change: Annotated[list[str] | None, set_option("KEY=VALUE: override a value of the study; repeatable.")] = None,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Judge the candidates of a run by other objectives, risks, limits or pick rules, from the flights already flown.
+    """Re-evaluate recorded flights under other objectives, risks or limits.
 
     Example: tuner rejudge results/quickstart --set objective.0.level=0.9 --out results/cvar90
     """

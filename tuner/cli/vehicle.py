@@ -25,15 +25,15 @@ def export(
     change: Annotated[list[str] | None, set_option("NAME=VALUE: an option of the target.")] = None,
     previous: Annotated[
         Path | None,
-        typer.Option(help="What the vehicle flies at present, for the rollback; default: the target's defaults."),
+        typer.Option(
+            help="Parameter file of the vehicle's current gains, for the rollback; default: the target's defaults."
+        ),
     ] = None,
-    flights: Annotated[int, typer.Option(help="Flights before and after rounding.", min=2)] = 64,
-    force: Annotated[
-        bool, typer.Option("--force", help="Write gains of a run that found nothing feasible all the same.")
-    ] = False,
+    flights: Annotated[int, typer.Option(help="Number of flights before and after rounding.", min=2)] = 64,
+    force: Annotated[bool, typer.Option("--force", help="Export infeasible gains for a test bench.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write gains for a target, work out again what rounding does to them, and keep what to go back to.
+    """Export gains, check rounding effects, save a rollback.
 
     Example: tuner export results/quickstart/gains.json --to c99
     """
@@ -62,7 +62,7 @@ def confirm(
     threads: Annotated[int, typer.Option(help="Boards that fly at once.", min=1)] = 1,
     as_json: AsJson = False,
 ) -> None:
-    """Fly finalists of a run in a real firmware, on our plant in our turbulence, and compare with our own flights.
+    """Fly finalists in real firmware on the simulated plant.
 
     Example: tuner confirm results/betaflight --firmware betaflight --binary betaflight_SITL
     """
@@ -75,7 +75,7 @@ def confirm(
 
 @app.command()
 def approach(
-    present: Annotated[Path, typer.Argument(help="A gains.json: what the vehicle flies now.", show_default=False)],
+    present: Annotated[Path, typer.Argument(help="A gains.json: the current gains.", show_default=False)],
     tuned: Annotated[Path, typer.Argument(help="A gains.json: the tuned gains.", show_default=False)],
     steps: Annotated[
         int | None,
@@ -98,13 +98,13 @@ def approach(
     ] = None,
     change: Annotated[list[str] | None, set_option("NAME=VALUE: an option of the target.")] = None,
     previous: Annotated[
-        Path | None, typer.Option(help="Parameter file of what the vehicle flies now, for the rollback.")
+        Path | None, typer.Option(help="Parameter file of the vehicle's current gains, for the rollback.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Plan the first flights: steps from the gains that a vehicle flies to tuned ones, each with its margins and what to expect.
+    """Plan first flights in steps from current to tuned gains.
 
-    Exit code 1 where a margin falls short on the way.
+    Exit code 1 where a margin limit is violated on the way.
 
     Example: tuner approach present.json results/f450/gains.json --to px4 --out first_flights
     """
@@ -137,7 +137,7 @@ def schema(
         ),
     ],
 ) -> None:
-    """Print the JSON Schema (2020-12) of a file, for editors and programs.
+    """Print the JSON Schema (2020-12) of a file.
 
     Example: tuner schema study > study.schema.json
 
@@ -154,7 +154,7 @@ def bench(
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Measure closed-loop plant steps per second of the backends on this machine.
+    """Measure simulation speed of each backend.
 
     Example: tuner bench --json
     """

@@ -30,32 +30,32 @@ class RunOption(NamedTuple):
         return f"--{self.flag or name.replace('_', '-')}"
 
 
-THREADS = RunOption(int | None, "Threads; by default one for each core.", least=1)
+THREADS = RunOption(int | None, "Number of threads; default: one per core.", least=1)
 DASK = RunOption(
     str | None,
-    "Fly on a Dask cluster: local:N processes, or a scheduler such as tcp://host:8786.",
+    "Run on a Dask cluster: local:N, or tcp://host:8786.",
     "only a tuning study flies on a cluster",
 )
 REUSE = RunOption(
     list[Path] | None,
-    "Results folder whose flights are taken over where they are the same; may be repeated.",
+    "Reuse identical flights of another results folder; repeatable.",
     "only a tuning study takes flights over",
 )
 BACKEND = RunOption(
     str,
-    "Who flies: lanes (the processor), cuda (a graphics card; so far checked in a simulator only) or cuda-float32.",
+    "Simulation backend: lanes (processor), cuda (graphics card; tested in a simulator only) or cuda-float32.",
     "only a tuning study flies on a graphics card",
     "lanes",
 )
 BUDGET = RunOption(
     int | None,
-    "Generations in all: more than before extends the search.",
+    "Total generations; more than before extends the search.",
     "only a tuning study can be searched further; run this one with another search.generations",
     least=1,
 )
 RECOMPUTE = RunOption(
     bool,
-    "Compute a run of another machine anew, in this machine's arithmetic.",
+    "Recompute a run of another machine in this machine's arithmetic.",
     "only a tuning study is computed anew; run this one again",
     default=False,
     flag="here",
