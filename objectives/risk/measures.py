@@ -40,6 +40,7 @@ class RiskMeasure:
         tail(level): share of the scenarios that decide the value.
         has_level: whether a level between 0 and 1 must be given.
         coherent: see the module docstring.
+        title: plain words for tables, with {level} and {beyond}, 100 less it, in per cent; "" for the mean, which goes unnamed.
     """
 
     definition: str
@@ -47,6 +48,7 @@ class RiskMeasure:
     tail: Callable[[float], float]
     has_level: bool
     coherent: bool
+    title: str = ""
 
 
 def quantile_rank(level: float, n: int) -> int:
@@ -83,6 +85,7 @@ RISKS: dict[str, RiskMeasure] = {
         lambda level: min(level, 1.0 - level),
         has_level=True,
         coherent=False,
+        title="{level} % quantile",
     ),
     "cvar": RiskMeasure(
         "mean of the worst share 1 - `level` of the scenarios (conditional value-at-risk)",
@@ -90,9 +93,17 @@ RISKS: dict[str, RiskMeasure] = {
         lambda level: 1.0 - level,
         has_level=True,
         coherent=True,
+        title="mean of the worst {beyond} %",
     ),
     # 59 scenarios exceed the 95 % quantile at least once with 95 % confidence (Wilks); as a tail that is TAIL_SCENARIOS/59.
-    "worst": RiskMeasure("worst scenario", _worst, lambda level: TAIL_SCENARIOS / 59, has_level=False, coherent=True),
+    "worst": RiskMeasure(
+        "worst scenario",
+        _worst,
+        lambda level: TAIL_SCENARIOS / 59,
+        has_level=False,
+        coherent=True,
+        title="worst scenario",
+    ),
 }
 
 
