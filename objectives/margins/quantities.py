@@ -169,7 +169,7 @@ QUANTITIES = {
         ),
         MarginQuantity(
             "delay_periods",
-            "delay margin in periods",
+            "delay margin in control periods",
             "delay in periods",
             "1",
             "min",
@@ -181,7 +181,7 @@ QUANTITIES = {
         ),
         MarginQuantity(
             "ms",
-            "Ms, peak of S",
+            "peak sensitivity Ms",
             "Ms, peak of S",
             "1",
             "max",
@@ -193,7 +193,7 @@ QUANTITIES = {
         ),
         MarginQuantity(
             "mt",
-            "Mt, peak of T",
+            "peak complementary sensitivity Mt",
             "Mt, peak of T",
             "1",
             "max",

@@ -46,6 +46,7 @@ AXIS_METRICS = (
     Metric(
         name="itae",
         symbol="ITAE*",
+        title="error (ITAE)",
         unit="{}",
         scope="axis",
         definition="time-weighted mean of |e|: integral of t|e| over T^2/2, t from the start of the flight",
@@ -55,6 +56,7 @@ AXIS_METRICS = (
     Metric(
         name="iae",
         symbol="IAE",
+        title="error (IAE)",
         unit="{} s",
         scope="axis",
         definition="integral of |e|",
@@ -64,6 +66,7 @@ AXIS_METRICS = (
     Metric(
         name="ise",
         symbol="ISE",
+        title="error (ISE)",
         unit="{}^2 s",
         scope="axis",
         definition="integral of e^2",
@@ -73,6 +76,7 @@ AXIS_METRICS = (
     Metric(
         name="rms",
         symbol="e_rms",
+        title="RMS error",
         unit="{}",
         scope="axis",
         definition="root of the mean of e^2 over the flight",
@@ -83,6 +87,7 @@ AXIS_METRICS = (
     Metric(
         name="peak",
         symbol="e_max",
+        title="peak error",
         unit="{}",
         scope="axis",
         definition="largest |e|, including that of a step at its first instant",
@@ -93,6 +98,7 @@ AXIS_METRICS = (
     Metric(
         name="overshoot",
         symbol="M_p",
+        title="overshoot",
         unit="%",
         scope="axis",
         definition="furthest excursion past the final level, in per cent of the step; 0 if never past it",
@@ -106,6 +112,7 @@ AXIS_METRICS = (
     Metric(
         name="rise",
         symbol="t_r",
+        title="rise time",
         unit="s",
         scope="axis",
         definition="time between first passing 10 % and 90 % of the step; the time left after the step if it never did",
@@ -119,6 +126,7 @@ AXIS_METRICS = (
     Metric(
         name="settling",
         symbol="t_s",
+        title="settling time",
         unit="s",
         scope="axis",
         definition="time from the step until |e| stays within the band; the time left after the step if it never did",
@@ -132,6 +140,7 @@ AXIS_METRICS = (
     Metric(
         name="recovery",
         symbol="t_rec",
+        title="recovery time",
         unit="s",
         scope="axis",
         definition="time from the end of the gust until |e| stays within the band; the time left if it never did",
@@ -145,6 +154,7 @@ AXIS_METRICS = (
     Metric(
         name="steady_error",
         symbol="e_ss",
+        title="steady error",
         unit="{}",
         scope="axis",
         definition="|mean of e| over the steady-state window",

@@ -12,6 +12,7 @@ FLIGHT_METRICS = (
     Metric(
         name="travel",
         symbol="TV",
+        title="rotor travel",
         unit="1/s",
         scope="flight",
         definition="total variation of the commands per second, over all rotors in hover thrusts or inputs in their scales",
@@ -21,6 +22,7 @@ FLIGHT_METRICS = (
     Metric(
         name="effort",
         symbol="J_u",
+        title="rotor effort",
         unit="1",
         scope="flight",
         definition="mean over the flight of the squared commands, of rotors as their departure from hover, summed over inputs",
@@ -30,6 +32,7 @@ FLIGHT_METRICS = (
     Metric(
         name="saturation",
         symbol="D_sat",
+        title="saturation",
         unit="1",
         scope="flight",
         definition="share of the flight with any rotor or input at a limit",
@@ -41,6 +44,7 @@ FLIGHT_METRICS = (
     Metric(
         name="command_peak",
         symbol="u_max",
+        title="largest rotor command",
         unit="1",
         scope="flight",
         definition="largest command, of a rotor in hover thrusts, of an input in its scale",
@@ -50,6 +54,7 @@ FLIGHT_METRICS = (
     Metric(
         name="failure",
         symbol="p_fail",
+        title="failed flights",
         unit="1",
         scope="flight",
         definition="1 if the flight failed, else 0; its mean over scenarios is the failure rate",

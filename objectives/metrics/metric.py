@@ -71,6 +71,7 @@ class Metric:
 
     Attributes:
         name, symbol: in addresses and in reports.
+        title: plain words for tables and charts, those of an axis behind its name, "position error (ITAE)"; "" for the name.
         unit: SI, "{}" standing for the unit of the axis, "1" for none.
         scope: "axis" metrics are addressed per axis or group, "flight" metrics are not.
         definition: one sentence for reports.
@@ -105,6 +106,7 @@ class Metric:
     reaches_zero: bool = False
     is_binary: bool = False
     accumulator: Accumulator | None = None
+    title: str = ""
     origin: Origin | None = field(default=None, compare=False)
 
     def meter_name(self, axis: str = "") -> str:

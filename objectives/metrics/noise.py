@@ -43,6 +43,7 @@ def mean_square(view: Any) -> Any:
 NOISE = Metric(
     name="noise",
     symbol="N_u",
+    title="rotor command noise",
     unit="1",
     scope="flight",
     definition="root mean square of the commands behind a first-order high-pass at 20 Hz, of rotors in hover thrusts, of "

@@ -39,12 +39,14 @@ class RiskMeasure:
         of_sorted(values, level): the measure of values (..., n) in increasing order.
         tail(level): share of the scenarios that decide the value.
         has_level: whether a level between 0 and 1 must be given.
+        title: plain words for tables, with {level} and {beyond}, 100 less it, in per cent; "" for the mean, which goes unnamed.
     """
 
     definition: str
     of_sorted: Callable[[Values, float], Values]
     tail: Callable[[float], float]
     has_level: bool
+    title: str = ""
 
 
 def quantile_rank(level: float, n: int) -> int:
@@ -80,15 +82,23 @@ RISKS: dict[str, RiskMeasure] = {
         _quantile,
         lambda level: min(level, 1.0 - level),
         has_level=True,
+        title="{level} % quantile",
     ),
     "cvar": RiskMeasure(
         "mean of the worst share 1 - `level` of the scenarios (conditional value-at-risk)",
         _cvar,
         lambda level: 1.0 - level,
         has_level=True,
+        title="mean of the worst {beyond} %",
     ),
     # 59 scenarios exceed the 95 % quantile at least once with 95 % confidence (Wilks); as a tail that is TAIL_SCENARIOS/59.
-    "worst": RiskMeasure("worst scenario", _worst, lambda level: TAIL_SCENARIOS / 59, has_level=False),
+    "worst": RiskMeasure(
+        "worst scenario",
+        _worst,
+        lambda level: TAIL_SCENARIOS / 59,
+        has_level=False,
+        title="worst scenario",
+    ),
 }
 
 

@@ -8,8 +8,9 @@ from tuner.documents.parts import Estimate, ShareCount, in_shown_units
 from tuner.documents.states import WORST_MARK, state_table
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
+from tuner.report.labels import plain_margin, plain_metric, plain_risk
 from tuner.report.page import wide
-from tuner.report.words import law_title, laws_of, plain_margin, plain_metric, plain_risk
+from tuner.report.words import law_title, laws_of
 from tuner.text.markup import Markup, cells, element, join, table
 from tuner.text.numbers import MISSING, count, duration, estimate, fixed, significant
 from tuner.text.sentences import bound_text, listing
@@ -20,8 +21,8 @@ HEAD = ("Quantity", "Default", "Tuned", "Change", "Verdict")
 SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no clear difference": "≈", "not certain": "≈"}
 # Margins told where a study asks for none, and the columns of margins.parquet that they are read from.
 WORST = {"phase_margin": ("phase_margin",), "gain_margin": ("gain_up", "gain_down"), "ms": ("ms",)}
-# Largest change in per cent of the default's value that is told as such.
-MOST_SHARE = 1000.0
+MAX_SHARE = 300.0
+"""Largest change in per cent of the default's value that is shown as such."""
 _LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
 _SHARE = re.compile(r"(?:the )?share (1 - )?`level`")
 
@@ -90,11 +91,13 @@ def verdict(word: str) -> Markup:
 def change(quantity: ComparedRow) -> tuple[str, str]:
     """Return the difference and its interval as shares of the default's value, as they are where a share tells nothing."""
     default, (value, low, high) = quantity.default.value, quantity.difference
-    if not default or default < 0.0 or value is None or low is None or high is None:
+    # Where the default may as well be 0, no multiple of it has a meaning.
+    near_zero = quantity.default.low is not None and quantity.default.low <= 0.0
+    if not default or default < 0.0 or near_zero or value is None or low is None or high is None:
         return estimate(value, low, high, signed=True)
     shares = [100.0 * part / default for part in (value, low, high)]
     # A multiple of next to nothing says nothing of what it has become.
-    if max(map(abs, shares)) > MOST_SHARE:
+    if max(map(abs, shares)) > MAX_SHARE:
         return estimate(value, low, high, signed=True)
     decimals = 0 if shares[2] - shares[1] > 2.0 else 1
     middle, bottom, top = (fixed(share, decimals, signed=True) for share in shares)

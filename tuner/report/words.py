@@ -1,53 +1,10 @@
-"""Laws, metrics, margins and gaps in plain words."""
+"""Laws, gaps, losses and the search in plain words."""
 
-import re
-
-from objectives.margins.quantities import QUANTITIES
 from plant.law_registry import LAWS
 from tuner.documents.parts import Estimate
 from tuner.documents.resolved import Resolved
 from tuner.documents.summary import SelectionValues, Summary, UncertaintyCost
-from tuner.text.numbers import count, per_cent, significant
-
-NOUNS = {
-    "itae": "error", "iae": "error", "ise": "squared error", "rms": "RMS error", "peak": "peak", "overshoot": "overshoot",
-    "rise": "rise time", "settling": "settling time", "recovery": "recovery time", "steady_error": "steady error",
-    "travel": "rotor travel", "effort": "rotor effort", "saturation": "saturation", "command_peak": "largest rotor command",
-    "failure": "failed flights", "noise": "rotor command noise",
-}  # fmt: skip
-_RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
-
-
-def plain_metric(metric: str, rotors: bool = True) -> str:
-    """Return a metric in words: "position error", "rotor travel"; its name where there are none.
-
-    rotors: whether commands are those of rotors.
-    """
-    family, _, signal = metric.partition(".")
-    noun = NOUNS.get(family)
-    if noun is not None and not rotors:
-        noun = noun.replace("rotor command", "command").replace("rotor", "command")
-    return metric if noun is None else f"{signal.replace('_', ' ')} {noun}".strip()
-
-
-def plain_risk(label: str) -> str:
-    """Return over which flights a quantity is taken, from its label: "mean", "worst 20 %", "median", "95 % quantile"."""
-    match = _RISK.match(label)
-    if match is None:
-        return ""
-    name, level = match[1], float(match[2] or 0.0)
-    if name == "cvar":
-        return f"worst {significant(100.0 - level)} %"
-    if name == "quantile":
-        return "median" if level == 50.0 else f"{significant(level)} % quantile"
-    return name
-
-
-def plain_margin(label: str) -> str:
-    """Return a limited margin in words, from its label such as "phase_margin" or "ms.roll"."""
-    head, dot, axis = label.partition(".")
-    label = QUANTITIES[head].label if head in QUANTITIES else head
-    return f"{label}{dot and ' of '}{axis}"
+from tuner.text.numbers import count, per_cent
 
 
 def law_title(name: str) -> str:
@@ -78,7 +35,7 @@ def gap_words(picked: SelectionValues, gap: Estimate) -> str:
     return (
         "the search was pessimistic"
         if gap.high is not None and gap.high < 0.0
-        else "no optimism of the search to be told"
+        else "no significant optimistic bias of the search"
     )
 
 

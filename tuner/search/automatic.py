@@ -30,7 +30,7 @@ def automatic(gains: int, objectives: int, candidates: int) -> AlgorithmChoice:
     if beyond:
         return AlgorithmChoice(_evolution(objectives), beyond[0])
     size = f"{_counted(gains, 'gain')}, {_counted(objectives, 'objective')} and {candidates:,} candidates"
-    return AlgorithmChoice(MODEL, f"{size} are few enough for a model, which needs the fewest flights")
+    return AlgorithmChoice(MODEL, f"Bayesian optimization, the most sample-efficient choice for {size}")
 
 
 def _evolution(objectives: int) -> str:

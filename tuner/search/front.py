@@ -100,8 +100,8 @@ def closest(values: np.ndarray) -> int:
 
 
 PICKS = {
-    "knee": (knee, "it lies deepest below the line through the ends of the front"),
-    "closest": (closest, "it is the closest to the best value of every objective at once"),
+    "knee": (knee, "knee of the held-out front"),
+    "closest": (closest, "point of the held-out front closest to the best value of every objective at once"),
 }
 
 
@@ -117,12 +117,12 @@ def pick(rule: str, values: np.ndarray, names: list[str]) -> tuple[int, str]:
         weights = np.array([float(part) for part in rule.removeprefix(WEIGHTED).split(",")])
         assert len(weights) == values.shape[1], "a resolved rule has a weight for each objective"
         terms = [f"{weight:g} {name}" for weight, name in zip(weights, names, strict=True) if weight > 0.0]
-        why = f"it has the smallest weighted sum {' + '.join(terms)} of the objectives scaled to 0 to 1 over the front"
+        why = f"smallest weighted sum {' + '.join(terms)} of the objectives, scaled to 0 to 1 over the front"
         return int(np.argmin(normalize(values) @ weights)), why
     name = rule.removeprefix(SMALLEST)
     if not rule.startswith(SMALLEST) or name not in names:
         raise UnknownNameError("pick rule", rule, [*PICKS, *[f"{SMALLEST}{objective}" for objective in names]])
-    return int(np.argmin(values[:, names.index(name)])), f"it has the smallest {name}"
+    return int(np.argmin(values[:, names.index(name)])), f"smallest {name}"
 
 
 def resolved_rule(rule: str, weights: Mapping[str, PlainValue], labels: list[str], addresses: list[str]) -> str:

@@ -15,12 +15,14 @@ from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_
 from tests.tuner.report.fabricate import fabricate
 from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
+from tuner.cli.printers.run_end import print_end_tables
 from tuner.cli.printers.tuning import comparison_table, gains_table
 from tuner.cli.tables import PIPE_WIDTH, TerminalTable
 from tuner.cli.terminal import Console
 from tuner.documents.contest_document import ComparisonDocument
 from tuner.documents.plan import PlanDocument
 from tuner.documents.summary import Summary
+from tuner.documents.tuning import TuningFolder
 
 ROOT = Path(__file__).parents[3]
 WIDTHS = (60, 80, 200)
@@ -105,6 +107,7 @@ def test_the_tables_at_the_end_of_a_run(small_run, tmp_path, monkeypatch, capsys
             capsys,
             lambda c, s=summary: c.print(gains_table(s, c.width)),
             lambda c, s=summary: c.print(comparison_table(s)),
+            lambda c, f=folder: print_end_tables(TuningFolder(f), c),
         )
         check_widths(told, monkeypatch, lost=range_ends(summary))
 

@@ -235,8 +235,7 @@ def summary(made, front):
         "tuned": made.tuned,
         "pick": {
             "rule": "knee",
-            "why": "it lies deepest below the line through the ends of the front, among the "
-            "points of the held-out front that beat the default in every objective",
+            "why": "knee of the held-out front, among points better than the default in every objective",
         },
         "flights": 16128,
         "wall_seconds": 72.4,

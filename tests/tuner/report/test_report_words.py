@@ -19,7 +19,12 @@ def picked(**lost):
 
 @pytest.mark.parametrize(
     ("low", "high", "said"),
-    [(0.1, 0.3, "optimistic"), (-0.1, 0.3, "no optimism"), (-29.0, -28.0, "pessimistic"), (0.0, 0.3, "no optimism")],
+    [
+        (0.1, 0.3, "optimistic"),
+        (-0.1, 0.3, "no significant"),
+        (-29.0, -28.0, "pessimistic"),
+        (0.0, 0.3, "no significant"),
+    ],
 )
 def test_a_gap_is_judged_by_its_interval(low, high, said):
     assert said in gap_words(picked(lost_in_search=0.0), Estimate(None, low, high))

@@ -66,7 +66,7 @@ def test_a_study_that_leaves_it_open_gets_the_sizes_of_its_search(tmp_path, risk
     assert search.algorithm == "gaussian_process" and not search.racing
     assert (search.population, search.generations, search.first) == usual
     assert search.first and least_tail(study.objectives, 1) * search.first == pytest.approx(in_tail, rel=0.05)
-    assert f"{search.candidates} candidates are few enough" in search.text
+    assert f"choice for 1 gain, 2 objectives and {search.candidates} candidates" in search.text
 
 
 def test_pooled_scenarios_fill_a_tail(tmp_path):

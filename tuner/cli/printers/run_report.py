@@ -15,6 +15,7 @@ from tuner.documents.parts import Estimate
 from tuner.documents.summary import PickedObjective, SelectionValues
 from tuner.documents.tuning import DEFAULT, INTERVAL
 from tuner.report.charts.text import front_lines
+from tuner.report.verdict_text import verdict_text
 from tuner.report.words import gap_words, laws_of
 from tuner.store.manifest import NONE_YET
 
@@ -64,7 +65,7 @@ def show_tuning(results: "TuningResults", console: Console) -> None:
     print_ending(summary.ending, console)
     console.print(setup_text(results))
     heading = "Found" if results.feasible else "Nearest to feasible, not recommended"
-    section(console, heading, [f"{summary.shown}: {summary.pick.why}."])
+    section(console, heading, [verdict_text(results), f"Why {summary.shown}: {summary.pick.why}."])
     print_tables_of_run(summary, console)
     section(console, "Trade-off on held-out flights", [])
     print_front(results, console)

@@ -4,11 +4,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from tuner.cli.printers.margins import print_states
-from tuner.cli.tables import TerminalTable, say_files
+from tuner.cli.printers.run_end import print_end_tables
+from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, bound_text, estimate, unit_text
 from tuner.documents.parts import ShareCount, in_shown_units
-from tuner.documents.summary import Summary, gains_name
+from tuner.documents.summary import Summary
 from tuner.report.charts.text import place_bar
+from tuner.report.verdict_text import verdict_text
 from tuner.report.words import loss_words, search_texts, uncertainty_words
 
 if TYPE_CHECKING:
@@ -25,26 +27,31 @@ def print_verdict(verdict: "Verdict", console: Console) -> None:
 
 
 def print_tuning(results: "TuningResults", console: Console) -> None:
-    """Print what a tuning run or a second judgement found."""
+    """Print the end of a tuning run or of a second judgement: the verdict first, then tables, reason and warnings."""
     summary = results.document
     print_ending(summary.ending, console)
-    print_tables_of_run(summary, console)
+    console.print(verdict_text(results), style="bold")
+    console.print()
+    print_end_tables(results, console)
     if results.feasible:
-        console.print(f"Recommended: {summary.tuned}: {summary.pick.why}.")
+        console.print(f"Why {summary.tuned}: {summary.pick.why}.")
     console.warn(summary.warnings)
-    for text in (*finding_texts(summary), *search_texts(summary)):
-        console.print(text)
-    made, flights = results.flights_made, summary.flights
-    now = "" if made in (None, flights) else f" ({made:,} flights flown now, the others were there)"
+    files = ", ".join(("report.html", summary.gains_file))
+    console.print(f"Results in {results.home}: {files} ({flights_text(results)}).", soft_wrap=True)
+
+
+def flights_text(results: "TuningResults") -> str:
+    """Return flights and seconds of a run: "4,200 flights in 3.5 s"."""
+    made, summary = results.flights_made, results.document
+    now = "" if made in (None, summary.flights) else f", {made:,} of them now,"
     took = "" if summary.wall_seconds is None else f" in {summary.wall_seconds:.1f} s"
-    console.print(f"{flights:,} flights{now}{took}.")
-    files = {"Gains" if results.feasible else "Gains (infeasible)": results.home / gains_name(results.feasible)}
-    say_files(console, Report=results.home / "report.html", **files)
+    return f"{summary.flights:,} {'trials' if results.is_external else 'flights'}{now}{took}"
 
 
 def finding_texts(summary: Summary) -> list[str]:
-    """Return the sentences on lost flights, limits and the vehicle's numbers."""
-    return [*loss_words(summary), *summary.remarks, *map(uncertainty_words, summary.uncertainty)]
+    """Return sentences on failed flights, limits, vehicle parameters and search."""
+    costs = map(uncertainty_words, summary.uncertainty)
+    return [*loss_words(summary), *summary.remarks, *costs, *search_texts(summary)]
 
 
 def print_tables_of_run(summary: Summary, console: Console) -> None:

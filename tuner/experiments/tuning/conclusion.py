@@ -174,7 +174,7 @@ def recommend(study: SearchedStudy, finalists: Finalists) -> tuple[int, str]:
     rows = np.flatnonzero(finalists.non_dominated)
     if len(rows) == 0:
         least = int(np.argmin(finalists.excess[1:].sum(axis=1))) + 1
-        return least, "no finalist keeps every constraint on the held-out scenarios; this one breaks them least"
+        return least, "no finalist satisfies every constraint on the held-out scenarios; this one violates them least"
     return picked(study, values, rows)
 
 
@@ -184,9 +184,9 @@ def picked(study: SearchedStudy, values: np.ndarray, front: np.ndarray) -> tuple
     among = beating if len(beating) else front
     chosen, why = pick(study.pick, values[among], [objective.label for objective in study.objectives])
     where = (
-        "among the points of the held-out front that beat the default in every objective"
+        "among points better than the default in every objective"
         if len(beating)
-        else "on the held-out front, where no point beats the default in every objective"
+        else "though no point is better than the default in every objective"
     )
     return int(among[chosen]), f"{why}, {where}"
 

@@ -71,9 +71,9 @@ def test_the_run_ends_with_its_own_code_and_says_so_before_any_table(ran):
     assert (code, err) == (NOTHING_FEASIBLE, "") and NOTHING_FEASIBLE not in (0, 1, 2, 130)
     assert out.count(NOTHING) == 1
     assert "no gains are recommended" in out and "Recommended" not in out
-    assert out.index(NOTHING) < out.index("Gains") < out.index("Report:")
+    assert out.index(NOTHING) < out.index("Nearest to feasible") < out.index("Gains") < out.index("Results in")
     assert out.index("Automatic limit: quantile50(rms.position)@gusts") < out.index("generation 1/2")
-    assert f"Gains (infeasible): {folder / INFEASIBLE}\n" in out
+    assert f"Results in {folder}: report.html, {INFEASIBLE} (" in out
 
 
 def test_nothing_is_offered_as_gains(ran):

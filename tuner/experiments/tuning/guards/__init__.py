@@ -73,8 +73,7 @@ def _idle(outcome: Outcome) -> list[str]:
     broken = outcome.archive.violations > 0.0
     others = np.delete(broken, columns, axis=1).any(axis=1)
     idle = np.sum(broken[:, columns].any(axis=1) & ~others & outcome.archive.flown, axis=0)
-    floor = [f"{study.constraints[i].objective.label} at most {study.constraints[i].most:.3g}" for i in columns]
-    return after.idle_candidates(int(idle), floor)
+    return after.idle_candidates(int(idle))
 
 
 def _unjudged(study: PlantStudy) -> list[str]:

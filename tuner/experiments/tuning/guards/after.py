@@ -69,8 +69,7 @@ def duplicate_knees(
         return []
     others = ", ".join(alike[:3]) + (f" and {len(alike) - 3} more" if len(alike) > 3 else "")
     return [
-        f"{names[tuned]} cannot be told from {others}: they differ by less than the 95 % intervals in every objective. "
-        f"Any of them may be taken; raise held_out to tell them apart."
+        f"{names[tuned]} is not significantly different from {others} in any objective. Take any of them, or raise held_out."
     ]
 
 
@@ -79,24 +78,23 @@ def lost_flights(lost: int, flights: int, limited: bool) -> list[str]:
     if lost == 0 or limited:
         return []
     return [
-        f"The recommended point lost {lost} of {flights} confirmation flights, which no limit of the study forbids; a lost "
-        "flight counts with more than the worst of a completed one, so means are led by it. Add [[constraint]] "
-        'metric = "failure", max = 0.0.'
+        f"The recommended point failed {lost} of {flights} confirmation flights, and no limit forbids it; failed flights "
+        'dominate means. Add [[constraint]] metric = "failure", max = 0.0.'
     ]
 
 
 def gains_on_bounds(bounds: Sequence[BoundRow]) -> list[str]:
     """Warn of recommended gains that ended at an end of their range that could be moved."""
     return [
-        f"{entry.variable} = {entry.value:.4g} stands at the {entry.end} end of its range, {entry.bound:.4g}"
-        f"{_others_there(entry)}: the range decided, not the search. Widen it there, if the vehicle allows."
+        f"{entry.variable} = {entry.value:.4g} is at the {entry.end} end of its range, {entry.bound:.4g}"
+        f"{_others_there(entry)}. Widen the range there if the vehicle allows."
         for entry in bounds
         if entry.recommended and not entry.natural
     ]
 
 
 def _others_there(entry: BoundRow) -> str:
-    return f", as do {100.0 * entry.share:.0f} % of the front" if entry.share > 0.0 else ""
+    return f", as in {100.0 * entry.share:.0f} % of the front" if entry.share > 0.0 else ""
 
 
 def still_rising(volumes: Sequence[float], flights: Sequence[int], resumable: bool = True) -> list[str]:
@@ -108,29 +106,31 @@ def still_rising(volumes: Sequence[float], flights: Sequence[int], resumable: bo
         return []
     budget = generations_to_convergence(volumes)
     if budget is None:
-        advice = "When it comes to rest cannot be told from these generations"
         budget = 2 * done
+        advice = " How many it needs cannot be estimated."
     else:
         each = (flights[-1] - flights[-1 - last_quarter(done)]) / last_quarter(done)
         total = float(f"{flights[-1] + each * (budget - done):.2g}")
-        advice = f"At this pace it comes to rest after about {budget} generations, {total:,.0f} flights"
+        advice = f" Expected to converge after about {budget} generations ({total:,.0f} flights)."
     return [
-        f"The front still grew at the end of the search: of its hypervolume {100.0 * share:.0f} % came in the last "
-        f"{last_quarter(done)} of {done} generations. {advice}. {_going_on(budget, resumable)}"
+        f"The search has not converged: {100.0 * share:.0f} % of the hypervolume came in the last {last_quarter(done)} of "
+        f"{done} generations.{advice} {_continuation(budget, resumable)}"
     ]
 
 
-def _going_on(budget: int, resumable: bool) -> str:
+def _continuation(budget: int, resumable: bool) -> str:
     if not resumable:
-        return f"Ask anew for more: search.generations = {budget}, and another --out."
-    return f"Go on with it: `tuner resume` with --budget {budget}, or search.generations = {budget}."
+        return f"Ask again with search.generations = {budget} and another --out."
+    return f"Continue: `tuner resume` with --budget {budget}."
 
 
-def idle_candidates(idle: int, floor: Sequence[str]) -> list[str]:
-    """Say how many candidates kept everything but the mission floor."""
+def idle_candidates(idle: int) -> list[str]:
+    """Warn of candidates that satisfied all but the automatic limits on tracking."""
     if idle == 0:
         return []
-    word = "candidate" if idle == 1 else "candidates"
-    return [
-        f"{idle} {word} kept every other limit without flying the mission, and counted as infeasible: {', '.join(floor)}."
-    ]
+    who = (
+        "1 candidate met every limit except tracking and counts"
+        if idle == 1
+        else f"{idle} candidates met every limit except tracking and count"
+    )
+    return [f"{who} as infeasible."]

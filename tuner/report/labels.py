@@ -1,0 +1,55 @@
+"""Plain labels of quantities, from the titles in their registries."""
+
+import re
+
+from objectives.margins.quantities import QUANTITIES
+from objectives.metrics.registry import METRICS
+from objectives.risk import RISKS
+from tuner.text.numbers import significant
+
+_RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
+_MARGIN = re.compile(r"(\w+)(?:\((.*)\)|\.(.*))?$")
+MEDIAN = 50.0
+"""Level of the quantile that is named median [%]."""
+
+
+def plain_metric(metric: str, rotors: bool = True) -> str:
+    """Return a metric in words: "position error (ITAE)", "rotor travel"; its name where it has no title.
+
+    rotors: whether commands are those of rotors.
+    """
+    family, _, signal = metric.partition(".")
+    title = METRICS[family].title if family in METRICS else ""
+    if not rotors:
+        title = title.replace("rotor command", "command").replace("rotor", "command")
+    return f"{signal.replace('_', ' ')} {title}".strip() if title else metric
+
+
+def plain_risk(label: str) -> str:
+    """Return the risk of a label in words: "mean of the worst 20 %", "median", "95 % quantile"; "" for the mean."""
+    match = _RISK.match(label)
+    if match is None or match[1] not in RISKS:
+        return ""
+    level = float(match[2] or 0.0)
+    if match[1] == "quantile" and level == MEDIAN:
+        return "median"
+    return RISKS[match[1]].title.format(level=significant(level), beyond=significant(100.0 - level))
+
+
+def plain_label(label: str, metric: str, scenario: str | None = None, rotors: bool = True, short: bool = False) -> str:
+    """Return a quantity in words: "position error (ITAE), mean of the worst 20 %".
+
+    scenario: named behind it; short: without "mean of the".
+    """
+    risk = plain_risk(label)
+    parts = [plain_metric(metric, rotors), risk.removeprefix("mean of the ") if short else risk, scenario]
+    return ", ".join(part for part in parts if part)
+
+
+def plain_margin(label: str) -> str:
+    """Return a limited margin in words: "phase margin", "phase margin of roll"."""
+    match = _MARGIN.match(label)
+    if match is None or match[1] not in QUANTITIES:
+        return label
+    loop = match[2] or match[3]
+    return f"{QUANTITIES[match[1]].label}{f' of {loop}' if loop else ''}"

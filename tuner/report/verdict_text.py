@@ -1,0 +1,90 @@
+"""The verdict on a tuning run in a sentence: objectives against the default, then limits."""
+
+from collections.abc import Sequence
+
+from tuner.documents.summary import ComparedRow, RequiredRow
+from tuner.documents.tuning import DEFAULT, TuningFolder
+from tuner.documents.verdicts import BETTER, BROKEN, NO_DIFFERENCE, NOT_CERTAIN, UNKNOWN, WORSE, verdict_on_limit
+from tuner.report.labels import plain_label, plain_margin
+from tuner.text.sentences import listing
+
+PHRASES = {
+    BETTER: "significantly better than the default in {}",
+    WORSE: "significantly worse than the default in {}",
+    NO_DIFFERENCE: "not significantly different from the default in {}",
+    UNKNOWN: "not comparable with the default in {}",
+}
+"""Verdict on an objective -> phrase."""
+
+
+def verdict_text(results: TuningFolder) -> str:
+    """Return the verdict on the recommended or nearest point in sentences."""
+    rows = [row for row in results.document.table if row.limit is not None]
+    return _main_clause(results, _limits_text(results, rows)) + _uncertain_text(results, rows)
+
+
+def _main_clause(results: TuningFolder, limits: str) -> str:
+    summary = results.document
+    if not results.feasible:
+        return f"Nearest to feasible: {summary.shown}. It {limits}."
+    if summary.tuned == DEFAULT:
+        return f"The default gains remain recommended{f': the default {limits}' if limits else ''}."
+    phrases = _objective_phrases(results)
+    joint = " and " if len(phrases) == 1 else "; it "
+    return f"{summary.shown} is {'; '.join(phrases)}{joint + limits if limits else ''}."
+
+
+def _objective_phrases(results: TuningFolder) -> list[str]:
+    """Return a phrase for each verdict on objectives; the default is named in the first."""
+    rows = [row for row in results.document.compared if row.kind == "objective"]
+    phrases = list[str]()
+    for verdict, phrase in PHRASES.items():
+        names = [named(results, row) for row in rows if row.verdict == verdict]
+        if names:
+            text = phrase.format(_all_or_names(names, len(rows)))
+            phrases.append(
+                text if not phrases else text.replace(" than the default", "").replace(" from the default", "")
+            )
+    return phrases
+
+
+def _all_or_names(names: Sequence[str], count: int) -> str:
+    if len(names) < count or count == 1:
+        return listing(names)
+    return "both objectives" if count == 2 else f"all {count} objectives"
+
+
+def _limits_text(results: TuningFolder, limits: Sequence[ComparedRow | RequiredRow]) -> str:
+    """Return "satisfies all 8 limits (the default violates 4)", or which it violates; "" without limits."""
+    if not limits:
+        return ""
+    broken = [named(results, row, short=True) for row in limits if row.verdict == BROKEN]
+    before = sum(is_violated(row, row.default.value) for row in limits)
+    count = len(limits)
+    text = (
+        f"violates {len(broken)} of {count} limits: {listing(broken)}"
+        if broken
+        else f"satisfies {'the limit' if count == 1 else f'all {count} limits'}"
+    )
+    if results.document.shown != DEFAULT:
+        text += f" (the default violates {before or 'none'})"
+    return text
+
+
+def _uncertain_text(results: TuningFolder, limits: Sequence[ComparedRow | RequiredRow]) -> str:
+    """Return the sentence on limits within the interval; "" without any."""
+    names = [named(results, row, short=True) for row in limits if row.verdict == NOT_CERTAIN]
+    return f" Not certain within the interval: {listing(names)}." if names else ""
+
+
+def is_violated(row: ComparedRow | RequiredRow, value: float | None) -> bool:
+    """Return True for a value beyond the limit of its row; null is infinite."""
+    return row.limit is not None and verdict_on_limit(value, row.limit, row.sense) == BROKEN
+
+
+def named(results: TuningFolder, row: ComparedRow | RequiredRow, short: bool = False) -> str:
+    """Return a row in plain words, with its scenario among several."""
+    if row.kind == "requirement":
+        return plain_margin(row.label)
+    scenario = row.scenario if len(results.resolved.scenario) > 1 else None
+    return plain_label(row.label, row.metric, scenario, results.has_rotors, short)
