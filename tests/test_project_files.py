@@ -82,7 +82,9 @@ def test_every_dependency_is_locked_with_hashes_and_no_host_is_named():
 def test_the_lowest_lock_holds_the_lower_bounds():
     lowest = locked(LOCKS["lowest.txt"])
     for requirement in PROJECT["dependencies"]:
-        name, bound = re.match(r"([\w.-]+)>=([\d.]+)", requirement).groups()
+        match = re.match(r"([\w.-]+)>=([\d.]+)", requirement)
+        assert match, requirement
+        name, bound = match.groups()
         numbers = [[int(part) for part in value.split(".")] for value in lowest[distribution(name)]]
         wanted = [int(part) for part in bound.split(".")]
         assert any(value[: len(wanted)] == wanted for value in numbers), (name, bound, lowest[distribution(name)])

@@ -47,8 +47,9 @@ def print_listing(what: str, containing: str | None, as_json: bool) -> None:
     if not rows:
         print(f"No {what} with '{containing}'." if containing else f"No {what} here.")
         return
-    if what == "laws" and containing is not None and containing.casefold() == rows[0]["law"].casefold():
-        _print_equations(rows[0]["law"])
+    name = str(rows[0].get("law"))
+    if what == "laws" and containing is not None and containing.casefold() == name.casefold():
+        _print_equations(name)
     group = GROUPED.get(what)
     columns = [column for column in rows[0] if column not in WIDE.get(what, set()) and column != group]
     table = TerminalTable()
