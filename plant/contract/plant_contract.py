@@ -14,7 +14,7 @@ SAMPLES = 6
 ABOUT, FACTOR, RELATIVE = 1.0, 0.1, 1e-9
 
 
-def violations_of_plant(names: Mapping[str, Any], name: str, file: str) -> list[ContractViolation]:
+def violations_of_plant(names: Mapping[str, object], name: str, file: str) -> list[ContractViolation]:
     """Return the violations of a plant, described by a module's names."""
     plant: list[PlantModel] = []
 
@@ -28,7 +28,7 @@ def violations_of_plant(names: Mapping[str, Any], name: str, file: str) -> list[
 class _Owner:
     """The names of a module as attributes."""
 
-    def __init__(self, names: Mapping[str, Any]) -> None:
+    def __init__(self, names: Mapping[str, object]) -> None:
         self.__dict__.update(names)
 
 

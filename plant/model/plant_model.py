@@ -104,7 +104,7 @@ class PlantModel(PlantRecords):
                 )
 
 
-def plant_from(names: Mapping[str, Any], name: str, file: str = "") -> PlantModel:
+def plant_from(names: Mapping[str, object], name: str, file: str = "") -> PlantModel:
     """Return the plant that a module's names, or those of a notebook's cell, describe; InputError with the line where not."""
     for kind in RECORDS:
         _check_record(kind, names.get(kind), file)

@@ -7,9 +7,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeAlias
 
-from pydantic import JsonValue
-
 from plant.quadrotor.airframes import load
+from plant.texts import PlainTable
 from tuner.api.frames import Documented, frame, json_text, shown
 from tuner.api.gains import GainsLike, QuadrotorGains, as_gains, gains_of
 from tuner.api.studies import StudyLike
@@ -129,7 +128,7 @@ class Imported(Documented):
     parameters: Path
 
     @property
-    def document(self) -> dict[str, JsonValue]:
+    def document(self) -> PlainTable:
         """Everything as data, as `tuner import --json` prints it."""
         content = self.gains.document
         stated = {key: content[key] for key in ("gains", "vehicle") if key in content}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Self, TypeAlias
+from typing import TYPE_CHECKING, NotRequired, Self, TypeAlias, TypedDict, cast
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from plant.law_registry import law as find_law
 from plant.quadrotor.airframes import load as load_airframe
 from plant.quadrotor.cascade import close_cascade
 from plant.quadrotor.gains import gain_addresses
+from plant.texts import PlainTable
 from tuner.analysis.margins.judging import Judged, judge_plant, judge_quadrotor
 from tuner.api import AIRFRAME, POSITION_LAW
 from tuner.api.flight_setup import FlightSetup, plant_setup, quadrotor_setup
@@ -26,7 +27,7 @@ from tuner.documents.opening import gains_file
 from tuner.gains import Controller, TunedLoops, plant_gains_document, to_document
 from tuner.gains import read_gains as read_controller
 from tuner.gains.parsing import parsed
-from tuner.gains.sections import PLANT_FORMAT, Row
+from tuner.gains.sections import PLANT_FORMAT
 from tuner.store.advice import RECORD
 from tuner.store.document import write_new
 from tuner.study.kinds import AnyStudy
@@ -41,6 +42,25 @@ if TYPE_CHECKING:
 
 VARIABLES_FORMAT = "gainproof-variables"
 MADE_ELSEWHERE = "these are values of variables of another program"
+
+
+class GainTable(TypedDict):
+    """A gain in gains.json, checked when it was read.
+
+    low, high: its range, where a search had one.
+    """
+
+    value: float
+    unit: str
+    low: NotRequired[float]
+    high: NotRequired[float]
+
+
+class PlantTable(TypedDict):
+    """The plant in gains.json. digest: of its code or FMU."""
+
+    name: str
+    digest: str
 
 
 class Refusals:
@@ -79,7 +99,7 @@ class Gains(Refusals, Mapping[str, float]):
 
     """
 
-    document: Row
+    document: PlainTable
     path: Path | None = None
 
     @property
@@ -97,15 +117,19 @@ class Gains(Refusals, Mapping[str, float]):
     def laws(self) -> dict[str, str]:
         """Name of the law of each loop."""
 
+    @property
+    def _tables(self) -> dict[str, GainTable]:
+        return cast("dict[str, GainTable]", self.document["gains"])
+
     @cached_property
     def values_by_address(self) -> dict[str, float]:
         """The gains."""
-        return {address: entry["value"] for address, entry in self.document["gains"].items()}
+        return {address: entry["value"] for address, entry in self._tables.items()}
 
     @property
     def units(self) -> dict[str, str]:
         """Unit of each gain."""
-        return {address: entry["unit"] for address, entry in self.document["gains"].items()}
+        return {address: entry["unit"] for address, entry in self._tables.items()}
 
     def __getitem__(self, address: str) -> float:
         return self.values_by_address[address]
@@ -119,7 +143,7 @@ class Gains(Refusals, Mapping[str, float]):
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each gain, by address: value, unit, and the ends of the range that a search had, where one had one."""
-        given, units, ends = self.document["gains"], self.units, ("low", "high")
+        given, units, ends = self._tables, self.units, ("low", "high")
         rows = [
             {"gain": address, "value": value, "unit": units[address], **{end: given[address].get(end) for end in ends}}
             for address, value in self.items()
@@ -229,14 +253,18 @@ class PlantGains(Gains):
     folder: Path | None = field(default=None, kw_only=True)
 
     @property
+    def _plant(self) -> PlantTable:
+        return cast("PlantTable", self.document["plant"])
+
+    @property
     def flown(self) -> str:
         """Name of the plant."""
-        return str(self.document["plant"]["name"])
+        return self._plant["name"]
 
     @property
     def digest(self) -> str:
         """Digest of the code or the FMU that the gains belong to."""
-        return str(self.document["plant"]["digest"])
+        return self._plant["digest"]
 
     @property
     def laws(self) -> dict[str, str]:
@@ -336,7 +364,7 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
     return gains_in(document, path, path.resolve().parent)
 
 
-def gains_in(document: Row, path: Path | None, folder: Path) -> Gains:
+def gains_in(document: PlainTable, path: Path | None, folder: Path) -> Gains:
     """Return gains of a plant, or of another program's variables, from the content of their file.
 
     Args:
@@ -375,9 +403,9 @@ def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = A
     return gains_of(Controller.default(load_airframe(airframe), cascade), {})
 
 
-def gains_of(controller: Controller, provenance: Row) -> QuadrotorGains:
+def gains_of(controller: Controller, provenance: Mapping[str, object]) -> QuadrotorGains:
     """Return the gains of a controller; provenance: sections of gains.json on their origin."""
-    return QuadrotorGains(to_document(controller, provenance), controller=controller)
+    return QuadrotorGains(to_document(controller, dict(provenance)), controller=controller)
 
 
 def gains_of_plant(study: PlantStudy, row: np.ndarray) -> PlantGains:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
 
 from objectives.plant_system import PlantSystem
 from plant.law_registry import LAWS
@@ -16,7 +15,7 @@ __all__ = ["LAWS", "Actuator", "Channel", "PlantSystem", "export_plant", "plant_
 
 
 def plant_system(
-    names: Mapping[str, Any] | object,
+    names: Mapping[str, object] | object,
     name: str,
     channels: Sequence[Channel],
     actuators: Sequence[Actuator] = (),

@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Unpack, overload
+from typing import Unpack, overload
 
+from plant.texts import PlainValue
 from tuner.api.results import AnyResults, TuningResults, open_results
 from tuner.api.studies import StudyLike, loaded
 from tuner.documents.tuning import TuningFolder
@@ -96,7 +97,7 @@ def rejudge(
     out: PathLike,
     *,
     study: PathLike | None = None,
-    changes: Mapping[str, Any] | None = None,
+    changes: Mapping[str, PlainValue] | None = None,
     watcher: Watcher | None = None,
     threads: int | None = None,
 ) -> TuningResults:

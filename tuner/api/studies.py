@@ -3,11 +3,12 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias, TypeVar, overload
+from typing import TypeAlias, TypeVar, overload
 
 from plant.errors import InputError, StoreError
 from plant.model.linear import numbers_of
 from plant.model.plant_model import plant_from
+from plant.texts import PlainValue
 from tuner.store.advice import RECORD, is_codeless
 from tuner.store.inputs import read_record
 from tuner.study import Study
@@ -24,11 +25,11 @@ A = TypeVar("A", bound=AnyStudy)
 
 
 @overload
-def load_study(study: str | Path, changes: Mapping[str, Any] | None = None) -> AnyStudy: ...
+def load_study(study: str | Path, changes: Mapping[str, PlainValue] | None = None) -> AnyStudy: ...
 @overload
-def load_study(study: str | Path, changes: Mapping[str, Any] | None = None, *, kind: type[S]) -> S: ...
+def load_study(study: str | Path, changes: Mapping[str, PlainValue] | None = None, *, kind: type[S]) -> S: ...
 def load_study(
-    study: str | Path, changes: Mapping[str, Any] | None = None, *, kind: type[S] | None = None
+    study: str | Path, changes: Mapping[str, PlainValue] | None = None, *, kind: type[S] | None = None
 ) -> AnyStudy | S:
     """Read and check a study.
 
@@ -55,26 +56,30 @@ def load_study(
 
 @overload
 def make_study(
-    tables: Mapping[str, Any], name: str = "study", folder: str | Path = ".", plant: None = None
+    tables: Mapping[str, PlainValue], name: str = "study", folder: str | Path = ".", plant: None = None
 ) -> Study | PlantStudy: ...
 @overload
 def make_study(
-    tables: Mapping[str, Any], name: str = "study", folder: str | Path = ".", *, plant: Mapping[str, Any] | object
+    tables: Mapping[str, PlainValue],
+    name: str = "study",
+    folder: str | Path = ".",
+    *,
+    plant: Mapping[str, object] | object,
 ) -> PlantStudy: ...
 @overload
 def make_study(
-    tables: Mapping[str, Any],
+    tables: Mapping[str, PlainValue],
     name: str = "study",
     folder: str | Path = ".",
-    plant: Mapping[str, Any] | object | None = None,
+    plant: Mapping[str, object] | object | None = None,
     *,
     kind: type[S],
 ) -> S: ...
 def make_study(
-    tables: Mapping[str, Any],
+    tables: Mapping[str, PlainValue],
     name: str = "study",
     folder: str | Path = ".",
-    plant: Mapping[str, Any] | object | None = None,
+    plant: Mapping[str, object] | object | None = None,
     *,
     kind: type[S] | None = None,
 ) -> Study | PlantStudy | S:
@@ -118,12 +123,18 @@ def make_study(
     form = next(form for form in STUDY_KINDS if form.table is None or form.table in tables)
     if form.name == PlantStudy.kind:
         if plant is not None and not isinstance(plant, Mapping):
-            tables, plant = {**tables, "plant": {**tables["plant"], **numbers_of(plant)}}, None
+            tables, plant = _with_numbers(tables, plant), None
         model = None if plant is None else plant_from(plant, name)
         return of_kind(replace(plant_study_from_table(path, tables, model), given=toml_text(tables)), kind)
     if form.table is not None:
         raise InputError(f"this is {form.noun}; write it to a file and load it", file=path, key=form.table)
     return of_kind(replace(study_from_table(path, tables), given=toml_text(tables)), kind)
+
+
+def _with_numbers(tables: Mapping[str, PlainValue], plant: object) -> Mapping[str, PlainValue]:
+    """Return tables with the numbers of a linear system in [plant]; unchanged where that is no table."""
+    table = tables["plant"]
+    return {**tables, "plant": {**table, **numbers_of(plant)}} if isinstance(table, Mapping) else tables
 
 
 def of_kind(study: A, kind: type[S] | None) -> A | S:

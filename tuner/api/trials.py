@@ -5,21 +5,21 @@ import sys
 from collections.abc import Callable, Iterable, Mapping
 from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 from plant.errors import InputError
 from plant.input_files import read_input
+from plant.texts import PlainValue
 from tuner.api.studies import StudyLike, loaded, of_class
 from tuner.experiments.trials import asking
 from tuner.experiments.trials.answers import ResultParser
 from tuner.experiments.trials.asking import PendingTrials, SubmissionResult
 from tuner.experiments.trials.program import TrialProcess
 from tuner.search.watcher import Watcher
-from tuner.store.trials import Trial
+from tuner.store.trials import Trial, TrialContent
 from tuner.study.trials import TrialStudy
 
 STANDARD_INPUT = Path("-")
-Make = Callable[[dict[str, Any]], Mapping[str, float]]
+Make = Callable[[TrialContent], Mapping[str, float]]
 
 
 def ask(
@@ -63,7 +63,7 @@ def ask(
         return asking.ask(trials_study, folder, watcher, program.run)
 
 
-def tell(results: str | Path, lines: str | Path | Iterable[Mapping[str, Any] | str | bytes]) -> SubmissionResult:
+def tell(results: str | Path, lines: str | Path | Iterable[Mapping[str, PlainValue] | str | bytes]) -> SubmissionResult:
     """Tell a results folder what trials gave.
 
     Args:
@@ -98,7 +98,7 @@ def tell(results: str | Path, lines: str | Path | Iterable[Mapping[str, Any] | s
     return asking.tell(Path(results), asking.lines_of(BytesIO(content)), str(lines))
 
 
-def _written(line: Mapping[str, Any] | str | bytes) -> str | bytes:
+def _written(line: Mapping[str, PlainValue] | str | bytes) -> str | bytes:
     return line if isinstance(line, str | bytes) else json.dumps(line)
 
 
@@ -113,7 +113,7 @@ def trial_study(study: StudyLike) -> TrialStudy:
 
 def _made_by(make: Make) -> asking.TrialRunner:
     def made(trial: Trial, answers: ResultParser) -> None:
-        metrics = dict(make(trial.content()))
+        metrics = dict(make(TrialContent(**trial.content())))
         answers.add(json.dumps({"id": trial.id, "metrics": metrics}), "what the function returned")
 
     return made

@@ -5,14 +5,13 @@ from datetime import timedelta
 from pathlib import Path
 from threading import Lock
 from time import perf_counter
-from typing import Any
 
-from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TaskID, TextColumn
 from rich.text import Text
 
 from tuner.cli.terminal import Console
 from tuner.search.loop import Generation
-from tuner.search.watcher import CHECKING, COMPARING, REFINING, Watcher
+from tuner.search.watcher import CHECKING, COMPARING, REFINING, StartedStudy, Watcher
 
 # Lines for the stages of a run where no live display names them.
 ANNOUNCED = {
@@ -82,7 +81,7 @@ class TerminalWatcher(Watcher):
             transient=True,
             disable=not self._live,
         )
-        self._task: Any = None
+        self._task: TaskID | None = None
         self._new = self._before = 0
         self._pace = Pace()
 
@@ -103,7 +102,7 @@ class TerminalWatcher(Watcher):
         """Print it."""
         self._console.print(text, soft_wrap=True)
 
-    def on_start(self, study: Any, folder: Path, notes: Sequence[str]) -> None:
+    def on_start(self, study: StartedStudy, folder: Path, notes: Sequence[str]) -> None:
         """Print the title and what there is to say before."""
         self._console.print(f"{study.title}  (seed {study.seed})", style="bold")
         for text in notes:
@@ -150,7 +149,7 @@ class TerminalWatcher(Watcher):
             f"generation {record.number + 1}/{total}  hypervolume {record.hypervolume:.4f}  "
             f"feasible {100 * record.feasible_share:.0f} %"
         )
-        if self._live:
+        if self._live and self._task is not None:
             self._progress.update(self._task, note=note)
             return
         rate, flown = self._pace.rate, self._pace.flown

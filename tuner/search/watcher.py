@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -14,6 +14,20 @@ SEARCHING, REFINING, CHECKING, COMPARING = "Searching", "Refining", "Held-out ch
 """Stages of a run, for `Watcher.on_stage`; analyses that fly once give a participle of their own, such as "Sampling"."""
 
 
+class StartedStudy(Protocol):
+    """Study of a run that begins. title: of its subject; seed: root seed."""
+
+    @property
+    def title(self) -> str:
+        """Title."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """Root seed."""
+        ...
+
+
 class Watcher:
     """Callbacks of a run; each does nothing until overridden.
 
@@ -21,7 +35,7 @@ class Watcher:
     threads call.
     """
 
-    def on_start(self, study: Any, folder: "Path", notes: Sequence[str]) -> None:
+    def on_start(self, study: StartedStudy, folder: "Path", notes: Sequence[str]) -> None:
         """Called once, first: with the study, the results folder and sentences about the study."""
 
     def on_message(self, text: str) -> None:

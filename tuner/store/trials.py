@@ -8,7 +8,7 @@ import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import TypedDict, TypeVar
 
 from pydantic import ValidationError
 
@@ -18,6 +18,16 @@ from plant.output_files import open_in_place
 from tuner.store.document import DocumentPart
 
 REQUESTS_FILE, RESULTS_FILE = "asked.jsonl", "told.jsonl"
+
+
+class TrialContent(TypedDict):
+    """Trial as a function of the user's takes it; keys are the fields of `Trial`."""
+
+    id: str
+    candidate: str
+    scenario: str
+    seed: int
+    variables: dict[str, float]
 
 
 class Trial(DocumentPart):

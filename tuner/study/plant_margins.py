@@ -1,7 +1,8 @@
 """The [[margin]] tables of a plant study, and its margins."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,10 @@ from plant.errors import InputError, UnknownNameError
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.schema import MarginTable
 from tuner.text.input_errors import listed
+
+if TYPE_CHECKING:
+    from objectives.margins.describing import Case
+    from objectives.margins.plant_margins import PlantMargins
 
 
 def _margin(table: MarginTable, system: PlantSystem) -> MarginRequirement:
@@ -52,7 +57,7 @@ def margin_values(
     return MarginValues(required, lambda _, cases: plant_margins(system, space, cases), path)
 
 
-def plant_margins(system: PlantSystem, space: DecisionSpace, cases: Any = None) -> Any:
+def plant_margins(system: PlantSystem, space: DecisionSpace, cases: "Sequence[Case] | None" = None) -> "PlantMargins":
     """Return the margins of a plant's loops, their structure looked at between the corners of the search."""
     # Here, because a study that asks for no margins needs no CasADi.
     from objectives.margins.describing import DEFAULT_CASES

@@ -44,6 +44,7 @@ from tuner.text.input_errors import listed, located
 from tuner.text.sentences import listing
 
 if TYPE_CHECKING:
+    from objectives.margins.plant_margins import PlantMargins
     from objectives.margins.results import Margins
 
 # Keys of [plant] that name files, and those that a plant in Python has not.
@@ -98,7 +99,7 @@ class PlantStudy(TuningStudy):
         """Its channels that follow references."""
         return sorted(Followed(each.name, each.output, each.limit) for each in self.system.plan.outer)
 
-    def margin_model(self) -> Any:
+    def margin_model(self) -> "PlantMargins":
         """Return the margins of its loops."""
         return plant_margins(self.system, self.space)
 

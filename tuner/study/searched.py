@@ -184,8 +184,11 @@ class SearchedStudy:
         """The air of each scenario, as summary.json holds it."""
         return []
 
-    def drawn_numbers(self, spec: Any, stream: str, flights: int) -> np.ndarray | None:  # noqa: ARG002
-        """Return deviations (flights, names) of a scenario's vehicles, None where they come from no airframe's uncertainty."""
+    def drawn_numbers(self, scenario: int, stream: str, flights: int) -> np.ndarray | None:  # noqa: ARG002
+        """Return deviations (flights, names) of the vehicles of a scenario, by its number from 0.
+
+        None where they come from no airframe's uncertainty.
+        """
         return None
 
     def flown_margins(self, gains: np.ndarray) -> "tuple[Margins, Margins] | None":  # noqa: ARG002

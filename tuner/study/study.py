@@ -129,8 +129,12 @@ class Study(TuningStudy):
             for entry in self.scenarios
         ]
 
-    def drawn_numbers(self, spec: ScenarioSpec, stream: str, flights: int) -> np.ndarray | None:
-        """Return deviations (flights, names) of a scenario's vehicles, None where they come from no airframe's uncertainty."""
+    def drawn_numbers(self, scenario: int, stream: str, flights: int) -> np.ndarray | None:
+        """Return deviations (flights, names) of the vehicles of a scenario, by its number from 0.
+
+        None where they come from no airframe's uncertainty.
+        """
+        spec = self.scenarios[scenario].spec
         if spec.uncertainty is None:
             return None
         return drawn_numbers(spec, self.system.vehicle, self.seed, stream, range(flights))

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, NotRequired, Self, TypedDict
+from typing import TYPE_CHECKING, Any, ClassVar, NotRequired, Self, TypedDict
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from plant.texts import PlainTable
 from tuner.gains.document import seed_entry
 from tuner.study.searched import Followed, SearchedStudy, VariableWords
 from tuner.text.markup import element, table
+
+if TYPE_CHECKING:
+    from objectives.margins.loop_margins import LoopMargins
 
 
 class Origin(TypedDict):
@@ -158,7 +161,7 @@ class TuningStudy(SearchedStudy):
             times.append(left if metric.censored is not None else [])
         return times
 
-    def margin_model(self) -> Any:
+    def margin_model(self) -> "LoopMargins":
         """Return the margins of its loop; InputError where there is no steady flight."""
         raise NotImplementedError
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from plant.errors import InputError, StoreError
+from plant.texts import PlainValue
 from tuner.engines.cuda import recorded_engine
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed
@@ -37,7 +37,7 @@ def rejudge(
     path: Path,
     out: Path,
     study: Path | None = None,
-    overrides: Mapping[str, Any] | None = None,
+    overrides: Mapping[str, PlainValue] | None = None,
     watcher: Watcher | None = None,
     *,
     threads: int | None = None,
@@ -53,7 +53,9 @@ def rejudge(
     return completed(judgement(path, first, judging, folder, watcher, threads), EXPERIMENTS[JUDGEMENT])
 
 
-def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) -> tuple[TuningStudy, TuningStudy]:
+def judging_study(
+    path: Path, study: Path | None, overrides: Mapping[str, PlainValue]
+) -> tuple[TuningStudy, TuningStudy]:
     """Return the study of a results folder and the one to judge it by; InputError where that asks for other flights."""
     first, record = recorded_study(path)
     check_model(path, record)

@@ -5,10 +5,9 @@ those of the loop in hover in still air as it is flown, at the amplitude of its 
 highest, on the nominal vehicle; where two channels have the same gains and the same dynamics their rows are alike.
 """
 
-from typing import Any
-
 import numpy as np
 
+from objectives.margins.loop_margins import LoopMargins
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from objectives.margins.results import Margins
 from objectives.metrics.noise import NOISE
@@ -149,12 +148,12 @@ def margin_table(outcome: FlightOutcome) -> Columns | None:
     return columns_of(rows)
 
 
-def margin_model(outcome: FlightOutcome) -> Any:
+def margin_model(outcome: FlightOutcome) -> LoopMargins:
     """Return the margins of the study's loop; raises InputError where there is no steady flight, or there are no margins."""
     return outcome.study.margin_model()
 
 
-def loop_row(model: Any, margins: Margins, row: int, channel: str) -> dict[str, str | bool | float | None]:
+def loop_row(model: LoopMargins, margins: Margins, row: int, channel: str) -> dict[str, str | bool | float | None]:
     """Return the margins of one loop of one finalist."""
     i = margins.channels.index(channel)
     stable, case = bool(margins.stable[row, i]), int(margins.sensitivity.case[row, i])

@@ -24,11 +24,13 @@ def uncertainty_costs(outcome: Outcome) -> list[UncertaintyCost]:
 def _cost(outcome: Outcome, i: int) -> UncertaintyCost | None:
     study, flown = outcome.study, outcome.finalists.flown
     objective = study.objectives[i]
-    specs = [entry.spec for entry in study.scenarios if objective.scenario in (None, entry.spec.name)]
-    flights = [int(np.sum(flown.origin == spec.name)) for spec in specs]
-    drawn = [study.drawn_numbers(spec, HELD_OUT, count) for spec, count in zip(specs, flights, strict=True)]
-    specs = [spec for spec, numbers in zip(specs, drawn, strict=True) if numbers is not None]
-    numbers = [part for part in drawn if part is not None]
+    specs, numbers = [], []
+    for k, entry in enumerate(study.scenarios):
+        if objective.scenario in (None, entry.spec.name):
+            drawn = study.drawn_numbers(k, HELD_OUT, int(np.sum(flown.origin == entry.spec.name)))
+            if drawn is not None:
+                specs.append(entry.spec)
+                numbers.append(drawn)
     rows = np.flatnonzero(flown.complete & outcome.finalists.feasible)
     samples = flown.scores[rows, i][:, np.isin(flown.origin, [spec.name for spec in specs])]
     if len(rows) < 2 or samples.shape[1] < MIN_FLIGHTS:
