@@ -20,9 +20,11 @@ from tuner.documents.tables import read_frame
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments import registry
 from tuner.gains.document import document_at
+from tuner.report.views import VIEWS, Views
 from tuner.store.document import read_text
 from tuner.study.kinds import AnyStudy
 from tuner.study.study import Study
+from tuner.text.tables import Table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -104,6 +106,38 @@ class Results(OpenedFolder[D]):
 
         """
         return self._figures.draw(name)
+
+    @property
+    def views(self) -> list[str]:
+        """Names of the tables for readers, for `view`."""
+        return list(self._views)
+
+    def view(self, name: str = "front") -> Table:
+        r"""Return a table for readers, in words and shown units.
+
+        Args:
+            name: One of `views`.
+
+        Returns:
+            The table: `title`, `head` and `rows` are texts; `latex` and `markdown` hold it for a paper.
+
+        Raises:
+            UnknownNameError: There is no table of that name.
+
+        Examples:
+            >>> results.views
+            ['objectives', 'limits', 'gains', 'front', 'margins']
+            >>> results.view("objectives").latex.splitlines()[1]
+            '\\begin{tabular}{lrrr}'
+
+        """
+        if name not in self._views:
+            raise UnknownNameError("table", name, self._views)
+        return self._views[name]()
+
+    @property
+    def _views(self) -> Views:
+        return VIEWS[self.kind](self) if self.kind in VIEWS else {}
 
     def report(self) -> Path:
         """Write report.html and the figures of the folder again.

@@ -43,7 +43,7 @@ def list_(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List laws, airframes, metrics, ...; optionally filtered.
+    """List laws, airframes, metrics and more, optionally filtered.
 
     Example: tuner list metrics
 

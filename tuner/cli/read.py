@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 import tuner
+from plant.errors import InputError
 from tuner.cli.answer import answer, progress
 from tuner.cli.app import AsJson, Folder, Seeds, StudyFile, Threads, app, study_option
 
@@ -63,12 +64,32 @@ def compare(
 @app.command()
 def show(
     results: Annotated[Path, typer.Argument(help="A results folder, finished or not.", show_default=False)],
+    table: Annotated[
+        str | None,
+        typer.Option(
+            help="Print one table: objectives, limits, gains, front, margins; values, differences of a contest."
+        ),
+    ] = None,
+    latex: Annotated[bool, typer.Option("--latex", help="With --table: as LaTeX, with rules of booktabs.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Summarize a run: setup, result, reliability, next step.
 
-    Example: tuner show results/quickstart
+    Example: tuner show results/quickstart --table front --latex > front.tex
     """
-    from tuner.api.run_report import report_run
+    if table is None:
+        from tuner.api.run_report import report_run
 
-    answer(report_run(results), as_json)
+        if latex:
+            raise InputError("needs a table; add --table front", key="--latex")
+        answer(report_run(results), as_json)
+        return
+    # Rich and pandas are imported where something is printed.
+    from tuner.api.frames import json_text
+    from tuner.cli.tables import TerminalTable, wide_console
+
+    view = tuner.open_results(results).view(table)
+    if as_json or latex:
+        print(json_text(view._asdict()) if as_json else view.latex)
+    else:
+        wide_console().print(TerminalTable.of(view))

@@ -3,6 +3,8 @@
 from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
+from tuner.text.latex import latex_table
+
 
 class Table(NamedTuple):
     """A table of texts; its first column names the rows.
@@ -16,6 +18,11 @@ class Table(NamedTuple):
     rows: Sequence[Sequence[str]]
     words: Sequence[str] = ("",)
     marked: Collection[int] = ()
+
+    @property
+    def latex(self) -> str:
+        """The table as a LaTeX tabular with rules of booktabs; its title is a comment."""
+        return latex_table(self.title, self.head, self.rows, self.words)
 
     @property
     def markdown(self) -> str:
