@@ -29,6 +29,8 @@ NOT_RUN = {
     r"^git |^make |^tuner confirm": "fetches and builds a firmware",
     r"^dask |tcp://|_jobqueue|dask_kubernetes|NUMBA_CPU_NAME": "needs a cluster",
     r"--measure": "needs a compiler for Arm and QEMU",
+    r"python docs/ask_and_tell": "needs Gymnasium or RotorPy from a registry",
+    r"^    (@property|FinalistColumn)": "lines for a file of the tool",
 }
 """What of the pages is not typed here, with the reason; all else is."""
 OMITTED = re.compile("|".join(NOT_RUN), re.MULTILINE)
@@ -37,7 +39,7 @@ GIVEN = {
     "studies": "studies",
     "docs": "docs/ask_and_tell",
 }
-"""What a reader has before a page begins, by its first word in the page's commands: logs of a vehicle, files of a clone."""
+"""What a reader has before a page begins, by a word of the page: a log, files of a clone; and vehicles' parameter files."""
 SLOW = {
     "docs/exports.md",
 }
@@ -112,6 +114,9 @@ def test_blocks_of_a_page_run_as_typed(name, tmp_path, monkeypatch):
         if re.search(rf"\b{file}\b", PAGES[name]):
             place(ROOT / source, tmp_path / (file if (ROOT / source).is_file() else source))
     typist = Typist(tmp_path)
+    for block in BLOCKS["docs/from_file_and_back.md"]:
+        if block.name and block.name in PAGES[name]:
+            typist.type(block, OMITTED)
     try:
         for block in BLOCKS[name]:
             typist.type(block, OMITTED)
