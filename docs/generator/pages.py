@@ -17,7 +17,6 @@ OUTSIDE = {
     "SECURITY.md": "security.md",
     "results/README.md": "results.md",
     "plant/quadrotor/airframes/README.md": "airframes.md",
-    "
 }
 """Pages of the site that lie outside docs/."""
 NAVIGATION = {
