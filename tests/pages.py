@@ -9,6 +9,7 @@ import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
+from unittest.mock import patch
 
 import tuner
 from tests.plant.own_files import forget
@@ -18,7 +19,7 @@ from tuner.study.files import study_file
 ROOT = Path(__file__).parents[1]
 TYPED = ("sh", "console", "python")
 """Languages of blocks that a reader types."""
-FENCE = re.compile(r"^(?P<before>[^\n]*)\n\n```(?P<language>\w+)\n(?P<text>.*?)^```", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^```(?P<language>\w+)\n(?P<text>.*?)^```", re.MULTILINE | re.DOTALL)
 FILE = re.compile(
     r"`(?P<name>[\w./]+\.\w+)`(?:, (?:instead of its `(?P<table>.+?)`|(?P<end>added at its end)))?[^`]*:$"
 )
@@ -42,7 +43,7 @@ def blocks(page: str) -> list[Block]:
     """Return the blocks of a page in their order; a line that begins with a file's name makes one a file."""
     out = []
     for match in FENCE.finditer(page):
-        file = FILE.match(match["before"])
+        file = FILE.match(page[: match.start()].rstrip("\n").rpartition("\n")[2])
         parts = (file["name"], file["table"] or "", bool(file["end"])) if file else ()
         out.append(Block(match["language"], match["text"], *parts))
     return out
@@ -113,13 +114,23 @@ class Typist:
     def _run(self, command: str, language: str) -> None:
         with contextlib.chdir(self._folder):
             if language == "python":
-                exec(compile(command, "page", "exec"), self._names)
+                self._python(command)
                 return
             words, out = redirection(shlex.split(command))
             if words[0] != "tuner" or set("|&;`$") & set(command):
                 shell(command)
             else:
                 self._tuner(command, words[1:], out)
+
+    def _python(self, text: str) -> None:
+        loaded = set(sys.modules)
+        # Files of the page can be imported, as in an interpreter that is started in their folder.
+        with patch.object(sys, "path", [str(self._folder), *sys.path]):
+            exec(compile(text, "page", "exec"), self._names)
+        for name in set(sys.modules) - loaded:
+            file = getattr(sys.modules[name], "__file__", None)
+            if file and Path(file).is_relative_to(self._folder):
+                del sys.modules[name]
 
     def _tuner(self, command: str, words: list[str], out: str) -> None:
         code, printed, errors = called(*smaller(words))

@@ -41,7 +41,18 @@ GIVEN = {
 }
 """What a reader has before a page begins, by a word of the page: a log, files of a clone; and vehicles' parameter files."""
 SLOW = {
-    "docs/exports.md",
+    "README.md",
+    "docs/cluster.md",
+    "docs/examples/iron.md",
+    "docs/from_file_and_back.md",
+    "docs/how_to/add_a_law.md",
+    "docs/how_to/add_a_metric.md",
+    "docs/how_to/confirm.md",
+    "docs/how_to/plan_a_flight.md",
+    "docs/identify.md",
+    "docs/log_to_gains.md",
+    "docs/own_plant.md",
+    "docs/tutorial.md",
 }
 """Pages whose blocks take more than some seconds."""
 
