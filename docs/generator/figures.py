@@ -161,6 +161,16 @@ def costs(folder: Path) -> Iterator[str]:
         yield f"| {law} | {loops:.0f} | {step:.0f} |"
 
 
+def worth(folder: Path) -> Iterator[str]:
+    """Return what a run says of the value of better knowledge of the vehicle."""
+    command = [sys.executable, "-m", "tuner", "show", "results/mine"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+    printed = subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True, text=True).stdout
+    yield "```"
+    yield from (line.strip() for line in printed.splitlines() if "knowing the vehicle" in line)
+    yield "```"
+
+
 @dataclass(frozen=True)
 class Listing:
     """A table that a function works out."""
@@ -171,6 +181,10 @@ class Listing:
     commands: tuple[str, ...] = ()
 
 
+MINE = (
+    "tuner identify log15 --airframe crazyflie-pybullet --out mine.toml",
+    "tuner run mine_study.toml --out results/mine",
+)
 LOST = Row("lost flights, with the 95 % bound", "mean(failure)")
 QUICKSTART = "tuner run quickstart"
 STEPS = (
@@ -277,10 +291,9 @@ TABLES: tuple[Table | Listing, ...] = (
             Row("Ms at the ends of the set, at most 2", "ms(tilt, spread)"),
             LOST,
         ),
-        "tuner identify log15 --airframe crazyflie-pybullet --out mine.toml",
-        "tuner run mine_study.toml --out results/mine",
-        corner="on 128 flights, each with a vehicle of the set",
+        *MINE, corner="on 128 flights, each with a vehicle of the set",
     ),
+    Listing("docs/log_to_gains.md", "worth", worth, MINE),
     tuned(
         "docs/examples/iron.md", "iron",
         (
