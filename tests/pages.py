@@ -20,9 +20,7 @@ ROOT = Path(__file__).parents[1]
 TYPED = ("sh", "console", "python")
 """Languages of blocks that a reader types."""
 FENCE = re.compile(r"^```(?P<language>\w+)\n(?P<text>.*?)^```", re.MULTILINE | re.DOTALL)
-FILE = re.compile(
-    r"`(?P<name>[\w./]+\.\w+)`(?:, (?:instead of its `(?P<table>.+?)`|(?P<end>added at its end)))?[^`]*:$"
-)
+FILE = re.compile(r"`(?P<name>[\w./]+\.\w+)`(?:, instead of its `(?P<table>.+?)`)?[^`]*:$")
 _RUN = tuner.run
 JUDGES = ("check", "margins", "export", "approach", "compare-logs")
 """Commands whose exit code 1 is a verdict on gains, here those of a small search."""
@@ -36,7 +34,6 @@ class Block:
     text: str
     name: str = ""
     table: str = ""
-    at_end: bool = False
 
 
 def blocks(page: str) -> list[Block]:
@@ -44,8 +41,8 @@ def blocks(page: str) -> list[Block]:
     out = []
     for match in FENCE.finditer(page):
         file = FILE.match(page[: match.start()].rstrip("\n").rpartition("\n")[2])
-        parts = (file["name"], file["table"] or "", bool(file["end"])) if file else ()
-        out.append(Block(match["language"], match["text"], *parts))
+        name, table = (file["name"], file["table"] or "") if file else ("", "")
+        out.append(Block(match["language"], match["text"], name, table))
     return out
 
 
@@ -53,7 +50,7 @@ def lines(block: Block) -> list[str]:
     """Return the commands of a shell block, without comments; those of several lines in one."""
     joined = block.text.replace("\\\n", " ").splitlines()
     stripped = [re.sub(r"(^|\s)#.*", "", line).strip() for line in joined]
-    return [line.removeprefix("$ ") for line in stripped if line]
+    return [line for line in stripped if line]
 
 
 def commands(block: Block) -> list[str]:
@@ -107,8 +104,6 @@ class Typist:
             pattern = rf"^{re.escape(block.table)}.*?\n(?=\n*(?:#[^\n]*\n)*\[|\Z)"
             text, count = re.subn(pattern, lambda _: block.text, file.read_text(), flags=re.DOTALL | re.MULTILINE)
             assert count == 1, f"{block.name} has no table {block.table}"
-        elif block.at_end:
-            text = f"{file.read_text()}\n{block.text}"
         file.write_text(text, encoding="utf-8")
 
     def _run(self, command: str, language: str) -> None:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from math import degrees, isfinite, log10
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TypedDict
+from typing import NotRequired, TypedDict
 
 ROOT = Path(__file__).resolve().parents[2]
 TOLERANCE = 0.05
@@ -39,14 +39,14 @@ class Count(TypedDict):
     upper: float
 
 
-class SummaryRow(TypedDict, total=False):
+class SummaryRow(TypedDict):
     """A row of the Default / Tuned table."""
 
     label: str
     default: Estimate
     tuned: Estimate
-    default_count: Count
-    tuned_count: Count
+    default_count: NotRequired[Count]
+    tuned_count: NotRequired[Count]
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -136,7 +136,8 @@ def accuracy(folder: Path) -> Iterator[str]:
     for name, error in (("", 0.0), *((n, s * e) for n, e in ERRORS.items() for s in (1, -1))):
         shift = {f"{spread}.{name}_shift": error} if name else {}
         study = tuner.load_study("quickstart", {**none, **corners, **shift})
-        value = tuner.judge(folder / "results/quickstart/gains.json", study).table["value"]
+        table = tuner.judge(folder / "results/quickstart/gains.json", study).table
+        value: dict[str, float] = table["value"].to_dict()
         cells = (
             number(degrees(value["phase_margin(spread)"])), number(decibels(value["gain_margin(spread)"])),
             number(value["ms(spread)"]), number(value["cvar80(itae.position)"]), number(value["mean(travel)"]),
@@ -155,9 +156,9 @@ def costs(folder: Path) -> Iterator[str]:
     del folder
     yield "| attitude law | three attitude loops | whole cascade with LADRC in position |"
     yield "|---|---:|---:|"
-    table = tuner.cost().table
+    table = tuner.cost().table.loc["ladrc"]
     for law in ("pid", "ladrc", "hybrid", "adrc"):
-        loops, step = table.loc[("ladrc", law), ["instructions_attitude", "instructions_step"]]
+        loops, step = (float(table[f"instructions_{part}"][law]) for part in ("attitude", "step"))
         yield f"| {law} | {loops:.0f} | {step:.0f} |"
 
 
