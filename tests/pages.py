@@ -4,12 +4,15 @@ import contextlib
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from unittest.mock import patch
+
+import pytest
 
 import tuner
 from tests.plant.own_files import forget
@@ -154,6 +157,9 @@ def smaller(words: list[str]) -> list[str]:
 def shell(command: str) -> None:
     """Run a line of a shell with this environment's programs."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    program = command.split()[0]
+    if shutil.which(program, path=path) is None:
+        pytest.skip(f"{program} is not installed")
     done = subprocess.run(
         ["bash", "-c", command],
         capture_output=True,
