@@ -45,10 +45,13 @@ GIVEN = {
 SLOW = {
     "README.md",
     "docs/examples/iron.md",
+    "docs/examples/own_law.md",
     "docs/from_file_and_back.md",
     "docs/how_to/add_a_law.md",
     "docs/how_to/add_a_metric.md",
+    "docs/how_to/compare.md",
     "docs/how_to/confirm.md",
+    "docs/how_to/infeasible.md",
     "docs/how_to/plan_a_flight.md",
     "docs/identify.md",
     "docs/log_to_gains.md",
