@@ -1,6 +1,7 @@
 """The site of the documentation: its generated pages are complete, and every page has its place."""
 
 import re
+import subprocess
 import sys
 from dataclasses import fields
 from importlib import import_module
@@ -150,3 +151,38 @@ def test_every_study_of_ones_own_code_and_every_program_has_its_page(site):
         text = (ROOT / f"docs/examples/{page}.md").read_text(encoding="utf-8")
         assert f"{files}.toml)" in text and ("tuner run " in text or "tuner ask " in text)
         assert f"examples/{page}.md" in site
+
+
+@pytest.fixture(scope="module")
+def figures(generator):
+    """The module that writes the tables of pages."""
+    return import_module("figures")
+
+
+def test_every_table_of_runs_has_its_place(figures):
+    for table in figures.TABLES:
+        text = (ROOT / table.page).read_text(encoding="utf-8")
+        assert len(figures.marked(table.name).findall(text)) == 1, table.name
+    names = re.findall(r"<!-- figures (\w+) -->", "\n".join(page.read_text() for page in pages_with_marks()))
+    assert sorted(names) == sorted(table.name for table in figures.TABLES)
+
+
+def pages_with_marks():
+    """The pages of the repository that may hold tables of runs."""
+    return [ROOT / "README.md", *(ROOT / "docs").rglob("*.md")]
+
+
+def test_a_table_differs_by_a_word_or_by_a_number_beyond_the_tolerance(figures):
+    row = "| travel [1/s] | 8.78 [8.76, 8.80] |"
+    assert not figures.differs(row, row.replace("8.78", "8.90"))
+    assert figures.differs(row, row.replace("8.78", "9.78"))
+    assert figures.differs(row, row.replace("travel", "noise"))
+    assert figures.differs(row, row + row)
+
+
+@pytest.mark.slow
+def test_tables_of_pages_are_those_of_their_runs():
+    """The quick ones; `python docs/generator/figures.py --check` compares all."""
+    command = [sys.executable, "docs/generator/figures.py", "--check", "quickstart", "costs", "my_motor", "dead_time"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -19,6 +19,7 @@ html_theme = "furo"
 html_title = f"gainproof {release}"
 html_copy_source = False
 html_show_sourcelink = False
+html_show_copyright = False
 
 # attrs_inline: anchors inside a line.
 myst_enable_extensions = ["attrs_inline"]

@@ -17,23 +17,28 @@ OUTSIDE = {
     "SECURITY.md": "security.md",
     "results/README.md": "results.md",
     "plant/quadrotor/airframes/README.md": "airframes.md",
-    "benchmarks/NOTES.md": "speed.md",
 }
 """Pages of the site that lie outside docs/."""
 NAVIGATION = {
-    "": ("installation", "tutorial", "tune_in_a_notebook"),
-    "How to": (
-        "reading_the_report", "how_to/plan_a_flight", "identify", "log_to_gains", "own_plant", "fmu_plant", "ask_and_tell",
-        "how_to/limits", "how_to/compare", "how_to/noise_and_battery", "exports", "how_to/confirm", "cluster",
-        "how_to/add_a_law", "how_to/add_a_metric", "how_to/add_an_export_target", "how_to/add_a_number",
+    "Begin": ("installation", "tutorial", "tune_in_a_notebook", "reading_the_report", "how_to/troubleshooting"),
+    "Your vehicle": (
+        "how_to/plan_a_flight", "identify", "log_to_gains", "how_to/model_accuracy", "how_to/period_and_delay",
+        "how_to/noise_and_battery", "airframes",
     ),
-    "Examples": (
-        "examples/dc_motor", "examples/dead_time", "examples/two_masses", "examples/fixed_wing", "examples/iron",
-        "examples/own_law", "examples/gymnasium", "examples/rotorpy",
+    "Limits and objectives": ("how_to/objectives", "how_to/limits", "how_to/infeasible", "how_to/compare"),
+    "To the vehicle and back": ("from_file_and_back", "exports", "how_to/confirm"),
+    "Plants": (
+        "own_plant", "examples/dc_motor", "examples/dead_time", "examples/two_masses", "examples/fixed_wing", "fmu_plant",
+        "examples/iron", "ask_and_tell", "examples/gymnasium", "examples/rotorpy",
     ),
-    "Explanation": ("model", "statistics", "paper", "airframes", "speed", "architecture"),
-    "Reference": ("study_file", "choices", "laws", "commands", "api", "results", "gains_file", "gains_keys", "glossary"),
-    "Project": ("contributing", "stability", "changelog", "security"),
+    "Theory": ("laws", "model", "statistics", "paper"),
+    "Extend": (
+        "how_to/add_a_law", "how_to/add_a_metric", "examples/own_law", "how_to/add_an_export_target", "how_to/add_a_number",
+        "architecture", "contributing",
+    ),
+    "Machines": ("speed", "cluster"),
+    "Reference": ("studies", "study_file", "choices", "commands", "api", "results", "gains_file", "gains_keys", "glossary"),
+    "Project": ("stability", "changelog", "security"),
 }  # fmt: skip
 ANCHOR = re.compile(r'<a id="(\w+)"></a>')
 LINK = re.compile(r"(\]\()([^)\s]+)(\))")

@@ -57,7 +57,7 @@ def test_the_commands_of_the_document(tmp_path):
         printed = finish_elsewhere(
             "resume", *[address if part == "tcp://head:8786" else part for part in resumed], cwd=ROOT
         )
-        assert "(0 flights flown now, the others were there)" in " ".join(printed.split())
+        assert ", 0 of them now," in " ".join(printed.split())
         compare(result_of(tmp_path / "there"), expected)
 
 
