@@ -5,9 +5,13 @@ import re
 from objectives.margins.quantities import QUANTITIES
 from objectives.metrics.registry import METRICS
 from objectives.risk import RISKS
+from tuner.documents.summary import ComparedRow, RequiredRow, TableRow
+from tuner.documents.tuning import TuningFolder
 from tuner.text.numbers import significant
 
 _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
+_LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
+_SHARE = re.compile(r"(?:the )?share (1 - )?`level`")
 _MARGIN = re.compile(r"(\w+)(?:\((.*)\)|\.(.*))?$")
 MEDIAN = 50.0
 """Level of the quantile that is named median [%]."""
@@ -53,3 +57,28 @@ def plain_margin(label: str) -> str:
         return label
     loop = match[2] or match[3]
     return f"{QUANTITIES[match[1]].label}{f' of {loop}' if loop else ''}"
+
+
+def named(results: TuningFolder, row: ComparedRow | RequiredRow, short: bool = False) -> str:
+    """Return a row in plain words, with its scenario among several."""
+    if row.kind == "requirement":
+        return plain_margin(row.label)
+    scenario = row.scenario if len(results.resolved.scenario) > 1 else None
+    return plain_label(row.label, row.metric, scenario, results.has_rotors, short)
+
+
+def risk_words(label: str, risk: str) -> str:
+    """Return a risk in words, its level as the percentage that the label carries: "worst 10 % of the scenarios"."""
+    level = _LEVEL.match(label)
+    if level is None:
+        return risk
+    beyond = f"{significant(100.0 - float(level[1]))} %"
+    return _SHARE.sub(lambda match: beyond if match[1] else f"{level[1]} %", risk)
+
+
+def definition_text(row: TableRow) -> str:
+    """Return the label of a quantity in files and its definition, with its scenario."""
+    if row.kind == "requirement":
+        return f"{row.label}: {row.quantity}"
+    where = "all scenarios" if row.scenario is None else f"scenario {row.scenario}"
+    return f"{row.label}: {row.definition}; {risk_words(row.label, row.risk)}, {where}".replace("`", "")

@@ -9,8 +9,9 @@ from tuner.documents.parts import Estimate, on_page
 from tuner.documents.summary import TableRow
 from tuner.documents.tuning import DEFAULT, SHOWN, TuningFolder
 from tuner.documents.tuning_tables import LOOP_MARGINS, Loop
-from tuner.report.answer_section import SIGNS, definition_text
+from tuner.report.answer_section import signed_verdict
 from tuner.report.gains_section import place_of, place_remark
+from tuner.report.labels import definition_text, named
 from tuner.text.numbers import MISSING, estimate, per_cent, significant
 from tuner.text.sentences import bound_text
 from tuner.text.units import plain
@@ -21,7 +22,7 @@ STATES = {
     "finalist": "off the front when held out",
     "start": "design start, search values",
     "searched": "feasible, search values",
-    "infeasible": "breaks a limit, search values",
+    "infeasible": "violates a limit, search values",
 }
 """Layer of a point -> what it is; of the point beside the default the page knows what it is called."""
 Cell = tuple[str, str]
@@ -94,7 +95,7 @@ def quantity_texts(results: TuningFolder) -> list[QuantityTexts]:
     """Return the texts of every quantity in the order of `PointTexts.quantities`."""
     names = results.held_out_front.points
     rows = results.rows_of(names.index(DEFAULT) if DEFAULT in names else 0)
-    return [_quantity(stored, on_page(stored, *SHOWN)) for stored in rows]
+    return [_quantity(results, stored, on_page(stored, *SHOWN)) for stored in rows]
 
 
 def patch(row: TableRow) -> dict[str, object]:
@@ -102,10 +103,10 @@ def patch(row: TableRow) -> dict[str, object]:
     return row.model_dump(include={"kind", "label", "default", "tuned", "difference", "verdict"})
 
 
-def _quantity(stored: TableRow, shown: TableRow) -> QuantityTexts:
+def _quantity(results: TuningFolder, stored: TableRow, shown: TableRow) -> QuantityTexts:
     return {
-        "label": shown.label,
-        "definition": stored.quantity if stored.kind == "requirement" else definition_text(stored),
+        "label": named(results, stored, short=True),
+        "definition": definition_text(stored),
         "unit": plain(shown.unit) or MISSING,
         "limit": MISSING if shown.limit is None else bound_text(shown.limit, shown.sense),
         "default": _cell(shown.default),
@@ -117,7 +118,7 @@ def _judged(stored: TableRow) -> QuantityCells:
     return {
         "value": _cell(shown.tuned),
         "difference": _cell(shown.difference, signed=True),
-        "verdict": f"{SIGNS.get(shown.verdict, '')} {shown.verdict}".strip(),
+        "verdict": signed_verdict(shown.verdict),
         "style": shown.verdict.replace(" ", "-"),
     }
 
@@ -134,17 +135,17 @@ def _state(results: TuningFolder, row: int) -> str:
     lost = _lost(results, row)
     behind = f" It {lost}." if lost else ""
     if front.roles[row] == DEFAULT:
-        return f"The default gains, which everything is measured by.{behind}"
+        return f"The default gains, the baseline of every comparison.{behind}"
     first = f"It is {'' if front.non_dominated[row] else 'not '}on the held-out front"
     probability = front.columns.get("probability")
     if probability is not None:
         first += f" and non-dominated on {per_cent(float(probability[row]))} of the resamples"
-    return f"{first}. It {'keeps every limit' if front.feasible[row] else 'breaks a limit'} there.{behind}"
+    return f"{first}. It {'satisfies every limit' if front.feasible[row] else 'violates a limit'} there.{behind}"
 
 
 def _faults(results: TuningFolder, row: int) -> Sequence[str]:
-    broken = "" if results.held_out_front.feasible[row] else "breaks a limit"
-    return [text for text in (broken, _lost(results, row)) if text]
+    violated = "" if results.held_out_front.feasible[row] else "violates a limit"
+    return [text for text in (violated, _lost(results, row)) if text]
 
 
 def _lost(results: TuningFolder, row: int) -> str:

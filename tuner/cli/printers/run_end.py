@@ -11,7 +11,8 @@ from tuner.cli.terminal import Console, bound_text, estimate, unit_text
 from tuner.documents.parts import Estimate, in_shown_units
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.verdicts import SATISFIED
-from tuner.report.verdict_text import is_violated, named
+from tuner.report.labels import named
+from tuner.report.verdict_text import is_violated
 
 if TYPE_CHECKING:
     from tuner.documents.tuning import TuningFolder

@@ -7,6 +7,7 @@ from tuner.documents.tuning_tables import History
 from tuner.report.charts.chart import Axis, Bars, Line, Mark, Panel, Points
 from tuner.report.charts.front import LAYERS, layer_of, shown_range
 from tuner.report.charts.look import DEFAULT, FRONT, RULE, TUNED, Look
+from tuner.report.labels import definition_text, named
 from tuner.text.numbers import count, significant
 from tuner.text.units import bracketed
 
@@ -130,7 +131,7 @@ def _gap(results: TuningFolder, i: int) -> Panel:
             marks.append(Points(look=look, x=search[rows], y=held_out[rows], y_ends=held, labels=labels, hover=hover))
     x, y = (Axis(bracketed(name, entry.unit), float(ends[0]), float(ends[1]), log) for name in ("search", "held-out"))
     aid = f"{count(len(front.points))} finalists; above the dotted line the search was optimistic."
-    return Panel(f"gap-{i}", entry.label, x, y, marks, aid=aid)
+    return Panel(f"gap-{i}", named(results, entry, short=True), x, y, marks, aid=aid, tip=definition_text(entry))
 
 
 def _gap_words(results: TuningFolder, i: int, row: int) -> str:

@@ -3,9 +3,10 @@
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import BestRow, BestUnder, FrontsPart, QuantityRow
 from tuner.documents.parts import Estimate, ShareCount
-from tuner.report.answer_section import metric_anchor, risk_words
+from tuner.report.answer_section import metric_anchor
 from tuner.report.charts.look import Look, looks_of, sample
 from tuner.report.charts.strip import NARROW, WIDTH, ruler, scale, stacked
+from tuner.report.labels import risk_words
 from tuner.text.markup import Markup, coded, element, join, safe, table
 from tuner.text.numbers import MISSING, count, estimate, significant
 from tuner.text.sentences import bound_text
