@@ -52,7 +52,8 @@ def states_table(results: TuningFolder) -> Markup:
     view = state_table([in_shown_units(row) for row in results.document.required])
     if view is None:
         return Markup("")
-    heads = [join((plain_margin(limit), _unit(unit))) for limit, unit in zip(view.limits, view.units, strict=True)]
+    units = ["" if unit == "1" else unit for unit in view.units]
+    heads = [join((plain_margin(limit), _unit(unit))) for limit, unit in zip(view.limits, units, strict=True)]
     rows = [[state, *map(_marked, values)] for state, values in zip(view.states, view.marked, strict=True)]
     about = f"Margins of the {results.shown_as} gains in each steady state; the worst of each in bold."
     return join((element("p", about), wide(table(["Steady state", *heads], rows, class_="states"))))

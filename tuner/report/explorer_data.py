@@ -54,7 +54,7 @@ def explorer_data(results: TuningFolder, charts: dict[str, WebPanel], arrays: Ar
         "points": [_point(results, row, limited[row]) for row in range(len(results.held_out_front.points))],
         "candidates": _candidates(results),
         "layers": _layers(results),
-        "margins": margin_heads() if results.loops else None,
+        "margins": margin_heads(results) if results.loops else None,
         "states": {**STATES, "tuned": results.called},
         "responses": _responses(results),
         "charts": charts,

@@ -1,6 +1,7 @@
-"""Plain labels of quantities, from the titles in their registries."""
+"""Plain labels, definitions and units of quantities, from their registries."""
 
 import re
+from collections.abc import Sequence
 
 from objectives.margins.quantities import QUANTITIES
 from objectives.metrics.registry import METRICS
@@ -13,6 +14,8 @@ _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
 _LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
 _SHARE = re.compile(r"(?:the )?share (1 - )?`level`")
 _MARGIN = re.compile(r"(\w+)(?:\((.*)\)|\.(.*))?$")
+# Times from which on they are printed in seconds, and in minutes [s].
+SLOW, VERY_SLOW = 1.0, 600.0
 MEDIAN = 50.0
 """Level of the quantile that is named median [%]."""
 
@@ -82,3 +85,16 @@ def definition_text(row: TableRow) -> str:
         return f"{row.label}: {row.quantity}"
     where = "all scenarios" if row.scenario is None else f"scenario {row.scenario}"
     return f"{row.label}: {row.definition}; {risk_words(row.label, row.risk)}, {where}".replace("`", "")
+
+
+def time_unit(name: str, values: Sequence[float | None]) -> tuple[str, float]:
+    """Return the unit in which a line of the table is printed, and how many of the quantity's shown unit it is.
+
+    Args:
+        name: Name of the quantity.
+        values: Its readings in SI units; None has no end.
+    """
+    unit = QUANTITIES[name].shown_unit
+    longest = max((value for value in values if value is not None), default=0.0)
+    slow = unit == "ms" and longest >= SLOW
+    return ("min", 6e4) if slow and longest >= VERY_SLOW else ("s", 1e3) if slow else (unit, 1.0)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.chart import Panel
-from tuner.report.charts.look import DEFAULT, REFERENCE, TUNED, WORST, sample
+from tuner.report.charts.look import DEFAULT, REFERENCE, TUNED, sample, worst_look
 from tuner.report.charts.web import grid
 from tuner.report.gains_section import gains_table, study_lines
 from tuner.report.page import aid, collapsible, wide
@@ -104,7 +104,12 @@ def _behind(results: TuningFolder) -> list[Markup]:
     """Return the switch for the default behind what is drawn, and the key of all lines, once for responses and loops."""
     if not (results.fans or results.loops) or "default" not in results.held_out_front.roles:
         return []
-    keys = [(TUNED, "picked point"), (REFERENCE, "reference"), (WORST, "its worst flight")]
+    keys = [
+        (TUNED, "selected point"),
+        (worst_look(TUNED), "its worst run"),
+        (worst_look(DEFAULT), "worst run of the default"),
+        (REFERENCE, "reference"),
+    ]
     shown = [element("span", sample(look, marked=False), f" {text}", class_="key") for look, text in keys]
     box = element("input", type="checkbox", id="behind", checked=True)
     switch = element("label", box, sample(DEFAULT, marked=False), " default behind it", class_="switch")

@@ -11,7 +11,7 @@ from tuner.documents.tuning import DEFAULT, SHOWN, TuningFolder
 from tuner.documents.tuning_tables import LOOP_MARGINS, Loop
 from tuner.report.answer_section import signed_verdict
 from tuner.report.gains_section import place_of, place_remark
-from tuner.report.labels import definition_text, named
+from tuner.report.labels import definition_text, named, time_unit
 from tuner.text.numbers import MISSING, estimate, per_cent, significant
 from tuner.text.sentences import bound_text
 from tuner.text.units import plain
@@ -87,7 +87,7 @@ def point_texts(results: TuningFolder, row: int) -> PointTexts:
             for variable, value in zip(results.variables, front.gains[row].tolist(), strict=True)
         ],
         "quantities": [_judged(entry) for entry in results.rows_of(row)],
-        "loops": [_loop(loop) for loop in results.loops if loop.point == name],
+        "loops": [_loop(loop, margin_units(results)) for loop in results.loops if loop.point == name],
     }
 
 
@@ -164,17 +164,24 @@ def _column(entry: FinalistColumn, results: TuningFolder, row: int) -> str:
     return significant(value)
 
 
-def _loop(loop: Loop) -> list[str]:
-    values = [(QUANTITIES[name], loop.values.get(name)) for name in LOOP_MARGINS]
+def _loop(loop: Loop, units: Sequence[tuple[str, float]]) -> list[str]:
     none = "∞" if loop.stable else MISSING
-    texts = [none if value is None else significant(float(quantity.shown(value)), 3) for quantity, value in values]
+    texts = []
+    for name, (_, per_unit) in zip(LOOP_MARGINS, units, strict=True):
+        value = loop.values.get(name)
+        texts.append(none if value is None else significant(float(QUANTITIES[name].shown(value)) / per_unit, 3))
     return [loop.channel, "yes" if loop.stable else "no", *texts, loop.case or MISSING]
 
 
-def margin_heads() -> list[tuple[str, str]]:
+def margin_units(results: TuningFolder) -> list[tuple[str, float]]:
+    """Return the unit of each margin of a loop in the table, and its size in the quantity's shown unit."""
+    return [time_unit(name, [loop.values.get(name) for loop in results.loops]) for name in LOOP_MARGINS]
+
+
+def margin_heads(results: TuningFolder) -> list[tuple[str, str]]:
     """Return the headings of the margins of a loop, each with what it means."""
     entries = [QUANTITIES[name] for name in LOOP_MARGINS]
-    units = [{"1": "", "deg": "°"}.get(entry.shown_unit, entry.shown_unit) for entry in entries]
+    units = [{"1": "", "deg": "°"}.get(unit, unit) for unit, _ in margin_units(results)]
     return [
         (f"{entry.label} [{unit}]" if unit else entry.label, entry.meaning)
         for entry, unit in zip(entries, units, strict=True)
