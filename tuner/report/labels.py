@@ -1,11 +1,12 @@
 """Plain labels, definitions and units of quantities, from their registries."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from objectives.margins.quantities import QUANTITIES
 from objectives.metrics.registry import METRICS
 from objectives.risk import RISKS
+from tuner.documents.contest import ComparedFolder
 from tuner.documents.summary import ComparedRow, RequiredRow, TableRow
 from tuner.documents.tuning import TuningFolder
 from tuner.text.numbers import significant
@@ -51,6 +52,32 @@ def plain_label(label: str, metric: str, scenario: str | None = None, rotors: bo
     risk = plain_risk(label)
     parts = [plain_metric(metric, rotors), risk.removeprefix("mean of the ") if short else risk, scenario]
     return ", ".join(part for part in parts if part)
+
+
+def contest_label(contest: ComparedFolder, label: str, short: bool = True) -> str:
+    """Return a quantity of a contest in plain words, with its scenario among several; other labels as they are."""
+    row = contest.quantity.get(label)
+    if row is None:
+        return label
+    scenario = row.scenario if len(contest.document.compared_on) > 1 else None
+    return plain_label(label, row.metric, scenario, has_rotors(contest), short)
+
+
+def has_rotors(contest: ComparedFolder) -> bool:
+    """Return True where quadrotors flew, False for plants of the user."""
+    return any(entry.airframe for entry in contest.contenders)
+
+
+def in_plain_words(text: str, names: Mapping[str, str]) -> str:
+    """Return a sentence with labels of quantities in plain words.
+
+    Args:
+        text: Sentence of a document.
+        names: Label -> plain words.
+    """
+    for label in sorted(names, key=len, reverse=True):
+        text = text.replace(label, names[label])
+    return text
 
 
 def plain_margin(label: str) -> str:

@@ -40,6 +40,7 @@ def inference_page(inference: InferenceDocument, environment: Environment, study
         title=inference.title,
         lead=join(
             (
+                element("p", _answer(inference), class_="answer"),
                 element("p", _lead(inference), class_="lead"),
                 element("p", inference.description, class_="aid") if inference.description else "",
                 words,
@@ -51,6 +52,15 @@ def inference_page(inference: InferenceDocument, environment: Environment, study
     )
 
 
+def _answer(inference: InferenceDocument) -> str:
+    cells, inferred, before = len(inference.cells), inference.misfit.inferred.inside, inference.misfit.default.inside
+    never = sum(cell.by == "nowhere" for cell in inference.cells)
+    lacking = (
+        f" {counted(never, 'number').capitalize()} {'is' if never == 1 else 'are'} reproduced by no setting tried."
+    )
+    return f"The inferred values reproduce {inferred} of {cells} printed numbers (before: {before}).{lacking if never else ''}"
+
+
 def _lead(inference: InferenceDocument) -> str:
     cells, unknowns = len(inference.cells), len(inference.unknowns)
     return (
@@ -60,13 +70,7 @@ def _lead(inference: InferenceDocument) -> str:
 
 
 def _key_figures(inference: InferenceDocument) -> list[tuple[str, str]]:
-    default, inferred = inference.misfit.default, inference.misfit.inferred
-    cells = len(inference.cells)
-    never = sum(cell.by == "nowhere" for cell in inference.cells)
     return [
-        ("Numbers inside, inferred", f"{inferred.inside} of {cells}"),
-        ("Numbers inside, before", f"{default.inside} of {cells}"),
-        ("Inside under no setting", count(never)),
         ("Settings tried", count(inference.settings.tried)),
         ("Flights", count(inference.flights)),
         ("Wall time", duration(inference.wall_seconds)),

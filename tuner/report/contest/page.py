@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from tuner.documents.contest import ComparedFolder
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.web import grid, page_data
+from tuner.report.contest.answer import answer_text
 from tuner.report.contest.contenders_section import contenders_table, gains_cards
 from tuner.report.contest.controls import contender_switches, interval_switch, response_choices
 from tuner.report.contest.differences_section import forests
@@ -48,6 +49,7 @@ def contest_page(contest: ComparedFolder) -> Page:
     fronts, responses, spreads = fronts_panels(contest), response_panels(contest), distribution_panels(contest)
     document = contest.document
     lead = (
+        element("p", answer, class_="answer") if (answer := answer_text(contest)) else "",
         element("p", lead_text(contest), " Angles are in degrees.", class_="lead"),
         element("p", document.description, class_="aid") if document.description else "",
         words(contest),

@@ -2,6 +2,7 @@
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import ClaimRow, RulingRow
+from tuner.report.labels import contest_label, in_plain_words
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count, duration, estimate
 from tuner.text.sentences import counted, listing
@@ -47,8 +48,13 @@ def key_figures(contest: ComparedFolder) -> list[tuple[str, str]]:
 def words(contest: ComparedFolder) -> Markup:
     """Return the sentences of the contest but for those that only repeat a claim, which stands below them."""
     beginnings = tuple(f'The claim "{claim.text}"' for claim in contest.shown.claims if claim.text)
+    names = {label: contest_label(contest, label) for label in contest.quantity}
     shown = [sentence for sentence in contest.document.words if not (beginnings and sentence.startswith(beginnings))]
-    return element("ul", *[element("li", sentence) for sentence in shown], class_="words") if shown else Markup()
+    return (
+        element("ul", *[element("li", in_plain_words(sentence, names)) for sentence in shown], class_="words")
+        if shown
+        else Markup()
+    )
 
 
 def claims(contest: ComparedFolder) -> Markup:
@@ -75,7 +81,7 @@ def _ruling(contest: ComparedFolder, claim: ClaimRow, row: RulingRow) -> Markup:
     unit = f" {plain(quantity.unit)}" if quantity and quantity.unit else ""
     value, ends = estimate(*row.estimate.parts, signed=True)
     pair = f" {claim.better} − {row.than} in "
-    return element("li", _verdict(row.verdict), pair, element("code", row.quantity), f": {value}{unit} {ends}")
+    return element("li", _verdict(row.verdict), pair, contest_label(contest, row.quantity), f": {value}{unit} {ends}")
 
 
 def _verdict(word: str) -> Markup:
