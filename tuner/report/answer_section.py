@@ -56,7 +56,9 @@ def states_table(results: TuningFolder) -> Markup:
     heads = [join((plain_margin(limit), _unit(unit))) for limit, unit in zip(view.limits, units, strict=True)]
     rows = [[state, *map(_marked, values)] for state, values in zip(view.states, view.marked, strict=True)]
     about = f"Margins of the {results.shown_as} gains in each steady state; the worst of each in bold."
-    return join((element("p", about), wide(table(["Steady state", *heads], rows, class_="states"))))
+    return join(
+        (element("p", about, class_="aid"), wide(table(["Steady state", *heads], rows, class_="states stacked")))
+    )
 
 
 def _marked(value: str) -> Markup:
@@ -107,9 +109,9 @@ def _evidence(results: TuningFolder) -> str:
     summary = results.document
     fresh = f"Values are from {count(summary.held_out)} confirmation scenarios with 95 % intervals, of {count(summary.flights)}"
     if summary.wall_seconds is None:
-        return f"{fresh} trials that another program made."
+        return f"{fresh} trials run by another program."
     laws = listing([f"{law_title(law)} on {loop}" for law, loop in laws_of(results.resolved)])
-    return f"{fresh} simulated flights in {duration(summary.wall_seconds)}; {laws}."
+    return f"{fresh} simulated {results.sample_noun} in {duration(summary.wall_seconds)}; {laws}."
 
 
 def _group(title: str, rows: Sequence[Sequence[str]], head: list[str]) -> Markup:

@@ -9,8 +9,8 @@ from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count
 from tuner.text.sentences import counted
 
-LOST_WORDS = "lost flights when held out"
-BEYOND = "at the edge: beyond the axes, that way"
+LOST_WORDS = "failed flights when held out"
+BEYOND = "off-scale in this direction"
 HIDDEN = ("searched", "infeasible")
 """Layers that are not shown at first: what the search tried."""
 

@@ -9,6 +9,7 @@ from objectives.risk import RISKS
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.summary import ComparedRow, RequiredRow, TableRow
 from tuner.documents.tuning import TuningFolder
+from tuner.text.neutral import neutral
 from tuner.text.numbers import significant
 
 _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
@@ -29,7 +30,7 @@ def plain_metric(metric: str, rotors: bool = True) -> str:
     family, _, signal = metric.partition(".")
     title = METRICS[family].title if family in METRICS else ""
     if not rotors:
-        title = title.replace("rotor command", "command").replace("rotor", "command")
+        title = neutral(title.replace("rotor command", "command").replace("rotor", "command"))
     return f"{signal.replace('_', ' ')} {title}".strip() if title else metric
 
 
@@ -66,6 +67,11 @@ def contest_label(contest: ComparedFolder, label: str, short: bool = True) -> st
 def has_rotors(contest: ComparedFolder) -> bool:
     """Return True where quadrotors flew, False for plants of the user."""
     return any(entry.airframe for entry in contest.contenders)
+
+
+def names_of(results: TuningFolder) -> dict[str, str]:
+    """Return the compared quantities of a run in plain words, by label."""
+    return {row.label: named(results, row, short=True) for row in results.quantities}
 
 
 def in_plain_words(text: str, names: Mapping[str, str]) -> str:

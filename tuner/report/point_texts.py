@@ -13,7 +13,7 @@ from tuner.report.answer_section import signed_verdict
 from tuner.report.gains_section import place_of, place_remark
 from tuner.report.labels import definition_text, named, time_unit
 from tuner.text.numbers import MISSING, estimate, per_cent, significant
-from tuner.text.sentences import bound_text
+from tuner.text.sentences import bound_text, capitalized
 from tuner.text.units import plain
 
 STATES = {
@@ -133,7 +133,7 @@ def _cell(entry: Estimate, signed: bool = False) -> Cell:
 def _state(results: TuningFolder, row: int) -> str:
     front = results.held_out_front
     lost = _lost(results, row)
-    behind = f" It {lost}." if lost else ""
+    behind = f" {capitalized(lost)}" if lost else ""
     if front.roles[row] == DEFAULT:
         return f"The default gains, the baseline of every comparison.{behind}"
     first = f"It is {'' if front.non_dominated[row] else 'not '}on the held-out front"
@@ -152,7 +152,7 @@ def _lost(results: TuningFolder, row: int) -> str:
     front = results.held_out_front
     lost, flights = int(front.lost[row]), front.columns.get("flights")
     made = results.document.held_out if flights is None else int(flights[row])
-    return f"lost {lost} of {made} held-out flights" if lost else ""
+    return f"{lost} of {made} held-out simulations failed" if lost else ""
 
 
 def _column(entry: FinalistColumn, results: TuningFolder, row: int) -> str:

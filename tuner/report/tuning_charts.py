@@ -105,7 +105,7 @@ def bound_of(results: TuningFolder, signal: str, scenario: str) -> tuple[float, 
     limits = results.resolved.limits
     key, words = ("position", "m") if signal in "xyz" else ("tilt_deg", "°")
     if signal in ("x", "y", "z", "roll", "pitch") and isinstance(limits.get(key), int | float):
-        return float(limits[key]), f"flight fails beyond {limits[key]:g} {words}"
+        return float(limits[key]), f"failure beyond {limits[key]:g} {words}"
     return None
 
 

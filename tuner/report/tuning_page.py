@@ -10,7 +10,8 @@ from tuner.report.charts.web import Arrays, grid, to_web
 from tuner.report.controls import layer_switches
 from tuner.report.explorer_data import explorer_data, limited_quantities
 from tuner.report.explorer_section import axis_choices, explorer_section, plane
-from tuner.report.page import Page, Section, wide
+from tuner.report.labels import in_plain_words, names_of
+from tuner.report.page import Page, Section, neutral_page, wide
 from tuner.report.point_section import point_section
 from tuner.report.provenance import provenance_section
 from tuner.report.trust_section import trust_section
@@ -28,21 +29,22 @@ def tuning_page(results: TuningFolder) -> Page:
     ]
     limits, _ = limited_quantities(results)
     charts = {panel.key: to_web(panel, arrays) for panel in [*responses, *loops, *trust]}
-    return Page(
+    page = Page(
         kind="tuning report",
         title=results.document.title,
         ending=results.document.ending,
         lead=join((answer(results), _description(results))),
         opening=_opening(results, limits),
-        warnings=results.document.warnings,
+        warnings=[in_plain_words(text, names_of(results)) for text in results.document.warnings],
         sections=(
             Section("front", "Explore the trade-off", explorer_section(results, len(limits))),
-            Section("point", "The point picked", point_section(results, responses, loops)),
-            Section("trust", "Can it be trusted", trust_section(results, grid(trust, "trust-grid"))),
+            Section("point", "Selected point", point_section(results, responses, loops)),
+            Section("trust", "Reliability", trust_section(results, grid(trust, "trust-grid"))),
             Section("provenance", "Provenance", provenance_section(results)),
         ),
         data=explorer_data(results, charts, arrays),
     )
+    return page if results.has_rotors else neutral_page(page)
 
 
 def _description(results: TuningFolder) -> Markup:

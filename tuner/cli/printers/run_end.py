@@ -53,8 +53,7 @@ def split_limits(
 def objectives_table(results: "TuningFolder") -> TerminalTable:
     """Return default, tuned and change of each objective."""
     summary = results.document
-    what = "trials" if results.is_external else "flights"
-    table = head(f"{summary.held_out:,} confirmation {what}", summary.shown_as, "change, 95 % interval")
+    table = head(f"{summary.held_out:,} confirmation {results.sample_noun}", summary.shown_as, "change, 95 % interval")
     for row in summary.compared:
         if row.kind == "objective":
             change = estimate(row.difference, signed=True).replace("\n", " ")

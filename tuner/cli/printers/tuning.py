@@ -46,7 +46,7 @@ def flights_text(results: "TuningResults") -> str:
     made, summary = results.flights_made, results.document
     now = "" if made in (None, summary.flights) else f", {made:,} of them now,"
     took = "" if summary.wall_seconds is None else f" in {summary.wall_seconds:.1f} s"
-    return f"{summary.flights:,} {'trials' if results.is_external else 'flights'}{now}{took}"
+    return f"{summary.flights:,} {results.sample_noun}{now}{took}"
 
 
 def finding_texts(summary: Summary) -> list[str]:

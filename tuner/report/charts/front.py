@@ -110,5 +110,5 @@ def lost_points(x: np.ndarray, y: np.ndarray, lost: np.ndarray, show: dict[str, 
     rows = lost > 0
     if not rows.any():
         return []
-    name = f"{counted(int(lost.sum()), 'failed run')} ({counted(int(rows.sum()), 'point')})"
+    name = f"{counted(int(lost.sum()), 'failed flight')} ({counted(int(rows.sum()), 'point')})"
     return [Points(name=name, look=LOST, x=x[rows], y=y[rows], edge=True, show=show or {})]

@@ -43,7 +43,7 @@ def hover_texts(contest: ComparedFolder, fronts: FrontsPart, front: ContenderFro
     texts = []
     for row, point in enumerate(front.points):
         mark = ", recommended" if front.recommended[row] else ""
-        mark += f", {counted(int(front.lost[row]), 'failed run')}" if front.lost[row] else ""
+        mark += f", {counted(int(front.lost[row]), 'failed flight')}" if front.lost[row] else ""
         lines = [f"<b>{escape(front.contender)} {escape(point)}</b>{mark}"]
         for i, label in enumerate(fronts.objectives):
             middle, low, high = (float(part[row, i]) for part in (front.values, front.low, front.high))

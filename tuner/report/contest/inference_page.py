@@ -12,9 +12,9 @@ from tuner.text.sentences import counted, listing
 AIDS = {
     "cells": "Printed numbers against held-out flights at the inferred setting: median with the central 95 % of flights. "
     "A number is reproduced where it lies inside these; before: the same with the values that the study started from.",
-    "unknowns": "Diamond: inferred; square: before; thick bar: what fits about as well; thin bar: how far the printed numbers, "
-    "being one draw, tell the value (68 %).",
-    "ratios": "Two contenders in the same air: what one printed number over another asks of a single flight.",
+    "unknowns": "Diamond: inferred; square: before; thick bar: values that fit about as well; thin bar: 68 % interval, as the "
+    "printed numbers are one draw.",
+    "ratios": "Two contenders in the same air: ratio of two printed numbers against that of single flights.",
     "misfits": "The factor by which our medians typically miss the printed numbers. The other settings are those that no "
     "setting beats in every kind of number at once.",
 }
@@ -89,4 +89,4 @@ def _provenance(inference: InferenceDocument, environment: Environment, study: s
         ("Fits about as well", f"misfit within {per_cent(settings.near)} of the least"),
         *environment_facts(environment),
     ]
-    return join((described(facts, class_="facts columns"), collapsible_text("Study file as given", study)))
+    return join((described(facts, class_="facts columns"), collapsible_text("Study file", study)))

@@ -16,7 +16,7 @@ def lead_text(contest: ComparedFolder) -> Markup:
     """Return the lead: who flew what, how often and on which airframes."""
     many = counted(len(contest.contenders), "controller")
     where = listing([f"{count(entry.flights)} of {entry.scenario}" for entry in contest.document.compared_on])
-    flown = f" flew {listing(contest.flown)} through the same flights ({where}), each in the same air. "
+    flown = f" on {listing(contest.flown)}, compared on the same flights in the same air ({where}). "
     return join((element("strong", many[:1].upper() + many[1:]), flown, _tuned(contest)))
 
 
@@ -24,9 +24,10 @@ def _tuned(contest: ComparedFolder) -> str:
     """Return whose gains a search had chosen before."""
     names = {tuned: [entry.name for entry in contest.contenders if entry.tuned is tuned] for tuned in (True, False)}
     if not names[True]:
-        return "Their gains are given, nothing was tuned."
-    tuned = "A search had tuned " + ("every one" if not names[False] else listing(names[True])) + " before"
-    return f"{tuned}, {listing(names[False])} flew with gains as given." if names[False] else f"{tuned}."
+        return "All gains were given, none were tuned."
+    if not names[False]:
+        return "All were tuned by a search."
+    return f"Tuned by a search: {listing(names[True])}; gains as given: {listing(names[False])}."
 
 
 def key_figures(contest: ComparedFolder) -> list[tuple[str, str]]:
