@@ -111,7 +111,7 @@ def _evidence(results: TuningFolder) -> str:
     if summary.wall_seconds is None:
         return f"{fresh} trials run by another program."
     laws = listing([f"{law_title(law)} on {loop}" for law, loop in laws_of(results.resolved)])
-    return f"{fresh} simulated {results.sample_noun} in {duration(summary.wall_seconds)}; {laws}."
+    return f"{fresh} {results.sample_noun} in {duration(summary.wall_seconds)}; {laws}."
 
 
 def _group(title: str, rows: Sequence[Sequence[str]], head: list[str]) -> Markup:

@@ -101,7 +101,7 @@ def _parallel(limits: int) -> Markup:
         element("label", element("input", type="checkbox", id=f"with-{key}"), f" {key}", class_="switch")
         for key in ("gains", *(["limits"] if limits else []))
     ]
-    return element("div", box, element("div", "Show also: ", *switches, class_="controls"))
+    return element("div", box, element("div", "Show also: ", *switches, class_="controls also"))
 
 
 def _levels(key: str, title: str) -> Markup:

@@ -14,7 +14,7 @@ function startParallel() {
     const lines = [...searchedLines(rows.filter((row) => !row.low), shown), ...flown.flatMap((row) => parallelLine(row, shown))];
     const ticks = shown.map((axis, k) => tickMarks(axis, k, shown.length));
     const bars = shown.flatMap((axis, k) => axisShapes(ranges[axis.index], axis, k));
-    const titles = shown.map((axis, k) => ({ x: k, y: 1.06, text: titleOf(axis), showarrow: false, yanchor: "bottom", font: { color: colour("muted"), size: 12 } }));
+    const titles = shown.map((axis, k) => ({ x: k, y: 1.06, text: titleOf(axis, shown.length > 4 ? 18 : 30), showarrow: false, yanchor: "bottom", font: { color: colour("muted"), size: 12 } }));
     const bare = { showgrid: false, showticklabels: false, fixedrange: true, zeroline: false };
     return { traces: lines, layout: layoutOf({
       xaxis: { ...bare, range: [-0.32, shown.length - 0.68] }, yaxis: { ...bare, range: [-0.05, 1.42] }, ...selecting, selectdirection: "v",
@@ -37,10 +37,10 @@ function startParallel() {
 }
 
 // A title over an axis, in lines that are no longer than an axis is wide.
-const titleOf = (axis) => {
+const titleOf = (axis, width) => {
   const lines = [""];
   for (const word of axisTitle(axis).split(" ")) {
-    if (lines.at(-1) && `${lines.at(-1)} ${word}`.length > 18) lines.push("");
+    if (lines.at(-1) && `${lines.at(-1)} ${word}`.length > width) lines.push("");
     lines.push(`${lines.pop()} ${word}`.trim());
   }
   return lines.map(escaped).join("<br>");
