@@ -52,7 +52,7 @@ def fan_marks(fan: Fan, look: Look, name: str, show: Show, parts: bool = False) 
     ]
     if fan.worst is not None and np.isfinite(fan.worst).all():
         thin = {"look": worst_look(look), "show": show, "coarse": True}
-        worst = Line(name=f"{name}, worst case", x=fan.time, y=fan.worst, tip="%{y:.3~f}", **thin)
+        worst = Line(name=f"worst case of {name}", x=fan.time, y=fan.worst, tip="%{y:.3~f}", **thin)
         marks.insert(1, worst)
     return marks
 

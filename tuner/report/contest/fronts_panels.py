@@ -113,5 +113,5 @@ def _ranking(contest: ComparedFolder, fronts: FrontsPart) -> Panel:
         height, ends = np.full(len(front.points), -float(row)), [(front.low[:, 0], front.high[:, 0])]
         marks += _points(contest, fronts, front, front.values[:, 0], height, looks_of(contest)[front.contender], ends)
     label = fronts.objectives[0]
-    x = value_axis(label, contest.quantity[label].unit, _span(contest, 0))
+    x = value_axis(contest_label(contest, label), contest.quantity[label].unit, _span(contest, 0))
     return Panel("front-ranking", label, x, row_axis(names), marks, form="pair", rows=True)

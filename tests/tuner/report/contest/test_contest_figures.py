@@ -200,7 +200,7 @@ def test_fronts_stand_at_their_values_with_the_recommended_points_ringed(tmp_pat
         figure = fronts_figure(contest)
     axes, labels = panels(figure), content(folder)["fronts"]["objectives"]
     assert len(axes) == {1: 1, 2: 1, 3: 3}[objectives]
-    assert axes[0].get_xlabel() == "cvar80(itae.position) [m]"
+    assert axes[0].get_xlabel() == "position error (ITAE), worst 20 % [m]"
     containers: list[Any] = axes[0].containers
     for name, container in zip(contest.index, containers, strict=True):
         mine = [row for row in rows if row["contender"] == name]
