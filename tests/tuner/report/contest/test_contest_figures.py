@@ -18,6 +18,7 @@ from tuner.report.contest import time_figures, write_contest_figures
 from tuner.report.contest.figures import FIGURES, differences_figure, fronts_figure, published_figure
 from tuner.report.contest.signals import rate
 from tuner.report.contest.time_figures import BEYOND
+from tuner.report.labels import contest_label
 
 
 @pytest.fixture(scope="module")
@@ -242,7 +243,9 @@ def test_differences_stand_where_they_are(folder, contest):
         marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
         assert [across(line)[0] for line in marks] == pytest.approx([d["difference"] for d in pairs])
         assert [line.get_markerfacecolor() == "white" for line in marks] == [d["lower"] is None for d in pairs]
-        assert label.split("@")[0] in ax.get_xlabel()
+        assert ax.get_xlabel().startswith(
+            contest_label(contest, label).removesuffix(f", {contest.quantity[label].scenario}")
+        )
     names = [text.get_text() for text in axes[0].get_yticklabels()]
     assert names[0] == "ADRC − PID" and "ADRC (other) − PID" not in names
 
