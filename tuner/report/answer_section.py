@@ -62,7 +62,7 @@ def states_table(results: TuningFolder) -> Markup:
 
 
 def _marked(value: str) -> Markup:
-    """Return a margin, in bold where it is the worst of its column."""
+    """Return a margin, in bold if the worst of its column."""
     number = value.removesuffix(WORST_MARK)
     return element("strong" if value != number else "span", number, class_="number")
 
@@ -78,12 +78,12 @@ def verdict(word: str) -> Markup:
 
 
 def signed_verdict(word: str) -> str:
-    """Return a verdict of a file behind its sign, as the page words it."""
+    """Return a verdict as the page words it, behind its sign."""
     return f"{SIGNS.get(word, '')} {shown_verdict(word)}".strip()
 
 
 def _changes(results: TuningFolder) -> list[str]:
-    """Return sentences on the significant changes of the objectives, and on the margins before and after."""
+    """Return sentences on significant changes and on margins."""
     recommended = results.feasible and results.tuned != DEFAULT
     rows = [row for row in results.objectives if recommended and row.verdict in (BETTER, WORSE)]
     changes = [
@@ -133,7 +133,7 @@ def _row(results: TuningFolder, quantity: ComparedRow) -> list[str]:
 
 
 def _count(entry: ShareCount | None) -> Markup:
-    """Return the count behind a share, with its bound where none was seen."""
+    """Return the count behind a share, with its bound."""
     return Markup() if entry is None else element("small", entry.words, class_="interval")
 
 

@@ -9,7 +9,7 @@ MAX_SHARE = 300.0
 
 
 def relative_change(default: Estimate, difference: Estimate) -> tuple[str, str] | None:
-    """Return a difference and its interval in per cent of the default; None where that has no meaning.
+    """Return a difference and its interval in per cent: None without meaning.
 
     That is where the default may as well be 0, where it changes several times over, and where an end of the interval is a
     fall by more than all of it.
@@ -26,7 +26,7 @@ def relative_change(default: Estimate, difference: Estimate) -> tuple[str, str] 
 
 
 def headline_change(default: Estimate, difference: Estimate, unit: str) -> str:
-    """Return a difference with its interval: in per cent of the default, or else with its unit."""
+    """Return a difference with its interval, in per cent or units."""
     relative = relative_change(default, difference)
     if relative is not None:
         return " ".join(relative)

@@ -18,7 +18,7 @@ RULES = {"knee": " (the bend of the front, where a little more of one objective 
 
 
 def choice_section(results: TuningFolder) -> Markup:
-    """Return why the point was chosen, with the values it was chosen by where the folder holds them."""
+    """Return the reason of the selection, with its values where known."""
     pick, picked = results.document.pick, results.document.picked_on
     if not results.feasible:
         return Markup()

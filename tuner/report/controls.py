@@ -16,7 +16,7 @@ HIDDEN = ("searched", "infeasible")
 
 
 def layer_switches(results: TuningFolder) -> Markup:
-    """Return a checkbox for each layer that has points, and one for the intervals."""
+    """Return checkboxes for layers and intervals."""
     sizes = layer_sizes(results)
     boxes = [
         _switch(kind, look, results.called if kind == "tuned" else label, sizes[kind])

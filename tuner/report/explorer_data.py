@@ -82,7 +82,7 @@ def _about(results: TuningFolder, entry: TableRow) -> dict[str, JsonValue]:
 
 
 def limited_quantities(results: TuningFolder) -> tuple[list[TableRow], np.ndarray]:
-    """Return the limited quantities that differ among finalists, and their values (finalists, quantities), as shown.
+    """Return limited quantities that differ among finalists, and their values (finalists, quantities).
 
     NaN: infinite, as a margin that no crossing limits, or not known.
     """

@@ -20,7 +20,12 @@ AID = (
 
 
 def explorer_section(results: TuningFolder, limits: int) -> Markup:
-    """Return the section without its heading; limits: number of limited quantities that differ among finalists."""
+    """Return the section without its heading.
+
+    Args:
+        results: Folder of the run.
+        limits: Number of limited quantities that differ among finalists.
+    """
     count = len(results.objectives)
     views = []
     if count == 3:
@@ -74,7 +79,7 @@ def plane(results: TuningFolder) -> Markup:
 
 
 def axis_choices(results: TuningFolder, limits: Sequence[TableRow]) -> Markup:
-    """Return the choice of both axes of the plane, among objectives, gains and limited quantities."""
+    """Return the choice of both axes of the plane."""
     groups = [
         ("Objectives", [bracketed(named(results, entry, short=True), entry.unit) for entry in results.objectives]),
         ("Gains", [bracketed(v.name, plain("" if v.unit == "1" else v.unit)) for v in results.variables]),

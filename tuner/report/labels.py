@@ -56,7 +56,7 @@ def plain_label(label: str, metric: str, scenario: str | None = None, rotors: bo
 
 
 def contest_label(contest: ComparedFolder, label: str, short: bool = True) -> str:
-    """Return a quantity of a contest in plain words, with its scenario among several; other labels as they are."""
+    """Return a quantity of a contest in plain words."""
     row = contest.quantity.get(label)
     if row is None:
         return label
@@ -104,7 +104,7 @@ def named(results: TuningFolder, row: ComparedRow | RequiredRow, short: bool = F
 
 
 def risk_words(label: str, risk: str) -> str:
-    """Return a risk in words, its level as the percentage that the label carries: "worst 10 % of the scenarios"."""
+    """Return a risk in words: "worst 10 % of the scenarios"."""
     level = _LEVEL.match(label)
     if level is None:
         return risk
@@ -113,7 +113,7 @@ def risk_words(label: str, risk: str) -> str:
 
 
 def definition_text(row: TableRow) -> str:
-    """Return the label of a quantity in files and its definition, with its scenario."""
+    """Return label, definition and scenario of a quantity."""
     if row.kind == "requirement":
         return f"{row.label}: {row.quantity}"
     where = "all scenarios" if row.scenario is None else f"scenario {row.scenario}"
@@ -121,7 +121,7 @@ def definition_text(row: TableRow) -> str:
 
 
 def time_unit(name: str, values: Sequence[float | None]) -> tuple[str, float]:
-    """Return the unit in which a line of the table is printed, and how many of the quantity's shown unit it is.
+    """Return the unit of a row of margins, and its size in the shown unit.
 
     Args:
         name: Name of the quantity.

@@ -65,7 +65,7 @@ class Page(NamedTuple):
 
 
 def neutral_page(page: Page) -> Page:
-    """Return a page with neutral words in its sections and warnings, for plants that are no vehicles."""
+    """Return a page in neutral words, for plants that are no vehicles."""
     sections = [
         Section(section.key, neutral(section.title), neutral_markup(section.content)) for section in page.sections
     ]

@@ -174,7 +174,7 @@ def _loop(loop: Loop, units: Sequence[tuple[str, float]]) -> list[str]:
 
 
 def margin_units(results: TuningFolder) -> list[tuple[str, float]]:
-    """Return the unit of each margin of a loop in the table, and its size in the quantity's shown unit."""
+    """Return unit and scale of each margin of a loop."""
     return [time_unit(name, [loop.values.get(name) for loop in results.loops]) for name in LOOP_MARGINS]
 
 

@@ -113,7 +113,7 @@ def _of_mean(value: float, mean: float, is_significant: bool) -> Markup:
 
 
 def _conflict(results: TuningFolder) -> Markup:
-    """Return the sets of limits that no candidate satisfies together, and the relaxations that would admit one."""
+    """Return conflicting sets of limits, and relaxations that admit a candidate."""
     conflict = results.document.conflict
     if conflict is None:
         return Markup()

@@ -147,7 +147,7 @@ def _scenario(results: TuningFolder, mine: list[Fan], scenario: str) -> list[Mar
 
 
 def _span(judged: list[Fan]) -> tuple[float, float]:
-    """Return the ends of what some fans span, references and worst flights included, with air around them."""
+    """Return the ends of some fans, with a margin."""
     parts = [series for fan in judged for series in (fan.low, fan.high, fan.worst, fan.reference) if series is not None]
     values = np.concatenate([part[np.isfinite(part)] for part in parts])
     low, high = float(values.min()), float(values.max())

@@ -26,7 +26,7 @@ def neutral(text: str) -> str:
 
 
 def neutral_markup(markup: Markup) -> Markup:
-    """Return markup with neutral words in its texts and tips; code, choices and other attributes stay."""
+    """Return markup with neutral words in its texts and tips."""
     parts = _PART.split(markup)
     return Markup("".join(_TIP.sub(_neutral_tip, part) if i % 2 else neutral(part) for i, part in enumerate(parts)))
 

@@ -67,7 +67,7 @@ def reference(time: np.ndarray, values: np.ndarray, show: Show) -> list[Mark]:
 def bounds(
     time: np.ndarray, values: np.ndarray, limit: float, name: str, shown: tuple[float, float], show: Show
 ) -> list[Mark]:
-    """Return the lines that a signal may not cross, cut off beyond what is shown; a note where both lie beyond.
+    """Return the limits of a signal: lines, or a note where both are off-scale.
 
     Args:
         time: Instants (n,).

@@ -82,7 +82,7 @@ RULE = Look("muted", dash=(1, 2), width=1.0)
 
 
 def worst_look(look: Look) -> Look:
-    """Return the look of the worst flight of a point: its colour in a thin line of short strokes and dots."""
+    """Return the look of the worst flight of a point: thin, dotted."""
     return look._replace(dash=(5, 2, 1, 2) if look.dash else (1.5, 1.5), width=1.0)
 
 

@@ -45,7 +45,7 @@ def phase_of(loop: Array) -> Array:
 
 
 def phase_crossing(frequency: Array, loop: Array) -> Crossing | None:
-    """Return the crossing of 0 dB that is nearest to -180 deg, with the phase margin [deg]; None where there is none."""
+    """Return the gain crossover nearest to -180 deg, with the phase margin [deg]."""
     gain, phase = gain_of(loop), phase_of(loop)
     crossings = [_at(frequency, gain, phase, i, gain) for i in _changes(gain)]
     return min(
@@ -56,7 +56,7 @@ def phase_crossing(frequency: Array, loop: Array) -> Crossing | None:
 
 
 def gain_crossing(frequency: Array, loop: Array) -> Crossing | None:
-    """Return the crossing of -180 deg that is nearest to 0 dB, with the gain margin [dB]; None where there is none."""
+    """Return the phase crossover nearest to 0 dB, with the gain margin [dB]."""
     gain, phase = gain_of(loop), phase_of(loop)
     crossings = []
     for turn in range(int(np.floor((phase.min() + 180.0) / 360.0)), int(np.ceil((phase.max() + 180.0) / 360.0)) + 1):

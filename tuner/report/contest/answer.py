@@ -34,7 +34,7 @@ def _objectives_text(contest: ComparedFolder) -> str:
 
 
 def _result(contest: ComparedFolder, row: QuantityRow) -> Result | None:
-    """Return the lowest contender of a quantity with its equals; None where all values are the same or missing."""
+    """Return the lowest contender of a quantity with its equals: None without any."""
     best, close = contest.best(row.label), contest.close_to_best(row.label)
     if not best:
         return None
@@ -54,7 +54,7 @@ def _clause(contest: ComparedFolder, result: Result | None, objectives: Sequence
 
 
 def _share(contest: ComparedFolder, row: QuantityRow, result: Result) -> str:
-    """Return the difference of two contenders in per cent of the higher value, "" where it has no meaning."""
+    """Return the difference of two contenders in per cent, or ""."""
     pairs = [entry for entry in contest.shown.differences if entry.quantity == row.label]
     if len(contest.contenders) != 2 or len(pairs) != 1:
         return ""
@@ -69,7 +69,7 @@ def _share(contest: ComparedFolder, row: QuantityRow, result: Result) -> str:
 
 
 def _fronts_text(contest: ComparedFolder) -> str:
-    """Return whose front dominates the largest share of the common box; "" for fewer than two fronts."""
+    """Return the front with the largest hypervolume in a sentence."""
     fronts = contest.fronts
     if fronts is None or len(fronts.hypervolume) < 2 or len(fronts.objectives) < 2:
         return ""

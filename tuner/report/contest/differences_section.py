@@ -85,7 +85,7 @@ def _verdict(entry: DifferenceRow) -> Markup:
 
 
 def _relative(contest: ComparedFolder, quantity: QuantityRow, entry: DifferenceRow) -> str:
-    """Return the difference as a share of the first contender's value, where that says something."""
+    """Return the difference in per cent of the first contender's value, or ""."""
     first = contest.estimates.get((entry.first, quantity.label))
     relative = None if first is None else relative_change(first, entry.estimate)
     return relative[0] if relative else ""

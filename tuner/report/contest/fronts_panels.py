@@ -27,7 +27,7 @@ PLACES = ("top right", "bottom left", "bottom right", "top left")
 
 
 def fronts_panels(contest: ComparedFolder) -> list[Panel]:
-    """Return the panels, one with a row a contender where there is one objective; nothing where nothing was tuned."""
+    """Return a panel for each pair of objectives, or a ranking."""
     fronts = contest.fronts
     if fronts is None or not contest.front_points:
         return []

@@ -36,7 +36,7 @@ def values_table(contest: ComparedFolder) -> Markup:
 
 
 def quantity_head(contest: ComparedFolder, quantity: QuantityRow) -> Markup:
-    """Return name, unit, label and limit of a quantity, the name linked to the metric's definition."""
+    """Return the row head of a quantity: name, unit, label and limit."""
     where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
     tip = f"{quantity.definition}; {risk_words(quantity.label, quantity.risk_text)}, {where}".replace("`", "")
     name = contest_label(contest, quantity.label)
