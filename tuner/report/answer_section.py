@@ -139,7 +139,7 @@ def _count(entry: ShareCount | None) -> Markup:
 
 def _about(quantity: ComparedRow) -> Markup:
     """Return label and limit of a quantity in one short line."""
-    parts = [element("code", quantity.label)]
+    parts: list[str] = [element("code", quantity.label)]
     if quantity.limit is not None:
         parts.append(bound_text(quantity.limit))
     if quantity.automatic:

@@ -62,7 +62,7 @@ def margin_panels(results: TuningFolder) -> list[Panel]:
             part += marks
     judged = [loop for loop in results.loops if results.held_out_front.role(loop.point)]
     axes = axes_of([(loop.frequency, loop.response) for loop in judged or results.loops])
-    return [replace(panel, form="plot") for panel in loop_panels(*parts, axes)]
+    return [replace(panel, form="plot") for panel in loop_panels(parts[0], parts[1], parts[2], axes)]
 
 
 def instants(count: int) -> int:

@@ -14,7 +14,7 @@ def listing(names: Iterable[str]) -> str:
 
 
 def capitalized(text: str) -> str:
-    """Return a text as a sentence, with a capital and a full stop."""
+    """Return a text as a sentence, with a full stop."""
     return f"{text[:1].upper()}{text[1:]}."
 
 
