@@ -46,15 +46,15 @@ FINALIST_COLUMNS = (
         "probability",
         "share",
         "Non-dominated",
-        "share of the resamples of the held-out scenarios on which the point is non-dominated among all finalists",
+        "bootstrap probability, over held-out scenarios, that the point is non-dominated among all finalists",
     ),
     FinalistColumn("feasible", "flag"),
     FinalistColumn("lost", "count", missing=0),
     FinalistColumn(
         "flights",
         "count",
-        "Flights",
-        "held-out flights made: fewer where the first of them settled the point's place, so its intervals are wider",
+        "Simulations",
+        "held-out simulations made: fewer where the rank was already decided, so the intervals are wider",
     ),
 )
 """Attributes of `Finalists`, which holds the values; a number more is a row more."""

@@ -208,8 +208,8 @@ class UnseenLosses(DocumentPart):
             for row in self.objectives
         ]
         return (
-            f"Lost: {self.count.words} of the flights (95 %). A lost flight counts with more than any other, and no interval "
-            f"here holds losses that were not seen: at that bound they would raise {listing(moved)}."
+            f"Failed flights: {self.count.words} (95 %). The intervals do not include failures that were not seen: at that bound "
+            f"they would raise {listing(moved)}."
         )
 
 

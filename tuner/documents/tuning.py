@@ -53,6 +53,11 @@ class TuningFolder(OpenedFolder[Summary]):
         """Whether another program made the trials, so that nothing is known of a vehicle, its loops and its responses."""
         return self.resolved.trials is not None
 
+    @property
+    def sample_noun(self) -> str:
+        """Plural noun of what is counted: flights of a vehicle, simulations of a plant, trials of another program."""
+        return "trials" if self.is_external else "flights" if self.has_rotors else "simulations"
+
     @cached_property
     def gains_document(self) -> RecommendedGains:
         """The gains of the point that stands beside the default."""

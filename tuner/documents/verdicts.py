@@ -1,4 +1,4 @@
-"""Verdicts on quantities, in the words of files, terminal and page: the one place that decides which holds."""
+"""Verdicts on quantities: the one place that decides which holds, and how files, terminal and page word it."""
 
 from math import inf
 
@@ -9,6 +9,15 @@ SATISFIED, NOT_CERTAIN, BROKEN = "kept", "not certain", "broken"
 UNKNOWN = "not known"
 # The same gains, decoded from a point of the unit cube, differ in the last digit.
 SAME = 1e-9
+
+
+SHOWN = {SATISFIED: "satisfied", BROKEN: "violated", NO_DIFFERENCE: "no significant difference"}
+"""Verdict of files -> verdict of report and terminal, where they differ."""
+
+
+def shown_verdict(verdict: str) -> str:
+    """Return a verdict of files as report and terminal word it."""
+    return SHOWN.get(verdict, verdict)
 
 
 def verdict_on_difference(default: float, difference: Estimate | SampledValue) -> str:

@@ -9,14 +9,14 @@ from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count
 from tuner.text.sentences import counted
 
-LOST_WORDS = "lost flights when held out"
-BEYOND = "at the edge: beyond the axes, that way"
+LOST_WORDS = "failed flights when held out"
+BEYOND = "off-scale in this direction"
 HIDDEN = ("searched", "infeasible")
 """Layers that are not shown at first: what the search tried."""
 
 
 def layer_switches(results: TuningFolder) -> Markup:
-    """Return a checkbox for each layer that has points, and one for the intervals."""
+    """Return checkboxes for layers and intervals."""
     sizes = layer_sizes(results)
     boxes = [
         _switch(kind, look, results.called if kind == "tuned" else label, sizes[kind])

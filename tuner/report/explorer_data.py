@@ -2,11 +2,11 @@
 
     tuned, called                      name of the recommended point, or of the one nearest to feasible, and what it is called
     gains_file, gains_name             gains.json, or infeasible.json, as it stands in the folder, and its name
-    objectives, variables              dimensions of the explorer: label or name, unit, definition, range shown
+    objectives, variables, limits      dimensions of the explorer: label or name, unit, definition, range shown, sense of limits
     quantities, margins                rows and headings of the tables of a point, see `point_texts`; margins: null without loops
     columns                            numbers of every finalist that have a column: name, form, heading, meaning
-    points                             default and finalists: objectives as shown with their ends, gains, `texts`, and what
-                                       differs in their gains files (`patch`)
+    points                             default and finalists: objectives as shown with their ends, gains, limited quantities,
+                                       `texts`, and what differs in their gains files (`patch`)
     states                             what a point of each layer is
     candidates                         what the search tried beside them: number, state, values, packed
     layers                             how the points look: label, marker and line of plotly.js
@@ -20,12 +20,14 @@ import numpy as np
 from pydantic import JsonValue
 
 from tuner.documents.finalists import FINALIST_COLUMNS
-from tuner.documents.summary import VariableRow
-from tuner.documents.tuning import TuningFolder
-from tuner.report.answer_section import definition_text
-from tuner.report.charts.front import LAYERS, shown_range
+from tuner.documents.parts import on_page
+from tuner.documents.summary import TableRow, VariableRow
+from tuner.documents.tuning import SHOWN, TuningFolder
+from tuner.report.charts.chart import span_of
+from tuner.report.charts.front import LAYERS, LOG_FACTOR, shown_range, shown_rows
 from tuner.report.charts.web import Arrays, WebPanel, finite, line_of, marker_of, packed, singles
 from tuner.report.gains_section import place_of
+from tuner.report.labels import definition_text, named
 from tuner.report.point_texts import STATES, margin_heads, patch, point_texts, quantity_texts
 from tuner.report.tuning_charts import kept_points
 from tuner.text.numbers import MISSING, significant
@@ -38,6 +40,7 @@ INFEASIBLE, SEARCHED, START = 0, 1, 2
 
 def explorer_data(results: TuningFolder, charts: dict[str, WebPanel], arrays: Arrays) -> dict[str, object]:
     """Return the document; no number in it is NaN or infinite."""
+    limits, limited = limited_quantities(results)
     return {
         "tuned": results.tuned,
         "called": results.called,
@@ -45,12 +48,13 @@ def explorer_data(results: TuningFolder, charts: dict[str, WebPanel], arrays: Ar
         "gains_name": results.document.gains_file,
         "objectives": [_objective(results, i) for i in range(len(results.objectives))],
         "variables": [_variable(entry, results.addresses[entry.name]) for entry in results.variables],
+        "limits": [_limit(results, row, limited[:, i]) for i, row in enumerate(limits)],
         "quantities": quantity_texts(results),
         "columns": [entry.about for entry in FINALIST_COLUMNS if entry.heading],
-        "points": [_point(results, row) for row in range(len(results.held_out_front.points))],
+        "points": [_point(results, row, limited[row]) for row in range(len(results.held_out_front.points))],
         "candidates": _candidates(results),
         "layers": _layers(results),
-        "margins": margin_heads() if results.loops else None,
+        "margins": margin_heads(results) if results.loops else None,
         "states": {**STATES, "tuned": results.called},
         "responses": _responses(results),
         "charts": charts,
@@ -60,8 +64,33 @@ def explorer_data(results: TuningFolder, charts: dict[str, WebPanel], arrays: Ar
 
 def _objective(results: TuningFolder, i: int) -> dict[str, JsonValue]:
     entry, shown = results.objectives[i], shown_range(results.held_out_front, i)
-    about = {"label": entry.label, "definition": definition_text(entry), "unit": plain(entry.unit)}
+    return {**_about(results, entry), "low": shown.low, "high": shown.high, "log": shown.log}
+
+
+def _limit(results: TuningFolder, entry: TableRow, values: np.ndarray) -> dict[str, JsonValue]:
+    shown = span_of([values[shown_rows(results.held_out_front)], np.array([entry.limit])], LOG_FACTOR, 0.07)
+    about = {**_about(results, entry), "sense": entry.sense}
     return {**about, "low": shown.low, "high": shown.high, "log": shown.log}
+
+
+def _about(results: TuningFolder, entry: TableRow) -> dict[str, JsonValue]:
+    return {
+        "label": named(results, entry, short=True),
+        "definition": definition_text(entry),
+        "unit": plain(entry.unit),
+    }
+
+
+def limited_quantities(results: TuningFolder) -> tuple[list[TableRow], np.ndarray]:
+    """Return limited quantities that differ among finalists, and their values (finalists, quantities).
+
+    NaN: infinite, as a margin that no crossing limits, or not known.
+    """
+    tables = [results.rows_of(row) for row in range(len(results.held_out_front.points))]
+    rows = [[on_page(entry, *SHOWN) for entry in table if entry.limit is not None] for table in tables]
+    values = np.array([[entry.tuned.value for entry in row] for row in rows], dtype=float).reshape(len(rows), -1)
+    differ = [len(np.unique(column[np.isfinite(column)])) > 1 for column in values.T]
+    return [entry for entry, differs in zip(rows[0], differ, strict=True) if differs], values[:, differ]
 
 
 def _variable(entry: VariableRow, addresses: list[str]) -> dict[str, JsonValue]:
@@ -80,7 +109,7 @@ def _variable(entry: VariableRow, addresses: list[str]) -> dict[str, JsonValue]:
     }
 
 
-def _point(results: TuningFolder, row: int) -> dict[str, object]:
+def _point(results: TuningFolder, row: int, limited: np.ndarray) -> dict[str, object]:
     front = results.held_out_front
     numbers = {"held_out": front.held_out, "low": front.low, "high": front.high, "gains": front.gains}
     return {
@@ -89,6 +118,7 @@ def _point(results: TuningFolder, row: int) -> dict[str, object]:
         "front": bool(front.non_dominated[row]),
         **{entry.name: entry.cell(front.columns, row) for entry in FINALIST_COLUMNS},
         **{name: finite(values[row]) for name, values in numbers.items()},
+        "limited": finite(limited),
         "texts": point_texts(results, row),
         "patch": [patch(entry) for entry in results.rows_of(row)],
     }

@@ -1,45 +1,56 @@
 """The trade-off: controls, linked views and the table of finalists. Scripts draw them from the data of the page."""
 
+from collections.abc import Sequence
+
+from tuner.documents.summary import TableRow
 from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.front import front_panels
 from tuner.report.charts.sketch import sketch
+from tuner.report.labels import named
 from tuner.report.page import aid
 from tuner.text.markup import Markup, element, join
 from tuner.text.units import bracketed, plain
 
 NOTHING = Markup()
-WALK = "Arrow keys walk along the finalists, Escape lets go of the selection."
+WALK = "Arrow keys step through the finalists, Escape clears the selection."
 AID = (
-    "Every view shows the same points: what is selected in one, by drawing a box or with the sliders, is selected in all, in "
-    "the table and in the charts below. Click a mark, or walk with the arrow keys, to pick a point."
+    "A selection in one view, by a drawn box or a slider, applies to all views, the table and the charts below. Click a mark, or "
+    "use the arrow keys, to pick a point."
 )
 
 
-def explorer_section(results: TuningFolder) -> Markup:
-    """Return the section without its heading."""
+def explorer_section(results: TuningFolder, limits: int) -> Markup:
+    """Return the section without its heading.
+
+    Args:
+        results: Folder of the run.
+        limits: Number of limited quantities that differ among finalists.
+    """
     count = len(results.objectives)
     views = []
     if count == 3:
         text = "Each stem ends on the floor below its mark. Drag to turn."
         views.append(view_box("space", "All three objectives", text, "Arrow keys turn the view."))
     if count > 2:
-        text = "Every pair of objectives. Draw a box to select, double-click to let go."
+        text = "Every pair of objectives. Draw a box to select, double-click to clear."
         views.append(view_box("matrix", "Scatter matrix", text, WALK))
     finalists = element("div", class_="wide tall", id="finalists", tabindex="0", role="region", aria_label="Finalists")
     table = element(
         "div",
         element("h3", "Finalists selected"),
-        aid("Held-out values with 95 % intervals. Headings sort."),
+        aid("Held-out values with 95 % intervals. Click a heading to sort."),
         finalists,
     )
-    lower = [_parallel()] if count + len(results.variables) > 1 else []
+    lower = [_parallel(limits)] if count + len(results.variables) + limits > 1 else []
     return join(
         (
             aid(AID),
-            _levels(),
+            _levels("levels", "Objectives: largest value accepted"),
+            _levels("limit-levels", "Limited quantities: value required") if limits else "",
             _selection(),
             element("div", *views, class_="grid explorer pair-views") if views else "",
-            element("div", *lower, table, class_="grid explorer pair-views"),
+            *lower,
+            table,
         )
     )
 
@@ -67,14 +78,16 @@ def plane(results: TuningFolder) -> Markup:
     return view_box("plane", "Trade-off", text, WALK, still)
 
 
-def axis_choices(results: TuningFolder) -> Markup:
-    """Return the choice of both axes of the plane, among objectives and gains."""
+def axis_choices(results: TuningFolder, limits: Sequence[TableRow]) -> Markup:
+    """Return the choice of both axes of the plane."""
     groups = [
-        ("Objectives", [bracketed(entry.label, entry.unit) for entry in results.objectives]),
+        ("Objectives", [bracketed(named(results, entry, short=True), entry.unit) for entry in results.objectives]),
         ("Gains", [bracketed(v.name, plain("" if v.unit == "1" else v.unit)) for v in results.variables]),
+        ("Limits", [bracketed(named(results, entry, short=True), entry.unit) for entry in limits]),
     ]
-    labels, second = [], min(1, len(results.objectives) + len(results.variables) - 1)
-    for name, words, at in (("x", "Across", 0), ("y", "Up", second)):
+    groups = [(title, names) for title, names in groups if names]
+    labels, second = [], min(1, sum(len(names) for _, names in groups) - 1)
+    for name, words, at in (("x", "Horizontal", 0), ("y", "Vertical", second)):
         before, options = 0, []
         for title, names in groups:
             entries = [
@@ -86,16 +99,18 @@ def axis_choices(results: TuningFolder) -> Markup:
     return element("div", *labels, class_="controls")
 
 
-def _parallel() -> Markup:
-    text = "One line a point, low values down, beyond an axis at its end. Draw along an axis to select, double-click to let go."
+def _parallel(limits: int) -> Markup:
+    text = "One line per point, lower is better, off-scale values clipped. Drag along an axis to select; double-click to clear."
     box = view_box("parallel", "Parallel coordinates", text, WALK)
-    gains = element("label", element("input", type="checkbox", id="with-gains"), " gains as well", class_="switch")
-    return element("div", box, element("div", gains, class_="controls"))
+    switches = [
+        element("label", element("input", type="checkbox", id=f"with-{key}"), f" {key}", class_="switch")
+        for key in ("gains", *(["limits"] if limits else []))
+    ]
+    return element("div", box, element("div", "Show also: ", *switches, class_="controls also"))
 
 
-def _levels() -> Markup:
-    legend = element("legend", "Aspiration levels: how much of each objective is acceptable")
-    return element("fieldset", legend, element("div", id="levels"), class_="levels")
+def _levels(key: str, title: str) -> Markup:
+    return element("fieldset", element("legend", title), element("div", id=key, class_="level-rows"), class_="levels")
 
 
 def _selection() -> Markup:

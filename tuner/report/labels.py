@@ -1,14 +1,23 @@
-"""Plain labels of quantities, from the titles in their registries."""
+"""Plain labels, definitions and units of quantities, from their registries."""
 
 import re
+from collections.abc import Mapping, Sequence
 
 from objectives.margins.quantities import QUANTITIES
 from objectives.metrics.registry import METRICS
 from objectives.risk import RISKS
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.summary import ComparedRow, RequiredRow, TableRow
+from tuner.documents.tuning import TuningFolder
+from tuner.text.neutral import neutral
 from tuner.text.numbers import significant
 
 _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
+_LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
+_SHARE = re.compile(r"(?:the )?share (1 - )?`level`")
 _MARGIN = re.compile(r"(\w+)(?:\((.*)\)|\.(.*))?$")
+# Times from which on they are printed in seconds, and in minutes [s].
+SLOW, VERY_SLOW = 1.0, 600.0
 MEDIAN = 50.0
 """Level of the quantile that is named median [%]."""
 
@@ -21,7 +30,7 @@ def plain_metric(metric: str, rotors: bool = True) -> str:
     family, _, signal = metric.partition(".")
     title = METRICS[family].title if family in METRICS else ""
     if not rotors:
-        title = title.replace("rotor command", "command").replace("rotor", "command")
+        title = neutral(title.replace("rotor command", "command").replace("rotor", "command"))
     return f"{signal.replace('_', ' ')} {title}".strip() if title else metric
 
 
@@ -46,6 +55,37 @@ def plain_label(label: str, metric: str, scenario: str | None = None, rotors: bo
     return ", ".join(part for part in parts if part)
 
 
+def contest_label(contest: ComparedFolder, label: str, short: bool = True) -> str:
+    """Return a quantity of a contest in plain words."""
+    row = contest.quantity.get(label)
+    if row is None:
+        return label
+    scenario = row.scenario if len(contest.document.compared_on) > 1 else None
+    return plain_label(label, row.metric, scenario, has_rotors(contest), short)
+
+
+def has_rotors(contest: ComparedFolder) -> bool:
+    """Return True where quadrotors flew, False for plants of the user."""
+    return any(entry.airframe for entry in contest.contenders)
+
+
+def names_of(results: TuningFolder) -> dict[str, str]:
+    """Return the compared quantities of a run in plain words, by label."""
+    return {row.label: named(results, row, short=True) for row in results.quantities}
+
+
+def in_plain_words(text: str, names: Mapping[str, str]) -> str:
+    """Return a sentence with labels of quantities in plain words.
+
+    Args:
+        text: Sentence of a document.
+        names: Label -> plain words.
+    """
+    for label in sorted(names, key=len, reverse=True):
+        text = text.replace(label, names[label])
+    return text
+
+
 def plain_margin(label: str) -> str:
     """Return a limited margin in words: "phase margin", "phase margin of roll"."""
     match = _MARGIN.match(label)
@@ -53,3 +93,41 @@ def plain_margin(label: str) -> str:
         return label
     loop = match[2] or match[3]
     return f"{QUANTITIES[match[1]].label}{f' of {loop}' if loop else ''}"
+
+
+def named(results: TuningFolder, row: ComparedRow | RequiredRow, short: bool = False) -> str:
+    """Return a row in plain words, with its scenario among several."""
+    if row.kind == "requirement":
+        return plain_margin(row.label)
+    scenario = row.scenario if len(results.resolved.scenario) > 1 else None
+    return plain_label(row.label, row.metric, scenario, results.has_rotors, short)
+
+
+def risk_words(label: str, risk: str) -> str:
+    """Return a risk in words: "worst 10 % of the scenarios"."""
+    level = _LEVEL.match(label)
+    if level is None:
+        return risk
+    beyond = f"{significant(100.0 - float(level[1]))} %"
+    return _SHARE.sub(lambda match: beyond if match[1] else f"{level[1]} %", risk)
+
+
+def definition_text(row: TableRow) -> str:
+    """Return label, definition and scenario of a quantity."""
+    if row.kind == "requirement":
+        return f"{row.label}: {row.quantity}"
+    where = "all scenarios" if row.scenario is None else f"scenario {row.scenario}"
+    return f"{row.label}: {row.definition}; {risk_words(row.label, row.risk)}, {where}".replace("`", "")
+
+
+def time_unit(name: str, values: Sequence[float | None]) -> tuple[str, float]:
+    """Return the unit of a row of margins, and its size in the shown unit.
+
+    Args:
+        name: Name of the quantity.
+        values: Its readings in SI units; None has no end.
+    """
+    unit = QUANTITIES[name].shown_unit
+    longest = max((value for value in values if value is not None), default=0.0)
+    slow = unit == "ms" and longest >= SLOW
+    return ("min", 6e4) if slow and longest >= VERY_SLOW else ("s", 1e3) if slow else (unit, 1.0)

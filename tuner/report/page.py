@@ -17,7 +17,8 @@ from plotly.offline import get_plotlyjs
 
 from tuner.report.byte_cache import cached
 from tuner.store.folder import put
-from tuner.text.markup import Markup, element, join, safe
+from tuner.text.markup import Markup, coded, element, join, safe
+from tuner.text.neutral import neutral, neutral_markup
 
 
 class Section(NamedTuple):
@@ -63,6 +64,15 @@ class Page(NamedTuple):
         )
 
 
+def neutral_page(page: Page) -> Page:
+    """Return a page in neutral words, for plants that are no vehicles."""
+    sections = [
+        Section(section.key, neutral(section.title), neutral_markup(section.content)) for section in page.sections
+    ]
+    opening, warnings = neutral_markup(page.opening), [neutral(text) for text in page.warnings]
+    return page._replace(opening=opening, sections=sections, warnings=warnings)
+
+
 def put_page(folder: Path, page: Page, name: str = "report.html") -> Path:
     """Write a page whole or not at all and return its path; StoreError where that cannot be done."""
     return put(folder, name, page.text().encode())
@@ -105,7 +115,7 @@ def warnings_callout(warnings: Sequence[str]) -> Markup:
     """Return the warnings of the run as a box, nothing where there are none."""
     if not warnings:
         return Markup()
-    listed = element("ul", *[element("li", warning) for warning in warnings])
+    listed = element("ul", *[element("li", coded(warning)) for warning in warnings])
     return element(
         "aside", element("strong", "Warnings"), listed, class_="warnings", id="warnings", aria_label="Warnings"
     )

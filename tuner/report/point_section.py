@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.chart import Panel
-from tuner.report.charts.look import DEFAULT, REFERENCE, TUNED, WORST, sample
+from tuner.report.charts.look import DEFAULT, REFERENCE, TUNED, sample, worst_look
 from tuner.report.charts.web import grid
 from tuner.report.gains_section import gains_table, study_lines
 from tuner.report.page import aid, collapsible, wide
@@ -15,7 +15,7 @@ GAINS_AID = (
     "with units, structure and origin, and tuner fly takes it."
 )
 NEAREST_AID = (
-    "This point breaks limits: for study, not to be flown; infeasible.json holds it, and tuner export refuses it. Open square: "
+    "This point violates limits: do not fly it; it is in infeasible.json, which tuner export refuses. Open square: "
     "default; filled diamond: nearest. Gains in the units of the study file, angles in rad."
 )
 PLANT_GAINS_AID = (
@@ -27,21 +27,19 @@ VARIABLES_AID = (
     "units and origin."
 )
 RESPONSES_AID = (
-    "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for {inner} the mean of what the {outer} asks "
-    "for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
+    "Line: median over flights; band: 5 to 95 %; dotted: reference, for {inner} the mean setpoint of the {outer}; dashed: "
+    "limits, where a signal comes near one. Time axes zoom together."
 )
 LOOPS_AID = (
-    "The loop as it is flown, {where}, at the amplitude of its nonlinear terms at which the sensitivity peaks highest; ∞: no "
-    "crossing limits the margin. Margins of the table are the worst over all amplitudes."
+    "Open loop {where}, at the amplitude of its nonlinear terms with the largest peak sensitivity; ∞: no crossing limits the "
+    "margin. The table holds the worst over all amplitudes."
 )
-METRICS_AID = "On held-out flights, by which points are chosen; the table at the top rests on fresh ones."
+METRICS_AID = "Held-out flights, used for selection; the table at the top uses independent confirmation flights."
 
 
 def point_section(results: TuningFolder, responses: Sequence[Panel], loops: Sequence[Panel]) -> Markup:
     """Return the section without its heading."""
-    metrics = collapsible(
-        "Its numbers on held-out flights", aid(METRICS_AID), wide(Markup(), id="point-metrics"), id="point-numbers"
-    )
+    metrics = collapsible("Held-out values", aid(METRICS_AID), wide(Markup(), id="point-metrics"), id="point-numbers")
     return join(
         (
             _choice(),
@@ -68,9 +66,9 @@ def _plant(results: TuningFolder, responses: Sequence[Panel], loops: Sequence[Pa
     if results.is_external:
         return []
     return [
-        element("h3", "Its responses"),
+        element("h3", "Responses"),
         *_responses(results, responses),
-        element("h3", "Its loops"),
+        element("h3", "Loops"),
         *_loops(results, loops),
     ]
 
@@ -104,10 +102,15 @@ def _behind(results: TuningFolder) -> list[Markup]:
     """Return the switch for the default behind what is drawn, and the key of all lines, once for responses and loops."""
     if not (results.fans or results.loops) or "default" not in results.held_out_front.roles:
         return []
-    keys = [(TUNED, "picked point"), (REFERENCE, "reference"), (WORST, "its worst flight")]
+    keys = [
+        (TUNED, "selected point"),
+        (worst_look(TUNED), "its worst flight"),
+        (worst_look(DEFAULT), "worst flight of the default"),
+        (REFERENCE, "reference"),
+    ]
     shown = [element("span", sample(look, marked=False), f" {text}", class_="key") for look, text in keys]
     box = element("input", type="checkbox", id="behind", checked=True)
-    switch = element("label", box, sample(DEFAULT, marked=False), " default behind it", class_="switch")
+    switch = element("label", box, sample(DEFAULT, marked=False), " default", class_="switch")
     return [element("div", switch, *shown, class_="controls lines-key")]
 
 
@@ -132,14 +135,14 @@ def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
 
 def _loops(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     if not panels:
-        text = (
-            "This folder holds no margins of its finalists (margins.parquet is missing); tuner margins works them out."
-        )
+        text = "This folder holds no margins of its finalists (margins.parquet is missing); compute them with tuner margins."
         return [element("p", text, class_="note")]
     options = [element("option", name, value=name) for name in dict.fromkeys(loop.channel for loop in results.loops)]
     choice = element("label", "Curves of loop ", element("select", *options, id="choose-channel"))
     return [
-        aid(LOOPS_AID.format(where="at hover in still air" if results.has_rotors else "where the plant rests")),
+        aid(
+            LOOPS_AID.format(where="at hover in still air" if results.has_rotors else "at the equilibrium of the plant")
+        ),
         element("div", id="margins", class_="wide"),
         element("div", choice, class_="controls"),
         grid(panels, "axis-grid"),

@@ -9,10 +9,11 @@ from tuner.documents.parts import Estimate, on_page
 from tuner.documents.summary import TableRow
 from tuner.documents.tuning import DEFAULT, SHOWN, TuningFolder
 from tuner.documents.tuning_tables import LOOP_MARGINS, Loop
-from tuner.report.answer_section import SIGNS, definition_text
+from tuner.report.answer_section import signed_verdict
 from tuner.report.gains_section import place_of, place_remark
+from tuner.report.labels import definition_text, named, time_unit
 from tuner.text.numbers import MISSING, estimate, per_cent, significant
-from tuner.text.sentences import bound_text
+from tuner.text.sentences import bound_text, capitalized
 from tuner.text.units import plain
 
 STATES = {
@@ -21,7 +22,7 @@ STATES = {
     "finalist": "off the front when held out",
     "start": "design start, search values",
     "searched": "feasible, search values",
-    "infeasible": "breaks a limit, search values",
+    "infeasible": "violates a limit, search values",
 }
 """Layer of a point -> what it is; of the point beside the default the page knows what it is called."""
 Cell = tuple[str, str]
@@ -86,7 +87,7 @@ def point_texts(results: TuningFolder, row: int) -> PointTexts:
             for variable, value in zip(results.variables, front.gains[row].tolist(), strict=True)
         ],
         "quantities": [_judged(entry) for entry in results.rows_of(row)],
-        "loops": [_loop(loop) for loop in results.loops if loop.point == name],
+        "loops": [_loop(loop, margin_units(results)) for loop in results.loops if loop.point == name],
     }
 
 
@@ -94,7 +95,7 @@ def quantity_texts(results: TuningFolder) -> list[QuantityTexts]:
     """Return the texts of every quantity in the order of `PointTexts.quantities`."""
     names = results.held_out_front.points
     rows = results.rows_of(names.index(DEFAULT) if DEFAULT in names else 0)
-    return [_quantity(stored, on_page(stored, *SHOWN)) for stored in rows]
+    return [_quantity(results, stored, on_page(stored, *SHOWN)) for stored in rows]
 
 
 def patch(row: TableRow) -> dict[str, object]:
@@ -102,10 +103,10 @@ def patch(row: TableRow) -> dict[str, object]:
     return row.model_dump(include={"kind", "label", "default", "tuned", "difference", "verdict"})
 
 
-def _quantity(stored: TableRow, shown: TableRow) -> QuantityTexts:
+def _quantity(results: TuningFolder, stored: TableRow, shown: TableRow) -> QuantityTexts:
     return {
-        "label": shown.label,
-        "definition": stored.quantity if stored.kind == "requirement" else definition_text(stored),
+        "label": named(results, stored, short=True),
+        "definition": definition_text(stored),
         "unit": plain(shown.unit) or MISSING,
         "limit": MISSING if shown.limit is None else bound_text(shown.limit, shown.sense),
         "default": _cell(shown.default),
@@ -117,7 +118,7 @@ def _judged(stored: TableRow) -> QuantityCells:
     return {
         "value": _cell(shown.tuned),
         "difference": _cell(shown.difference, signed=True),
-        "verdict": f"{SIGNS.get(shown.verdict, '')} {shown.verdict}".strip(),
+        "verdict": signed_verdict(shown.verdict),
         "style": shown.verdict.replace(" ", "-"),
     }
 
@@ -132,26 +133,26 @@ def _cell(entry: Estimate, signed: bool = False) -> Cell:
 def _state(results: TuningFolder, row: int) -> str:
     front = results.held_out_front
     lost = _lost(results, row)
-    behind = f" It {lost}." if lost else ""
+    behind = f" {capitalized(lost)}" if lost else ""
     if front.roles[row] == DEFAULT:
-        return f"The default gains, which everything is measured by.{behind}"
+        return f"The default gains, the baseline of every comparison.{behind}"
     first = f"It is {'' if front.non_dominated[row] else 'not '}on the held-out front"
     probability = front.columns.get("probability")
     if probability is not None:
         first += f" and non-dominated on {per_cent(float(probability[row]))} of the resamples"
-    return f"{first}. It {'keeps every limit' if front.feasible[row] else 'breaks a limit'} there.{behind}"
+    return f"{first}. It {'satisfies every limit' if front.feasible[row] else 'violates a limit'} there.{behind}"
 
 
 def _faults(results: TuningFolder, row: int) -> Sequence[str]:
-    broken = "" if results.held_out_front.feasible[row] else "breaks a limit"
-    return [text for text in (broken, _lost(results, row)) if text]
+    violated = "" if results.held_out_front.feasible[row] else "violates a limit"
+    return [text for text in (violated, _lost(results, row)) if text]
 
 
 def _lost(results: TuningFolder, row: int) -> str:
     front = results.held_out_front
     lost, flights = int(front.lost[row]), front.columns.get("flights")
     made = results.document.held_out if flights is None else int(flights[row])
-    return f"lost {lost} of {made} held-out flights" if lost else ""
+    return f"{lost} of {made} held-out simulations failed" if lost else ""
 
 
 def _column(entry: FinalistColumn, results: TuningFolder, row: int) -> str:
@@ -163,17 +164,24 @@ def _column(entry: FinalistColumn, results: TuningFolder, row: int) -> str:
     return significant(value)
 
 
-def _loop(loop: Loop) -> list[str]:
-    values = [(QUANTITIES[name], loop.values.get(name)) for name in LOOP_MARGINS]
+def _loop(loop: Loop, units: Sequence[tuple[str, float]]) -> list[str]:
     none = "∞" if loop.stable else MISSING
-    texts = [none if value is None else significant(float(quantity.shown(value)), 3) for quantity, value in values]
+    texts = []
+    for name, (_, per_unit) in zip(LOOP_MARGINS, units, strict=True):
+        value = loop.values.get(name)
+        texts.append(none if value is None else significant(float(QUANTITIES[name].shown(value)) / per_unit, 3))
     return [loop.channel, "yes" if loop.stable else "no", *texts, loop.case or MISSING]
 
 
-def margin_heads() -> list[tuple[str, str]]:
+def margin_units(results: TuningFolder) -> list[tuple[str, float]]:
+    """Return unit and scale of each margin of a loop."""
+    return [time_unit(name, [loop.values.get(name) for loop in results.loops]) for name in LOOP_MARGINS]
+
+
+def margin_heads(results: TuningFolder) -> list[tuple[str, str]]:
     """Return the headings of the margins of a loop, each with what it means."""
     entries = [QUANTITIES[name] for name in LOOP_MARGINS]
-    units = [{"1": "", "deg": "°"}.get(entry.shown_unit, entry.shown_unit) for entry in entries]
+    units = [{"1": "", "deg": "°"}.get(unit, unit) for unit, _ in margin_units(results)]
     return [
         (f"{entry.label} [{unit}]" if unit else entry.label, entry.meaning)
         for entry, unit in zip(entries, units, strict=True)

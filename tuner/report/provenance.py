@@ -33,27 +33,30 @@ AIR = (
 )
 AXES, TRIPLES = "uvw", ("length", "sigma", "tau")
 WORDS = (
-    ("Held-out", "flown on scenarios that the search never saw; the same ones for every point."),
-    ("Confirmation", "default and tuned, flown once more on scenarios that had no part in the choice."),
+    ("Held-out", "simulated in scenarios that the search never saw, the same for every point."),
+    ("Confirmation", "default and tuned, simulated in further scenarios that had no part in the selection."),
     (
         "95 % interval",
-        "bootstrap over scenarios: it covers which scenarios happened to be drawn, not errors of the model.",
+        "bootstrap over scenarios: it covers the sampling of scenarios, not errors of the model.",
     ),
     (
         "Tuned − default",
-        "paired: both points meet the same scenarios, so its interval is narrower than those of the two suggest.",
+        "paired over the same scenarios, so its interval is narrower than those of the two values suggest.",
     ),
-    ("Better, worse", "the whole interval of the difference lies below, or above, zero; else no clear difference."),
-    ("Kept, broken", "the tuned value respects the limit, or does not."),
+    ("Better, worse", "the whole interval of the difference is below, or above, zero; else no significant difference."),
+    (
+        "Satisfied, violated",
+        "the upper end of the interval satisfies the limit, or the value violates it; else not certain.",
+    ),
     (
         "Front",
-        "points that keep every constraint and that no other such point beats in one objective without losing another.",
+        "feasible points that no other feasible point dominates.",
     ),
     (
         "Hypervolume",
         "share of the box between zero and 1.1 times the default's values that the search's feasible front dominates.",
     ),
-    ("Feasible", "no constraint and no requirement is broken."),
+    ("Feasible", "every limit is satisfied."),
 )
 
 
@@ -64,10 +67,10 @@ def provenance_section(results: TuningFolder) -> Markup:
             run_facts(results),
             element(
                 "div",
-                *([collapsible("The air that was flown", wide(air_table(results)))] if results.document.air else []),
-                collapsible("What the words mean", definitions(results)),
-                collapsible_text("Study file as given", results.study_text),
-                collapsible_text("Every value, defaults included", resolved_text(results)),
+                *([collapsible("Turbulence", wide(air_table(results)))] if results.document.air else []),
+                collapsible("Definitions", definitions(results)),
+                collapsible_text("Study file", results.study_text),
+                collapsible_text("Study file with all defaults", resolved_text(results)),
                 class_="foldings",
             ),
         )
@@ -113,7 +116,7 @@ def _flown(resolved: Resolved, step: PlantStep | None) -> list[tuple[str, str]]:
 def _flights(results: TuningFolder) -> tuple[str, str]:
     summary = results.document
     if summary.wall_seconds is None:
-        return "Trials", f"{count(summary.flights)}, made by another program: asked.jsonl and told.jsonl"
+        return "Trials", f"{count(summary.flights)}, run by another program: asked.jsonl and told.jsonl"
     return "Flights", f"{count(summary.flights)} in {duration(summary.wall_seconds)}"
 
 

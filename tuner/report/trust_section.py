@@ -3,7 +3,9 @@
 from tuner.documents.obstacles import RelaxedLimit
 from tuner.documents.parts import SampledValue, on_page, row_in_degrees
 from tuner.documents.tuning import TuningFolder
+from tuner.report.charts.web import term
 from tuner.report.choice_section import choice_section
+from tuner.report.labels import in_plain_words, names_of
 from tuner.report.page import aid, wide
 from tuner.report.words import loss_words, search_texts, uncertainty_words
 from tuner.text.markup import Markup, element, join, table
@@ -11,8 +13,8 @@ from tuner.text.numbers import count, estimate, per_cent, significant
 from tuner.text.units import marked_up
 
 MOST_NUMBERS = 4
-"""Numbers of the vehicle that are shown of each objective."""
-CHANCE = "no more than chance"
+"""Parameters of the vehicle that are shown of each objective."""
+CHANCE = "not significant"
 
 
 def trust_section(results: TuningFolder, charts: Markup) -> Markup:
@@ -35,39 +37,38 @@ def trust_section(results: TuningFolder, charts: Markup) -> Markup:
 def _guards(results: TuningFolder) -> Markup:
     warnings = len(results.document.warnings)
     if not warnings:
-        return aid("The guards of the run raised no warning.")
+        return aid("The checks of the run raised no warning.")
     word = "one warning" if warnings == 1 else f"{count(warnings)} warnings"
     link = element("a", "at the top of this page", href="#warnings")
-    return element("p", f"The guards of the run raised {word}, ", link, ".", class_="aid")
+    return element("p", f"The checks of the run raised {word}, ", link, ".", class_="aid")
 
 
 def _losses(results: TuningFolder) -> Markup:
     """Return the bound on unseen losses, and the failed flights by name."""
-    sentences = loss_words(results.document)
+    sentences = [in_plain_words(text, names_of(results)) for text in loss_words(results.document)]
     return element("ul", *[element("li", text) for text in sentences], class_="notes") if sentences else Markup()
 
 
 def _prices(results: TuningFolder) -> Markup:
     costs = [row_in_degrees(entry, "with_limit", "without") for entry in results.document.costs]
+    names = names_of(results)
     if not costs:
         return Markup()
     rows = [
         [
-            element("code", entry.limit),
-            element("code", entry.objective),
+            term(names.get(entry.limit, entry.limit), entry.limit),
+            term(names.get(entry.objective, entry.objective), entry.objective),
             marked_up(entry.unit),
             *[element("span", significant(value), class_="number") for value in (entry.with_limit, entry.without)],
         ]
         for entry in costs
     ]
-    head = ("Limit", "Objective", "Unit", "Best with it", "Best without it")
-    text = (
-        "The best values that the search found, with each limit and without it; limits that cost nothing are left out."
-    )
-    notes = [element("li", text) for text in results.document.remarks]
+    head = ("Limit", "Objective", "Unit", "Best with the limit", "Best without")
+    text = "Best values of the search with and without each limit; limits without cost are omitted."
+    notes = [element("li", in_plain_words(text, names)) for text in results.document.remarks]
     return join(
         (
-            element("h3", "What the limits cost"),
+            element("h3", "Cost of the limits"),
             aid(text),
             wide(table(head, rows, class_="stacked")),
             element("ul", *notes, class_="notes") if notes else Markup(),
@@ -77,12 +78,12 @@ def _prices(results: TuningFolder) -> Markup:
 
 def _uncertainty(results: TuningFolder) -> Markup:
     """Return the cost of uncertainty, and the value of each of the vehicle's numbers."""
-    costs = results.document.uncertainty
+    costs, names = results.document.uncertainty, names_of(results)
     if not costs:
         return Markup()
     rows = [
         [
-            element("code", cost.label),
+            term(names.get(cost.label, cost.label), cost.label),
             element("code", entry.name),
             _of_mean(entry.value, cost.mean, entry.is_significant),
             element("span", per_cent(entry.share) if entry.shows else CHANCE, class_="number"),
@@ -91,16 +92,17 @@ def _uncertainty(results: TuningFolder) -> Markup:
         for entry in cost.numbers[:MOST_NUMBERS]
     ]
     text = (
-        "Worth: by how much the mean of an objective would fall if the number were known when one of the finalists is chosen, "
-        "from their held-out flights, each with a vehicle of its own. It tells of these finalists only: gains tuned to what is "
-        "then known can gain more."
+        "Decrease of the mean of an objective if the parameter were known when a finalist is selected, from held-out flights "
+        "with sampled vehicles. It holds for these finalists only: gains tuned to the known value can improve further."
     )
-    notes = [element("li", uncertainty_words(cost)) for cost in costs]
+    notes = [element("li", in_plain_words(uncertainty_words(cost), names)) for cost in costs]
     return join(
         (
-            element("h3", "What not knowing the vehicle costs"),
+            element("h3", "Value of knowing the vehicle"),
             aid(text),
-            wide(table(("Objective", "Number", "Worth", "Share of the spread"), rows, class_="stacked")),
+            wide(
+                table(("Objective", "Parameter", "Value of information", "Share of variance"), rows, class_="stacked")
+            ),
             element("ul", *notes, class_="notes"),
         )
     )
@@ -111,14 +113,14 @@ def _of_mean(value: float, mean: float, is_significant: bool) -> Markup:
 
 
 def _conflict(results: TuningFolder) -> Markup:
-    """Return the sets of limits that nobody kept together and what would let a candidate in."""
+    """Return conflicting sets of limits, and relaxations that admit a candidate."""
     conflict = results.document.conflict
     if conflict is None:
         return Markup()
     sets = element("ul", *[element("li", " and ".join(some)) for some in conflict.sets], class_="notes")
-    steps = [("one limit alone", entry) for entry in conflict.single]
+    steps = [("one limit", entry) for entry in conflict.single]
     if conflict.common is not None:
-        steps.append(("every limit a little", conflict.common))
+        steps.append(("all limits", conflict.common))
     rows = [
         [
             words,
@@ -128,8 +130,8 @@ def _conflict(results: TuningFolder) -> Markup:
         ]
         for words, entry in steps
     ]
-    head = ("Giving way", "Lets in", "Largest step", "Limits")
-    parts = [element("h3", "Limits in conflict"), aid("No candidate kept these together:"), sets]
+    head = ("Relaxed", "Feasible then", "Largest relaxation", "Limits")
+    parts = [element("h3", "Limits in conflict"), aid("No candidate satisfies these together:"), sets]
     return join([*parts, wide(table(head, rows, class_="stacked"))] if rows else parts)
 
 
@@ -144,7 +146,7 @@ def _sensitivity(results: TuningFolder) -> Markup:
     if sensitivity is None and results.is_external:
         return Markup()
     if sensitivity is None:
-        note = "No sensitivity analysis lies in this folder; tuner sensitivity makes one from the study."
+        note = "No sensitivity analysis in this folder; compute one with tuner sensitivity."
         return aid(note)
     wanted = [row for row in sensitivity.indices if row.scale == "rank"] or sensitivity.indices
     outputs = list(dict.fromkeys(row.output for row in wanted))
@@ -157,7 +159,7 @@ def _sensitivity(results: TuningFolder) -> Markup:
     )
     return join(
         (
-            element("h3", "Which gains matter"),
+            element("h3", "Sensitivity to the gains"),
             aid(text),
             wide(table(["Gain", *outputs], rows, class_="stacked")),
         )

@@ -10,7 +10,7 @@ from tuner.documents.tuning_tables import Loop
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.look import role_look
-from tuner.report.charts.loops import bode_marks, loop_panels, nyquist_marks
+from tuner.report.charts.loops import axes_of, bode_marks, loop_panels, nyquist_marks
 from tuner.report.charts.spectra import spectrum_mark, spectrum_panel
 
 # Bytes that all fans together may take in the page, and the instants of a fan: at most as many as a small chart has pixels.
@@ -18,8 +18,9 @@ BUDGET = 4.0e6
 MOST, LEAST = 200, 60
 # Bytes of an instant of one signal: four series in sixteen bits, in base64, and a fifth of some.
 INSTANT = 4.4 * 2 * 4 / 3
-# A bound is drawn where default or tuned come within reach of it, as a share of the bound; others would press the signal flat.
-NEAR = 0.6
+# A bound counts where default or tuned come within reach of it, as a share of the bound. It is drawn as far as it lies within
+# what they span, with this much air around: beyond, it would press the signal flat.
+NEAR, AIR = 0.6, 0.25
 
 
 def response_panels(results: TuningFolder) -> list[Panel]:
@@ -59,7 +60,9 @@ def margin_panels(results: TuningFolder) -> list[Panel]:
             parts, (gain, phase, nyquist_marks(frequency, response, look, loops[0].point, show)), strict=True
         ):
             part += marks
-    return [replace(panel, form="plot") for panel in loop_panels(*parts)]
+    judged = [loop for loop in results.loops if results.held_out_front.role(loop.point)]
+    axes = axes_of([(loop.frequency, loop.response) for loop in judged or results.loops])
+    return [replace(panel, form="plot") for panel in loop_panels(parts[0], parts[1], parts[2], axes)]
 
 
 def instants(count: int) -> int:
@@ -102,7 +105,7 @@ def bound_of(results: TuningFolder, signal: str, scenario: str) -> tuple[float, 
     limits = results.resolved.limits
     key, words = ("position", "m") if signal in "xyz" else ("tilt_deg", "°")
     if signal in ("x", "y", "z", "roll", "pitch") and isinstance(limits.get(key), int | float):
-        return float(limits[key]), f"flight lost beyond {limits[key]:g} {words}"
+        return float(limits[key]), f"failure beyond {limits[key]:g} {words}"
     return None
 
 
@@ -139,8 +142,17 @@ def _scenario(results: TuningFolder, mine: list[Fan], scenario: str) -> list[Mar
             (float(np.abs(edge - reference).max()) for fan in judged for edge in (fan.low, fan.high)), default=0.0
         )
         if farthest > NEAR * bound[0]:
-            marks += fans.bounds(first.time, reference, *bound, {"scenario": scenario})
+            marks += fans.bounds(first.time, reference, *bound, _span(judged), {"scenario": scenario})
     return marks
+
+
+def _span(judged: list[Fan]) -> tuple[float, float]:
+    """Return the ends of some fans, with a margin."""
+    parts = [series for fan in judged for series in (fan.low, fan.high, fan.worst, fan.reference) if series is not None]
+    values = np.concatenate([part[np.isfinite(part)] for part in parts])
+    low, high = float(values.min()), float(values.max())
+    margin = AIR * (high - low)
+    return low - margin, high + margin
 
 
 def _alike(loops: list[Loop]) -> list[list[Loop]]:

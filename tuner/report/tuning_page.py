@@ -1,13 +1,17 @@
 """report.html of a tuning run: the answer, the trade-off, the point picked, whether to believe it, and where it comes from."""
 
+from collections.abc import Sequence
+
+from tuner.documents.summary import TableRow
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import answer, answer_table, states_table
 from tuner.report.charts.progress import front_probability_panel, gap_panels, progress_panels
 from tuner.report.charts.web import Arrays, grid, to_web
 from tuner.report.controls import layer_switches
-from tuner.report.explorer_data import explorer_data
+from tuner.report.explorer_data import explorer_data, limited_quantities
 from tuner.report.explorer_section import axis_choices, explorer_section, plane
-from tuner.report.page import Page, Section, wide
+from tuner.report.labels import in_plain_words, names_of
+from tuner.report.page import Page, Section, neutral_page, wide
 from tuner.report.point_section import point_section
 from tuner.report.provenance import provenance_section
 from tuner.report.trust_section import trust_section
@@ -23,22 +27,24 @@ def tuning_page(results: TuningFolder) -> Page:
         *filter(None, [front_probability_panel(results)]),
         *progress_panels(results.progress),
     ]
+    limits, _ = limited_quantities(results)
     charts = {panel.key: to_web(panel, arrays) for panel in [*responses, *loops, *trust]}
-    return Page(
+    page = Page(
         kind="tuning report",
         title=results.document.title,
         ending=results.document.ending,
-        lead=join((element("p", answer(results), class_="lead"), _description(results))),
-        opening=_opening(results),
-        warnings=results.document.warnings,
+        lead=join((answer(results), _description(results))),
+        opening=_opening(results, limits),
+        warnings=[in_plain_words(text, names_of(results)) for text in results.document.warnings],
         sections=(
-            Section("front", "Explore the trade-off", explorer_section(results)),
-            Section("point", "The point picked", point_section(results, responses, loops)),
-            Section("trust", "Can it be trusted", trust_section(results, grid(trust, "trust-grid"))),
+            Section("front", "Explore the trade-off", explorer_section(results, len(limits))),
+            Section("point", "Selected point", point_section(results, responses, loops)),
+            Section("trust", "Reliability", trust_section(results, grid(trust, "trust-grid"))),
             Section("provenance", "Provenance", provenance_section(results)),
         ),
         data=explorer_data(results, charts, arrays),
     )
+    return page if results.has_rotors else neutral_page(page)
 
 
 def _description(results: TuningFolder) -> Markup:
@@ -46,7 +52,7 @@ def _description(results: TuningFolder) -> Markup:
     return element("p", text, class_="aid") if text else Markup()
 
 
-def _opening(results: TuningFolder) -> Markup:
+def _opening(results: TuningFolder, limits: Sequence[TableRow]) -> Markup:
     """Return the answer as a table beside the trade-off."""
     name = results.document.gains_file
     actions = element(
@@ -56,5 +62,5 @@ def _opening(results: TuningFolder) -> Markup:
         class_="actions",
     )
     left = element("div", wide(answer_table(results)), states_table(results), actions)
-    right = element("div", plane(results), layer_switches(results), axis_choices(results))
+    right = element("div", plane(results), layer_switches(results), axis_choices(results, limits))
     return element("div", left, right, class_="opening", id="answer")

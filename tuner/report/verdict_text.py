@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
 from tuner.documents.verdicts import BETTER, BROKEN, NO_DIFFERENCE, NOT_CERTAIN, UNKNOWN, WORSE, verdict_on_limit
-from tuner.report.labels import plain_label, plain_margin
+from tuner.report.labels import named
 from tuner.text.sentences import listing
 
 PHRASES = {
@@ -80,11 +80,3 @@ def _uncertain_text(results: TuningFolder, limits: Sequence[ComparedRow | Requir
 def is_violated(row: ComparedRow | RequiredRow, value: float | None) -> bool:
     """Return True for a value beyond the limit of its row; null is infinite."""
     return row.limit is not None and verdict_on_limit(value, row.limit, row.sense) == BROKEN
-
-
-def named(results: TuningFolder, row: ComparedRow | RequiredRow, short: bool = False) -> str:
-    """Return a row in plain words, with its scenario among several."""
-    if row.kind == "requirement":
-        return plain_margin(row.label)
-    scenario = row.scenario if len(results.resolved.scenario) > 1 else None
-    return plain_label(row.label, row.metric, scenario, results.has_rotors, short)

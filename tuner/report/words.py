@@ -42,7 +42,7 @@ def gap_words(picked: SelectionValues, gap: Estimate) -> str:
 def loss_words(summary: Summary) -> list[str]:
     """Return the bound on unseen losses, and the failed flights by name."""
     unseen = [] if summary.unseen is None else [summary.unseen.words]
-    return [*unseen, *[f"Lost: {entry.words}." for entry in summary.lost_flights]]
+    return [*unseen, *[f"Failed: {entry.words}." for entry in summary.lost_flights]]
 
 
 def search_texts(summary: Summary) -> list[str]:

@@ -13,6 +13,11 @@ def listing(names: Iterable[str]) -> str:
     return f"{', '.join(others)} and {last}" if others else last
 
 
+def capitalized(text: str) -> str:
+    """Return a text as a sentence, with a full stop."""
+    return f"{text[:1].upper()}{text[1:]}."
+
+
 def counted(number: int, noun: str) -> str:
     """Return "no flights", "one flight", "three flights", "12 flights"."""
     word = NUMBER_WORDS[number] if number < len(NUMBER_WORDS) else count(number)

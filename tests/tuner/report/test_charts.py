@@ -10,8 +10,10 @@ import pytest
 from fontTools import subset
 from fontTools.ttLib import TTFont
 
+from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Band, Bars, Disc, Line, Mark, Panel, Points, Region, Rule, Words
-from tuner.report.charts.look import FRONT, TUNED
+from tuner.report.charts.look import DEFAULT, FRONT, REFERENCE, TUNED, worst_look
+from tuner.report.charts.loops import axes_of, gain_crossing, phase_crossing
 from tuner.report.charts.paper import figure_of, printed, style
 from tuner.report.charts.sketch import sketch
 from tuner.report.charts.web import Arrays, to_web
@@ -77,3 +79,43 @@ def test_a_sketch_holds_points_beyond_an_axis_at_its_end():
     # The middle of the area inside the axes, and its corner at the top right.
     assert "translate(311.3 186.3)" in drawn and "translate(582.3 2.3)" in drawn
     assert "&lt;tuned&gt;" in drawn and "<tuned>" not in drawn
+
+
+def test_a_bound_is_cut_off_where_it_lies_beyond_what_is_shown():
+    time, reference = np.arange(3.0), np.array([0.0, 5.0, 20.0])
+    lines = fans.bounds(time, reference, 10.0, "limit", (-12.0, 20.0), {})
+    assert [list(mark.y) for mark in lines if isinstance(mark, Line)] == [
+        [-10.0, -5.0, 10.0],
+        pytest.approx([10.0, 15.0, np.nan], nan_ok=True),
+    ]
+
+
+def test_a_bound_beyond_what_is_shown_is_a_note_instead():
+    (note,) = fans.bounds(np.arange(2.0), np.zeros(2), 80.0, "peak at most 80 °", (-25.0, 25.0), {"scenario": "gusts"})
+    assert isinstance(note, Words) and "80 °" in note.text and note.show == {"scenario": "gusts"}
+
+
+def test_worst_flights_of_default_and_tuned_differ_in_colour_and_strokes():
+    default, tuned = worst_look(DEFAULT), worst_look(TUNED)
+    assert default.colour != tuned.colour and default.dash != tuned.dash
+    assert not {default.dash, tuned.dash} & {DEFAULT.dash, TUNED.dash, REFERENCE.dash}
+
+
+def ends_of(axis):
+    assert axis.ends is not None
+    return axis.ends
+
+
+@pytest.mark.parametrize("gain", [0.5, 1.0, 3.0])
+def test_axes_of_loops_hold_the_point_minus_one_and_the_margins(gain):
+    w = np.geomspace(1e-3, 1e3, 2000)
+    loop = gain * np.exp(-0.4j * w) / (1j * w)
+    axes = axes_of([(w, loop)])
+    met = [crossing.point for crossing in (phase_crossing(w, loop), gain_crossing(w, loop)) if crossing is not None]
+    (left, right), (bottom, top), (low, high) = (ends_of(axis) for axis in (axes.real, axes.imaginary, axes.phase))
+    for point in (-1.0 + 0.0j, *[point for point in met if abs(point) < 2.5]):
+        assert left < point.real < right and bottom < point.imag < top
+    assert right - left < 6.0
+    # Frequencies at which the gain is shown, -60 to 60 dB: |L| = gain / w.
+    assert axes.frequency.ends == pytest.approx((1e-3 * max(gain, 1.0), 1e3 * min(gain, 1.0)), rel=0.02)
+    assert axes.phase.step in (90.0, 180.0) and high - low < 8.0 * axes.phase.step

@@ -1,4 +1,4 @@
-"""Finalists that lost flights when held out are marked, counted and never out of sight, in every drawing of the trade-off."""
+"""Finalists that failed flights when held out are marked, counted and never out of sight, in every drawing of the trade-off."""
 
 import json
 from typing import Any
@@ -21,7 +21,7 @@ from tuner.report.contest.page import contest_page
 from tuner.report.figures import front_figure
 
 LOST = 3
-LEGEND = "lost six flights (three points)"
+LEGEND = "six failed flights (three points)"
 
 
 @pytest.fixture(scope="module", params=[1, 2, 3])
@@ -74,16 +74,16 @@ def test_every_finalist_is_drawn_once(folder):
 def test_a_run_without_lost_flights_has_no_such_marks(tmp_path):
     results = TuningFolder(fabricate(tmp_path / "made-up", responses=False))
     labels = [str(line.get_label()) for line in front_figure(results).axes[0].get_lines()]
-    assert [label for label in labels if "lost" in label] == []
-    assert "lost flights" not in "\n".join(front_lines(results, 72, 16))
+    assert [label for label in labels if "failed" in label] == []
+    assert "failed flights" not in "\n".join(front_lines(results, 72, 16))
 
 
 def test_the_page_knows_and_says_how_many_each_lost(folder):
     page = Page(write_report(folder).read_text())
     points = page.data["points"]
     assert [point["lost"] for point in points] == [0] * (len(points) - LOST) + [2] * LOST
-    assert "lost 2 of 256 held-out flights" in points[-1]["texts"]["faults"]
-    assert "lost flights when held out (three points, six flights)" in page.text
+    assert "2 of 256 held-out simulations failed" in points[-1]["texts"]["faults"]
+    assert "failed flights when held out (three points, six flights)" in page.text
 
 
 def test_an_older_folder_that_does_not_tell_is_read(tmp_path):
@@ -93,13 +93,13 @@ def test_an_older_folder_that_does_not_tell_is_read(tmp_path):
 def test_the_terminal_plot_marks_them_at_its_edge(tmp_path, monkeypatch, capsys):
     folder = fabricate(tmp_path / "made-up", lost=LOST, responses=False)
     lines = front_lines(TuningFolder(folder), 72, 16)
-    assert f"x lost flights when held out ({LOST} points, {2 * LOST} flights; at the edge if beyond it)" in " ".join(
+    assert f"x failed flights when held out ({LOST} points, {2 * LOST} flights; at the edge if beyond it)" in " ".join(
         lines
     )
     # Far up and to the right of everything: the last place of the top line.
     assert lines[1].endswith("x")
     code, out, _ = tuner(monkeypatch, capsys, "show", folder)
-    assert code == 0 and f"lost flights when held out ({LOST} points" in " ".join(out.split())
+    assert code == 0 and f"failed flights when held out ({LOST} points" in " ".join(out.split())
 
 
 @pytest.mark.parametrize("objectives", [1, 2])
@@ -113,6 +113,6 @@ def test_fronts_of_a_contest_cross_them_out(tmp_path, objectives):
     assert sum(map(count_of, crosses)) == 2 * len(made.names)
     traces = json.dumps(Page(contest_page(contest).text()).data)
     assert traces.count('"x-thin"') == len(made.names)
-    assert "lost two flights" in traces
+    assert "two failed flights" in traces
     clean = open_results(fabricate_contest(tmp_path / "clean", Made(objectives=objectives)))
     assert "x-thin" not in json.dumps(Page(contest_page(clean).text()).data)

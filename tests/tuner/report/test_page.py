@@ -9,7 +9,11 @@ import pytest
 from plant.errors import StoreError
 from tests.tuner.conftest import run_small
 from tests.undrawn import undrawn
+from tuner.documents.tuning import TuningFolder
+from tuner.documents.verdicts import shown_verdict
 from tuner.report import write_figures, write_report
+from tuner.report.labels import in_plain_words, names_of
+from tuner.text.markup import coded
 
 EXTRA = [{"metric": "itae.position"}, {"metric": "travel"}, {"metric": "peak.tilt"}, {"metric": "effort"}]
 
@@ -42,11 +46,12 @@ def test_every_quantity_gain_and_warning_is_told(copied):
     summary = json.loads((copied / "summary.json").read_text())
     for row in summary["table"]:
         assert row["label"] in page
-        assert row["verdict"] in page
+        assert shown_verdict(row["verdict"]) in page
     for variable in summary["variables"]:
         assert variable["name"] in page
+    plain = names_of(TuningFolder(copied))
     for warning in summary["warnings"]:
-        assert warning in page
+        assert coded(in_plain_words(warning, plain)) in page
     assert summary["tuned"] in page
     assert json.loads((copied / "resolved.json").read_text())["digest"] in page
 
@@ -56,10 +61,10 @@ def test_how_the_point_was_chosen_is_told_where_the_folder_holds_it(copied):
     summary["remarks"] = ["Without it the front reaches <more>."]
     (copied / "summary.json").write_text(json.dumps(summary))
     page = own_markup(write_report(copied).read_text())
-    assert "How it was chosen" in page and "Held-out − search" in page and "reaches &lt;more&gt;." in page
+    assert "Selection of the point" in page and "Held-out − search" in page and "reaches &lt;more&gt;." in page
     del summary["picked_on"]
     (copied / "summary.json").write_text(json.dumps(summary))
-    assert "How it was chosen" not in own_markup(write_report(copied).read_text())
+    assert "Selection of the point" not in own_markup(write_report(copied).read_text())
 
 
 def test_points_carry_the_held_out_values(copied, small_run):

@@ -13,7 +13,7 @@ import pytest
 
 from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.screenshots import browser_path, chromium, offline_page
-from tests.tuner.report.test_report_data import FACTORS
+from tests.tuner.report.test_report_data import FACTORS, code_of
 from tuner.report import write_report
 from tuner.text.numbers import estimate, significant
 
@@ -200,8 +200,8 @@ def test_brush_in_one_view_filters_all_others(reader):
     reader.drag((left + 1, top + 1), (left + width / 2, top + height - 1))
     page.wait_for_selector("#chips button")
     middle = (first["low"] + first["high"]) / 2
-    wanted = below(folder, first["label"], middle, first["low"]) & below(
-        folder, second["label"], second["high"], second["low"]
+    wanted = below(folder, code_of(first), middle, first["low"]) & below(
+        folder, code_of(second), second["high"], second["low"]
     )
     assert not first["log"] and 0 < len(wanted) < len(everything)
     assert reader.names() == wanted
@@ -226,7 +226,7 @@ def test_parallel_axis_is_brushed(reader):
     place = [top + height * (high - value) / (high - low) for value in (0.0, 0.5)]
     reader.drag((left + width / 2, place[0] + 2), (left + width / 2 + 3, place[1]))
     reader.page.wait_for_selector("#chips button")
-    wanted = below(reader.folder, second["label"], (second["low"] + second["high"]) / 2, second["low"])
+    wanted = below(reader.folder, code_of(second), (second["low"] + second["high"]) / 2, second["low"])
     found = reader.names()
     # A pixel is a hundredth of the axis.
     assert found and len(found ^ wanted) <= 1 and reader.page.locator("#chips button").count() == 1
@@ -273,11 +273,11 @@ def test_aspiration_level_filters_and_says_what_is_left(reader):
     page = reader.page
     first = reader.data()["objectives"][0]
     page.fill("#level-0", "400")
-    wanted = below(reader.folder, first["label"], first["low"] + 0.4 * (first["high"] - first["low"]))
+    wanted = below(reader.folder, code_of(first), first["low"] + 0.4 * (first["high"] - first["low"]))
     assert reader.names() == wanted
     assert page.inner_text("#count").startswith(f"{len(wanted - {'default'})} of 14 finalists")
     page.fill("#level-0", "0")
-    assert "comes closest" in page.inner_text("#count")
+    assert "is nearest" in page.inner_text("#count")
     page.fill("#level-0", "1000")
     assert len(reader.names()) == 15
 
@@ -317,11 +317,11 @@ def test_lost_flights_are_crossed_out_at_the_edge_of_every_view_and_told(browser
             left, top, width, _ = reader.area("plane")
             reader.page.mouse.move(left + width - 3, top + 3)
             reader.page.wait_for_selector("#plane .hoverlayer .hovertext")
-            assert "lost 2 of 256 held-out flights" in reader.page.locator("#plane .hoverlayer").text_content()
+            assert "2 of 256 held-out simulations failed" in reader.page.locator("#plane .hoverlayer").text_content()
     assert reader.page.locator("#lost-legend").count() == bool(lost)
     assert reader.page.locator("#beyond-legend").is_visible() is bool(lost)
     states = reader.page.inner_text("#finalists")
-    assert states.count("lost 2 of 256 held-out flights") == lost
+    assert states.count("2 of 256 held-out simulations failed") == lost
     assert reader.complaints == []
 
 
@@ -332,7 +332,7 @@ def test_picked_point_shows_its_numbers_gains_responses_and_loops(reader):
     metrics, gains = page.inner_text("#point-metrics"), page.inner_text("#point-gains")
     for entry in reader.data()["objectives"]:
         numbers = [
-            float(row[f"{name}:{entry['label']}"]) * FACTORS[entry["unit"]] for name in ("held_out", "low", "high")
+            float(row[f"{name}:{code_of(entry)}"]) * FACTORS[entry["unit"]] for name in ("held_out", "low", "high")
         ]
         for text in estimate(numbers[0], numbers[1], numbers[2]):
             assert text in metrics
@@ -345,7 +345,9 @@ def test_picked_point_shows_its_numbers_gains_responses_and_loops(reader):
     span = float(mine.high.max() - mine.low.min())
     shown = np.interp(mine.time, drawn["x"], drawn["y"])
     assert np.abs(shown - mine["median"]).max() < 0.02 * span
-    assert any(trace.get("hovertemplate", "").startswith("worst") for trace in reader.plotted("response-0"))
+    assert any(
+        trace.get("hovertemplate", "").startswith("worst case of p0107") for trace in reader.plotted("response-0")
+    )
     assert "p0107 in calm air" in page.inner_text("#responses-of") and "number 17" in page.inner_text("#responses-of")
     loops = {row["point"] + row["channel"]: row for row in pq.read_table(folder / "margins.parquet").to_pylist()}
     page.select_option("#choose-channel", "pitch")
@@ -394,7 +396,7 @@ def test_gains_of_another_point_are_the_same_document_with_its_numbers(reader):
 
 def test_keys_walk_along_the_front_and_let_go_of_the_selection(reader):
     page = reader.page
-    label = reader.data()["objectives"][0]["label"]
+    label = code_of(reader.data()["objectives"][0])
     order = sorted(rows(reader.folder), key=lambda name: float(rows(reader.folder)[name][f"held_out:{label}"]))
     page.focus("#plane")
     page.keyboard.press("Home")
@@ -442,7 +444,7 @@ def test_numbers_are_written_alike_in_page_and_python(reader):
         for entry in reader.data()["objectives"]:
             row = rows(reader.folder)[name]
             numbers = [
-                float(row[f"{part}:{entry['label']}"]) * FACTORS[entry["unit"]] for part in ("held_out", "low", "high")
+                float(row[f"{part}:{code_of(entry)}"]) * FACTORS[entry["unit"]] for part in ("held_out", "low", "high")
             ]
             value, interval = estimate(numbers[0], numbers[1], numbers[2])
             assert value in text and interval in text

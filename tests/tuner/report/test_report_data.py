@@ -20,7 +20,7 @@ from tuner.report.charts.loops import gain_of, phase_of
 from tuner.report.charts.web import Arrays, finite, quantised
 from tuner.report.explorer_data import explorer_data
 from tuner.report.tuning_charts import LEAST, MOST, instants, kept_points
-from tuner.text.numbers import significant
+from tuner.text.numbers import MISSING, significant
 
 FACTORS = {"m": 1.0, "s": 1.0, "1/s": 1.0, "°": 180.0 / np.pi, "°² s": (180.0 / np.pi) ** 2}
 
@@ -34,12 +34,17 @@ def number(text):
     return value if isfinite(value) else None
 
 
+def code_of(entry):
+    """The name of a quantity in files, which its definition begins with."""
+    return entry["definition"].split(": ")[0]
+
+
 def test_points_are_those_of_the_front(folder):
     data = read(folder).data
     with open(folder / "front.csv", newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(data["points"])
-    labels = [entry["label"] for entry in data["objectives"]]
+    labels = [code_of(entry) for entry in data["objectives"]]
     for row, point in zip(rows, data["points"], strict=True):
         assert (point["name"], point["role"]) == (row["point"], row["role"])
         assert (str(point["front"]), str(point["feasible"])) == (row["non_dominated"], row["feasible"])
@@ -65,7 +70,8 @@ def test_points_are_those_of_the_front(folder):
 
 def test_limited_quantities_are_those_of_the_folder(folder):
     data, summary = read(folder).data, json.loads((folder / "summary.json").read_text())
-    assert [entry["label"] for entry in data["quantities"]] == [row["label"] for row in summary["table"]]
+    assert [code_of(entry) for entry in data["quantities"]] == [row["label"] for row in summary["table"]]
+    assert not any(entry["label"].startswith(code_of(entry)) for entry in data["quantities"])
     with open(folder / "constraints.csv", newline="", encoding="utf-8") as file:
         found = {(row.pop("point"), row.pop("label")): list(map(float, row.values())) for row in csv.DictReader(file)}
     told = {
@@ -79,12 +85,26 @@ def test_limited_quantities_are_those_of_the_folder(folder):
     assert told == found
 
 
+def test_finalists_carry_what_is_limited(folder):
+    data = read(folder).data
+    assert {code_of(entry) for entry in data["limits"]} <= {code_of(entry) for entry in data["quantities"]}
+    for entry, column in zip(
+        data["limits"], zip(*[point["limited"] for point in data["points"]], strict=True), strict=True
+    ):
+        assert entry["low"] < entry["high"] and len(set(column)) > 1
+        row = next(k for k, other in enumerate(data["points"][0]["patch"]) if other["label"] == code_of(entry))
+        cells = [point["texts"]["quantities"][row]["value"][0] for point in data["points"]]
+        assert [value is None for value in column] == [text == MISSING for text in cells]
+        shown = [(value, float(text)) for value, text in zip(column, cells, strict=True) if value is not None]
+        assert [value for value, _ in shown] == pytest.approx([number for _, number in shown], rel=0.02)
+
+
 def test_candidates_are_those_of_the_generations(folder):
     data = read(folder).data
     table = pd.concat([pd.read_parquet(file) for file in sorted((folder / "generations").iterdir())]).set_index(
         "candidate"
     )
-    names = [f"objective:{entry['label']}" for entry in data["objectives"]]
+    names = [f"objective:{code_of(entry)}" for entry in data["objectives"]]
     factors = [FACTORS[entry["unit"]] for entry in data["objectives"]] + [1.0] * len(data["variables"])
     names += [f"gain:{entry['name']}" for entry in data["variables"]]
     numbers = unpacked(data["candidates"]["number"], "<u4")
@@ -124,7 +144,9 @@ def test_responses_are_those_of_the_folder(folder):
         low, high, worst, median = [
             entry for entry in found if not entry[0].get("hovertemplate", "").startswith("reference")
         ]
-        assert median[0]["hovertemplate"].startswith(point) and worst[0]["hovertemplate"].startswith("worst flight")
+        assert median[0]["hovertemplate"].startswith(point) and worst[0]["hovertemplate"].startswith(
+            f"worst case of {point}:"
+        )
         assert high[0]["fill"] == "tonexty" and low[1]["y"].min() == pytest.approx(
             mine.low.min(), abs=1e-4 * np.ptp(mine.high)
         )

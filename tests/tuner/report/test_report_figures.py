@@ -55,9 +55,9 @@ def test_front_has_a_panel_for_each_pair_with_units(tmp_path, objectives, panels
     axes = [ax for ax in front_figure(results).axes if ax.get_visible()]
     assert len(axes) == panels
     labels = [ax.get_xlabel() for ax in axes] + [ax.get_ylabel() for ax in axes]
-    assert "cvar90(itae.position) [m]" in labels
+    assert "position error (ITAE), worst 10 % [m]" in labels
     if objectives > 2:
-        assert "mean(rms.tilt)@gusts [°]" in labels
+        assert "tilt RMS error [°]" in labels
 
 
 def test_names_of_responses_are_safe_and_unique():

@@ -4,12 +4,13 @@ from typing import Any
 
 import pytest
 
-from tuner.cli.printers.margins import reading, time_unit
+from tuner.cli.printers.margins import reading
 from tuner.documents.margins import Reading
 from tuner.documents.parts import Estimate
-from tuner.documents.summary import ComparedRow, SelectionValues, VariableRow
-from tuner.report.answer_section import change, change_in_units
+from tuner.documents.summary import SelectionValues, VariableRow
+from tuner.report.changes import headline_change
 from tuner.report.gains_section import gains_table
+from tuner.report.labels import time_unit
 from tuner.report.words import gap_words
 
 
@@ -68,27 +69,17 @@ def test_a_wider_range_is_advised_only_where_the_end_can_be_moved():
 
 
 @pytest.mark.parametrize(
-    ("default", "difference", "said"),
+    ("default", "difference", "text"),
     [
-        (2.0, (-0.5, -0.7, -0.3), ("\u221225 %", "[\u221235, \u221215]")),
-        # Of next to nothing 43,260 % is none of a reader's concern.
-        (1e-5, (4.326e-3, 4.2e-3, 4.4e-3), ("+0.00433 rad", "[+0.00420, +0.00440]")),
+        ((2.0, 1.9, 2.1), (-0.5, -0.7, -0.3), "\u221225 % [\u221235, \u221215]"),
+        # Of next to nothing 43,260 % has no meaning, nor has a fall by more than all of it, nor a share of what may be 0.
+        ((1e-5, 1e-5, 1e-5), (4.326e-3, 4.2e-3, 4.4e-3), "+0.00433 rad [+0.00420, +0.00440]"),
+        ((2e-4, 1e-4, 3e-4), (-2e-4, -2.8e-4, -1.4e-4), "\u22120.00020 rad [\u22120.00028, \u22120.00014]"),
+        ((0.1, -0.1, 0.3), (0.05, 0.04, 0.06), "+0.050 rad [+0.040, +0.060]"),
     ],
 )
-def test_a_change_is_told_in_per_cent_where_that_tells_something(default, difference, said):
-    row = ComparedRow(
-        label="mean(rms.pan)",
-        metric="rms.pan",
-        definition="",
-        risk="",
-        unit="rad",
-        kind="objective",
-        verdict="worse",
-        difference=Estimate(*difference),
-        default=Estimate(default, default, default),
-        tuned=Estimate(1.0, 1.0, 1.0),
-    )
-    assert change_in_units(row) == said and said[0].startswith(change(row)[0])
+def test_a_headline_is_in_per_cent_where_that_has_a_meaning(default, difference, text):
+    assert headline_change(Estimate(*default), Estimate(*difference), "rad") == text
 
 
 @pytest.mark.parametrize(

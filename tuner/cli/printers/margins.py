@@ -14,14 +14,13 @@ from tuner.documents.margins import ChannelMargins, LimitRow, MarginsDocument, N
 from tuner.documents.parts import in_shown_units
 from tuner.documents.states import WORST_MARK, by_quantity, state_table
 from tuner.documents.summary import RequiredRow
+from tuner.report.labels import time_unit
 
 if TYPE_CHECKING:
     from tuner.api.designing import Design
     from tuner.api.margins import Margins
 
 
-# Times from which on they are printed in seconds, and in minutes [s].
-SLOW, VERY_SLOW = 10.0, 600.0
 SHORT_CASES = {"steepest slope": "steep", "small signals": "small"}
 
 
@@ -99,19 +98,6 @@ def marks_of(requirements: list[LimitRow]) -> dict[tuple[str, str], str]:
             place = row.channel, row.quantity
             marks[place] = "!" if row.hard or marks.get(place) == "!" else "~"
     return marks
-
-
-def time_unit(name: str, values: Sequence[float | None]) -> tuple[str, float]:
-    """Return the unit in which a line of the table is printed, and how many of the quantity's shown unit it is.
-
-    Args:
-        name: Name of the quantity.
-        values: Its readings in SI units; None has no end.
-    """
-    unit = QUANTITIES[name].shown_unit
-    longest = max((value for value in values if value is not None), default=0.0)
-    slow = unit == "ms" and longest >= SLOW
-    return ("min", 6e4) if slow and longest >= VERY_SLOW else ("s", 1e3) if slow else (unit, 1.0)
 
 
 def heading(name: str, unit: str) -> str:

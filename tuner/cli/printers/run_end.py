@@ -11,7 +11,8 @@ from tuner.cli.terminal import Console, bound_text, estimate, unit_text
 from tuner.documents.parts import Estimate, in_shown_units
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.verdicts import SATISFIED
-from tuner.report.verdict_text import is_violated, named
+from tuner.report.labels import named
+from tuner.report.verdict_text import is_violated
 
 if TYPE_CHECKING:
     from tuner.documents.tuning import TuningFolder
@@ -52,8 +53,7 @@ def split_limits(
 def objectives_table(results: "TuningFolder") -> TerminalTable:
     """Return default, tuned and change of each objective."""
     summary = results.document
-    what = "trials" if results.is_external else "flights"
-    table = head(f"{summary.held_out:,} confirmation {what}", summary.shown_as, "change, 95 % interval")
+    table = head(f"{summary.held_out:,} confirmation {results.sample_noun}", summary.shown_as, "change, 95 % interval")
     for row in summary.compared:
         if row.kind == "objective":
             change = estimate(row.difference, signed=True).replace("\n", " ")

@@ -9,6 +9,7 @@ from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, bound_text, estimate, unit_text
 from tuner.documents.parts import ShareCount, in_shown_units
 from tuner.documents.summary import Summary
+from tuner.documents.verdicts import shown_verdict
 from tuner.report.charts.text import place_bar
 from tuner.report.verdict_text import verdict_text
 from tuner.report.words import loss_words, search_texts, uncertainty_words
@@ -45,7 +46,7 @@ def flights_text(results: "TuningResults") -> str:
     made, summary = results.flights_made, results.document
     now = "" if made in (None, summary.flights) else f", {made:,} of them now,"
     took = "" if summary.wall_seconds is None else f" in {summary.wall_seconds:.1f} s"
-    return f"{summary.flights:,} {'trials' if results.is_external else 'flights'}{now}{took}"
+    return f"{summary.flights:,} {results.sample_noun}{now}{took}"
 
 
 def finding_texts(summary: Summary) -> list[str]:
@@ -78,7 +79,7 @@ def comparison_table(summary: Summary) -> TerminalTable:
         limit = "" if row.limit is None else f"{bound_text(row)} "
         source = f" (automatic: {row.automatic})" if row.automatic else ""
         parts = [estimate(getattr(row, key)) for key in ("default", "tuned", "difference")]
-        parts[2] = f"{row.verdict}: {parts[2]}"
+        parts[2] = f"{shown_verdict(row.verdict)}: {parts[2]}"
         parts = [*map(with_count, parts, (*row.counts, None))]
         label = row.label.replace("@", "\n@")
         table.add_row(f"{label}\n{limit}{unit_text(row.unit)}{source}".rstrip(), *parts)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from tuner.documents.tables import Fan
-from tuner.report.charts.chart import Axis, Band, Line, Mark, Show
-from tuner.report.charts.look import BOUND, REFERENCE, WORST, Look
+from tuner.report.charts.chart import Axis, Band, Line, Mark, Show, Words
+from tuner.report.charts.look import BOUND, REFERENCE, Look, worst_look
 from tuner.text.units import bracketed
 
 TITLES = {
@@ -51,7 +51,8 @@ def fan_marks(fan: Fan, look: Look, name: str, show: Show, parts: bool = False) 
         Line(name=name, x=fan.time, y=fan.median, tips=tips, tip=tip, coarse=not parts, **line),
     ]
     if fan.worst is not None and np.isfinite(fan.worst).all():
-        worst = Line(name="worst flight", look=WORST, x=fan.time, y=fan.worst, tip="%{y:.3~f}", show=show, coarse=True)
+        thin = {"look": worst_look(look), "show": show, "coarse": True}
+        worst = Line(name=f"worst case of {name}", x=fan.time, y=fan.worst, tip="%{y:.3~f}", **thin)
         marks.insert(1, worst)
     return marks
 
@@ -63,10 +64,24 @@ def reference(time: np.ndarray, values: np.ndarray, show: Show) -> list[Mark]:
     return [Line(name="reference", look=REFERENCE, x=time, y=values, tip="%{y:.3~f}", show=show)]
 
 
-def bounds(time: np.ndarray, values: np.ndarray, limit: float, name: str, show: Show) -> list[Mark]:
-    """Return the lines that a signal may not cross: so far to either side of its reference."""
-    ends = ((values - limit), (values + limit))
-    return [Line(name=name, look=BOUND, x=time, y=end, tip="%{y:.3~f}", show=show) for end in ends]
+def bounds(
+    time: np.ndarray, values: np.ndarray, limit: float, name: str, shown: tuple[float, float], show: Show
+) -> list[Mark]:
+    """Return the limits of a signal: lines, or a note where both are off-scale.
+
+    Args:
+        time: Instants (n,).
+        values: Reference (n,), to whose either side the lines are.
+        limit: Distance of the lines from the reference.
+        name: Text of the limit.
+        shown: Ends of the values that are shown.
+        show: When the page shows the marks.
+    """
+    ends = [np.where((end >= shown[0]) & (end <= shown[1]), end, np.nan) for end in (values - limit, values + limit)]
+    seen = [end for end in ends if np.isfinite(end).any()]
+    if not seen:
+        return [Words(look=BOUND, x=0.99, y=1.0, text=f"↕ off-scale: {name}", place="inside", show=show)]
+    return [Line(name=name, look=BOUND, x=time, y=end, tip="%{y:.3~f}", show=show) for end in seen]
 
 
 def agree(fans: list[Fan]) -> bool:

@@ -8,11 +8,12 @@ from tuner.documents.tuning import TuningFolder
 from tuner.documents.tuning_tables import HeldOutFront
 from tuner.report.charts.chart import Axis, AxisRange, Mark, Panel, Points, row_axis, span_of, value_axis
 from tuner.report.charts.look import DEFAULT, FINALIST, FRONT, INFEASIBLE, LOST, SEARCHED, START, TUNED, Look
+from tuner.report.labels import named
 from tuner.text.sentences import counted
 
 # Layers of points from back to front, with what they are called and how they look in every renderer.
 LAYERS: dict[str, tuple[str, Look]] = {
-    "infeasible": ("limit broken, search values", INFEASIBLE),
+    "infeasible": ("limit violated, search values", INFEASIBLE),
     "searched": ("other candidates, search values", SEARCHED),
     "finalist": ("off the front when held out", FINALIST),
     "front": ("front, held-out", FRONT),
@@ -40,8 +41,13 @@ def shown_range(front: HeldOutFront, objective: int) -> AxisRange:
     Search candidates, and finalists that failed when held out, may lie decades away (a failed flight costs more than any
     completed one), so they do not count.
     """
-    rows = front.non_dominated | np.array([role != "" for role in front.roles])
+    rows = shown_rows(front)
     return span_of([part[rows, objective] for part in (front.held_out, front.low, front.high)], LOG_FACTOR, 0.07)
+
+
+def shown_rows(front: HeldOutFront) -> np.ndarray:
+    """Return the mask of the points that axes hold: default, tuned and the held-out front."""
+    return front.non_dominated | np.array([role != "" for role in front.roles])
 
 
 def layer_of(front: HeldOutFront, row: int) -> str:
@@ -52,7 +58,7 @@ def layer_of(front: HeldOutFront, row: int) -> str:
 def objective_axis(results: TuningFolder, objective: int) -> Axis:
     """Return the axis of an objective."""
     entry, shown = results.objectives[objective], shown_range(results.held_out_front, objective)
-    return value_axis(entry.label, entry.unit, shown)
+    return value_axis(named(results, entry, short=True), entry.unit, shown)
 
 
 def _pair(results: TuningFolder, i: int, j: int) -> Panel:
@@ -104,5 +110,5 @@ def lost_points(x: np.ndarray, y: np.ndarray, lost: np.ndarray, show: dict[str, 
     rows = lost > 0
     if not rows.any():
         return []
-    name = f"lost {counted(int(lost.sum()), 'flight')} ({counted(int(rows.sum()), 'point')})"
+    name = f"{counted(int(lost.sum()), 'failed flight')} ({counted(int(rows.sum()), 'point')})"
     return [Points(name=name, look=LOST, x=x[rows], y=y[rows], edge=True, show=show or {})]

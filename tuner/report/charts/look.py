@@ -77,9 +77,13 @@ SEARCHED = Look("faint", "dot", size=4, opacity=0.7)
 INFEASIBLE = Look("faint", "x-thin", size=5, opacity=0.7)
 LOST = Look("bad", "x-thin", size=13, width=2.0)
 REFERENCE = Look("muted", dash=(2, 3), width=1.3)
-WORST = Look("bad", dash=(7, 2, 2, 2), width=1.0)
 BOUND = Look("ink", dash=(3, 3), width=1.0)
 RULE = Look("muted", dash=(1, 2), width=1.0)
+
+
+def worst_look(look: Look) -> Look:
+    """Return the look of the worst flight of a point: thin, dotted."""
+    return look._replace(dash=(5, 2, 1, 2) if look.dash else (1.5, 1.5), width=1.0)
 
 
 def role_look(role: str) -> Look:

@@ -1,5 +1,6 @@
 """Loops in the frequency domain: Bode and Nyquist curves with the margins that can be read off them marked."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,9 +9,13 @@ from tuner.report.charts.chart import Array, Axis, Disc, Line, Mark, Panel, Poin
 from tuner.report.charts.look import RULE, Look
 
 FREQUENCY = "frequency [rad/s]"
-# Part of the plane that Nyquist curves are shown in, gains and phases that Bode curves are.
+# Part of the plane that Nyquist curves are shown in, and gains [dB] that Bode curves are.
 NYQUIST = ((-3.2, 1.2), (-2.2, 2.2))
 GAIN_SHOWN = (-60.0, 60.0)
+# Part of the plane around -1 that is shown of any loop, air around it, and how far a margin may lie off that is shown as well.
+AROUND = ((-1.6, 0.6), (-1.1, 1.1))
+AIR, FARTHEST = 1.15, 2.5
+PHASE_SHOWN, PHASE_STEPS, MOST_STEPS = (-720.0, 180.0), (90.0, 180.0), 6
 
 
 class Crossing(NamedTuple):
@@ -40,7 +45,7 @@ def phase_of(loop: Array) -> Array:
 
 
 def phase_crossing(frequency: Array, loop: Array) -> Crossing | None:
-    """Return the crossing of 0 dB that is nearest to -180 deg, with the phase margin [deg]; None where there is none."""
+    """Return the gain crossover nearest to -180 deg, with the phase margin [deg]."""
     gain, phase = gain_of(loop), phase_of(loop)
     crossings = [_at(frequency, gain, phase, i, gain) for i in _changes(gain)]
     return min(
@@ -51,7 +56,7 @@ def phase_crossing(frequency: Array, loop: Array) -> Crossing | None:
 
 
 def gain_crossing(frequency: Array, loop: Array) -> Crossing | None:
-    """Return the crossing of -180 deg that is nearest to 0 dB, with the gain margin [dB]; None where there is none."""
+    """Return the phase crossover nearest to 0 dB, with the gain margin [dB]."""
     gain, phase = gain_of(loop), phase_of(loop)
     crossings = []
     for turn in range(int(np.floor((phase.min() + 180.0) / 360.0)), int(np.ceil((phase.max() + 180.0) / 360.0)) + 1):
@@ -95,9 +100,63 @@ def nyquist_marks(frequency: Array, loop: Array, look: Look, name: str, show: Sh
     return marks
 
 
-def loop_panels(gain: list[Mark], phase: list[Mark], plane: list[Mark]) -> list[Panel]:
+class LoopAxes(NamedTuple):
+    """Axes of loops: frequency, phase, and the two of the plane."""
+
+    frequency: Axis
+    phase: Axis
+    real: Axis
+    imaginary: Axis
+
+
+LOOP_AXES = LoopAxes(
+    Axis(FREQUENCY, log=True, step=1),
+    Axis("phase [°]", step=90),
+    Axis("real part", *NYQUIST[0]),
+    Axis("imaginary part", *NYQUIST[1]),
+)
+
+
+def axes_of(curves: Sequence[tuple[Array, Array]]) -> LoopAxes:
+    """Return axes that hold what matters of some loops.
+
+    Frequencies and phases are those where the gain is shown; the plane is that around -1, with the margins.
+
+    Args:
+        curves: Frequencies (f,) and transfer functions (f,).
+    """
+    seen = [(w, loop, (np.abs(gain_of(loop)) <= GAIN_SHOWN[1])) for w, loop in curves]
+    seen = [(w[mask], phase_of(loop)[mask]) for w, loop, mask in seen if mask.sum() > 1]
+    points = [
+        met.point
+        for w, loop in curves
+        for met in (phase_crossing(w, loop), gain_crossing(w, loop))
+        if met is not None and abs(met.point) < FARTHEST
+    ]
+    plane = [
+        Axis(
+            axis.title, min([ends[0], *(AIR * part for part in parts)]), max([ends[1], *(AIR * part for part in parts)])
+        )
+        for axis, ends, parts in (
+            (LOOP_AXES.real, AROUND[0], [point.real for point in points]),
+            (LOOP_AXES.imaginary, AROUND[1], [point.imag for point in points]),
+        )
+    ]
+    if not seen:
+        return LOOP_AXES._replace(real=plane[0], imaginary=plane[1])
+    low, high = min(float(w[0]) for w, _ in seen), max(float(w[-1]) for w, _ in seen)
+    across = LOOP_AXES.frequency._replace(low=low, high=high)
+    bottom = max(PHASE_SHOWN[0], min(-180.0, *(float(phase.min()) for _, phase in seen)))
+    top = min(PHASE_SHOWN[1], max(-180.0, *(float(phase.max()) for _, phase in seen)))
+    step = next((step for step in PHASE_STEPS if (top - bottom) / step <= MOST_STEPS), PHASE_STEPS[-1])
+    margin = 0.06 * (top - bottom) or step
+    up = Axis(LOOP_AXES.phase.title, bottom - margin, top + margin, step=step)
+    return LoopAxes(across, up, *plane)
+
+
+def loop_panels(gain: list[Mark], phase: list[Mark], plane: list[Mark], axes: LoopAxes = LOOP_AXES) -> list[Panel]:
     """Return the three panels of loops around their marks."""
-    across = Axis(FREQUENCY, log=True, step=1)
+    across = axes.frequency
     minus_one = Points(look=Look("ink", "cross-thin", size=11), x=np.array([-1.0]), y=np.zeros(1), hover=["−1"])
     circles = [
         Disc(look=RULE, x=-1.0, y=0.0, radius=0.5),
@@ -110,24 +169,24 @@ def loop_panels(gain: list[Mark], phase: list[Mark], plane: list[Mark]) -> list[
             across,
             Axis("gain [dB]", *GAIN_SHOWN),
             [Rule(look=RULE, axis="y", value=0.0), *gain],
-            aid="Above 0 dB the loop follows and rejects. Bar: gain margin, met where the phase is −180°.",
+            aid="Above 0 dB the loop tracks and rejects. Bar: gain margin, read where the phase is −180°.",
         ),
         Panel(
             "loop-phase",
             "Bode: phase",
             across,
-            Axis("phase [°]", step=90),
+            axes.phase,
             [Rule(look=RULE, axis="y", value=-180.0), *phase],
             aid="Bar: phase margin, the distance from −180° where the gain is 0 dB.",
         ),
         Panel(
             "loop-nyquist",
             "Nyquist",
-            Axis("real part", *NYQUIST[0]),
-            Axis("imaginary part", *NYQUIST[1]),
+            axes.real,
+            axes.imaginary,
             [*circles, *plane, minus_one],
             square=True,
-            aid="The further from −1 (cross) the better: outside the dotted circle Ms is below 2. Marks: margins.",
+            aid="Distance from −1 (cross): outside the dotted circle Ms is below 2. Marks: gain and phase margin.",
         ),
     ]
 

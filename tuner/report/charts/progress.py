@@ -7,6 +7,7 @@ from tuner.documents.tuning_tables import History
 from tuner.report.charts.chart import Axis, Bars, Line, Mark, Panel, Points
 from tuner.report.charts.front import LAYERS, layer_of, shown_range
 from tuner.report.charts.look import DEFAULT, FRONT, RULE, TUNED, Look
+from tuner.report.labels import definition_text, named
 from tuner.text.numbers import count, significant
 from tuner.text.units import bracketed
 
@@ -25,7 +26,7 @@ def progress_panels(history: History) -> list[Panel]:
             x,
             Axis(""),
             [_series(history, volume, TUNED._replace(symbol="circle"))],
-            aid="Share of the box between zero and 1.1 times the default's values that the front dominates; level: found.",
+            aid="Share of the box between zero and 1.1 times the default's values that the front dominates.",
         ),
         Panel(
             "progress-feasible",
@@ -33,7 +34,7 @@ def progress_panels(history: History) -> list[Panel]:
             x,
             Axis("", -4.0, 104.0),
             [_series(history, share, FRONT._replace(symbol="square"))],
-            aid="Share of a generation's candidates that break no limit.",
+            aid="Share of a generation's candidates that violate no limit.",
         ),
     ]
     if history.flights_saved is not None or history.flights_raced is not None:
@@ -60,12 +61,12 @@ def front_probability_panel(results: TuningFolder) -> Panel | None:
         y=100.0 * probability[rows],
         labels=[front.points[row] for row in rows],
     )
-    aid = "Share of resamples of the flights on which no other finalist is better in everything."
+    aid = "Bootstrap probability that no other finalist dominates this point."
     return Panel(
         "probability",
-        "Places on the front",
-        Axis("finalists, surest first"),
-        Axis("on the front [%]", 0.0, 104.0),
+        "Probability of being on the front",
+        Axis("finalists, by probability"),
+        Axis("probability [%]", 0.0, 104.0),
         [bars],
         aid=aid,
     )
@@ -86,27 +87,27 @@ def _series(history: History, values: np.ndarray, look: Look) -> Line:
         y=values,
         tips=(flights, flights),
         marked=slice(None),
-        tip="%{y:.4~g} after %{customdata[0]:,.0f} flights",
+        tip="%{y:.4~g} after %{customdata[0]:,.0f} simulations",
     )
 
 
 def _flights(history: History) -> Panel:
     layers = (
-        ("flown", history.flights, TUNED._replace(symbol="")),
-        ("saved by racing", history.flights_raced, FRONT._replace(symbol="/")),
-        ("saved by screening", history.flights_saved, DEFAULT._replace(symbol="x")),
+        ("made", history.flights, TUNED._replace(symbol="")),
+        ("skipped by racing", history.flights_raced, FRONT._replace(symbol="/")),
+        ("skipped by pre-screening", history.flights_saved, DEFAULT._replace(symbol="x")),
     )
     bars = [
         Bars(name=name, look=look, x=history.generation, y=counts, stacked=True)
         for name, counts, look in layers
         if counts is not None
     ]
-    aid = "What the search flew, and what requirements and races spared it."
+    aid = "Simulations made, and skipped by pre-screening and racing."
     return Panel(
         "progress-saved",
-        "Flights",
+        "Simulations",
         _generations(history),
-        Axis("flights, cumulative"),
+        Axis("simulations, cumulative"),
         bars,
         aid=aid,
         stacked=True,
@@ -130,7 +131,7 @@ def _gap(results: TuningFolder, i: int) -> Panel:
             marks.append(Points(look=look, x=search[rows], y=held_out[rows], y_ends=held, labels=labels, hover=hover))
     x, y = (Axis(bracketed(name, entry.unit), float(ends[0]), float(ends[1]), log) for name in ("search", "held-out"))
     aid = f"{count(len(front.points))} finalists; above the dotted line the search was optimistic."
-    return Panel(f"gap-{i}", entry.label, x, y, marks, aid=aid)
+    return Panel(f"gap-{i}", named(results, entry, short=True), x, y, marks, aid=aid, tip=definition_text(entry))
 
 
 def _gap_words(results: TuningFolder, i: int, row: int) -> str:

@@ -32,7 +32,7 @@ class TextLayer(NamedTuple):
 
 def failed_flights_text(lost: np.ndarray) -> str:
     """Return the legend of points that lost flights; lost (points,): how many each lost."""
-    return f"lost flights when held out ({int((lost > 0).sum())} points, {int(lost.sum())} flights; at the edge if beyond it)"
+    return f"failed flights when held out ({int((lost > 0).sum())} points, {int(lost.sum())} flights; at the edge if beyond it)"
 
 
 def front_lines(results: TuningFolder, width: int, height: int) -> list[str]:

@@ -299,8 +299,10 @@ def _shown(mark: Mark) -> Plotly:
 
 
 def _layout(panel: Panel, shapes: list[Plotly], words: list[Plotly]) -> Plotly:
+    # A square panel keeps the ends of its axes: its plot area becomes as narrow as they ask for.
+    fitted = {"constrain": "domain"} if panel.square else {}
     square = {"scaleanchor": "x"} if panel.square else {}
-    layout: Plotly = {"xaxis": _axis(panel.x), "yaxis": _axis(panel.y) | square}
+    layout: Plotly = {"xaxis": _axis(panel.x) | fitted, "yaxis": _axis(panel.y) | square | fitted}
     if shapes:
         layout["shapes"] = shapes
     if words:

@@ -2,10 +2,14 @@
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import DifferenceRow, QuantityRow
+from tuner.documents.verdicts import NO_DIFFERENCE, shown_verdict
+from tuner.report.changes import relative_change
 from tuner.report.charts.look import looks_of, sample
 from tuner.report.charts.strip import StripScale, interval, ruler, scale
+from tuner.report.charts.web import term
+from tuner.report.labels import contest_label
 from tuner.text.markup import Markup, element, join
-from tuner.text.numbers import estimate, fixed
+from tuner.text.numbers import estimate
 from tuner.text.sentences import listing
 from tuner.text.units import bracketed
 
@@ -19,7 +23,7 @@ def forests(contest: ComparedFolder) -> Markup:
     for quantity in contest.shown.quantities:
         rows = [entry for entry in contest.shown.differences if entry.quantity == quantity.label]
         if rows and not any(number for entry in rows for number in entry.estimate):
-            same.append(quantity.label)
+            same.append(contest_label(contest, quantity.label))
         elif rows:
             (shown if quantity.kind in OPEN_KINDS else collapsible).append(_card(contest, quantity, rows))
     if not shown:
@@ -44,7 +48,11 @@ def _card(contest: ComparedFolder, quantity: QuantityRow, rows: list[DifferenceR
     near = [_row(contest, quantity, entry, shown) for entry in rows if related(contest, entry)]
     far = [_row(contest, quantity, entry, shown) for entry in rows if not related(contest, entry)]
     foot = element("div", element("span"), ruler(shown), class_="strip-row", aria_hidden="true")
-    parts = [element("figcaption", bracketed(quantity.label, quantity.unit)), element("ul", *near), foot]
+    parts = [
+        element("figcaption", term(bracketed(contest_label(contest, quantity.label), quantity.unit), quantity.label)),
+        element("ul", *near),
+        foot,
+    ]
     if far:
         what = element("summary", f"{len(far)} pairs that differ in laws and airframe")
         parts.append(element("details", what, element("ul", *far), class_="plain"))
@@ -72,13 +80,12 @@ def _name(contest: ComparedFolder, name: str) -> Markup:
 
 def _verdict(entry: DifferenceRow) -> Markup:
     if entry.lower is None:
-        return element("span", "≈ no clear difference", class_="verdict no-clear-difference")
+        return element("span", f"≈ {shown_verdict(NO_DIFFERENCE)}", class_="verdict no-clear-difference")
     return element("span", f"✓ {entry.lower} is lower", class_="verdict")
 
 
 def _relative(contest: ComparedFolder, quantity: QuantityRow, entry: DifferenceRow) -> str:
-    """Return the difference as a share of the first contender's value, where that says something."""
+    """Return the difference in per cent of the first contender's value, or ""."""
     first = contest.estimates.get((entry.first, quantity.label))
-    if first is None or not first.value or first.value < 0.0:
-        return ""
-    return f"{fixed(100.0 * entry.difference / first.value, 0, signed=True)} %"
+    relative = None if first is None else relative_change(first, entry.estimate)
+    return relative[0] if relative else ""

@@ -6,6 +6,7 @@ from tuner.documents.contest import ComparedFolder, ContenderScores
 from tuner.documents.contest_document import QuantityRow
 from tuner.report.charts.chart import Axis, Line, Mark, Panel, span_of, value_axis
 from tuner.report.charts.look import looks_of
+from tuner.report.labels import has_rotors, plain_metric
 from tuner.text.units import plain
 
 # Steps of a drawn function at most; a chart is some 400 pixels wide.
@@ -14,7 +15,7 @@ MOST_STEPS = 200
 TAIL = 0.01
 # Where the shown values span more than this factor, a linear axis would press most of them into a corner.
 LOG_FACTOR = 25.0
-SHARE = Axis("flights [%]", -2.0, 102.0)
+SHARE = Axis("runs [%]", -2.0, 102.0)
 
 
 def distribution_panels(contest: ComparedFolder) -> list[Panel]:
@@ -27,8 +28,9 @@ def distribution_panels(contest: ComparedFolder) -> list[Panel]:
         shown = span_of([np.quantile(entry.values, [0.0, 1.0 - TAIL], axis=0) for entry in scores], LOG_FACTOR)
         where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
         marks = [_curve(contest, entry, plain(quantity.unit)) for entry in scores]
-        x = value_axis(quantity.metric, quantity.unit, shown)
-        panels.append(Panel(f"distribution-{number}", f"{quantity.metric}, {where}", x, SHARE, marks))
+        name = plain_metric(quantity.metric, has_rotors(contest))
+        x = value_axis(name, quantity.unit, shown)
+        panels.append(Panel(f"distribution-{number}", f"{name}, {where}", x, SHARE, marks, tip=quantity.metric))
     return panels
 
 
@@ -55,6 +57,6 @@ def _curve(contest: ComparedFolder, entry: ContenderScores, unit: str) -> Mark:
         x=np.append(x[0], x),
         y=np.append(0.0, y),
         steps=True,
-        tip=f"%{{y:.3~g}} % of flights at most %{{x:.4~g}} {unit}",
+        tip=f"%{{y:.3~g}} % of runs at most %{{x:.4~g}} {unit}",
         show={"layer": contest.layer(entry.contender)},
     )

@@ -12,6 +12,7 @@ from tuner.report.charts.chart import AxisRange, Line, Mark, Panel, Points, row_
 from tuner.report.charts.front import lost_points
 from tuner.report.charts.look import Look, looks_of
 from tuner.report.contest.contenders_section import Gain, joined
+from tuner.report.labels import contest_label
 from tuner.text.numbers import estimate, significant
 from tuner.text.sentences import counted
 from tuner.text.units import plain
@@ -26,7 +27,7 @@ PLACES = ("top right", "bottom left", "bottom right", "top left")
 
 
 def fronts_panels(contest: ComparedFolder) -> list[Panel]:
-    """Return the panels, one with a row a contender where there is one objective; nothing where nothing was tuned."""
+    """Return a panel for each pair of objectives, or a ranking."""
     fronts = contest.fronts
     if fronts is None or not contest.front_points:
         return []
@@ -42,12 +43,14 @@ def hover_texts(contest: ComparedFolder, fronts: FrontsPart, front: ContenderFro
     texts = []
     for row, point in enumerate(front.points):
         mark = ", recommended" if front.recommended[row] else ""
-        mark += f", lost {counted(int(front.lost[row]), 'flight')}" if front.lost[row] else ""
+        mark += f", {counted(int(front.lost[row]), 'failed flight')}" if front.lost[row] else ""
         lines = [f"<b>{escape(front.contender)} {escape(point)}</b>{mark}"]
         for i, label in enumerate(fronts.objectives):
             middle, low, high = (float(part[row, i]) for part in (front.values, front.low, front.high))
             value, ends = estimate(middle, low, high)
-            lines.append(escape(f"{label}: {value} {ends} {plain(contest.quantity[label].unit)}"))
+            lines.append(
+                escape(f"{contest_label(contest, label)}: {value} {ends} {plain(contest.quantity[label].unit)}")
+            )
         gains = joined([Gain(name, value, "") for name, value in front.gains[row].items()])
         lines += [escape(f"{gain.address} = {significant(gain.value)}") for gain in gains]
         texts.append("<br>".join(lines))
@@ -65,9 +68,12 @@ def _span(contest: ComparedFolder, objective: int) -> AxisRange:
 def _pair(contest: ComparedFolder, fronts: FrontsPart, i: int, j: int) -> Panel:
     marks = [mark for front in contest.front_points for mark in _front(contest, fronts, front, (i, j))]
     x, y = (
-        value_axis(fronts.objectives[k], contest.quantity[fronts.objectives[k]].unit, _span(contest, k)) for k in (i, j)
+        value_axis(
+            contest_label(contest, fronts.objectives[k]), contest.quantity[fronts.objectives[k]].unit, _span(contest, k)
+        )
+        for k in (i, j)
     )
-    title = f"{fronts.objectives[j]} over {fronts.objectives[i]}"
+    title = f"{contest_label(contest, fronts.objectives[j])} over {contest_label(contest, fronts.objectives[i])}"
     return Panel(f"front-{i}-{j}", title, x, y, marks, form="pair")
 
 
@@ -107,5 +113,5 @@ def _ranking(contest: ComparedFolder, fronts: FrontsPart) -> Panel:
         height, ends = np.full(len(front.points), -float(row)), [(front.low[:, 0], front.high[:, 0])]
         marks += _points(contest, fronts, front, front.values[:, 0], height, looks_of(contest)[front.contender], ends)
     label = fronts.objectives[0]
-    x = value_axis(label, contest.quantity[label].unit, _span(contest, 0))
+    x = value_axis(contest_label(contest, label), contest.quantity[label].unit, _span(contest, 0))
     return Panel("front-ranking", label, x, row_axis(names), marks, form="pair", rows=True)

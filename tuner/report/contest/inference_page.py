@@ -12,9 +12,9 @@ from tuner.text.sentences import counted, listing
 AIDS = {
     "cells": "Printed numbers against held-out flights at the inferred setting: median with the central 95 % of flights. "
     "A number is reproduced where it lies inside these; before: the same with the values that the study started from.",
-    "unknowns": "Diamond: inferred; square: before; thick bar: what fits about as well; thin bar: how far the printed numbers, "
-    "being one draw, tell the value (68 %).",
-    "ratios": "Two contenders in the same air: what one printed number over another asks of a single flight.",
+    "unknowns": "Diamond: inferred; square: before; thick bar: values that fit about as well; thin bar: 68 % interval, as the "
+    "printed numbers are one draw.",
+    "ratios": "Two contenders in the same air: ratio of two printed numbers against that of single flights.",
     "misfits": "The factor by which our medians typically miss the printed numbers. The other settings are those that no "
     "setting beats in every kind of number at once.",
 }
@@ -40,6 +40,7 @@ def inference_page(inference: InferenceDocument, environment: Environment, study
         title=inference.title,
         lead=join(
             (
+                element("p", _answer(inference), class_="answer"),
                 element("p", _lead(inference), class_="lead"),
                 element("p", inference.description, class_="aid") if inference.description else "",
                 words,
@@ -51,6 +52,15 @@ def inference_page(inference: InferenceDocument, environment: Environment, study
     )
 
 
+def _answer(inference: InferenceDocument) -> str:
+    cells, inferred, before = len(inference.cells), inference.misfit.inferred.inside, inference.misfit.default.inside
+    never = sum(cell.by == "nowhere" for cell in inference.cells)
+    lacking = (
+        f" {counted(never, 'number').capitalize()} {'is' if never == 1 else 'are'} reproduced by no setting tried."
+    )
+    return f"The inferred values reproduce {inferred} of {cells} printed numbers (before: {before}).{lacking if never else ''}"
+
+
 def _lead(inference: InferenceDocument) -> str:
     cells, unknowns = len(inference.cells), len(inference.unknowns)
     return (
@@ -60,13 +70,7 @@ def _lead(inference: InferenceDocument) -> str:
 
 
 def _key_figures(inference: InferenceDocument) -> list[tuple[str, str]]:
-    default, inferred = inference.misfit.default, inference.misfit.inferred
-    cells = len(inference.cells)
-    never = sum(cell.by == "nowhere" for cell in inference.cells)
     return [
-        ("Numbers inside, inferred", f"{inferred.inside} of {cells}"),
-        ("Numbers inside, before", f"{default.inside} of {cells}"),
-        ("Inside under no setting", count(never)),
         ("Settings tried", count(inference.settings.tried)),
         ("Flights", count(inference.flights)),
         ("Wall time", duration(inference.wall_seconds)),
@@ -85,4 +89,4 @@ def _provenance(inference: InferenceDocument, environment: Environment, study: s
         ("Fits about as well", f"misfit within {per_cent(settings.near)} of the least"),
         *environment_facts(environment),
     ]
-    return join((described(facts, class_="facts columns"), collapsible_text("Study file as given", study)))
+    return join((described(facts, class_="facts columns"), collapsible_text("Study file", study)))

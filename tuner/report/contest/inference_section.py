@@ -1,4 +1,4 @@
-"""An inference as tables: which printed numbers some setting reproduces, and what they tell of the open values."""
+"""An inference as tables: which printed numbers some setting reproduces, and the open values that they identify."""
 
 from math import exp
 
@@ -10,9 +10,9 @@ from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, estimate, significant
 from tuner.text.units import marked_up
 
-UNKNOWN_HEAD = ("Open value", "Unit", "Before", "Inferred", "Range searched", "Told by the printed numbers?")
+UNKNOWN_HEAD = ("Open value", "Unit", "Before", "Inferred", "Range searched", "Identified?")
 RATIO_HEAD = ("Ratio", "Printed", "Ours at the inferred setting", "Reproduced?")
-VERDICTS = {"told": "✓ told", "loosely": "≈ loosely", "not": "✗ not told"}
+VERDICTS = {"told": "✓ identified", "loosely": "≈ loosely", "not": "✗ not identified"}
 BY = {
     "here": "✓ inside at the inferred setting",
     "near": "≈ inside under a setting that fits about as well",

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from tuner.documents.contest import ComparedFolder
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.web import grid, page_data
+from tuner.report.contest.answer import answer_text
 from tuner.report.contest.contenders_section import contenders_table, gains_cards
 from tuner.report.contest.controls import contender_switches, interval_switch, response_choices
 from tuner.report.contest.differences_section import forests
@@ -16,20 +17,22 @@ from tuner.report.contest.provenance import definitions, document_text, facts
 from tuner.report.contest.published_section import printed_tables, strips
 from tuner.report.contest.response_panels import response_panels
 from tuner.report.contest.values_section import best_table, values_table, volumes_table
-from tuner.report.page import Page, Section, aid, collapsible, collapsible_text, wide
+from tuner.report.labels import contest_label, has_rotors, in_plain_words
+from tuner.report.page import Page, Section, aid, collapsible, collapsible_text, neutral_page, wide
 from tuner.text.markup import Markup, described, element, join
+from tuner.text.neutral import neutral_markup
 
 AIDS = {
     "contenders": "Operations are those of the laws in one control step, counted and not timed.",
-    "values": "Values on the flights of the comparison with 95 % intervals; smaller is better. ★ smallest, ≈ not told apart "
-    "from the smallest by the paired difference, ✗ limit broken. Every drawing has a scale of its own, logarithmic where values "
-    "cover decades; a dashed line is a limit.",
-    "differences": "The one named first minus the other, flight by flight in the same air: left of the line the one named "
-    "first is better. Bar: 95 % interval; filled mark: the interval leaves out zero; hollow mark: it does not.",
-    "fronts": "Down and to the left is better. Ring: the recommended point of a contender; cross: a point that lost flights. "
+    "values": "Values on the flights of the comparison with 95 % intervals; smaller is better. ★ smallest, ≈ not significantly "
+    "different from the smallest, ✗ limit violated. Each drawing has its own scale, logarithmic where values cover decades; "
+    "dashed line: limit.",
+    "differences": "First contender minus second, paired over flights in the same air: left of the line the first is better. "
+    "Bar: 95 % interval; filled mark: significant; hollow mark: not significant.",
+    "fronts": "Down and to the left is better. Ring: the recommended point of a contender; cross: a point with failed flights. "
     "Point at a mark for its gains, drag to zoom, double-click to zoom out.",
-    "best": "The best point of each front that keeps the limit, picked on held-out flights; values are those on the flights of "
-    "the comparison. ★ best in the row.",
+    "best": "Best point of each front that satisfies the limit, selected on held-out flights; values on the flights of the "
+    "comparison. ★ best in the row.",
     "published": "A printed number is one draw: the question is whether one of our flights could have given it. Ours is "
     "the mean over flights with the central 95 % of them in brackets. The percentile is that of the printed number; "
     "fitted: the study was set to meet it.",
@@ -37,33 +40,36 @@ AIDS = {
     "inside.",
     "distributions": "Share of flights with at most this value; the further left and the steeper, the better. The worst "
     "1 % of flights may lie beyond the right end.",
-    "responses": "Bold line: flight 0, the same air for all; band: 5 to 95 % of flights; dotted: the reference. Zooming one "
-    "chart in time zooms all.",
-    "gains": "In the units of the study file; bold: chosen by the search.",
+    "responses": "Bold line: flight 0, in the same air for all; band: 5 to 95 % of flights; dotted: reference. Time axes zoom "
+    "together.",
+    "gains": "In the units of the study file; bold: searched.",
 }
 
 
 def contest_page(contest: ComparedFolder) -> Page:
     """Return the page of a contest."""
     fronts, responses, spreads = fronts_panels(contest), response_panels(contest), distribution_panels(contest)
-    document = contest.document
-    lead = (
-        element("p", lead_text(contest), " Angles are in degrees.", class_="lead"),
+    document, names = contest.document, {label: contest_label(contest, label) for label in contest.quantity}
+    lead = lead_text(contest) if has_rotors(contest) else neutral_markup(lead_text(contest))
+    parts = (
+        element("p", answer, class_="answer") if (answer := answer_text(contest)) else "",
+        element("p", lead, " Angles are in degrees.", class_="lead"),
         element("p", document.description, class_="aid") if document.description else "",
         words(contest),
         claims(contest),
     )
-    return Page(
+    page = Page(
         kind="comparison" if contest.kind == "comparison" else "contest report",
         title=document.title,
         ending=document.ending,
-        lead=join(lead),
+        lead=join(parts),
         opening=Markup(),
-        warnings=document.warnings,
+        warnings=[in_plain_words(text, names) for text in document.warnings],
         sections=_sections(contest, fronts, responses, spreads),
         data=page_data([*fronts, *responses, *spreads]),
         bar=contender_switches(contest),
     )
+    return page if has_rotors(contest) else neutral_page(page)
 
 
 def _sections(
@@ -130,9 +136,9 @@ def _inference(contest: ComparedFolder) -> list[Section]:
 
 def _provenance(contest: ComparedFolder) -> Markup:
     folds = (
-        collapsible("What the words mean", definitions(contest)),
-        collapsible_text("Study file as given", contest.study_text),
-        collapsible_text("Every number of this page, as JSON", document_text(contest)),
+        collapsible("Definitions", definitions(contest)),
+        collapsible_text("Study file", contest.study_text),
+        collapsible_text("All numbers of this page, as JSON", document_text(contest)),
     )
     return join(
         (described(key_figures(contest), class_="figures"), facts(contest), element("div", *folds, class_="foldings"))

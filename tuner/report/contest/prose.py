@@ -2,6 +2,7 @@
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import ClaimRow, RulingRow
+from tuner.report.labels import contest_label, in_plain_words
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count, duration, estimate
 from tuner.text.sentences import counted, listing
@@ -15,7 +16,7 @@ def lead_text(contest: ComparedFolder) -> Markup:
     """Return the lead: who flew what, how often and on which airframes."""
     many = counted(len(contest.contenders), "controller")
     where = listing([f"{count(entry.flights)} of {entry.scenario}" for entry in contest.document.compared_on])
-    flown = f" flew {listing(contest.flown)} through the same flights ({where}), each in the same air. "
+    flown = f" on {listing(contest.flown)}, compared on the same flights in the same air ({where}). "
     return join((element("strong", many[:1].upper() + many[1:]), flown, _tuned(contest)))
 
 
@@ -23,9 +24,10 @@ def _tuned(contest: ComparedFolder) -> str:
     """Return whose gains a search had chosen before."""
     names = {tuned: [entry.name for entry in contest.contenders if entry.tuned is tuned] for tuned in (True, False)}
     if not names[True]:
-        return "Their gains are given, nothing was tuned."
-    tuned = "A search had tuned " + ("every one" if not names[False] else listing(names[True])) + " before"
-    return f"{tuned}, {listing(names[False])} flew with gains as given." if names[False] else f"{tuned}."
+        return "All gains were given, none were tuned."
+    if not names[False]:
+        return "All were tuned by a search."
+    return f"Tuned by a search: {listing(names[True])}; gains as given: {listing(names[False])}."
 
 
 def key_figures(contest: ComparedFolder) -> list[tuple[str, str]]:
@@ -47,8 +49,13 @@ def key_figures(contest: ComparedFolder) -> list[tuple[str, str]]:
 def words(contest: ComparedFolder) -> Markup:
     """Return the sentences of the contest but for those that only repeat a claim, which stands below them."""
     beginnings = tuple(f'The claim "{claim.text}"' for claim in contest.shown.claims if claim.text)
+    names = {label: contest_label(contest, label) for label in contest.quantity}
     shown = [sentence for sentence in contest.document.words if not (beginnings and sentence.startswith(beginnings))]
-    return element("ul", *[element("li", sentence) for sentence in shown], class_="words") if shown else Markup()
+    return (
+        element("ul", *[element("li", in_plain_words(sentence, names)) for sentence in shown], class_="words")
+        if shown
+        else Markup()
+    )
 
 
 def claims(contest: ComparedFolder) -> Markup:
@@ -75,7 +82,7 @@ def _ruling(contest: ComparedFolder, claim: ClaimRow, row: RulingRow) -> Markup:
     unit = f" {plain(quantity.unit)}" if quantity and quantity.unit else ""
     value, ends = estimate(*row.estimate.parts, signed=True)
     pair = f" {claim.better} − {row.than} in "
-    return element("li", _verdict(row.verdict), pair, element("code", row.quantity), f": {value}{unit} {ends}")
+    return element("li", _verdict(row.verdict), pair, contest_label(contest, row.quantity), f": {value}{unit} {ends}")
 
 
 def _verdict(word: str) -> Markup:

@@ -6,13 +6,13 @@ from tuner.text.markup import Markup, described
 from tuner.text.numbers import MISSING, count, duration, significant
 
 WORDS = (
-    ("Held-out", "flown on scenarios that no search ever saw; flight i meets the same air in every contender's hands."),
-    ("95 % interval", "bootstrap over flights: it covers which flights happened to be drawn, not errors of the model."),
+    ("Held-out", "in scenarios that no search saw; flight i is in the same air for every contender."),
+    ("95 % interval", "bootstrap over flights: it covers the sampling of flights, not errors of the model."),
     (
         "Difference",
-        "paired: taken flight by flight in the same air, so its interval is narrower than those of the two suggest.",
+        "paired over flights in the same air, so its interval is narrower than those of the two values suggest.",
     ),
-    ("Lower", "the whole interval of the difference lies on one side of zero; else no clear difference."),
+    ("Lower", "the whole interval of the difference is on one side of zero; else no significant difference."),
     (
         "Survives, fails, undecided",
         "a claim survives where every difference behind it lies on its side of zero, fails where one lies on the other, "
@@ -25,7 +25,7 @@ WORDS = (
     ("Percentile", "share of our flights that lie below the printed number, in per cent."),
     (
         "Front",
-        "points of a contender that keep every constraint and that no other of its points beats in every objective.",
+        "feasible points of a contender that none of its feasible points dominates.",
     ),
 )
 

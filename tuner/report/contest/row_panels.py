@@ -11,6 +11,7 @@ from tuner.report.charts.chart import Axis, Line, Mark, Panel, Points, Rule, Wor
 from tuner.report.charts.look import BOUND, Look, looks_of
 from tuner.report.contest.differences_section import related
 from tuner.report.contest.published_section import percentile_text, rows_of
+from tuner.report.labels import has_rotors, plain_label
 from tuner.text.units import bracketed
 
 # Panels drawn at most, objectives first.
@@ -38,7 +39,7 @@ def difference_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
     shown = [entry for entry in pairs_by_quantity if any(number for pair in entry[1] for number in pair.estimate)][
         :MOST_PANELS
     ]
-    return [_forest(quantity, pairs, number % columns == 0) for number, (quantity, pairs) in enumerate(shown)]
+    return [_forest(contest, quantity, pairs, number % columns == 0) for number, (quantity, pairs) in enumerate(shown)]
 
 
 def value_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
@@ -51,7 +52,7 @@ def value_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
         if quantity.limit is not None:
             marks.append(Rule(look=BOUND, axis="x", value=quantity.limit))
         names = [entry.name if number % columns == 0 else "" for entry in contest.contenders]
-        panels.append(Panel("", "", Axis(_title(quantity)), row_axis(names), marks, rows=True))
+        panels.append(Panel("", "", Axis(_title(contest, quantity)), row_axis(names), marks, rows=True))
     return panels
 
 
@@ -68,12 +69,12 @@ def _pairs(contest: ComparedFolder, label: str) -> list[DifferenceRow]:
     return [entry for entry in contest.shown.differences if entry.quantity == label and related(contest, entry)]
 
 
-def _forest(quantity: QuantityRow, pairs: Sequence[DifferenceRow], named: bool) -> Panel:
+def _forest(contest: ComparedFolder, quantity: QuantityRow, pairs: Sequence[DifferenceRow], named: bool) -> Panel:
     marks: list[Mark] = [Rule(look=ZERO, axis="x", value=0.0)]
     for row, entry in enumerate(pairs):
         marks += _estimate(entry.estimate, row, UNCLEAR if entry.lower is None else CLEAR)
     names = [f"{entry.second} − {entry.first}" if named else "" for entry in pairs]
-    return Panel("", "", Axis(_title(quantity)), row_axis(names), marks, rows=True)
+    return Panel("", "", Axis(_title(contest, quantity)), row_axis(names), marks, rows=True)
 
 
 def _estimate(estimate: Estimate, row: int, look: Look) -> list[Mark]:
@@ -83,9 +84,10 @@ def _estimate(estimate: Estimate, row: int, look: Look) -> list[Mark]:
     return [Points(look=look, x=place[0], y=place[1], x_ends=(np.array([estimate.low]), np.array([estimate.high])))]
 
 
-def _title(quantity: QuantityRow) -> str:
+def _title(contest: ComparedFolder, quantity: QuantityRow) -> str:
     where = "" if quantity.scenario is None else f"scenario {quantity.scenario}"
-    return f"{bracketed(quantity.label.removesuffix(f'@{quantity.scenario}'), quantity.unit)}\n{where}"
+    name = plain_label(quantity.label, quantity.metric, None, has_rotors(contest), short=True)
+    return f"{bracketed(name, quantity.unit)}\n{where}"
 
 
 def _printed(contest: ComparedFolder, cells: Sequence[PublishedRow], named: bool) -> Panel:

@@ -3,10 +3,11 @@
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import BestRow, BestUnder, FrontsPart, QuantityRow
 from tuner.documents.parts import Estimate, ShareCount
-from tuner.report.answer_section import metric_anchor, risk_words
+from tuner.report.answer_section import metric_anchor
 from tuner.report.charts.look import Look, looks_of, sample
 from tuner.report.charts.strip import NARROW, WIDTH, ruler, scale, stacked
-from tuner.text.markup import Markup, coded, element, join, safe, table
+from tuner.report.labels import contest_label, risk_words
+from tuner.text.markup import Markup, element, join, safe, table
 from tuner.text.numbers import MISSING, count, estimate, significant
 from tuner.text.sentences import bound_text
 from tuner.text.units import marked_up, plain
@@ -17,9 +18,9 @@ MANY = 4
 VOLUMES_HEAD = ("Front of", "Points", "Share of the common box (hypervolume)")
 KINDS = {
     "objective": "Objectives: smaller is better",
-    "constraint": "Constraints: kept or broken",
-    "published": "Asked for by printed numbers",
-    "claimed": "Asked for by claims",
+    "constraint": "Limits",
+    "published": "Compared with printed numbers",
+    "claimed": "Compared for claims",
 }
 
 
@@ -34,14 +35,15 @@ def values_table(contest: ComparedFolder) -> Markup:
     return element("table", element("thead", _head(contest)), *groups, class_=f"values{many} stacked")
 
 
-def quantity_head(quantity: QuantityRow) -> Markup:
-    """Return label, unit, risk and scenario of a quantity, the label linked to the metric's definition."""
-    name = element("code", quantity.label.removesuffix(f"@{quantity.scenario}"))
-    link = element("a", name, href=f"#{metric_anchor(quantity.metric)}")
+def quantity_head(contest: ComparedFolder, quantity: QuantityRow) -> Markup:
+    """Return the row head of a quantity: name, unit, label and limit."""
     where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
-    about = join((coded(risk_words(quantity.label, quantity.risk_text)), ", ", where))
+    tip = f"{quantity.definition}; {risk_words(quantity.label, quantity.risk_text)}, {where}".replace("`", "")
+    name = contest_label(contest, quantity.label)
+    link = element("a", name, href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
+    about = element("code", quantity.label)
     if quantity.limit is not None:
-        about = join((bound_text(quantity.limit), "; ", about))
+        about = join((about, ", ", bound_text(quantity.limit)))
     unit = join((" [", marked_up(quantity.unit), "]")) if quantity.unit else Markup()
     return join((link, unit, element("small", about)))
 
@@ -70,7 +72,7 @@ def _row(contest: ComparedFolder, quantity: QuantityRow) -> list[Markup]:
     names = [*[entry.name for entry in contest.contenders], "On one scale"]
     content = [*shown, drawn]
     cells = [element("td", element("div", cell), data_label=name) for name, cell in zip(names, content, strict=True)]
-    return [element("th", quantity_head(quantity), scope="row"), *cells]
+    return [element("th", quantity_head(contest, quantity), scope="row"), *cells]
 
 
 def _drawing(rows: list[tuple[Look, Estimate]], limit: float | None, width: float) -> Markup:
@@ -89,7 +91,7 @@ def _cell(quantity: QuantityRow, entry: Estimate | None, best: bool, close: bool
     sign = f"{BEST} " if best else f"{CLOSE} " if close else ""
     number = element("strong" if best else "span", sign, value, class_="number")
     broken = quantity.limit is not None and entry.value is not None and entry.value > quantity.limit
-    remark = element("small", f"{BROKEN} limit broken", class_="broken") if broken else ""
+    remark = element("small", f"{BROKEN} limit violated", class_="broken") if broken else ""
     seen = "" if count is None else element("small", count.words, class_="interval")
     return element("span", number, element("small", interval, class_="interval"), seen, remark)
 
@@ -107,10 +109,10 @@ def best_table(contest: ComparedFolder) -> Markup:
 def _best_row(contest: ComparedFolder, entry: BestUnder, names: list[str]) -> Markup:
     objective, other = contest.quantity[entry.objective], contest.quantity[entry.subject_to]
     condition = join(
-        ("with ", element("code", other.label), f" at most {significant(entry.limit)} ", marked_up(other.unit))
+        ("with ", contest_label(contest, other.label), f" at most {significant(entry.limit)} ", marked_up(other.unit))
     )
     unit = join((" [", marked_up(objective.unit), "]")) if objective.unit else Markup()
-    head = join((element("code", objective.label), unit, element("small", condition)))
+    head = join((contest_label(contest, objective.label), unit, element("small", condition)))
     rows = {row.contender: row for row in entry.rows}
     values = {name: row.value for name, row in rows.items() if row.value is not None}
     best = min(values, key=lambda name: values[name]) if values else None
@@ -120,7 +122,7 @@ def _best_row(contest: ComparedFolder, entry: BestUnder, names: list[str]) -> Ma
 
 def _best_cell(row: BestRow | None, best: bool) -> Markup:
     if row is None or row.point is None:
-        return element("small", "no point keeps it")
+        return element("small", "no point satisfies it")
     value, interval = estimate(*row.estimate.parts)
     number = element("strong" if best else "span", f"{BEST} " if best else "", value, class_="number")
     return element("span", number, element("small", interval, class_="interval"), element("small", safe(row.point)))
@@ -141,7 +143,8 @@ def volumes_table(contest: ComparedFolder, fronts: FrontsPart) -> Markup:
         rows.append([name, points, element("span", number, " ", element("small", ends, class_="interval"))])
     reference = [(contest.quantity[label], value) for label, value in fronts.reference.items()]
     corner = ", ".join(
-        f"{entry.label} {significant(value, 3)} {plain(entry.unit)}".rstrip() for entry, value in reference
+        f"{contest_label(contest, entry.label)} {significant(value, 3)} {plain(entry.unit)}".rstrip()
+        for entry, value in reference
     )
     note = element("p", f"The far corner of the box: {corner}.", class_="aid")
     return join((table(VOLUMES_HEAD, rows, class_="volumes stacked"), note))

@@ -3,11 +3,12 @@
 const data = JSON.parse(byId("data").textContent);
 const objectives = data.objectives ?? [];
 const variables = data.variables ?? [];
-// Dimensions of the explorer: objectives in shown units, then gains.
+// Dimensions of the explorer: objectives in shown units, gains, then limited quantities.
 const dimensions = [
-  ...objectives.map((entry, index) => ({ ...entry, index, name: entry.label, gain: false })),
-  ...variables.map((entry, index) => ({ ...entry, index: objectives.length + index, gain: true, definition: entry.meaning })),
-];
+  ...objectives.map((entry) => ({ ...entry, kind: "objective", name: entry.label })),
+  ...variables.map((entry) => ({ ...entry, kind: "gain", definition: entry.meaning })),
+  ...(data.limits ?? []).map((entry) => ({ ...entry, kind: "limit", name: entry.label })),
+].map((entry, index) => ({ ...entry, index }));
 
 function bytesOf(packed) {
   const text = atob(packed);
@@ -36,7 +37,7 @@ const layerOf = (point) => point.role || (point.front ? "front" : "finalist");
 const finalists = (data.points ?? []).map((point) => ({
   name: point.name,
   layer: layerOf(point),
-  values: [...point.held_out, ...point.gains],
+  values: [...point.held_out, ...point.gains, ...point.limited],
   low: point.low,
   high: point.high,
   point,

@@ -38,6 +38,7 @@ const store = makeStore({
   x: 0,
   y: Math.min(1, dimensions.length - 1),
   gains: false,
+  limits: false,
   scenario: byId("choose-scenario")?.value ?? data.responses?.scenarios[0],
   channel: byId("choose-channel")?.value,
   behind: true,

@@ -1,24 +1,27 @@
 // What is selected: an interval for any of the dimensions, the same for every view. Pure functions.
 
+// A margin that no crossing limits is infinite, and null in the data.
+const valueOf = (row, i) => (row.values[i] === null ? Infinity : row.values[i]);
 const passes = (row, ranges) =>
-  Object.entries(ranges).every(([i, [low, high]]) => row.values[i] >= low && row.values[i] <= high);
+  Object.entries(ranges).every(([i, [low, high]]) => valueOf(row, i) >= low && valueOf(row, i) <= high);
 
 function withRange(ranges, dimension, range) {
   const { [dimension]: _, ...others } = ranges;
   return Object.freeze(range ? { ...others, [dimension]: range } : others);
 }
 
-// An upper end alone, as aspiration levels set it; the lower end of a brush stays.
-function withLevel(ranges, dimension, level) {
-  const low = ranges[dimension]?.[0] ?? -Infinity;
-  return withRange(ranges, dimension, level === Infinity && low === -Infinity ? null : [low, level]);
+// One end alone, the lower (0) or the upper (1), as sliders set it; the other end of a brush stays.
+function withLevel(ranges, dimension, end, level) {
+  const range = [...(ranges[dimension] ?? [-Infinity, Infinity])];
+  range[end] = level;
+  return withRange(ranges, dimension, range.some(Number.isFinite) ? range : null);
 }
 
 // How far a row is from what is selected: the largest excess, in shares of the spans shown.
 function distanceTo(row, ranges, spans) {
   const apart = Object.entries(ranges).map(([i, [low, high]]) => {
     const span = spans[i].high - spans[i].low || 1;
-    return Math.max(low - row.values[i], row.values[i] - high, 0) / span;
+    return Math.max(low - valueOf(row, i), valueOf(row, i) - high, 0) / span;
   });
   return Math.max(0, ...apart);
 }

@@ -3,7 +3,7 @@
 const PART = 0.14;
 
 function startParallel() {
-  const axes = () => (store.get().gains ? dimensions : dimensions.slice(0, objectives.length));
+  const axes = () => dimensions.filter(({ kind }) => kind === "objective" || store.get()[`${kind}s`]);
   let start = 0;
   const build = () => {
     const shown = axes();
@@ -14,10 +14,10 @@ function startParallel() {
     const lines = [...searchedLines(rows.filter((row) => !row.low), shown), ...flown.flatMap((row) => parallelLine(row, shown))];
     const ticks = shown.map((axis, k) => tickMarks(axis, k, shown.length));
     const bars = shown.flatMap((axis, k) => axisShapes(ranges[axis.index], axis, k));
-    const titles = shown.map((axis, k) => ({ x: k, y: 1.06, text: titleOf(axis), showarrow: false, yanchor: "bottom", font: { color: colour("muted"), size: 12 } }));
+    const titles = shown.map((axis, k) => ({ x: k, y: 1.06, text: titleOf(axis, shown.length > 4 ? 18 : 30), showarrow: false, yanchor: "bottom", font: { color: colour("muted"), size: 12 } }));
     const bare = { showgrid: false, showticklabels: false, fixedrange: true, zeroline: false };
     return { traces: lines, layout: layoutOf({
-      xaxis: { ...bare, range: [-0.32, shown.length - 0.68] }, yaxis: { ...bare, range: [-0.05, 1.26] }, ...selecting, selectdirection: "v",
+      xaxis: { ...bare, range: [-0.32, shown.length - 0.68] }, yaxis: { ...bare, range: [-0.05, 1.42] }, ...selecting, selectdirection: "v",
       shapes: bars, annotations: [...titles, ...ticks.flat()], margin: { l: 4, r: 4, t: 4, b: 4 },
     }) };
   };
@@ -26,7 +26,7 @@ function startParallel() {
     const axis = axes()[nearest()];
     return [[axis.index, y.map((place) => valueAt(axis, Math.min(Math.max(place, 0), 1)))]];
   };
-  const made = addChart("parallel", ["ranges", "off", "picked", "gains"], build, (element) => addSelecting(element, found,
+  const made = addChart("parallel", ["ranges", "off", "picked", "gains", "limits"], build, (element) => addSelecting(element, found,
     () => store.set({ ranges: withRange(store.get().ranges, axes()[nearest()].index, null) })));
   if (!made) return;
   made.element.addEventListener("pointerdown", (event) => {
@@ -36,9 +36,14 @@ function startParallel() {
   addKeys(made.element, () => 0);
 }
 
-const titleOf = ({ name, unit }) => {
-  const short = name.length > 22 ? `${name.slice(0, 21)}…` : name;
-  return escaped(short) + (unit ? `<br>[${escaped(unit)}]` : "");
+// A title over an axis, in lines that are no longer than an axis is wide.
+const titleOf = (axis, width) => {
+  const lines = [""];
+  for (const word of axisTitle(axis).split(" ")) {
+    if (lines.at(-1) && `${lines.at(-1)} ${word}`.length > width) lines.push("");
+    lines.push(`${lines.pop()} ${word}`.trim());
+  }
+  return lines.map(escaped).join("<br>");
 };
 const heights = (row, shown) => shown.map((axis) => Math.min(Math.max(placeIn(axis, row.values[axis.index]), 0), 1));
 

@@ -1,4 +1,4 @@
-// Layers, axes, aspiration levels and what is selected, in native controls, so that keys reach them.
+// Layers, axes, sliders and what is selected, in native controls, so that keys reach them.
 
 const STEPS = 1000;
 // A key press moves a slider by this many steps, a fiftieth of its way.
@@ -20,38 +20,43 @@ function startControls() {
     choice?.addEventListener("change", () => store.set({ [key === "airframe" ? "picked" : key]: choice.value }));
   }
   byId("behind")?.addEventListener("change", (event) => store.set({ behind: event.target.checked }));
-  byId("with-gains")?.addEventListener("change", (event) => store.set({ gains: event.target.checked }));
+  for (const key of ["gains", "limits"]) byId(`with-${key}`)?.addEventListener("change", (event) => store.set({ [key]: event.target.checked }));
   byId("clear")?.addEventListener("click", () => store.set({ ranges: Object.freeze({}) }));
   startLevels();
   store.on(["ranges"], showSelection);
   showSelection();
 }
 
-// A slider for each objective; at its right end there is no limit.
+// A slider for each objective and each limited quantity; at its far end there is no limit.
 function startLevels() {
-  const holder = byId("levels");
-  if (!holder) return;
-  objectives.forEach((entry, i) => {
-    const slider = make("input", { type: "range", min: 0, max: STEPS, step: STRIDE, value: STEPS, id: `level-${i}`, class: "level" });
-    const shown = make("output", { for: `level-${i}`, class: "number" });
-    slider.addEventListener("input", () => {
-      const level = Number(slider.value) >= STEPS ? Infinity : valueAt(entry, Number(slider.value) / STEPS);
-      store.set({ ranges: withLevel(store.get().ranges, i, level) });
-    });
-    const refresh = () => {
-      const level = store.get().ranges[i]?.[1] ?? Infinity;
-      const text = level === Infinity ? "no limit" : `max ${withUnit(significant(level, 3), entry.unit)}`;
-      if (document.activeElement !== slider || level === Infinity) {
-        slider.value = level === Infinity ? STEPS : Math.round(held(STEPS * placeIn(entry, level), { low: 0, high: STEPS }));
-      }
-      shown.textContent = text;
-      slider.setAttribute("aria-valuetext", text);
-    };
-    store.on(["ranges"], refresh);
-    refresh();
-    holder.append(make("div", { class: "level-row" },
-      make("label", { for: `level-${i}` }, term(entry.label, entry.definition)), slider, shown));
+  for (const dimension of dimensions) {
+    const holder = byId(dimension.kind === "limit" ? "limit-levels" : "levels");
+    if (holder && dimension.kind !== "gain") holder.append(levelRow(dimension));
+  }
+}
+
+function levelRow(entry) {
+  const id = `level-${entry.index}`;
+  // Where large values are good, the left end is the one without a limit.
+  const [end, free, off] = entry.sense === "min" ? [0, -Infinity, 0] : [1, Infinity, STEPS];
+  const slider = make("input", { type: "range", min: 0, max: STEPS, step: STRIDE, value: off, id, class: "level" });
+  const shown = make("output", { for: id, class: "number" });
+  slider.addEventListener("input", () => {
+    const level = Number(slider.value) === off ? free : valueAt(entry, Number(slider.value) / STEPS);
+    store.set({ ranges: withLevel(store.get().ranges, entry.index, end, level) });
   });
+  const refresh = () => {
+    const level = store.get().ranges[entry.index]?.[end] ?? free;
+    const text = level === free ? "no limit" : `${end ? "max" : "min"} ${withUnit(significant(level, 3), entry.unit)}`;
+    if (document.activeElement !== slider || level === free) {
+      slider.value = level === free ? off : Math.round(held(STEPS * placeIn(entry, level), { low: 0, high: STEPS }));
+    }
+    shown.textContent = text;
+    slider.setAttribute("aria-valuetext", text);
+  };
+  store.on(["ranges"], refresh);
+  refresh();
+  return make("div", { class: "level-row" }, make("label", { for: id }, term(entry.label, entry.definition)), slider, shown);
 }
 
 // The intervals selected, each with a button that lets go of it, and how many points are left.
@@ -74,5 +79,5 @@ function countText(kept, all, ranges) {
   if (!Object.keys(ranges).length) return `All ${all.length} finalists are selected.`;
   if (kept.length) return `${kept.length} of ${all.length} finalists ${kept.length === 1 ? "is" : "are"} selected.`;
   const closest = nearest(all, ranges, dimensions);
-  return closest ? `No finalist is all of this; ${closest.name} comes closest.` : "There are no finalists.";
+  return closest ? `No finalist satisfies all of this; ${closest.name} is nearest.` : "There are no finalists.";
 }

@@ -26,9 +26,12 @@ function showFinalists(holder) {
     type: "button", class: "sorter", "data-tip": definition || false, "aria-pressed": String(order === key),
     onclick: () => { store.set({ order: order === key ? -1 : key }); holder.querySelectorAll(".sorter")[key]?.focus(); },
   }, text, order === key ? " ▴" : "");
+  // Limited quantities have a column once they are selected by.
+  const limits = dimensions.filter((entry) => entry.kind === "limit" && ranges[entry.index]);
   const head = [
     "Point",
     ...objectives.map((entry, i) => sorter(axisTitle(entry), entry.definition, i)),
+    ...limits.map((entry) => term(axisTitle(entry), entry.definition)),
     ...data.columns.map((entry, k) => sorter(entry.heading, entry.meaning, objectives.length + k)),
     "State",
   ];
@@ -36,6 +39,7 @@ function showFinalists(holder) {
     make("button", { type: "button", class: "picker", "aria-pressed": String(row.name === picked), "data-point": row.name,
       onclick: () => { pick(row.name); holder.querySelector('[aria-pressed="true"].picker')?.focus(); } }, row.name),
     ...row.point.texts.values.map(numberCell),
+    ...limits.map((entry) => make("span", { class: "number" }, row.values[entry.index] === null ? "∞" : significant(row.values[entry.index]))),
     ...row.point.texts.columns.map((text) => make("span", { class: "number" }, text)),
     [data.states[row.layer], row.point.texts.faults].filter(Boolean).join(", "),
   ]);

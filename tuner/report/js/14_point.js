@@ -74,9 +74,9 @@ function tellResponses() {
   if (!holder) return;
   const { picked, scenario } = store.get();
   const flights = data.responses.flights[scenario];
-  const worst = isNumber(flights[picked]) ? `; its worst flight is number ${flights[picked]}` : "";
+  const worst = isNumber(flights[picked]) ? `; worst case: number ${flights[picked]}` : "";
   holder.textContent = picked in flights ? `${picked} in ${scenario}${worst}`
-    : `No responses of ${picked} are kept; ${Object.keys(flights).length} other points have them.`;
+    : `No responses of ${picked} are stored; ${Object.keys(flights).length} other points have them.`;
 }
 
 // The margins of every loop of the picked point.
@@ -87,5 +87,5 @@ function showMargins() {
   const rows = byName.get(picked).point.texts.loops.map(([channel, stable, ...texts]) =>
     [channel, stable, ...texts.map((text) => make("span", { class: "number" }, text))]);
   const head = ["Loop", "Stable", ...data.margins.map(([text, meaning]) => term(text, meaning)), "Amplitude shown"];
-  holder.replaceChildren(rows.length ? tableOf(head, rows, { class: "margins stacked" }) : make("p", { class: "note" }, `No loops of ${picked} are kept.`));
+  holder.replaceChildren(rows.length ? tableOf(head, rows, { class: "margins stacked" }) : make("p", { class: "note" }, `No loops of ${picked} are stored.`));
 }

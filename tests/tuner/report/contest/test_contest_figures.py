@@ -18,6 +18,7 @@ from tuner.report.contest import time_figures, write_contest_figures
 from tuner.report.contest.figures import FIGURES, differences_figure, fronts_figure, published_figure
 from tuner.report.contest.signals import rate
 from tuner.report.contest.time_figures import BEYOND
+from tuner.report.labels import contest_label
 
 
 @pytest.fixture(scope="module")
@@ -200,7 +201,7 @@ def test_fronts_stand_at_their_values_with_the_recommended_points_ringed(tmp_pat
         figure = fronts_figure(contest)
     axes, labels = panels(figure), content(folder)["fronts"]["objectives"]
     assert len(axes) == {1: 1, 2: 1, 3: 3}[objectives]
-    assert axes[0].get_xlabel() == "cvar80(itae.position) [m]"
+    assert axes[0].get_xlabel() == "position error (ITAE), worst 20 % [m]"
     containers: list[Any] = axes[0].containers
     for name, container in zip(contest.index, containers, strict=True):
         mine = [row for row in rows if row["contender"] == name]
@@ -242,7 +243,9 @@ def test_differences_stand_where_they_are(folder, contest):
         marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
         assert [across(line)[0] for line in marks] == pytest.approx([d["difference"] for d in pairs])
         assert [line.get_markerfacecolor() == "white" for line in marks] == [d["lower"] is None for d in pairs]
-        assert label.split("@")[0] in ax.get_xlabel()
+        assert ax.get_xlabel().startswith(
+            contest_label(contest, label).removesuffix(f", {contest.quantity[label].scenario}")
+        )
     names = [text.get_text() for text in axes[0].get_yticklabels()]
     assert names[0] == "ADRC − PID" and "ADRC (other) − PID" not in names
 

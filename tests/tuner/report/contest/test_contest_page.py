@@ -23,8 +23,10 @@ from tests.tuner.report.contest.reading_contest import (
     table_rows,
 )
 from tests.tuner.report.reading import read, resolved, strings
+from tuner.documents.contest import open_compared
 from tuner.documents.opening import open_results
 from tuner.report.contest import write_contest_report
+from tuner.report.labels import contest_label, in_plain_words
 from tuner.report.page import asset
 from tuner.text.numbers import estimate, significant
 
@@ -79,9 +81,17 @@ def test_figures_are_valid_plotly(folder):
             assert len(trace["x"]) == len(trace["y"]) > 0
 
 
+def plain_names(folder):
+    """The quantities of a contest in plain words, by label."""
+    contest = open_compared(folder)
+    return {label: contest_label(contest, label) for label in contest.quantity}
+
+
 def test_what_was_asked_and_found_is_said_first(folder):
     text, told = said_once(folder), content(folder)
-    for sentence in (told["title"], told["description"], told["words"][0], told["warnings"][0]):
+    plain = plain_names(folder)
+    spoken = [in_plain_words(sentence, plain) for sentence in (told["words"][0], told["warnings"][0])]
+    for sentence in (told["title"], told["description"], *spoken):
         assert 0 <= text.find(sentence) < text.index("Values on the flights of the comparison")
     for claim in told["claims"]:
         assert f"{claim['verdict']} {claim['text']}" in text
@@ -89,7 +99,7 @@ def test_what_was_asked_and_found_is_said_first(folder):
         assert told["words"][1] not in text
         for row in claim["rows"]:
             value, ends = numbers(row, "difference", signed=True)
-            assert f"{claim['better']} − {row['than']} in {row['quantity']} : {value} m {ends}" in text
+            assert f"{claim['better']} − {row['than']} in {plain[row['quantity']]}: {value} m {ends}" in text
 
 
 def test_every_value_stands_in_the_table_with_its_interval(folder):
@@ -101,16 +111,15 @@ def test_every_value_stands_in_the_table_with_its_interval(folder):
         told["quantities"], key=lambda q: ("objective", "constraint", "published", "claimed").index(q["kind"])
     )
     for quantity, row in zip(ordered, rows, strict=True):
-        assert row[""].startswith(quantity["label"].split("@")[0])
-        where = "all scenarios" if quantity["scenario"] is None else f"scenario {quantity['scenario']}"
-        assert where in row[""] and ("`" not in row[""])
+        assert row[""].startswith(plain_names(folder)[quantity["label"]])
+        assert quantity["label"] in row[""] and ("`" not in row[""])
         values = {name: found[name, quantity["label"]] for name in row if name not in ("", "On one scale")}
         assert list(values) == [entry["name"] for entry in told["contenders"]]
         for name, entry in values.items():
             value, ends = numbers(entry)
             assert f"{value} {ends}" in row[name]
             broken = quantity["limit"] is not None and entry["value"] > quantity["limit"]
-            assert ("✗ limit broken" in row[name]) == broken
+            assert ("✗ limit violated" in row[name]) == broken
 
 
 def test_the_best_is_marked_and_who_is_not_told_apart_from_it(folder):
@@ -119,7 +128,12 @@ def test_the_best_is_marked_and_who_is_not_told_apart_from_it(folder):
     names = [entry["name"] for entry in told["contenders"]]
     for row in table_rows(folder, "values"):
         label = next(
-            (q["label"] for q in told["quantities"] if row[""].split(" ")[0] == q["label"].split("@")[0]), None
+            (
+                q["label"]
+                for q in told["quantities"]
+                if row[""].split(" ")[-1] == q["label"] or f" {q['label']}," in row[""]
+            ),
+            None,
         )
         if "On one scale" not in row or label is None:
             continue
@@ -138,20 +152,21 @@ def test_the_best_is_marked_and_who_is_not_told_apart_from_it(folder):
 
 def test_every_difference_stands_in_a_forest(folder):
     told, rows = content(folder), strip_rows(folder)
+    plain = plain_names(folder)
     for entry in told["differences"]:
         if not any(d["difference"] for d in told["differences"] if d["quantity"] == entry["quantity"]):
-            assert "differ at all in mean(failure)" in said_once(folder)
+            assert "differ at all in failed flights" in said_once(folder)
             continue
         value, ends = numbers(entry, "difference", signed=True)
         mine = [
             text
             for caption, text in rows
-            if caption.startswith(entry["quantity"])
+            if caption.startswith(plain[entry["quantity"]])
             and re.match(rf"{re.escape(entry['second'])} − {re.escape(entry['first'])}[−+\d]", text)
         ]
         assert len(mine) == 1
         assert value in mine[0] and ends in mine[0]
-        verdict = "≈ no clear difference" if entry["lower"] is None else f"✓ {entry['lower']} is lower"
+        verdict = "≈ no significant difference" if entry["lower"] is None else f"✓ {entry['lower']} is lower"
         assert mine[0].endswith(verdict)
 
 
@@ -163,7 +178,7 @@ def test_best_under_a_limit(folder):
         assert f"at most {significant(question['limit'])} " in row[""]
         for answer in question["rows"]:
             if answer["point"] is None:
-                assert row[answer["contender"]].strip() == "no point keeps it"
+                assert row[answer["contender"]].strip() == "no point satisfies it"
             else:
                 value, ends = numbers(answer)
                 assert f"{value} {ends} {answer['point']}" in row[answer["contender"]]

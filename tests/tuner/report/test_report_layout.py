@@ -1,0 +1,98 @@
+"""The page at three widths and on paper: nothing is cut, nothing overlaps, and it scrolls sideways inside boxes only.
+
+Skipped where Playwright's Python package or a Chromium is missing.
+"""
+
+import pytest
+
+from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
+from tests.tuner.report.fabricate import fabricate
+from tests.tuner.report.screenshots import browser_path, chromium, offline_page
+from tuner.report import write_report
+from tuner.report.contest import write_contest_report
+
+pytest.importorskip("playwright", reason="Playwright's Python package is not installed")
+pytestmark = pytest.mark.skipif(browser_path() is None, reason="no Chromium is found on this machine")
+
+WIDTHS = (390, 900, 1440)
+PAPER = 703
+"""Width of A4 within its margins, 186 mm [px]."""
+BLOCKS = "main figure, main table, main h2, main h3, main p, main ul, main dl"
+OVERLAPS = """(blocks) => {
+  const shown = [...document.querySelectorAll(blocks)].filter((e) => e.checkVisibility() && e.offsetHeight && !e.closest('.hidden'));
+  // What a box scrolls is as large as the box.
+  const boxes = shown.map((e) => (e.closest('.wide, .tall, pre') ?? e).getBoundingClientRect());
+  const apart = (a, b) => a.right <= b.left + 1 || b.right <= a.left + 1 || a.bottom <= b.top + 1 || b.bottom <= a.top + 1;
+  const out = [];
+  shown.forEach((a, i) => shown.slice(i + 1).forEach((b, k) => {
+    const held = a.contains(b) || b.contains(a) || (a.closest('.wide, .tall') ?? a) === b.closest('.wide, .tall');
+    if (!held && !apart(boxes[i], boxes[i + 1 + k])) out.push([a.outerHTML.slice(0, 60), b.outerHTML.slice(0, 60)]);
+  }));
+  return out;
+}"""
+CUT = """(width) => [...document.querySelectorAll('main table, main figure, header p')]
+  .filter((e) => e.checkVisibility() && e.getBoundingClientRect().right > width + 1).map((e) => e.outerHTML.slice(0, 80))"""
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as started:
+        yield started
+
+
+@pytest.fixture(scope="module", params=["two objectives", "three objectives", "contest"])
+def report(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("layout") / "made-up"
+    if request.param == "contest":
+        return write_contest_report(fabricate_contest(folder))
+    return write_report(fabricate(folder, objectives=2 if request.param == "two objectives" else 3))
+
+
+def opened(browser, report, width):
+    page = offline_page(browser, width)
+    page.goto(report.resolve().as_uri())
+    page.wait_for_selector("html[data-ready]", state="attached")
+    page.evaluate("document.querySelectorAll('section > .fold').forEach((fold) => { fold.open = true; })")
+    return page
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_page_never_scrolls_sideways_and_nothing_overlaps(browser, report, width):
+    page = opened(browser, report, width)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    assert page.evaluate(OVERLAPS, BLOCKS) == []
+    page.context.close()
+
+
+def test_tables_of_answer_and_finalists_are_whole_on_a_wide_screen(browser, report):
+    page = opened(browser, report, 1440)
+    for box in page.query_selector_all("#finalists, .wide:has(> .outcome), .wide:has(> .states), #values .wide"):
+        assert box.evaluate("e => e.scrollWidth <= e.clientWidth"), box.inner_html()[:80]
+    page.context.close()
+
+
+def test_nothing_overlaps_or_is_cut_on_paper(browser, report):
+    page = opened(browser, report, PAPER)
+    page.emulate_media(media="print")
+    page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    assert page.evaluate(OVERLAPS, BLOCKS) == []
+    assert page.evaluate(CUT, PAPER) == []
+    page.context.close()
+
+
+def test_a_limited_quantity_selects_finalists_and_gets_a_column(browser, tmp_path):
+    page = opened(browser, write_report(fabricate(tmp_path / "made-up")), 1440)
+    before = page.locator("#finalists .picker").count()
+    slider = page.locator("#limit-levels .level-row", has_text="phase margin").locator("input")
+    slider.fill("500")
+    left = page.locator("#finalists tbody tr")
+    assert 0 < left.count() < before
+    heads = page.locator("#finalists thead th").all_inner_texts()
+    column = next(k for k, text in enumerate(heads) if text.startswith("phase margin"))
+    low = float(page.locator("#chips button").inner_text().split(" min ")[1].split()[0])
+    cells = [row.locator("th, td").nth(column).inner_text() for row in left.all()]
+    # The chip shows three digits.
+    assert all(text == "∞" or float(text) >= 0.99 * low for text in cells)
+    slider.fill("0")
+    assert page.locator("#finalists .picker").count() == before
+    page.context.close()

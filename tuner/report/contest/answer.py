@@ -1,0 +1,100 @@
+"""The answer of a contest or a comparison: who is better in which objective, significantly or not, and over the whole front."""
+
+from collections.abc import Sequence
+
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.contest_document import QuantityRow
+from tuner.documents.parts import Estimate
+from tuner.report.changes import relative_change
+from tuner.report.labels import contest_label
+from tuner.text.numbers import significant
+from tuner.text.sentences import capitalized, listing
+
+Result = tuple[str, tuple[str, ...]]
+"""Contender with the lowest value, and those whose values are not significantly different from it."""
+
+
+def answer_text(contest: ComparedFolder) -> str:
+    """Return the answer in sentences: objectives at the points compared, fronts, limits."""
+    if len(contest.contenders) < 2:
+        return ""
+    return " ".join(filter(None, [_objectives_text(contest), _fronts_text(contest), _limits_text(contest)]))
+
+
+def _objectives_text(contest: ComparedFolder) -> str:
+    rows = [row for row in contest.shown.quantities if row.kind == "objective"]
+    by_result: dict[Result | None, list[str]] = {}
+    for row in rows:
+        result = _result(contest, row)
+        text = contest_label(contest, row.label)
+        share = _share(contest, row, result) if result else ""
+        by_result.setdefault(result, []).append(f"{text} ({share})" if share else text)
+    clauses = [_clause(contest, result, texts) for result, texts in by_result.items()]
+    return capitalized("; ".join(clauses)) if clauses else ""
+
+
+def _result(contest: ComparedFolder, row: QuantityRow) -> Result | None:
+    """Return the lowest contender of a quantity with its equals: None without any."""
+    best, close = contest.best(row.label), contest.close_to_best(row.label)
+    if not best:
+        return None
+    first, *others = (name for name in contest.index if name in best)
+    return first, (*others, *(name for name in contest.index if name in close))
+
+
+def _clause(contest: ComparedFolder, result: Result | None, objectives: Sequence[str]) -> str:
+    if result is None:
+        return f"no difference in {listing(objectives)}"
+    lowest, even = result
+    others = [name for name in contest.index if name != lowest]
+    if not even:
+        worse = others[0] if len(others) == 1 else f"all {len(others)} others"
+        return f"{lowest} is significantly better than {worse} in {listing(objectives)}"
+    return f"{lowest} is lowest in {listing(objectives)}, not significantly different from {listing(even)}"
+
+
+def _share(contest: ComparedFolder, row: QuantityRow, result: Result) -> str:
+    """Return the difference of two contenders in per cent, or ""."""
+    pairs = [entry for entry in contest.shown.differences if entry.quantity == row.label]
+    if len(contest.contenders) != 2 or len(pairs) != 1:
+        return ""
+    entry, lowest = pairs[0], result[0]
+    higher = entry.first if lowest == entry.second else entry.second
+    value = contest.estimates.get((higher, row.label))
+    change = entry.estimate
+    if lowest == entry.first:
+        change = Estimate(-entry.difference, -entry.high, -entry.low)
+    relative = None if value is None else relative_change(value, change)
+    return " ".join(relative) if relative else ""
+
+
+def _fronts_text(contest: ComparedFolder) -> str:
+    """Return the front with the largest hypervolume in a sentence."""
+    fronts = contest.fronts
+    if fronts is None or len(fronts.hypervolume) < 2 or len(fronts.objectives) < 2:
+        return ""
+    rows = sorted(fronts.hypervolume, key=lambda row: -row.value)
+    even = [row.contender for row in rows[1:] if row.contender in fronts.even_with(rows[0].contender)]
+    shares = f"{significant(rows[0].value, 3)} against {listing(significant(row.value, 3) for row in rows[1:])}"
+    most = f"Over the whole front {rows[0].contender} dominates"
+    if even:
+        return f"{most} the most of the objective space ({shares}), not significantly more than {listing(even)}."
+    return f"{most} significantly more of the objective space ({shares})."
+
+
+def _limits_text(contest: ComparedFolder) -> str:
+    """Return the limits that contenders violate at the points compared."""
+    limited = [row for row in contest.shown.quantities if row.limit is not None]
+    texts = []
+    for name in contest.index:
+        values = [(row, contest.estimates.get((name, row.label))) for row in limited]
+        violated = [
+            contest_label(contest, row.label)
+            for row, entry in values
+            if row.limit is not None and entry is not None and entry.value is not None and entry.value > row.limit
+        ]
+        if violated:
+            texts.append(f"{name} violates the limit on {listing(violated)}")
+    if texts:
+        return capitalized("; ".join(texts))
+    return "Every limit is satisfied." if limited else ""
