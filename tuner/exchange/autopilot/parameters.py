@@ -116,6 +116,11 @@ class ParameterInfo:
     source: str
 
 
+def parameter_table(*entries: ParameterInfo) -> dict[str, ParameterInfo]:
+    """Return entries by name, in their order."""
+    return {entry.name: entry for entry in entries}
+
+
 def unbounded(name: str, unit: str, low: float, usual: float, source: str) -> ParameterInfo:
     """Return an entry without a documented upper limit; that of float32 stands in its place."""
     return ParameterInfo(name, unit, low, MOST, usual, source)
