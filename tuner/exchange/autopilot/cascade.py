@@ -91,11 +91,6 @@ class ParameterSet:
             native=laws,
         )
 
-    @property
-    def filters_gyro(self) -> bool:
-        """True where our loops carry no low-pass on its gyro."""
-        return self.gyro not in self.carried
-
 
 @dataclass(frozen=True)
 class Autopilot(ABC):
@@ -265,9 +260,10 @@ class Autopilot(ABC):
             ),
             target_version=self.version.name,
             parameters=written,
-            gyro=GyroFilter(gyro, before.get(gyro, self.version.gyro_cutoff), gyro in before)
-            if self.version.filters_gyro
-            else None,
+            # Where our loops carry it, it is part of what is verified.
+            gyro=None
+            if gyro in self.version.carried
+            else GyroFilter(gyro, before.get(gyro, self.version.gyro_cutoff), gyro in before),
         )
 
     def rollback(self, request: Request, values: Values, present: VehicleParameters | None) -> bytes:
