@@ -59,7 +59,7 @@ class Objective:
     def interval(self, samples: np.ndarray, resample: np.ndarray, confidence: float = 0.95) -> Interval:
         """Return the interval of the risk of samples (..., n), exact for shares, else on resamples (replicates, n)."""
         if self.is_binary:
-            return Interval(*binary_interval(samples, self.risk, confidence))
+            return binary_interval(samples, self.risk, confidence)
         low, high = interval_on(samples, self.risk, resample, confidence)
         # A metric is at least 0, and so is every risk of it; the studentised end of a few flights need not be.
         return Interval(np.where(np.min(samples, axis=-1) >= 0.0, np.maximum(low, 0.0), low), high)

@@ -11,6 +11,8 @@ import stat
 from pathlib import Path
 from typing import Any
 
+from plant.errors import InputError
+
 MOST_TEXT, MOST_TABLE = 2**26, 2**31
 """Largest text file, some ten times the largest in use, and largest Parquet file [bytes]."""
 MOST_JSON, MOST_VALUES = 2**23, 200_000
@@ -39,6 +41,28 @@ def read_input(file: Path, most: int = MOST_TEXT) -> bytes:
 def read_input_text(file: Path, encoding: str = "utf-8") -> str:
     """Return a text file with its line ends as line feeds; raises as `read_input` does, and UnicodeDecodeError."""
     return read_input(file).decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def given_content(file: Path, remedy: str, most: int = MOST_TEXT) -> bytes:
+    """Return the content of a file that a person named; InputError with a remedy where there is none."""
+    try:
+        return read_input(file, most)
+    except FileNotFoundError:
+        raise InputError(f"there is no such file; {remedy}", file=file) from None
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror}); {remedy}", file=file) from None
+
+
+def given_text(file: Path, remedy: str) -> str:
+    """Return the text in a file that a person named, as `read_input_text` does; InputError with a remedy where there is none."""
+    try:
+        # utf-8-sig: some editors and spreadsheets put a byte order mark in front.
+        text = given_content(file, remedy).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8", file=file
+        ) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def parse_json(text: str, **options: Any) -> Any:

@@ -19,7 +19,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from plant.errors import InputError, UnnamedCodeError
-from plant.input_files import MOST_TEXT, read_input
+from plant.input_files import MOST_TEXT, given_content
 from plant.origin import Origin
 from plant.results_folder import in_results_folder
 
@@ -146,12 +146,7 @@ def _collect(file: Path, by_file: dict[Path, Source], begun: set[Path]) -> None:
 
 def _read(file: Path, most: int = MOST_TEXT) -> bytes:
     what = "a Python file of your own" if file.suffix == ".py" else "a file of your own"
-    try:
-        return read_input(file, most)
-    except FileNotFoundError:
-        raise InputError(f"there is no such file; give {what}", file=file) from None
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}); give {what}", file=file) from None
+    return given_content(file, f"give {what}", most)
 
 
 def _imported(content: bytes) -> Iterator[str]:

@@ -120,18 +120,12 @@ class AxisLoop:
 
 
 class Loop(Protocol):
-    """The subject of a certificate: the name of a law, its gains, and the loop that it closes."""
+    """The subject of a certificate: the name of a law, its Gains record, and the loop that it closes."""
 
     @property
-    def law(self) -> str:
-        """Name of the law."""
-        ...
-
+    def law(self) -> str: ...  # noqa: D102
     @property
-    def gains(self) -> Any:
-        """Its Gains record."""
-        ...
-
+    def gains(self) -> Any: ...  # noqa: D102
     def closed(self, factors: Factors) -> StateSpace:
         """Return the loop from INPUTS to OUTPUTS."""
         ...

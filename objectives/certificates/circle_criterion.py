@@ -17,17 +17,9 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
+from objectives.certificates import lmi
 from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
 from objectives.certificates.channel_model import MODELLED, WITH_SECTOR, Loop, closed_loop, is_stable, sector
-from objectives.certificates.lmi import (
-    below_zero,
-    coordinates,
-    is_negative,
-    is_positive,
-    solve,
-    symmetric,
-    unknown,
-)
 
 Array = np.ndarray
 
@@ -42,7 +34,7 @@ class AbsoluteStability:
 
     def __init__(self, a: Array, b: Array, s: Array, popov: bool) -> None:
         self._a, self._b, self._s = a, b, s
-        self._p, self._eta = symmetric(len(a)), unknown(nonneg=True)
+        self._p, self._eta = lmi.symmetric(len(a)), lmi.unknown(nonneg=True)
         self._criterion = [] if popov else [self._eta == 0.0]
 
     def blocks(self, p: Any, eta: Any, rho: Any) -> list[list[Any]]:
@@ -53,25 +45,25 @@ class AbsoluteStability:
 
     def smallest_rho(self) -> float | None:
         """Return the infimum of 1/kappa, as the solver has it."""
-        rho = unknown()
+        rho = lmi.unknown()
         matrix = cp.bmat(self.blocks(self._p, self._eta, rho))
-        solved = solve(cp.Minimize(rho), [below_zero(matrix), below_zero(-self._p), *self._criterion])
+        solved = lmi.solve(cp.Minimize(rho), [lmi.below_zero(matrix), lmi.below_zero(-self._p), *self._criterion])
         return float(rho.value) if solved else None
 
     def find(self, rho: float) -> tuple[Array, float] | None:
         """Return P and eta for 1/kappa = rho, confirmed by eigenvalues, or None."""
-        room = unknown()
+        room = lmi.unknown()
         matrix = cp.bmat(self.blocks(self._p, self._eta, rho))
-        inside = [below_zero(matrix, room), below_zero(-self._p, room), room <= 1.0]
-        if not solve(cp.Maximize(room), [*inside, *self._criterion]):
+        inside = [lmi.below_zero(matrix, room), lmi.below_zero(-self._p, room), room <= 1.0]
+        if not lmi.solve(cp.Maximize(room), [*inside, *self._criterion]):
             return None
         p, eta = self._p.value, max(float(self._eta.value), 0.0)
-        return (p, eta) if is_positive(p) and is_negative(np.block(self.blocks(p, eta, rho))) else None
+        return (p, eta) if lmi.is_positive(p) and lmi.is_negative(np.block(self.blocks(p, eta, rho))) else None
 
 
 def largest_sector(a: Array, b: Array, s: Array, popov: bool) -> tuple[float, Array, float] | None:
     """Return the largest kappa, P and eta of a Hurwitz x' = a x - b phi(s x), or None."""
-    z = coordinates(a)
+    z = lmi.coordinates(a)
     b_z, s_z = z.transform @ b / z.rate, s @ z.inverse
     b_size, s_size = float(np.linalg.norm(b_z)), float(np.linalg.norm(s_z))
     part = AbsoluteStability(z.dynamics(a), b_z / b_size, s_z / s_size, popov)

@@ -14,17 +14,9 @@ from itertools import product
 import cvxpy as cp
 import numpy as np
 
+from objectives.certificates import lmi
 from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
 from objectives.certificates.channel_model import MODELLED, Factors, Loop, closed_loop, is_stable
-from objectives.certificates.lmi import (
-    below_zero,
-    coordinates,
-    is_negative,
-    is_positive,
-    solve,
-    symmetric,
-    unknown,
-)
 
 Array = np.ndarray
 
@@ -49,14 +41,14 @@ def common_matrix(matrices: Sequence[Array], centre: Array | None = None) -> Arr
     """Return P of one Lyapunov function for all matrices, confirmed by eigenvalues; centre: a Hurwitz matrix amid them."""
     if not all(map(is_stable, matrices)):
         return None
-    z = coordinates(matrices[0] if centre is None else centre)
-    scaled, p, room = [z.dynamics(a) for a in matrices], symmetric(len(matrices[0])), unknown()
-    falling = [below_zero(a.T @ p + p @ a, room) for a in scaled]
-    inside = [*falling, below_zero(-p, room), cp.trace(p) == len(matrices[0]), room <= 1.0]
-    if not solve(cp.Maximize(room), inside):
+    z = lmi.coordinates(matrices[0] if centre is None else centre)
+    scaled, p, room = [z.dynamics(a) for a in matrices], lmi.symmetric(len(matrices[0])), lmi.unknown()
+    falling = [lmi.below_zero(a.T @ p + p @ a, room) for a in scaled]
+    inside = [*falling, lmi.below_zero(-p, room), cp.trace(p) == len(matrices[0]), room <= 1.0]
+    if not lmi.solve(cp.Maximize(room), inside):
         return None
     answer = p.value
-    is_confirmed = is_positive(answer) and all(is_negative(a.T @ answer + answer @ a) for a in scaled)
+    is_confirmed = lmi.is_positive(answer) and all(lmi.is_negative(a.T @ answer + answer @ a) for a in scaled)
     return z.original(answer) if is_confirmed else None
 
 

@@ -24,18 +24,9 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
+from objectives.certificates import lmi
 from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
 from objectives.certificates.channel_model import MODELLED, Loop, closed_loop, is_stable, sector
-from objectives.certificates.lmi import (
-    Coordinates,
-    below_zero,
-    coordinates,
-    is_negative,
-    is_positive,
-    solve_again,
-    symmetric,
-    unknown,
-)
 
 Array = np.ndarray
 
@@ -59,7 +50,7 @@ class Disturbed:
     c: Array
     kappa: float
 
-    def normalised(self, z: Coordinates) -> tuple["Disturbed", float]:
+    def normalised(self, z: lmi.Coordinates) -> tuple["Disturbed", float]:
         """Return the same in other coordinates with d, c of length one, b and s of equal size; and the bound's factor."""
         b, d = z.transform @ self.b / z.rate, z.transform @ self.d / z.rate
         s, c = self.s @ z.inverse, self.c @ z.inverse
@@ -93,25 +84,25 @@ class Ellipsoids:
 
     def __init__(self, of: Disturbed) -> None:
         self._of = of
-        self._q, self._sigma = symmetric(len(of.a)), unknown(nonneg=True)
+        self._q, self._sigma = lmi.symmetric(len(of.a)), lmi.unknown(nonneg=True)
         self._alpha = cp.Parameter(pos=True)
         matrix = cp.bmat(inequality(of, self._q, self._alpha, self._sigma))
-        self._problem = cp.Problem(cp.Minimize(cp.sum(of.c @ self._q @ of.c.T)), [below_zero(matrix, ROOM)])
+        self._problem = cp.Problem(cp.Minimize(cp.sum(of.c @ self._q @ of.c.T)), [lmi.below_zero(matrix, ROOM)])
 
     def find(self, alpha: float) -> tuple[float, Array] | None:
         """Return the bound of |c x| and Q, confirmed by eigenvalues, or None."""
         self._alpha.value = alpha
-        if not solve_again(self._problem):
+        if not lmi.solve_again(self._problem):
             return None
         q, sigma, of = self._q.value, float(self._sigma.value or 0.0), self._of
-        if not (is_positive(q) and is_negative(np.block(inequality(of, q, alpha, sigma)))):
+        if not (lmi.is_positive(q) and lmi.is_negative(np.block(inequality(of, q, alpha, sigma)))):
             return None
         return sqrt((of.c @ q @ of.c.T).item()), q
 
 
 def peak_bound(of: Disturbed) -> tuple[float, Array] | None:
     """Return the smallest bound of |c x| found over the decay rates with P of its ellipsoid, or None."""
-    z = coordinates(of.a)
+    z = lmi.coordinates(of.a)
     scaled, factor = of.normalised(z)
     ellipsoids = Ellipsoids(scaled)
     low, high = 0.0, -2.0 * float(np.linalg.eigvals(scaled.a).real.max(axis=0))

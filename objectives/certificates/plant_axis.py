@@ -163,7 +163,10 @@ def interconnection(system: PlantSystem, row: Sequence[float], factors: dict[str
     and as outputs y, v, c, u and S of a channel: output, its rate, command with phi taken off [its unit] and without, surface.
     """
     plan, plant = system.plan, system.plant
-    commands = {channel.name: {f"c {channel.name}": 1.0 / _inertia(factors, channel)} for channel in plan.channels}
+    commands = {
+        channel.name: {f"c {channel.name}": 1.0 / factors.get(channel.name, Factors()).inertia}
+        for channel in plan.channels
+    }
     moving = _linear(system)
     blocks = [_with_rates(moving)]
     outputs = [f"{kind} {name}" for kind in ("out", "rate") for name in paths(plant.Output)]
@@ -246,10 +249,6 @@ def _differenced(control_period: float) -> StateSpace:
 
 def _through() -> StateSpace:
     return dead_time(0.0, 0)
-
-
-def _inertia(factors: dict[str, Factors], channel: Channel) -> float:
-    return factors.get(channel.name, Factors()).inertia
 
 
 def _sum(parts: Any) -> dict[str, float]:

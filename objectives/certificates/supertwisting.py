@@ -19,18 +19,9 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
+from objectives.certificates import lmi
 from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
 from objectives.certificates.channel_model import Loop
-from objectives.certificates.lmi import (
-    MARGIN,
-    below_zero,
-    is_negative,
-    is_positive,
-    solve,
-    solve_again,
-    symmetric,
-    unknown,
-)
 from plant.law_registry import LAWS, law
 
 Array = np.ndarray
@@ -69,20 +60,20 @@ class Feasibility:
 
     def __init__(self, a: Array) -> None:
         self._a = a
-        self._p, self._tau, self._room = symmetric(2), unknown(), unknown()
+        self._p, self._tau, self._room = lmi.symmetric(2), lmi.unknown(), lmi.unknown()
         self._square = cp.Parameter(nonneg=True)
         matrix = cp.bmat(inequality(a, self._p, self._tau, self._square * self._tau))
-        inside = [below_zero(matrix, self._room), below_zero(-self._p, self._room)]
+        inside = [lmi.below_zero(matrix, self._room), lmi.below_zero(-self._p, self._room)]
         self._problem = cp.Problem(cp.Maximize(self._room), [*inside, cp.trace(self._p) + self._tau == 1.0])
 
     def find(self, rate: float) -> Array | None:
         """Return P, scaled so that tau = 1 and confirmed by its eigenvalues, or None."""
         self._square.value = rate * rate
-        if not solve_again(self._problem) or not self._tau.value > MARGIN:
+        if not lmi.solve_again(self._problem) or not self._tau.value > lmi.MARGIN:
             return None
         p = self._p.value / float(self._tau.value)
         matrix = np.block(inequality(self._a, p, 1.0, rate * rate))
-        return p if is_positive(p) and is_negative(matrix) else None
+        return p if lmi.is_positive(p) and lmi.is_negative(matrix) else None
 
 
 def largest_rate(k1: float, k2: float) -> Certificate:
@@ -90,9 +81,9 @@ def largest_rate(k1: float, k2: float) -> Certificate:
     if k1 <= 0.0 or k2 <= 0.0:
         return inconclusive(RATE_UNIT, "both gains must be positive")
     law = scaled(k1, k2)
-    p, square = symmetric(2), unknown(nonneg=True)
+    p, square = lmi.symmetric(2), lmi.unknown(nonneg=True)
     matrix = cp.bmat(inequality(law.a, p, 1.0, square))
-    if not solve(cp.Maximize(square), [below_zero(matrix), below_zero(-p)]):
+    if not lmi.solve(cp.Maximize(square), [lmi.below_zero(matrix), lmi.below_zero(-p)]):
         return inconclusive(RATE_UNIT, "the solver found no quadratic Lyapunov function")
     feasibility, best = Feasibility(law.a), sqrt(max(float(square.value), 0.0))
     for share in BACK_OFF:

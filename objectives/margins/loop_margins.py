@@ -6,7 +6,7 @@ rates is lifted over its common period (`lifting`) and read there (`multirate`).
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
@@ -67,17 +67,14 @@ class SampledLoop(Protocol):
         ...
 
 
-class TrimmedLoops(Protocol):
-    """Linear loops of gains rows (n, g) about their trims."""
+class TrimmedLoops(NamedTuple):
+    """Linear loops of gains rows (n, g) about their trims; is_trimmed: rows (n,) that have a trim.
 
-    @property
-    def is_trimmed(self) -> Mask:
-        """Rows (n,) that have a trim."""
-        ...
+    phases(block, rows): a block's loops under some rows in each control period of the common one, terms left open.
+    """
 
-    def phases(self, block: Block, rows: Mask) -> Sequence[LinearLoops]:
-        """Return a block's loops under some rows in each control period of the common one, terms left open."""
-        ...
+    is_trimmed: Mask
+    phases: Callable[[Block, Mask], Sequence[LinearLoops]]
 
 
 class Linearization(Protocol):

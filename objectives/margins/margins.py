@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from objectives.margins.describing import DEFAULT_CASES, Case
 from objectives.margins.frequency import POINTS
 from objectives.margins.lifting import Rate, common_period, over_period
 from objectives.margins.linearise import LinearLoops, PeriodStep
-from objectives.margins.loop_margins import LoopMargins, gains_of_terms
+from objectives.margins.loop_margins import LoopMargins, TrimmedLoops, gains_of_terms
 from objectives.margins.period import CHANNELS, PeriodMap, period_map
 from objectives.margins.results import Margins
 from objectives.margins.slow_position import SlowPosition
@@ -126,9 +125,16 @@ class TrimLinearization:
             for block in self.blocks
         }
 
-    def at(self, gains: Array) -> "LoopsAtTrim":
+    def at(self, gains: Array) -> TrimmedLoops:
         """Linearise the loops about the trims of gains rows (n, g)."""
-        return LoopsAtTrim(self._phases(gains), self._assemblies)
+        flight = self._phases(gains)
+
+        def phases(block: Block, rows: Mask) -> list[LinearLoops]:
+            assembly = self._assemblies[block.channels]
+            loops = {id(step): assembly(step, rows) for step in flight.steps}
+            return [loops[id(step)] for step in flight.steps]
+
+        return TrimmedLoops(flight.steady, phases)
 
     def _phases(self, gains: Array) -> RatePhases:
         setting, plant = self._setting, self._plant
@@ -163,24 +169,6 @@ class TrimLinearization:
         parts = {id(step): block.part(step.loops) for step in steps}
         phases = [parts[id(step)] for step in steps[: common_period(block.channels, self.rates)]]
         return over_period(block, phases, term, block.channels, [self.rates[channel] for channel in block.channels])
-
-
-class LoopsAtTrim(NamedTuple):
-    """Loops of gains rows about their trims."""
-
-    flight: RatePhases
-    assemblies: dict[tuple[int, ...], Assembly]
-
-    @property
-    def is_trimmed(self) -> Mask:
-        """Rows (n,) that have a trim."""
-        return self.flight.steady
-
-    def phases(self, block: Block, rows: Mask) -> list[LinearLoops]:
-        """Return a block's loops under some rows in each control period of the common one, terms left open."""
-        assembly = self.assemblies[block.channels]
-        loops = {id(step): assembly(step, rows) for step in self.flight.steps}
-        return [loops[id(step)] for step in self.flight.steps]
 
 
 def probes(cascade: Cascade) -> Array:

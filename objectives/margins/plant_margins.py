@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,10 +11,10 @@ from objectives.margins.closing import close_terms
 from objectives.margins.describing import DEFAULT_CASES, Case
 from objectives.margins.frequency import POINTS
 from objectives.margins.linearise import LinearLoops
-from objectives.margins.loop_margins import LoopMargins, gains_of_terms
+from objectives.margins.loop_margins import LoopMargins, TrimmedLoops, gains_of_terms
 from objectives.margins.plant_period import PlantPeriod
 from objectives.margins.results import Margins
-from objectives.margins.structure import Block, blocks_of
+from objectives.margins.structure import blocks_of
 from objectives.plant_system import PlantSystem
 from plant.seeds import generator
 
@@ -85,22 +84,8 @@ class RestLinearization:
         closed = LinearLoops.stacked([close_terms(loops, term) for loops in period.phases(probes)])
         self.blocks = blocks_of(closed, np.eye(closed.a.shape[-1]))
 
-    def at(self, gains: Array) -> "LoopsAtRest":
-        """Linearise the loops under gains rows (n, g)."""
-        return LoopsAtRest(self._period.phases(gains))
-
-
-@dataclass(frozen=True)
-class LoopsAtRest:
-    """Loops of gains rows at rest, in each control period of the common period."""
-
-    loops: Sequence[LinearLoops]
-
-    @property
-    def is_trimmed(self) -> Mask:
-        """Rows (n,) that have a trim: all, for a plant rests under any gains."""
-        return np.ones(len(self.loops[0].a), dtype=bool)
-
-    def phases(self, block: Block, rows: Mask) -> list[LinearLoops]:
-        """Return a block's loops under some rows in each control period of the common one, terms left open."""
-        return [block.part(loops.of(rows)) for loops in self.loops]
+    def at(self, gains: Array) -> TrimmedLoops:
+        """Linearise the loops under gains rows (n, g), any of which a plant rests under."""
+        phases = self._period.phases(gains)
+        everyone = np.ones(len(phases[0].a), dtype=bool)
+        return TrimmedLoops(everyone, lambda block, rows: [block.part(loops.of(rows)) for loops in phases])

@@ -1,16 +1,14 @@
 """Risk: what is made of one value per scenario (`RISKS`), and how sure it is (`interval_on`)."""
 
 from objectives.risk.bootstrap import (
-    Interval,
     PairedDifference,
     interval_on,
     paired_difference_on,
     replicates_on,
 )
 from objectives.risk.joint import resampled_scenarios, within
-from objectives.risk.measures import RISKS, Risk, RiskMeasure, minimum_samples
+from objectives.risk.measures import RISKS, Interval, Risk, RiskMeasure, minimum_samples
 from objectives.risk.shares import (
-    ShareInterval,
     binary_difference,
     binary_interval,
     clopper_pearson,
@@ -20,7 +18,7 @@ from objectives.risk.shares import (
 )
 
 __all__ = [
-    "RISKS", "Interval", "PairedDifference", "Risk", "RiskMeasure", "ShareInterval", "binary_difference", "binary_interval",
+    "RISKS", "Interval", "PairedDifference", "Risk", "RiskMeasure", "binary_difference", "binary_interval",
     "clopper_pearson", "flights_to_show", "interval_on", "minimum_samples", "paired_difference_on", "replicates_on",
     "resampled_scenarios", "share_difference", "upper_bound", "within",
 ]  # fmt: skip

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.risk.measures import Risk
+from objectives.risk.measures import Interval, Risk
 from objectives.risk.studentised import MeasuredRisk, Resampled, difference, ends, measured, standard_error
 
 BLOCK = 2_000_000
@@ -23,13 +23,6 @@ BLOCK = 2_000_000
 
 Values = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-
-class Interval(NamedTuple):
-    """Lower and upper end (...) of a confidence interval."""
-
-    low: Values
-    high: Values
 
 
 class PairedDifference(NamedTuple):

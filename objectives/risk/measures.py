@@ -14,7 +14,7 @@ Losses x_(1) <= ... <= x_(n) over n scenarios; every measure is exact for the sa
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import ceil
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,13 @@ ROUNDING = 1e-9
 
 TAIL_SCENARIOS = 8
 """Scenarios in the tail of a measure below which its interval covers too little: with 5, 91 to 93 % instead of 95 %."""
+
+
+class Interval(NamedTuple):
+    """Lower and upper end (...) of a confidence interval."""
+
+    low: Values
+    high: Values
 
 
 @dataclass(frozen=True)

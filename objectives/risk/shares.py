@@ -15,25 +15,17 @@ Every risk of such a quantity is an increasing function of the share, which carr
 """
 
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.risk.measures import Risk
+from objectives.risk.measures import Interval, Risk
 
 Values = NDArray[np.float64]
 Counts = NDArray[np.int64] | int
 
 
-class ShareInterval(NamedTuple):
-    """Lower and upper end (...) of the interval of a share."""
-
-    low: Values
-    high: Values
-
-
-def clopper_pearson(events: Counts, count: Counts, confidence: float = 0.95) -> ShareInterval:
+def clopper_pearson(events: Counts, count: Counts, confidence: float = 0.95) -> Interval:
     """Return the two-sided interval of the share `events` (...) of `count` (...); [0, 1] of none."""
     # SciPy takes 0.2 s to import, and not every command has shares.
     from scipy.special import betaincinv  # pyright: ignore[reportMissingTypeStubs]
@@ -42,7 +34,7 @@ def clopper_pearson(events: Counts, count: Counts, confidence: float = 0.95) -> 
     tail = 0.5 * (1.0 - confidence)
     low = np.where(k > 0.0, betaincinv(np.maximum(k, 1.0), n - k + 1.0, tail), 0.0)
     high = np.where(k < n, betaincinv(k + 1.0, np.maximum(n - k, 1.0), 1.0 - tail), 1.0)
-    return ShareInterval(low, high)
+    return Interval(low, high)
 
 
 def upper_bound(events: int, count: int, confidence: float = 0.95) -> float:
@@ -55,13 +47,13 @@ def flights_to_show(limit: float, confidence: float = 0.95) -> int:
     return int(np.ceil(np.log(0.5 * (1.0 - confidence)) / np.log1p(-limit) - 1e-9)) if limit < 1.0 else 1
 
 
-def binary_interval(values: Values, risk: Risk, confidence: float = 0.95) -> ShareInterval:
+def binary_interval(values: Values, risk: Risk, confidence: float = 0.95) -> Interval:
     """Return the interval of the risk of binary values (..., n)."""
     ends = clopper_pearson(_events(values), values.shape[-1], confidence)
-    return ShareInterval(*(risk_of_share(end, risk) for end in ends))
+    return Interval(*(risk_of_share(end, risk) for end in ends))
 
 
-def binary_difference(first: Values, second: Values, risk: Risk, confidence: float = 0.95) -> ShareInterval:
+def binary_difference(first: Values, second: Values, risk: Risk, confidence: float = 0.95) -> Interval:
     """Return the interval of risk(first) - risk(second) of paired binary values (..., n)."""
     first, second = np.broadcast_arrays(first, second)
     if risk.name == "mean":
@@ -70,16 +62,16 @@ def binary_difference(first: Values, second: Values, risk: Risk, confidence: flo
         )
     # Any other risk is no linear function of the share: Bonferroni.
     mine, other = (binary_interval(values, risk, 0.5 * (1.0 + confidence)) for values in (first, second))
-    return ShareInterval(mine.low - other.high, mine.high - other.low)
+    return Interval(mine.low - other.high, mine.high - other.low)
 
 
-def share_difference(first: Counts, second: Counts, count: Counts, confidence: float = 0.95) -> ShareInterval:
+def share_difference(first: Counts, second: Counts, count: Counts, confidence: float = 0.95) -> Interval:
     """Return the interval of a difference of shares from the discordant flights (...) of either."""
     different = np.asarray(first) + np.asarray(second)
     often = clopper_pearson(different, count, sqrt(confidence))
     mine = clopper_pearson(first, different, sqrt(confidence))
     low, high = 2.0 * mine.low - 1.0, 2.0 * mine.high - 1.0
-    return ShareInterval(
+    return Interval(
         low * np.where(low < 0.0, often.high, often.low), high * np.where(high > 0.0, often.high, often.low)
     )
 

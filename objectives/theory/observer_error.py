@@ -19,6 +19,8 @@ Exact for noiseless y and an input acceleration that is known and constant withi
 controller does not model are part of d.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from objectives.theory.theorem import Array, Setting, Theorem
@@ -52,39 +54,23 @@ def disturbance_bound(omega_o: Array, setting: Setting) -> Array:
     return setting.rate * setting.period * (1.5 * cotangent(omega_o, setting.period) + 0.5)
 
 
-VALUE = Theorem(
-    name="observer_value",
-    title="error of the observed y",
-    source=SOURCE,
-    quantity="bound on the observer's error in y",
-    unit="{y}",
-    sense="max",
-    values=dict.fromkeys(THREE_POLES, lambda gains, setting: value_bound(gains.omega_o, setting)),
-    needs_rate=True,
-    measured_rate=False,
-    assumes=ASSUMES,
-)
-RATE = Theorem(
-    name="observer_rate",
-    title="error of the observed rate of y",
-    source=SOURCE,
-    quantity="bound on the observer's error in the rate of y",
-    unit="{y}/s",
-    sense="max",
-    values=dict.fromkeys(THREE_POLES, lambda gains, setting: rate_bound(gains.omega_o, setting)),
-    needs_rate=True,
-    measured_rate=False,
-    assumes=ASSUMES,
-)
-DISTURBANCE = Theorem(
-    name="observer_disturbance",
-    title="error of the observed disturbance",
-    source=SOURCE,
-    quantity="bound on the observer's error in the disturbance, held over the period",
-    unit="{y}/s^2",
-    sense="max",
-    values=dict.fromkeys(THREE_POLES, lambda gains, setting: disturbance_bound(gains.omega_o, setting)),
-    needs_rate=True,
-    measured_rate=False,
-    assumes=ASSUMES,
+def _bound(name: str, title: str, quantity: str, unit: str, bound: Callable[[Array, Setting], Array]) -> Theorem:
+    return Theorem(
+        name=name,
+        title=f"error of the observed {title}",
+        source=SOURCE,
+        quantity=f"bound on the observer's error in {quantity}",
+        unit=unit,
+        sense="max",
+        values=dict.fromkeys(THREE_POLES, lambda gains, setting: bound(gains.omega_o, setting)),
+        needs_rate=True,
+        measured_rate=False,
+        assumes=ASSUMES,
+    )
+
+
+VALUE = _bound("observer_value", "y", "y", "{y}", value_bound)
+RATE = _bound("observer_rate", "rate of y", "the rate of y", "{y}/s", rate_bound)
+DISTURBANCE = _bound(
+    "observer_disturbance", "disturbance", "the disturbance, held over the period", "{y}/s^2", disturbance_bound
 )

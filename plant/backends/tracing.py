@@ -6,6 +6,7 @@ function on constants would. The same operation on the same arguments is one nod
 """
 
 import math
+import operator
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +14,36 @@ from plant import primitives
 from plant.backends import vector_math
 from plant.backends.rebind import Rebinder
 from plant.records import pack, paths
+
+OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+
+
+def _methods(made: Callable[[str, Any, Any], Any], sign: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """Return the methods of an operator for what stands before it, and for what stands behind it."""
+    return (lambda self, other: made(sign, self, other)), (lambda self, other: made(sign, other, self))
+
+
+def _node(sign: str, a: Any, b: Any) -> Any:
+    return (a if isinstance(a, Node) else b).graph.node(sign, a, b)
+
+
+def text_of(value: float) -> str:
+    """Return the expression a constant comes from; its digits if it is a number of the source."""
+    return value.text if isinstance(value, Constant) else repr(value)
+
+
+def _factor(value: float) -> str:
+    text = text_of(value)
+    return f"({text})" if " " in text else text
+
+
+def _constant(sign: str, a: Any, b: Any) -> Any:
+    if isinstance(a, Node) or isinstance(b, Node):
+        return NotImplemented
+    if sign in ("*", "/") and _is_number(b, 1.0):
+        return a
+    left = text_of(a) if sign == "+" or all(f" {other} " not in text_of(a) for other in "+-") else _factor(a)
+    return Constant(OPERATIONS[sign](float(a), float(b)), f"{left} {sign} {_factor(b)}")
 
 
 class Constant(float):
@@ -26,51 +57,13 @@ class Constant(float):
         self.text = text
         return self
 
-    def __add__(self, other: Any) -> Any:
-        return _constant(float.__add__, "+", self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return _constant(float.__add__, "+", other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return _constant(float.__sub__, "-", self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return _constant(float.__sub__, "-", other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return _constant(float.__mul__, "*", self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return _constant(float.__mul__, "*", other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return _constant(float.__truediv__, "/", self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return _constant(float.__truediv__, "/", other, self)
+    __add__, __radd__ = _methods(_constant, "+")
+    __sub__, __rsub__ = _methods(_constant, "-")
+    __mul__, __rmul__ = _methods(_constant, "*")
+    __truediv__, __rtruediv__ = _methods(_constant, "/")
 
     def __neg__(self) -> Any:
         return Constant(-float(self), f"-{_factor(self)}")
-
-
-def text_of(value: float) -> str:
-    """Return the expression a constant comes from; its digits if it is a number of the source."""
-    return value.text if isinstance(value, Constant) else repr(value)
-
-
-def _factor(value: float) -> str:
-    text = text_of(value)
-    return f"({text})" if " " in text else text
-
-
-def _constant(operation: Callable[[float, float], float], sign: str, a: Any, b: Any) -> Any:
-    if isinstance(a, Node) or isinstance(b, Node):
-        return NotImplemented
-    if sign in ("*", "/") and _is_number(b, 1.0):
-        return a
-    left = text_of(a) if sign == "+" or all(f" {other} " not in text_of(a) for other in "+-") else _factor(a)
-    return Constant(operation(float(a), float(b)), f"{left} {sign} {_factor(b)}")
 
 
 class Node:
@@ -88,44 +81,17 @@ class Node:
         self.text = text
         self.order = order
 
-    def __add__(self, other: Any) -> Any:
-        return self.graph.node("+", self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self.graph.node("+", other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self.graph.node("-", self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self.graph.node("-", other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self.graph.node("*", self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self.graph.node("*", other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self.graph.node("/", self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self.graph.node("/", other, self)
+    __add__, __radd__ = _methods(_node, "+")
+    __sub__, __rsub__ = _methods(_node, "-")
+    __mul__, __rmul__ = _methods(_node, "*")
+    __truediv__, __rtruediv__ = _methods(_node, "/")
+    __lt__ = _methods(_node, "<")[0]
+    __le__ = _methods(_node, "<=")[0]
+    __gt__ = _methods(_node, ">")[0]
+    __ge__ = _methods(_node, ">=")[0]
 
     def __neg__(self) -> Any:
         return self.graph.node("neg", self)
-
-    def __lt__(self, other: Any) -> Any:
-        return self.graph.node("<", self, other)
-
-    def __le__(self, other: Any) -> Any:
-        return self.graph.node("<=", self, other)
-
-    def __gt__(self, other: Any) -> Any:
-        return self.graph.node(">", self, other)
-
-    def __ge__(self, other: Any) -> Any:
-        return self.graph.node(">=", self, other)
 
     def __bool__(self) -> bool:
         raise TypeError("a model function has no `if` on a value; `select` chooses")

@@ -1,6 +1,7 @@
 """The contract of a plant: records with units, equations that are pure and work at rest, the same numbers on every backend."""
 
 from collections.abc import Callable, Iterator, Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -22,14 +23,7 @@ def violations_of_plant(names: Mapping[str, object], name: str, file: str) -> li
         plant.append(plant_from(names, name, file))
         yield from clauses(plant[0])
 
-    return violations_of(checked, _Owner(names), file)
-
-
-class _Owner:
-    """The names of a module as attributes."""
-
-    def __init__(self, names: Mapping[str, object]) -> None:
-        self.__dict__.update(names)
+    return violations_of(checked, SimpleNamespace(**names), file)
 
 
 def clauses(plant: PlantModel) -> Iterator[ContractViolation]:

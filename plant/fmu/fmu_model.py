@@ -73,7 +73,6 @@ def read_fmu(
 
     Raises:
         InputError: It is no FMU that can be used here; the message names file and variable.
-
     """
     archive, description = looked_at(file, study)
     interface = interface_of(description, file, archive.digest, disturbances, states, units or {})

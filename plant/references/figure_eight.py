@@ -7,7 +7,7 @@ import numpy as np
 
 from plant.references.blend import along, phase
 from plant.references.parameters import number
-from plant.references.spec import ACCELERATION, POSITION, VELOCITY, ReferenceSpec, Track, blank, without_step
+from plant.references.spec import ReferenceSpec, Track, motion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +29,4 @@ class FigureEight(ReferenceSpec):
         p = np.column_stack((size * np.sin(a), 0.5 * size * np.sin(2.0 * a), zero))
         dp = np.column_stack((size * np.cos(a), size * np.cos(2.0 * a), zero))
         ddp = np.column_stack((-size * np.sin(a), -2.0 * size * np.sin(2.0 * a), zero))
-        samples = blank(t.size)
-        samples[:, POSITION], samples[:, VELOCITY], samples[:, ACCELERATION] = along(p, dp, ddp, angle)
-        return without_step(samples)
+        return motion(*along(p, dp, ddp, angle))

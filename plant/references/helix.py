@@ -7,7 +7,7 @@ import numpy as np
 
 from plant.references.blend import along, phase
 from plant.references.parameters import number
-from plant.references.spec import ACCELERATION, POSITION, VELOCITY, ReferenceSpec, Track, blank, without_step
+from plant.references.spec import ReferenceSpec, Track, motion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +31,4 @@ class Helix(ReferenceSpec):
         p = np.column_stack((radius * (np.cos(a) - 1.0), radius * np.sin(a), climb * a))
         dp = np.column_stack((-radius * np.sin(a), radius * np.cos(a), zero + climb))
         ddp = np.column_stack((-radius * np.cos(a), -radius * np.sin(a), zero))
-        samples = blank(t.size)
-        samples[:, POSITION], samples[:, VELOCITY], samples[:, ACCELERATION] = along(p, dp, ddp, angle)
-        return without_step(samples)
+        return motion(*along(p, dp, ddp, angle))

@@ -1,4 +1,4 @@
-"""Move at a constant rate for a while: shows how far a loop lags behind a moving reference and how it stops."""
+"""Move at a constant rate for a while: shows how far a loop lags behind a motion reference and how it stops."""
 
 from dataclasses import dataclass
 from math import radians
@@ -9,17 +9,7 @@ import numpy as np
 from plant.errors import InputError
 from plant.references.blend import blend
 from plant.references.parameters import number
-from plant.references.spec import (
-    ACCELERATION,
-    POSITION,
-    VELOCITY,
-    YAW,
-    YAW_RATE,
-    ReferenceSpec,
-    Track,
-    blank,
-    without_step,
-)
+from plant.references.spec import ReferenceSpec, Track, motion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,14 +40,9 @@ class Ramp(ReferenceSpec):
     def track(self, t: np.ndarray) -> Track:
         """Return the motion with its analytic rates and accelerations."""
         on, off = blend(t, self.start, self.blend), blend(t, self.stop, self.blend)
-        rates = self._rates()
-        samples = blank(t.size)
-        samples[:, POSITION] = np.outer(on.integral - off.integral, rates[:3])
-        samples[:, VELOCITY] = np.outer(on.share - off.share, rates[:3])
-        samples[:, ACCELERATION] = np.outer(on.rate - off.rate, rates[:3])
-        samples[:, YAW] = (on.integral - off.integral) * rates[3]
-        samples[:, YAW_RATE] = (on.share - off.share) * rates[3]
-        return without_step(samples)
+        parts = (on.integral - off.integral, on.share - off.share, on.rate - off.rate)
+        position, velocity, acceleration = (np.outer(part, self._rates()) for part in parts)
+        return motion(position[:, :3], velocity[:, :3], acceleration[:, :3], position[:, 3], velocity[:, 3])
 
     def _rates(self) -> np.ndarray:
         return np.array([self.x_rate, self.y_rate, self.z_rate, radians(self.yaw_rate_deg)])

@@ -67,6 +67,20 @@ def without_step(samples: np.ndarray) -> Track:
     return Track(samples, level, level.copy(), 0.0)
 
 
+def motion(
+    position: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    yaw: np.ndarray | float = 0.0,
+    yaw_rate: np.ndarray | float = 0.0,
+) -> Track:
+    """Return the track of a motion without a step: position and its derivatives (K, 3), yaw and its rate (K,)."""
+    samples = blank(len(position))
+    samples[:, POSITION], samples[:, VELOCITY], samples[:, ACCELERATION] = position, velocity, acceleration
+    samples[:, YAW], samples[:, YAW_RATE] = yaw, yaw_rate
+    return without_step(samples)
+
+
 def build(spec: ReferenceSpec, dt: float, steps: int) -> Track:
     """Return the reference of `spec` at t_k = k dt, k = 0..steps-1; InputError if a step comes after the end."""
     assert dt > 0.0, dt

@@ -6,7 +6,7 @@ from math import isfinite
 from pathlib import Path
 
 from plant.errors import InputError, check_name
-from plant.input_files import read_input_text
+from plant.input_files import given_text
 
 COLUMNS = ("t", "x", "y", "z", "yaw_deg")
 _FORM = "the header must be t,x,y,z or t,x,y,z,yaw_deg"
@@ -31,12 +31,9 @@ def read_waypoints(path: Path) -> tuple[Point, ...]:
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     try:
-        # utf-8-sig: spreadsheets put a byte order mark before the header.
-        reader = csv.reader(StringIO(read_input_text(path, "utf-8-sig"), newline=""), strict=True)
+        reader = csv.reader(StringIO(given_text(path, "give a CSV file of waypoints"), newline=""), strict=True)
         return [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}); give a CSV file of waypoints", file=path) from error
-    except (csv.Error, UnicodeDecodeError) as error:
+    except csv.Error as error:
         raise InputError(f"is not a CSV file: {error}", file=path) from error
 
 

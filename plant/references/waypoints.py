@@ -12,17 +12,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant.references.spec import (
-    ACCELERATION,
-    POSITION,
-    VELOCITY,
-    YAW,
-    YAW_RATE,
-    ReferenceSpec,
-    Track,
-    blank,
-    without_step,
-)
+from plant.references.spec import ReferenceSpec, Track, motion
 from plant.references.waypoint_file import read_waypoints
 
 
@@ -55,8 +45,5 @@ class Waypoints(ReferenceSpec):
         moving = (t <= last)[:, None]
         clamped = np.minimum(t, last)
         position, velocity, acceleration = spline(clamped), spline(clamped, 1) * moving, spline(clamped, 2) * moving
-        samples = blank(t.size)
-        samples[:, POSITION], samples[:, VELOCITY] = position[:, :3], velocity[:, :3]
-        samples[:, ACCELERATION] = acceleration[:, :3]
-        samples[:, YAW], samples[:, YAW_RATE] = np.radians(position[:, 3]), np.radians(velocity[:, 3])
-        return without_step(samples)
+        yaw, yaw_rate = np.radians(position[:, 3]), np.radians(velocity[:, 3])
+        return motion(position[:, :3], velocity[:, :3], acceleration[:, :3], yaw, yaw_rate)

@@ -6,7 +6,7 @@ their values (control variates: P. Glasserman, "Monte Carlo Methods in Financial
 intervals are wider by as much as it flew less. Shares rest on its own flights alone, where their intervals are exact.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -40,6 +40,8 @@ class FinalFlights:
     early: Array
     complete: Array
     seconds: float = 0.0
+    _estimates: dict[tuple[int, float], tuple[Array, Array, Array]] = field(default_factory=dict, init=False)
+    _differences: dict[tuple[int, float], tuple[Array, PairedDifference]] = field(default_factory=dict, init=False)
 
     @cached_property
     def evaluation(self) -> Evaluation:
@@ -76,7 +78,10 @@ class FinalFlights:
             quantity, (samples, drawn, risk) = self.problem.quantities[i], self.seen(i)
             full = samples[self.complete]
             if quantity.is_binary:
-                ends = [quantity.interval(part, drawn, confidence) for part in (full, self._early_samples(i))]
+                ends = [
+                    quantity.interval(part, drawn, confidence)
+                    for part in (full, self.seen(i, early=True)[0][~self.complete])
+                ]
                 low, high = self._merged(*ends)
                 estimates = self.value(i), low, high
             else:
@@ -152,24 +157,12 @@ class FinalFlights:
             self._differences[i, confidence] = nearest, differences
         return self._differences[i, confidence]
 
-    def _early_samples(self, i: int) -> Array:
-        """Return the scores of the rows that stopped, on the flights that they made."""
-        return self.seen(i, early=True)[0][~self.complete]
-
     def _merged(self, complete: tuple[Array, ...], stopped: tuple[Array, ...]) -> list[Array]:
         """Return numbers of all rows from those of the rows that made all flights and of those that stopped."""
         out = [np.empty(len(self.complete)) for _ in complete]
         for full, one, other in zip(out, complete, stopped, strict=True):
             full[self.complete], full[~self.complete] = one, other
         return out
-
-    @cached_property
-    def _estimates(self) -> dict[tuple[int, float], tuple[Array, Array, Array]]:
-        return {}
-
-    @cached_property
-    def _differences(self) -> dict[tuple[int, float], tuple[Array, PairedDifference]]:
-        return {}
 
     def _nearest_complete(self, i: int) -> Array:
         """Return for each row that stopped the complete row that tells most of a quantity.

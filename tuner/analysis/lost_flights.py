@@ -8,7 +8,7 @@ import numpy as np
 from objectives.evaluator import Evaluator
 from objectives.flown_system import FlightBatch, FlownSystem
 from objectives.problem import Evaluation, Problem
-from objectives.risk import Risk, upper_bound
+from objectives.risk import upper_bound
 from objectives.risk.shares import risk_of_share
 from plant.backends.flyer import result_parts
 from plant.status import Status
@@ -17,11 +17,6 @@ from tuner.documents.summary import RaisedValue, UnseenLosses
 
 STATUSES = tuple(Status)
 MOST_NAMED = 20
-
-
-def flight_name(stream: str, index: int) -> str:
-    """Return the name of a flight of a stream, such as "held-out-4679"."""
-    return f"{stream}-{index}"
 
 
 def fly_alone(problem: Problem, gains: np.ndarray, spec: Any, stream: str, indices: Sequence[int]) -> np.ndarray:
@@ -47,7 +42,7 @@ def lost_flight(
     """Return a flight that ended with a status at a time [s]."""
     cause, limit = system.failure_causes[status]
     return LostFlight(
-        name=flight_name(stream, index),
+        name=f"{stream}-{index}",
         scenario=spec.name,
         stream=stream,
         index=index,
@@ -91,12 +86,8 @@ def unseen_losses(
             continue
         count = evaluation.samples(i, objective.scenario).shape[-1]
         value = float(evaluation.values[row, i])
-        raised = value + raised_share(upper_bound(0, count), objective.risk) * max(float(costs[i]) - value, 0.0)
+        share = float(risk_of_share(np.array(upper_bound(0, count)), objective.risk))
+        raised = value + share * max(float(costs[i]) - value, 0.0)
         moved.append(RaisedValue(label=objective.label, unit=objective.metric.unit, value=value, raised=raised))
     count = ShareCount(events=0, flights=flights, upper=upper_bound(0, flights))
     return UnseenLosses(count=count, objectives=moved) if moved else None
-
-
-def raised_share(share: float, risk: Risk) -> float:
-    """Return the share of the flights that decide a mean or CVaR which losses of a share of all flights would make."""
-    return float(risk_of_share(np.array(share), risk))

@@ -122,7 +122,6 @@ def mean_errors(coarse: Array, fine: Array, counted: Array, held_out: int, floor
         held_out: Flights whose standard error counts.
         floor: Sizes (q,) that values are taken for at least, where an error is a share of them.
         unseen: Changes (q,) that are no errors, where an error is a share.
-
     """
     standard, relative = np.full((2, *coarse.shape[:2]), np.nan)
     for i, flights in enumerate(counted):

@@ -24,7 +24,6 @@ class OpenedFolder(Generic[D]):
         main: Name of the file with the main document.
         folder: Where it is; None where its document is all there is.
         document: Content of the main document, in SI units and radians.
-
     """
 
     kind: ClassVar[str]

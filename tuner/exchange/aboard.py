@@ -86,7 +86,6 @@ def describe_unmanaged(
         present: the parameters on the vehicle, None if unknown.
         unmanaged: those of them that our loops have no counterpart of.
         assumed: those that its file does not hold and that scale the gains.
-
     """
     if present is None or not unmanaged:
         return ()

@@ -58,7 +58,6 @@ class ExportSubject(Generic[C]):
         loops: Return a controller to be verified.
         check: Refuse a target that does not take such gains.
         bundle: Return what a target makes of a request.
-
     """
 
     controller: C
@@ -94,7 +93,6 @@ class ExportSubject(Generic[C]):
         Raises:
             InputError: The target cannot hold something.
             StoreError: The folder cannot be written.
-
         """
         check_free(out)
         check_feasible(self.content, force)

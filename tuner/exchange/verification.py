@@ -53,7 +53,6 @@ class Loops:
         limits: Return how its loops stand to limits on their margins, none where nothing rests.
         structure: What no target may change; content: with the gains, all that rounding may change.
         filtered: Return the loops under a target's low-pass of the gyro.
-
     """
 
     system: Any

@@ -119,14 +119,6 @@ def actuation_block(actuators: Actuation) -> Row:
     return add_units(ACTUATION, vars(actuators) | derived)
 
 
-class RotorPart(NamedTuple):
-    """A rotor as read: place {x, y} [m], spin as in SPINS, torque ratio [m]."""
-
-    position: dict[str, float]
-    spin: str
-    torque_ratio: float
-
-
 class AirframePart(NamedTuple):
     """A block that the schema accepts."""
 
@@ -146,11 +138,10 @@ class AirframePart(NamedTuple):
     @property
     def vehicle(self) -> Vehicle:
         """The vehicle that flies."""
-        rotors = [RotorPart(**rotor) for rotor in plain(self.rotors)]
-        numbers = plain(self.numbers)
+        rotors, numbers = plain(self.rotors), plain(self.numbers)
         fields: Row = {key: Vec3(**number) if key in GROUPS else number for key, number in numbers.items()}
-        fields |= {f"rotor_{axis}": Rotors(*[rotor.position[axis] for rotor in rotors]) for axis in "xy"}
-        return Vehicle(**fields, spin=Rotors(*[SPINS[rotor.spin] for rotor in rotors]))
+        fields |= {f"rotor_{axis}": Rotors(*[rotor["position"][axis] for rotor in rotors]) for axis in "xy"}
+        return Vehicle(**fields, spin=Rotors(*[SPINS[rotor["spin"]] for rotor in rotors]))
 
     @property
     def digest(self) -> str:

@@ -6,7 +6,7 @@ from re import fullmatch
 from typing import Any
 
 from plant.errors import InputError
-from plant.input_files import read_input_text
+from plant.input_files import given_text
 from plant.texts import json_table
 from tuner.gains.sections import FORMAT, PLANT_FORMAT, VERSION, VERSIONS, Row
 from tuner.text.product import current_format
@@ -20,16 +20,7 @@ WANTED = "give the gains.json of a results folder"
 
 def parsed(path: Path) -> Row:
     """Return the content; raises InputError where it is no JSON object, or one with a key twice."""
-    try:
-        text = read_input_text(path)
-    except FileNotFoundError:
-        raise InputError(f"there is no such file; {WANTED}", file=path) from None
-    except UnicodeDecodeError as error:
-        message = f"is not UTF-8 text ({error.reason} at byte {error.start}); {WANTED}"
-        raise InputError(message, file=path) from None
-    except OSError as error:
-        message = f"cannot be read ({error.strerror}); {WANTED}"
-        raise InputError(message, file=path) from None
+    text = given_text(path, WANTED)
     document = json_table(text, path)
     twice: list[str] = []
     json.loads(text, object_pairs_hook=lambda pairs: _noting_twice(pairs, twice))

@@ -17,18 +17,7 @@ MAGIC = b"\xbc"
 EVENT = "fixedFrequency"
 STAMPS = {1: ("<u4", 1e-3), 2: ("<u8", 1e-6)}
 """Version -> type of a time stamp, and its unit [s]."""
-LETTERS = {
-    "b": "<i1",
-    "B": "<u1",
-    "h": "<i2",
-    "H": "<u2",
-    "i": "<i4",
-    "I": "<u4",
-    "q": "<i8",
-    "Q": "<u8",
-    "f": "<f4",
-    "d": "<f8",
-}
+LETTERS = "bBhHiIqQfd"
 FULL = 65535.0
 # The deck numbers its motors clockwise from front right.
 MOTORS = ("motor.m4", "motor.m1", "motor.m3", "motor.m2")
@@ -106,9 +95,9 @@ def _word(content: bytes, place: int, name: str) -> tuple[str, int]:
 
 def _variable(text: str, name: str) -> tuple[str, str]:
     letter = text[-2:-1]
-    if not (text.endswith(")") and text[-3:-2] == "(" and letter in LETTERS):
+    if not (text.endswith(")") and text[-3:-2] == "(" and letter and letter in LETTERS):
         raise InputError(f"holds a variable '{text}', which has no type such as 'gyro.x(f)'; it is damaged", file=name)
-    return text[:-3], LETTERS[letter]
+    return text[:-3], f"<{letter}"
 
 
 def _table(content: bytes, start: int, events: dict[int, _Event], stamp: str, name: str) -> np.ndarray:

@@ -17,7 +17,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from plant.errors import InputError
-from plant.input_files import read_input_text
+from plant.input_files import given_text
 from plant.texts import check_texts, toml_table
 from tuner.logs.flight_log import FRD_TO_FLU, STANDARD_GRAVITY, Array
 from tuner.text.input_errors import Fault
@@ -86,14 +86,7 @@ class Mapping(_Strict):
 
 def read_mapping(file: Path) -> Mapping:
     """Return the mapping in a TOML file; InputError names file and key."""
-    try:
-        table = toml_table(read_input_text(file), file)
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}); give a TOML file", file=file) from error
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8", file=file
-        ) from error
+    table = toml_table(given_text(file, "give a TOML file"), file)
     check_texts(table, file=file)
     try:
         mapping = Mapping.model_validate(table)

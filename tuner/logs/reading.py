@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from plant.errors import InputError
-from plant.input_files import read_input
+from plant.input_files import given_content
 from tuner.logs.betaflight import is_betaflight, read_betaflight
 from tuner.logs.crazyflie import is_crazyflie, read_crazyflie
 from tuner.logs.csv_table import read_csv
@@ -42,10 +42,7 @@ def read_log(file: Path, mapping: Path | None = None) -> FlightLog:
 
     Raises InputError, a line that names the file, where it cannot be opened, is no log that is known, or is damaged beyond use.
     """
-    try:
-        content = read_input(file, MOST_LOG)
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}); give a flight log", file=file) from error
+    content = given_content(file, "give a flight log", MOST_LOG)
     digest = sha256(content).hexdigest()
     if mapping is not None:
         return checked(read_csv(content, str(file), digest, read_mapping(mapping)))

@@ -11,14 +11,7 @@ from math import log, sqrt
 
 import numpy as np
 
-from tuner.search.covariance import (
-    cholesky_correlation,
-    cholesky_posterior,
-    correlations,
-    likelihood,
-    sample_normal,
-    solve_triangular,
-)
+from tuner.search import covariance
 
 Array = np.ndarray
 # Ranges of the length scale, in edges of the cube, and of the noise's share of the variance.
@@ -56,7 +49,7 @@ def prior_mean(dimensions: int) -> Array:
 
 def negative_log_posterior(logs: Array, points: Array, targets: Array) -> tuple[float, Array]:
     """Return the negative log posterior of logs (d + 1,) and its gradient: up to a constant."""
-    value, gradient = likelihood(points, targets, logs)
+    value, gradient = covariance.likelihood(points, targets, logs)
     std = np.append(np.full(len(logs) - 1, LENGTH_STD), NOISE_STD)
     deviation = (logs - prior_mean(len(logs) - 1)) / std
     return value + 0.5 * float(np.square(deviation).sum()), gradient + deviation / std
@@ -136,16 +129,16 @@ class GaussianProcess:
 
     def __init__(self, points: Array, targets: Array, hyperparameters: Hyperparameters) -> None:
         self._hyperparameters, self._scaled = hyperparameters, points * hyperparameters.scales
-        self._upper = cholesky_correlation(self._scaled, hyperparameters.noise)
+        self._upper = covariance.cholesky_correlation(self._scaled, hyperparameters.noise)
         standardized_targets, self._mean, self._std = standardize(targets)
-        self._half = solve_triangular(self._upper, standardized_targets[:, None])[:, 0]
+        self._half = covariance.solve_triangular(self._upper, standardized_targets[:, None])[:, 0]
         # The most likely variance, bounded from below by a millionth of that of the targets.
         self._variance = self._std**2 * max(float(np.square(self._half).mean()), 1e-6)
 
     def posterior(self, points: Array) -> "Posterior":
         """Return the posterior at points (p, d)."""
         scaled = points * self._hyperparameters.scales
-        explained = solve_triangular(self._upper, correlations(self._scaled, scaled))
+        explained = covariance.solve_triangular(self._upper, covariance.correlations(self._scaled, scaled))
         mean = self._mean + self._std * (explained * self._half[:, None]).sum(axis=0)
         return Posterior(mean, self._variance, explained, scaled)
 
@@ -160,8 +153,8 @@ class Posterior:
 
     def samples(self, normals: Array) -> Array:
         """Return joint samples (s, p) made of independent standard normal numbers (s, p)."""
-        upper = cholesky_posterior(self._scaled, self._explained, NUGGET)
-        return self.mean + self._root * sample_normal(upper, normals)
+        upper = covariance.cholesky_posterior(self._scaled, self._explained, NUGGET)
+        return self.mean + self._root * covariance.sample_normal(upper, normals)
 
     def cdf(self, level: float) -> Array:
         """Return the probabilities (p,) of values up to a level."""

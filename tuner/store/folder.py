@@ -13,16 +13,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from plant import output_files
 from plant.errors import StoreError
-from plant.output_files import (
-    ASIDE,
-    FOLDER_MODE,
-    make_folders,
-    refuse_links,
-    refuse_links_in,
-    refuse_links_to,
-    replace_file,
-)
 from tuner.store import manifest
 from tuner.store.advice import can_be_resumed, resume_hint
 from tuner.store.columns import Columns, csv_text
@@ -83,10 +75,10 @@ class Folder:
                 f"{path} exists already and nothing in it was touched; {resume}choose another folder with --out, or remove it"
             )
         try:
-            refuse_links_to(path)
-            make_folders(path.parent)
-            path.mkdir(mode=FOLDER_MODE, exist_ok=empty)
-            make_folders(path / inside)
+            output_files.refuse_links_to(path)
+            output_files.make_folders(path.parent)
+            path.mkdir(mode=output_files.FOLDER_MODE, exist_ok=empty)
+            output_files.make_folders(path / inside)
         except OSError as error:
             raise StoreError(f"{path} cannot be made ({_reason(error)}); choose another folder with --out") from error
         return cls(path, Lock(path), made=True)
@@ -96,7 +88,7 @@ class Folder:
         """Open a folder to go on writing it; StoreError where there is none, or where another process writes it."""
         if not path.is_dir():
             raise StoreError(f"{path}: there is no such results folder; give a folder that `tuner run` wrote")
-        refuse_links_in(path)
+        output_files.refuse_links_in(path)
         lock = Lock(path)
         folder = cls(path, lock, _former(path))
         folder._clear()
@@ -181,7 +173,7 @@ class Folder:
 
     def _clear(self) -> None:
         """Remove what a killed process left half written."""
-        for file in self.path.rglob(f".*{ASIDE}"):
+        for file in self.path.rglob(f".*{output_files.ASIDE}"):
             with suppress(OSError):
                 file.unlink()
 
@@ -192,10 +184,10 @@ def put(folder: Path, name: str, content: bytes, made: bool = False) -> Path:
     made: whether the folder was made by this process.
     """
     file = folder / name
-    refuse_links(folder, name)
+    output_files.refuse_links(folder, name)
     try:
-        make_folders(file.parent)
-        replace_file(file, content, _settled)
+        output_files.make_folders(file.parent)
+        output_files.replace_file(file, content, _settled)
     except OSError as error:
         raise StoreError(
             f"{file} cannot be written ({_reason(error)}); what was written before it is kept. Make room, then "

@@ -22,11 +22,6 @@ class Start(Document):
     machine: str = ""
     digest: str
 
-    @property
-    def is_intact(self) -> bool:
-        """Whether the digest is that of the rest."""
-        return self.digest == _digest(self.content())
-
 
 def write_start(folder: Folder, points: np.ndarray, warnings: list[str]) -> None:
     """Write the points (n, d) of the first generation and what was said about them."""
@@ -40,7 +35,7 @@ def read_start(path: Path, dimensions: int) -> tuple[np.ndarray, list[str]] | No
         start = Start.parse(read_input_text(path / FILE))
     except (OSError, ValueError):
         return None
-    if not start.is_intact or start.machine != arithmetic().label:
+    if start.digest != _digest(start.content()) or start.machine != arithmetic().label:
         return None
     return np.array(start.points).reshape(-1, dimensions), start.warnings
 

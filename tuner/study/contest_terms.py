@@ -30,10 +30,6 @@ class Terms:
     completed: Callable[[PlainTable, PlainTable], PlainTable]
 
 
-def _as_given(base: PlainTable, individual: PlainTable) -> PlainTable:  # noqa: ARG001
-    return individual
-
-
 def _with_channels(base: PlainTable, individual: PlainTable) -> PlainTable:
     """Return a contender's tables with the channels of the base, its own keys laid over them by name, where it gives such."""
     given, base_channels = individual.get("channel"), base.get("channel")
@@ -54,7 +50,7 @@ QUADROTOR = Terms(
     OF_QUADROTORS,
     (*[key for key in StudyTable.model_fields if key not in OF_QUADROTORS], "controller.control_period"),
     study_from_table,
-    _as_given,
+    lambda _, individual: individual,
 )
 PLANT = Terms(
     OF_PLANTS,

@@ -100,7 +100,6 @@ def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | A
     Examples:
         >>> tuner.use("my_law.py").name  # doctest: +SKIP
         'my_law'
-
     """
     if Path(file).suffix == f".{FMU}":
         return open_archive(Path(file))

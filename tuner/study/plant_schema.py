@@ -9,19 +9,7 @@ from pydantic import Field, Tag, model_serializer
 
 from objectives.fmu.system import PATIENCE
 from tuner.gains.channels import ChannelTable
-from tuner.study.schema import (
-    CONFIDENCE,
-    Confidence,
-    ConstraintTable,
-    GainTable,
-    MarginTable,
-    MissionTable,
-    ObjectiveTable,
-    OwnCodeTable,
-    PickTable,
-    SearchTable,
-    branch,
-)
+from tuner.study import schema
 from tuner.study.size import MOST_FLIGHTS
 from tuner.text.strict_table import StrictTable
 
@@ -116,7 +104,7 @@ class ActuatorTable(StrictTable):
     """Size that control activity is counted in; by default half the range, or 1 without limits."""
 
 
-class PlantGainTable(GainTable):
+class PlantGainTable(schema.GainTable):
     """A searched or tied gain with its range."""
 
     default: float | None = None
@@ -163,7 +151,7 @@ class PlantScenarioTable(StrictTable):
 
 NumberOrTable = Annotated[
     Annotated[float, Tag("<number>")] | Annotated[PlantGainTable, Tag("<table>")],
-    branch("<number>", "<table>", "<number>"),
+    schema.branch("<number>", "<table>", "<number>"),
 ]
 
 
@@ -177,18 +165,18 @@ class PlantStudyTable(StrictTable):
     plant: PlantTable
     channel: Annotated[list[ChannelTable], Field(min_length=1)]
     scenario: Annotated[list[PlantScenarioTable], Field(min_length=1)]
-    objective: Annotated[list[ObjectiveTable], Field(min_length=1)]
+    objective: Annotated[list[schema.ObjectiveTable], Field(min_length=1)]
     gains: dict[str, NumberOrTable]
     """Gains by address, CHANNEL.GAIN: a number fixes one, a table gives its range."""
     description: str = ""
     """Text for the report."""
-    confidence: Confidence = CONFIDENCE
+    confidence: schema.Confidence = schema.CONFIDENCE
     """Confidence of the interval whose upper end keeps each limit on flights; 0: the value alone keeps it."""
-    law: OwnCodeTable | None = None
-    metric: OwnCodeTable | None = None
+    law: schema.OwnCodeTable | None = None
+    metric: schema.OwnCodeTable | None = None
     actuator: list[ActuatorTable] = Field(default=[])
-    mission: MissionTable = Field(default=MissionTable())  # pyright: ignore[reportInvalidTypeForm]
-    constraint: list[ConstraintTable] = Field(default=[])
-    margin: list[MarginTable] = Field(default=[])
-    search: SearchTable = SearchTable()
-    pick: PickTable = PickTable()
+    mission: schema.MissionTable = Field(default=schema.MissionTable())  # pyright: ignore[reportInvalidTypeForm]
+    constraint: list[schema.ConstraintTable] = Field(default=[])
+    margin: list[schema.MarginTable] = Field(default=[])
+    search: schema.SearchTable = schema.SearchTable()
+    pick: schema.PickTable = schema.PickTable()

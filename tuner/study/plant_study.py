@@ -274,7 +274,6 @@ def with_timing(
         actuators: Of its inputs.
         control_period: [s].
         plant_step: [s], by default the longest that is accurate at rest; of an FMU the control period.
-
     """
     for actuator in actuators:
         actuator.periods(control_period)

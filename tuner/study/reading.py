@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from plant.errors import InputError
-from plant.input_files import read_input_text
+from plant.input_files import given_text
 from plant.texts import LONGEST_TITLE, PlainTable, PlainValue, check_text, check_texts, check_title, toml_table
 from tuner.study.messages import translated
 from tuner.study.renamed import with_new_name, with_new_names
@@ -45,18 +45,7 @@ def checked_table(path: Path, table: Mapping[str, PlainValue], model: type[Table
 
 def parse_toml(path: Path) -> PlainTable:
     """Return the content of a TOML file; InputError where it is missing or no TOML, with line and column."""
-    try:
-        # utf-8-sig: some editors put a byte order mark in front, which is no TOML.
-        text = read_input_text(path, "utf-8-sig")
-    except FileNotFoundError:
-        raise InputError("there is no such file; `tuner new NAME` writes one to start from", file=path) from None
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8", file=path
-        ) from None
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}); give a study file", file=path) from None
-    table = toml_table(text, path)
+    table = toml_table(given_text(path, "`tuner new NAME` writes one to start from"), path)
     check_texts(table, file=path)
     return table
 

@@ -74,7 +74,7 @@ def _index(level: list[Any], before: list[str | int], rest: str) -> tuple[int, s
     part, _, left = rest.partition(".")
     if not part.isdecimal() or int(part) >= len(level):
         allowed = f"0 to {len(level) - 1}" if level else "none, the list is empty"
-        raise InputError(f"'{part}' is no entry of the list '{_dotted(before)}'; allowed: {allowed}")
+        raise InputError(f"'{part}' is no entry of the list '{'.'.join(map(str, before))}'; allowed: {allowed}")
     return int(part), left
 
 
@@ -102,7 +102,3 @@ def _below_hint(level: Any) -> str:
     if isinstance(level, dict) and level:
         return f"; there is: {', '.join(map(str, level))}"
     return ""
-
-
-def _dotted(parts: list[str | int]) -> str:
-    return ".".join(map(str, parts))

@@ -87,7 +87,6 @@ def translate_error(
         root: The table that was validated.
         lines: What to write where a required key is missing; [] stands for any entry of a list.
         homes: Where a key belongs that stands at the top.
-
     """
     problem = min(map(Fault.of, error.errors()), key=_importance)
     location = problem.place

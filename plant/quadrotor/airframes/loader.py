@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from plant.errors import InputError, UnknownNameError, UnphysicalError
-from plant.input_files import read_input_text
+from plant.errors import UnknownNameError, UnphysicalError
+from plant.input_files import given_text
 from plant.quadrotor.airframes.geometry import FRAMES, SPINS
 from plant.quadrotor.airframes.rules import broken_rules
 from plant.quadrotor.airframes.schema import (
@@ -95,14 +95,7 @@ def _located(name_or_path: str | Path) -> Path:
 
 
 def _parsed(path: Path) -> PlainTable:
-    try:
-        return toml_table(read_input_text(path, "utf-8-sig"), path)
-    except OSError as error:
-        message = f"cannot be read ({error.strerror}); give a TOML file or a bundled airframe: {', '.join(names())}"
-        raise InputError(message, file=path) from error
-    except UnicodeDecodeError as error:
-        message = f"is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8"
-        raise InputError(message, file=path) from error
+    return toml_table(given_text(path, f"give a TOML file or a bundled airframe: {', '.join(names())}"), path)
 
 
 def _vehicle(values: Mapping[str, float], frame: str, spin: str) -> Vehicle:

@@ -140,9 +140,9 @@ def test_unknown_columns_are_unknown_names(tmp_path: Path) -> None:
 
 
 def test_a_missing_file_and_a_folder(tmp_path: Path) -> None:
-    """Both cannot be read."""
-    for path in (tmp_path / "none.csv", tmp_path):
-        with pytest.raises(InputError, match="cannot be read"):
+    """Neither can be read."""
+    for path, words in ((tmp_path / "none.csv", "no such file"), (tmp_path, "cannot be read")):
+        with pytest.raises(InputError, match=words):
             Waypoints(path=str(path))
 
 

@@ -41,7 +41,7 @@ def test_a_prediction_that_is_not_kept_is_the_exit_code(tmp_path):
         ([*PAIR[:1], *PAIR[:1], *PAIR[2:]], "is given twice"),
         ([f"{LOG}@70:75", *PAIR[1:]], "at least 6 s are compared"),
         ([*PAIR, "--study", "quickstart"], "give both, or neither"),
-        (["no_such_log", *PAIR[1:]], "cannot be read"),
+        (["no_such_log", *PAIR[1:]], "there is no such file"),
     ],
 )
 def test_what_cannot_be_compared_is_told_in_a_line(arguments, message):

@@ -74,7 +74,7 @@ def test_a_check_that_fails_says_so_by_its_exit_code(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["no_such_log", *PRIOR], "cannot be read"),
+        (["no_such_log", *PRIOR], "there is no such file"),
         ([str(LOG), str(LOG), *PRIOR], "is given twice"),
         ([f"{LOG}@70:78", f"{LOG}@75:85", *PRIOR], "in parts that overlap"),
         ([f"{LOG}@1:2", *PRIOR], "it goes from 70.0 to 85.0 s"),

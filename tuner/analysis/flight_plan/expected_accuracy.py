@@ -10,15 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plant.quadrotor.airframes import Airframe
+from tuner.analysis.identification import identify
 from tuner.analysis.identification.fit import Fit, Problem, expected_fit
-from tuner.analysis.identification.identify import (
-    GIVEN,
-    airborne,
-    counted_outputs,
-    resample_segments,
-    unidentifiable,
-    wider_than_prior,
-)
 from tuner.analysis.identification.parameters import ParameterSpace
 from tuner.analysis.identification.prediction import prediction_windows
 from tuner.analysis.identification.samples import OUTPUTS
@@ -42,7 +35,7 @@ class ExpectedAccuracy:
 
 def problem_of(log: FlightLog, airframe: Airframe, space: ParameterSpace) -> Problem:
     """Return the identification problem of a log."""
-    samples = resample_segments([airborne(log, airframe)])
+    samples = identify.resample_segments([identify.airborne(log, airframe)])
     return Problem(space, airframe.vehicle, samples, tuple(np.ones(len(part.time)) for part in samples))
 
 
@@ -57,14 +50,14 @@ def information_of(log: FlightLog, airframe: Airframe, space: ParameterSpace, tr
 
 def identifiable_parameters(space: ParameterSpace) -> NDArray[np.bool_]:
     """Return a mask (n,) of the coordinates that a flight may identify."""
-    return np.array([name not in GIVEN for name in space.names])
+    return np.array([name not in identify.GIVEN for name in space.names])
 
 
 def expected_accuracy(log: FlightLog, airframe: Airframe, space: ParameterSpace, truth: Array) -> ExpectedAccuracy:
     """Return the expected accuracy of identification from a simulated flight."""
     problem, is_free = problem_of(log, airframe, space), identifiable_parameters(space)
     first = expected_fit(problem, truth, is_free)
-    reasons = unidentifiable(first, prediction_windows(problem, truth, held_out=False))
+    reasons = identify.unidentifiable(first, prediction_windows(problem, truth, held_out=False))
     is_free &= np.array([name not in reasons for name in space.names])
-    fit = expected_fit(counted_outputs(problem, reasons), truth, is_free)
-    return ExpectedAccuracy(fit, reasons | wider_than_prior(fit, is_free))
+    fit = expected_fit(identify.counted_outputs(problem, reasons), truth, is_free)
+    return ExpectedAccuracy(fit, reasons | identify.wider_than_prior(fit, is_free))

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Literal, TypedDict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -55,7 +55,9 @@ UNSTABLE, WITHOUT_END = "the loop is not stable", "no bound"
 def margins_document(subject: Subject, requirements: list[LimitRow]) -> MarginsDocument:
     """Return the document of a quadrotor without mismatch and certificates."""
     controller, trim = subject.controller, subject.trim
-    return MarginsDocument(
+    return _document(
+        subject,
+        requirements,
         airframe=controller.airframe.name,
         laws=LawNames(position=controller.cascade.position.name, attitude=controller.cascade.attitude.name),
         control_period=Measure(value=controller.control_period, unit="s"),
@@ -65,25 +67,20 @@ def margins_document(subject: Subject, requirements: list[LimitRow]) -> MarginsD
             wind=Vector(value=list(trim.wind), unit="m/s"),
             position_held=trim.hold,
         ),
-        **_loops(subject, requirements),
     )
 
 
 def plant_margins_document(subject: PlantSubject, requirements: list[LimitRow]) -> MarginsDocument:
     """Return the document of a plant of the user's own without certificates."""
     system = subject.system
-    return MarginsDocument(
+    return _document(
+        subject,
+        requirements,
         plant=system.plant.name,
         channel_laws={channel.name: channel.law.name for channel in system.plan.channels},
         control_period=Measure(value=system.timing.control_period, unit="s"),
-        limit_cycles=limit_cycle_rows(subject),
-        **_loops(subject, requirements),
+        limit_cycles=[_cycle_row(subject, cycle) for cycle in limit_cycles(subject.model, subject.row)],
     )
-
-
-def limit_cycle_rows(subject: PlantSubject) -> list[LimitCycleRow]:
-    """Return the oscillations that the loops sustain by themselves, lowest amplitude first."""
-    return [_cycle_row(subject, cycle) for cycle in limit_cycles(subject.model, subject.row)]
 
 
 def _cycle_row(subject: PlantSubject, cycle: LimitCycle) -> LimitCycleRow:
@@ -102,30 +99,20 @@ def _cycle_row(subject: PlantSubject, cycle: LimitCycle) -> LimitCycleRow:
     )
 
 
-class LoopFields(TypedDict):
-    """Fields of the document that every controller has."""
-
-    format: Literal["gainproof-margins"]
-    version: Literal["0.2"]
-    channels: list[ChannelMargins]
-    multiloop: MultiloopMargins
-    requirements: list[LimitRow]
-    passed: bool
-
-
-def _loops(subject: Loops, requirements: list[LimitRow]) -> LoopFields:
-    """Return the fields of the document that every controller has."""
-    return {
-        "format": MARGINS_FORMAT,
-        "version": MARGINS_VERSION,
-        "channels": [_channel(subject, channel) for channel in subject.looped],
-        "multiloop": _multiloop(subject),
-        "requirements": requirements,
-        "passed": all(row.is_satisfied for row in requirements if row.hard),
-    }
+def _document(subject: Loops, requirements: list[LimitRow], **of_its_kind: Any) -> MarginsDocument:
+    """Return the document of any controller, with what only its kind has."""
+    return MarginsDocument(
+        format=MARGINS_FORMAT,
+        version=MARGINS_VERSION,
+        channels=[_channel(subject, channel) for channel in subject.looped],
+        multiloop=_multiloop(subject),
+        requirements=requirements,
+        passed=all(row.is_satisfied for row in requirements if row.hard),
+        **of_its_kind,
+    )
 
 
-def default_requirements(subject: Loops, limits: tuple[LoopLimit, ...] = LIMITS) -> list[LimitRow]:
+def default_requirements(subject: Loops) -> list[LimitRow]:
     """Return a row for each limit of every loop: stability, hard limits, targets as soft ones."""
     rows = []
     for channel in subject.looped:
@@ -135,21 +122,13 @@ def default_requirements(subject: Loops, limits: tuple[LoopLimit, ...] = LIMITS)
                 f"stable({channel})", "stable", {"unit": "1"}, stable, 1.0, stable == 1.0, "min", channel=channel
             )
         )
-        for limit in limits:
+        for limit in LIMITS:
             entry = QUANTITIES[limit.quantity]
             value, label = subject.value(entry, channel), f"{entry.name}({channel})"
             rows.append(limited_row(label, entry, value, limit, True, channel))
             if limit.target is not None:
-                rows.append(
-                    limited_row(
-                        f"{label} target",
-                        entry,
-                        value,
-                        LoopLimit(entry.name, limit.sense, limit.target),
-                        False,
-                        channel,
-                    )
-                )
+                target = LoopLimit(entry.name, limit.sense, limit.target)
+                rows.append(limited_row(f"{label} target", entry, value, target, False, channel))
     return rows
 
 

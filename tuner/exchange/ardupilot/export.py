@@ -14,18 +14,9 @@ from plant.quadrotor.airframes.actuation import Actuation, actuation
 from plant.quadrotor.airframes.scales import Motors, is_plus, motors_text
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.aboard import DERIVATIVE, OTHERS, VehicleParameters, vehicle_parameters
+from tuner.exchange.ardupilot import ranges
 from tuner.exchange.ardupilot.import_ import IMPORTER
 from tuner.exchange.ardupilot.map import ArduPilot
-from tuner.exchange.ardupilot.ranges import (
-    ACCEL_GAIN,
-    DIALECTS,
-    EXPO,
-    FIRMWARES,
-    SEPARATOR,
-    Dialect,
-    check_names,
-    translated,
-)
 from tuner.exchange.ardupilot.text import OLDER, SEPARATORS, modernised, read_param
 from tuner.exchange.autopilot.assembly import CURVE, curve
 from tuner.exchange.autopilot.parameters import Values
@@ -33,7 +24,7 @@ from tuner.exchange.autopilot.pid import rate_filters, rate_sources, setpoint_we
 from tuner.exchange.target import FIRMWARE, Bundle, ExportTarget, Option, Request
 from tuner.gains import Controller
 
-FILE = DIALECTS["4.6"].file
+FILE = ranges.DIALECTS["4.6"].file
 # Its numbers of our rotors 1 to 4 in the frames X and plus, and the frame by (plus, first rotor clockwise).
 MOTORS: Motors = (3, 1, 2, 4)
 FRAME_TYPES = {
@@ -44,13 +35,16 @@ FRAME_TYPES = {
 }
 
 OPTIONS = (
-    Option(FIRMWARE, "version of ArduPilot Copter on the vehicle: names and units differ", FIRMWARES),
+    Option(FIRMWARE, "version of ArduPilot Copter on the vehicle: names and units differ", ranges.FIRMWARES),
     Option(
-        SEPARATOR, "between name and value: comma (Mission Planner) or blank (MAVProxy)", tuple(SEPARATORS), "comma"
+        ranges.SEPARATOR,
+        "between name and value: comma (Mission Planner) or blank (MAVProxy)",
+        tuple(SEPARATORS),
+        "comma",
     ),
     CURVE,
     Option(
-        ACCEL_GAIN,
+        ranges.ACCEL_GAIN,
         "P gain on the measured vertical acceleration, as a share of the hover throttle per 10 m/s2, 0.2 to 5; vehicle: as it is "
         "on the vehicle, and 1 where that is not known",
         default="vehicle",
@@ -64,7 +58,7 @@ def export(request: Request) -> Bundle:
     """Return the parameter file; raises InputError where the gains have no form in ArduPilot, leave its documented ranges, or
     would keep the vehicle from arming.
     """
-    vehicle, dialect = request.controller.airframe.vehicle, DIALECTS[request.settings[FIRMWARE]]
+    vehicle, dialect = request.controller.airframe.vehicle, ranges.DIALECTS[request.settings[FIRMWARE]]
     ardupilot = ArduPilot(
         dialect.flying(request.controller.cascade), vehicle, actuation(vehicle, curve(request.settings))
     )
@@ -78,19 +72,19 @@ def export(request: Request) -> Bundle:
     )
 
 
-def _vehicle_parameters(request: Request, dialect: Dialect) -> VehicleParameters | None:
+def _vehicle_parameters(request: Request, dialect: ranges.Dialect) -> VehicleParameters | None:
     """Return the vehicle's parameters in the dialect of the export."""
     present = vehicle_parameters(request, "ardupilot", lambda file: _previous(file, dialect))
     record = request.controller.vehicle
     if present is None or request.previous is not None or record is None:
         return present
-    recorded = DIALECTS.get(record.settings.get(FIRMWARE, ""), dialect)
-    return replace(present, values=translated(present.values, recorded, dialect))
+    recorded = ranges.DIALECTS.get(record.settings.get(FIRMWARE, ""), dialect)
+    return replace(present, values=ranges.translated(present.values, recorded, dialect))
 
 
-def _previous(file: Path, dialect: Dialect) -> dict[str, float]:
+def _previous(file: Path, dialect: ranges.Dialect) -> dict[str, float]:
     values = read_param(file)
-    check_names(values, dialect, file)
+    ranges.check_names(values, dialect, file)
     if old := modernised(values, file).renamed:
         message = (
             f"is a name from before Copter 4.0, which ignores those of {dialect.firmware}: update the vehicle first"
@@ -125,7 +119,7 @@ def _differences(
         "Angle and position errors pass square-root controllers (limits of angular acceleration, PSC_JERK_*): equal to ours for "
         "small errors only.",
         _integrals(dialect, values),
-        f"Thrust is linearised by MOT_THST_EXPO = {values[EXPO]:.4g} between MOT_SPIN_MIN and MOT_SPIN_MAX: "
+        f"Thrust is linearised by MOT_THST_EXPO = {values[ranges.EXPO]:.4g} between MOT_SPIN_MIN and MOT_SPIN_MAX: "
         f"the largest thrust ({thrust_max:.4g} N of each rotor) is taken at MOT_SPIN_MAX, and none at MOT_SPIN_MIN.",
         "The battery's voltage scales the thrust unless MOT_BAT_VOLT_MAX and MOT_BAT_VOLT_MIN are set; ours is constant.",
         *_older(controller, present),
@@ -143,7 +137,7 @@ def _unfiltered(controller: Controller, axes: tuple[str, ...]) -> str:
     )
 
 
-def _integrals(dialect: Dialect, values: Values) -> str:
+def _integrals(dialect: ranges.Dialect, values: Values) -> str:
     """Return the sentence on the differences of the integrals."""
     if "roll" not in dialect.names:
         return (
@@ -158,7 +152,7 @@ def _integrals(dialect: Dialect, values: Values) -> str:
     )
 
 
-def _switched_off(values: Values, dialect: Dialect) -> tuple[str, ...]:
+def _switched_off(values: Values, dialect: ranges.Dialect) -> tuple[str, ...]:
     """Return sentences on what is written only to switch something off."""
     sentences = []
     if "roll" in dialect.names and values["ATC_RAT_RLL_FLTT"] == 100.0:

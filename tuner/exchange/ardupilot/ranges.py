@@ -100,30 +100,22 @@ RANGES_47 = {
 }  # fmt: skip
 
 
+# Gain of ArduPilot's own rate loop -> end of the parameter's name.
+RATE_TERMS = {
+    "p": "P", "i": "I", "d": "D", "ff": "FF", "i_limit": "IMAX", "target_cutoff": "FLTT", "error_cutoff": "FLTE",
+    "d_cutoff": "FLTD",
+}  # fmt: skip
 NATIVE_ATTITUDE = NativeLaw(
     "ardupilot",
     {
         axis: {
             "angle_p": f"ATC_ANG_{short}_P",
             "gyro_cutoff": "INS_GYRO_FILTER",
-            **{
-                gain: f"ATC_RAT_{short}_{term}"
-                for gain, term in (
-                    ("p", "P"),
-                    ("i", "I"),
-                    ("d", "D"),
-                    ("ff", "FF"),
-                    ("i_limit", "IMAX"),
-                    ("target_cutoff", "FLTT"),
-                    ("error_cutoff", "FLTE"),
-                    ("d_cutoff", "FLTD"),
-                )
-            },
+            **{gain: f"ATC_RAT_{short}_{term}" for gain, term in RATE_TERMS.items()},
         }
         for axis, short in SHORT.items()
     },
     frozenset({"p", "i", "d", "ff", "i_limit"}),
-    {},
 )
 
 

@@ -17,16 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant.errors import InputError
+from tuner.exchange.autopilot import parameters
 from tuner.exchange.autopilot.frames import check_ardupilot_frame
-from tuner.exchange.autopilot.parameters import (
-    as_bytes,
-    check_stack,
-    enter,
-    positional,
-    read_lines,
-    read_number,
-    single,
-)
 
 WHAT = "a .param file of ArduPilot Copter"
 SEPARATORS = {"comma": ",", "blank": " "}
@@ -40,15 +32,15 @@ LINE = re.compile(r"([^\s,=]+)[\s,=]+([^\s,#]+)\s*(#.*|@.*)?")
 def write_param(values: Mapping[str, float], separator: str, comments: Sequence[str]) -> bytes:
     """Return the content of a file; separator: a key of SEPARATORS."""
     mark = SEPARATORS[separator]
-    rows = [f"{name}{mark}{positional(value)}" for name, value in values.items()]
-    return as_bytes([*(f"# {comment}" for comment in comments), *rows])
+    rows = [f"{name}{mark}{parameters.positional(value)}" for name, value in values.items()]
+    return parameters.as_bytes([*(f"# {comment}" for comment in comments), *rows])
 
 
 def read_param(file: Path) -> dict[str, float]:
     """Return the parameters of a file; raises InputError naming file and parameter."""
-    check_stack(file, WHAT, "ArduPilot")
+    parameters.check_stack(file, WHAT, "ArduPilot")
     values: dict[str, float] = {}
-    for number, line in enumerate(read_lines(file, WHAT), start=1):
+    for number, line in enumerate(parameters.read_lines(file, WHAT), start=1):
         text = line.strip()
         if not text or text.startswith(("#", "//")):
             continue
@@ -56,7 +48,7 @@ def read_param(file: Path) -> dict[str, float]:
         if parts is None or not NAME.fullmatch(parts[1]):
             message = f"must be a name of at most 16 of A-Z, 0-9, _, a comma or blanks, and a number; give {WHAT}"
             raise InputError(message, file=file, key=f"line {number}")
-        enter(values, parts[1], single(read_number(parts[2], parts[1], file)), file)
+        parameters.enter(values, parts[1], parameters.single(parameters.read_number(parts[2], parts[1], file)), file)
     if not values:
         raise InputError(f"holds no parameter; give {WHAT}", file=file)
     check_ardupilot_frame(values, file)

@@ -18,6 +18,7 @@ from plant.quadrotor.airframes.actuation import Actuation
 from plant.quadrotor.cascade import AXES, Cascade, close_cascade
 from plant.quadrotor.vehicle import Vehicle
 from tuner.exchange.aboard import DERIVATIVE, KEEP, OTHERS, VehicleParameters, describe_unmanaged
+from tuner.exchange.autopilot import pid
 from tuner.exchange.autopilot.assembly import (
     LOOPS,
     OUR_LOOPS,
@@ -33,19 +34,6 @@ from tuner.exchange.autopilot.assembly import (
 )
 from tuner.exchange.autopilot.native_loops import LIKE, NativeLaw, flown, with_authorities
 from tuner.exchange.autopilot.parameters import ParameterInfo, Values, defaults, parameters, single
-from tuner.exchange.autopilot.pid import (
-    RateLoop,
-    axis_gains,
-    check_horizontal,
-    held_cutoff,
-    held_tilt,
-    parallel,
-    rate_loop,
-    weighted,
-    with_gains,
-    with_measured_rates,
-    written_cutoff,
-)
 from tuner.exchange.target import Bundle, GyroFilter, ImportedController, Request
 from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
@@ -103,11 +91,6 @@ class ParameterSet:
             native=laws,
         )
 
-    @property
-    def filters_gyro(self) -> bool:
-        """True where our loops carry no low-pass on its gyro."""
-        return self.gyro not in self.carried
-
 
 @dataclass(frozen=True)
 class Autopilot(ABC):
@@ -152,7 +135,7 @@ class Autopilot(ABC):
 
     def yaw_cutoff(self, values: Values) -> float:
         """Return the low-pass on yaw torque outside of the loops [Hz]; values: complete."""
-        return 0.0 if self.filters_yaw else held_cutoff(values[self.version.yaw_filter])
+        return 0.0 if self.filters_yaw else pid.held_cutoff(values[self.version.yaw_filter])
 
     def completed(self, values: Values) -> dict[str, float]:
         """Return all parameters, those that are not given at their default."""
@@ -167,11 +150,11 @@ class Autopilot(ABC):
         """Return the factor on inertia or mass by axis: 1, or with the added inertia where it counts."""
         return {axis: 1.0 + counted * share for axis, share in self.added_inertia(values).items()}
 
-    def loops(self, values: Values) -> dict[str, RateLoop]:
+    def loops(self, values: Values) -> dict[str, pid.RateLoop]:
         """Return its loops by axis in our units; values: complete."""
         units = self.units(values)
         return {
-            axis: RateLoop(values[names.outer], units[axis] * values[names.p], units[axis] * values[names.i])
+            axis: pid.RateLoop(values[names.outer], units[axis] * values[names.p], units[axis] * values[names.i])
             for axis, names in self.version.names.items()
         }
 
@@ -193,17 +176,19 @@ class Autopilot(ABC):
         for entry in self.version.native:
             values |= entry.to_parameters(controller, units)
         for axis, names in self.version.names.items():
-            loop = rate_loop(weighted(axis_gains(controller, axis), heavier[axis]), axis, theirs.get(axis))
+            loop = pid.rate_loop(pid.weighted(pid.axis_gains(controller, axis), heavier[axis]), axis, theirs.get(axis))
             values |= {names.outer: loop.outer, names.p: loop.p / units[axis], names.i: loop.i / units[axis]}
         if not self.filters_yaw:
-            values[self.version.yaw_filter] = written_cutoff(controller, (present or {}).get(self.version.yaw_filter))
+            values[self.version.yaw_filter] = pid.written_cutoff(
+                controller, (present or {}).get(self.version.yaw_filter)
+            )
         return values | self.written_tilt(controller.options.tilt_limit, present)
 
     def to_gains(self, values: Values, filters: Mapping[str, float], counted: bool = False) -> dict[str, Gains]:
         """Return our gains; values: complete; filters: t_f by axis [s]; counted: D counts as inertia, else it does not enter."""
         heavier = self.weights(values, counted)
         gains = {
-            axis: weighted(parallel(loop, filters[axis]), 1.0 / heavier[axis])
+            axis: pid.weighted(pid.parallel(loop, filters[axis]), 1.0 / heavier[axis])
             for axis, loop in self.loops(values).items()
         }
         return gains | ({"y": gains["x"]._replace(t_f=filters["y"])} if "x" in gains else {})
@@ -222,12 +207,12 @@ class Autopilot(ABC):
         native = {axis for entry in self.version.native for axis in entry.names}
         plain = [axis for axis in AXES if LIKE.get(axis, axis) not in native]
         gains: dict[str, Any] = {
-            **self.to_gains(values, {axis: axis_gains(requested, axis).t_f for axis in plain}, counted),
+            **self.to_gains(values, {axis: pid.axis_gains(requested, axis).t_f for axis in plain}, counted),
             **self.native_gains(values, requested),
         }
-        tilt, cutoff = held_tilt(self.tilt_limit(values)[0]), self.yaw_cutoff(values)
+        tilt, cutoff = pid.held_tilt(self.tilt_limit(values)[0]), self.yaw_cutoff(values)
         options = replace(requested.options, tilt_limit=tilt, yaw_torque_cutoff=cutoff)
-        return replace(with_gains(requested, gains), options=options)
+        return replace(pid.with_gains(requested, gains), options=options)
 
     def others(self, settings: Mapping[str, str], present: VehicleParameters | None) -> dict[str, float]:
         """Return the other written parameters: as on the vehicle, or such that nothing else acts."""
@@ -250,11 +235,11 @@ class Autopilot(ABC):
         """
         gyro = self.version.gyro
         requested, settings = (
-            with_measured_rates(request.controller, yaw_filter=not self.filters_yaw),
+            pid.with_measured_rates(request.controller, yaw_filter=not self.filters_yaw),
             request.settings,
         )
         if "x" in self.version.names:
-            check_horizontal(requested, self.version.name)
+            pid.check_horizontal(requested, self.version.name)
         before = {} if present is None else present.values
         others = self.others(settings, present)
         complete, counted = self.completed(others), settings[DERIVATIVE.name] == "inertia"
@@ -275,9 +260,10 @@ class Autopilot(ABC):
             ),
             target_version=self.version.name,
             parameters=written,
-            gyro=GyroFilter(gyro, before.get(gyro, self.version.gyro_cutoff), gyro in before)
-            if self.version.filters_gyro
-            else None,
+            # Where our loops carry it, it is part of what is verified.
+            gyro=None
+            if gyro in self.version.carried
+            else GyroFilter(gyro, before.get(gyro, self.version.gyro_cutoff), gyro in before),
         )
 
     def rollback(self, request: Request, values: Values, present: VehicleParameters | None) -> bytes:

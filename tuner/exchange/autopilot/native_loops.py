@@ -27,13 +27,12 @@ class NativeLaw:
     """A law that is the autopilot's own loop.
 
     law: its name. names: parameter of each gain by axis, several axes may share one. scaled: gains that count in the unit of
-    output. factors: parameter over gain, where that is not 1, by gain.
+    output.
     """
 
     law: str
     names: Mapping[str, Mapping[str, str]]
     scaled: frozenset[str]
-    factors: Mapping[str, float]
 
     @property
     def parameters(self) -> frozenset[str]:
@@ -55,7 +54,7 @@ class NativeLaw:
 
     def factor(self, gain: str, quotient: float) -> float:
         """Return the parameter over the gain; quotient: of the gains' authority and the autopilot's unit."""
-        return self.factors.get(gain, 1.0) * (quotient if gain in self.scaled else 1.0)
+        return quotient if gain in self.scaled else 1.0
 
     def to_parameters(self, controller: Controller, units: Mapping[str, float]) -> dict[str, float]:
         """Return the parameters of a controller; units: acceleration per unit of output, by axis.

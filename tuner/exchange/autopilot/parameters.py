@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from plant.errors import InputError, one_line, shortened
-from plant.input_files import read_input_text
+from plant.input_files import given_text
 from tuner.exchange.target import HeldParameter
 from tuner.text.units import after_number
 
@@ -47,15 +47,7 @@ def read_number(text: str, name: str, file: Path) -> float:
 
 def read_lines(file: Path, what: str) -> list[str]:
     """Return the lines of a text file without their ends; what: which file to give, for the message of an InputError."""
-    try:
-        return read_input_text(file, "utf-8-sig").splitlines()
-    except FileNotFoundError:
-        raise InputError(f"there is no such file; give {what}", file=file) from None
-    except UnicodeDecodeError as error:
-        message = f"is not UTF-8 text ({error.reason} at byte {error.start}); give {what}"
-        raise InputError(message, file=file) from None
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}); give {what}", file=file) from None
+    return given_text(file, f"give {what}").splitlines()
 
 
 @dataclass(frozen=True)
@@ -114,6 +106,11 @@ class ParameterInfo:
     high: float
     usual: float
     source: str
+
+
+def parameter_table(*entries: ParameterInfo) -> dict[str, ParameterInfo]:
+    """Return entries by name, in their order."""
+    return {entry.name: entry for entry in entries}
 
 
 def unbounded(name: str, unit: str, low: float, usual: float, source: str) -> ParameterInfo:

@@ -20,7 +20,7 @@ from plant.quadrotor.airframes.actuation import Actuation
 from plant.quadrotor.airframes.scales import TorqueScale, betaflight_factors, command_slope, torque_scale
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
-from tuner.exchange.autopilot.parameters import ParameterInfo
+from tuner.exchange.autopilot.parameters import ParameterInfo, parameter_table
 from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop
 from tuner.gains import Controller
 
@@ -52,21 +52,18 @@ def _axis(axis: str, p: float, i: float, d: float, d_max: float, f: float) -> li
     ]
 
 
-TABLE = {
-    entry.name: entry
-    for entry in (
-        *_axis("roll", 45.0, 80.0, 30.0, 40.0, 120.0),
-        *_axis("pitch", 47.0, 84.0, 34.0, 46.0, 125.0),
-        *_axis("yaw", 45.0, 80.0, 0.0, 0.0, 120.0),
-        ParameterInfo("angle_p_gain", "0.1/s", 0.0, 200.0, 50.0, "roll.kp, roll.ki or roll.kd"),
-        ParameterInfo("angle_feedforward", "1", 0.0, 200.0, 50.0, OFF),
-        ParameterInfo("angle_limit", "deg", 10.0, 80.0, 60.0, "controller.tilt_limit"),
-        ParameterInfo("anti_gravity_gain", "1", 0.0, 250.0, 80.0, OFF),
-        ParameterInfo("tpa_rate", "%", 0.0, 100.0, 65.0, OFF),
-        ParameterInfo("yaw_lowpass_hz", "Hz", 0.0, 500.0, 100.0, OFF),
-        ParameterInfo("thrust_linear", "%", 0.0, 150.0, 0.0, OFF),
-    )
-}
+TABLE = parameter_table(
+    *_axis("roll", 45.0, 80.0, 30.0, 40.0, 120.0),
+    *_axis("pitch", 47.0, 84.0, 34.0, 46.0, 125.0),
+    *_axis("yaw", 45.0, 80.0, 0.0, 0.0, 120.0),
+    ParameterInfo("angle_p_gain", "0.1/s", 0.0, 200.0, 50.0, "roll.kp, roll.ki or roll.kd"),
+    ParameterInfo("angle_feedforward", "1", 0.0, 200.0, 50.0, OFF),
+    ParameterInfo("angle_limit", "deg", 10.0, 80.0, 60.0, "controller.tilt_limit"),
+    ParameterInfo("anti_gravity_gain", "1", 0.0, 250.0, 80.0, OFF),
+    ParameterInfo("tpa_rate", "%", 0.0, 100.0, 65.0, OFF),
+    ParameterInfo("yaw_lowpass_hz", "Hz", 0.0, 500.0, 100.0, OFF),
+    ParameterInfo("thrust_linear", "%", 0.0, 150.0, 0.0, OFF),
+)
 # Switches: setting -> what the export sets, the default.
 SWITCHES = {"simplified_pids_mode": ("OFF", "RPY"), "iterm_relax": ("OFF", "RP")}
 # Terms that our law has not: an export to a known vehicle leaves them as they are there.
@@ -138,16 +135,13 @@ def _adrc(axis: str, wo: float) -> list[ParameterInfo]:
     ]
 
 
-ADRC_TABLE = {
-    entry.name: entry
-    for entry in (
-        *_adrc("roll", 100.0),
-        *_adrc("pitch", 100.0),
-        *_adrc("yaw", 80.0),
-        ParameterInfo("adrc_hover_throttle", "%", 5.0, 100.0, 35.0, "the airframe or --set thrust_curve"),
-        ParameterInfo("adrc_sigma_decay", "0.1/s", 0.0, 100.0, 3.0, OFF),
-    )
-}
+ADRC_TABLE = parameter_table(
+    *_adrc("roll", 100.0),
+    *_adrc("pitch", 100.0),
+    *_adrc("yaw", 80.0),
+    ParameterInfo("adrc_hover_throttle", "%", 5.0, 100.0, 35.0, "the airframe or --set thrust_curve"),
+    ParameterInfo("adrc_sigma_decay", "0.1/s", 0.0, 100.0, 3.0, OFF),
+)
 ADRC_SWITCHES = {"pid_type": ("ADRC", "CLASSIC")}
 
 

@@ -11,7 +11,7 @@ from plant.errors import InputError
 from plant.quadrotor.airframes.actuation import Actuation
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.autopilot.native_loops import NativeLaw, native_gains, with_authorities
-from tuner.exchange.autopilot.parameters import ParameterInfo
+from tuner.exchange.autopilot.parameters import ParameterInfo, parameter_table
 from tuner.exchange.autopilot.pid import with_gains
 from tuner.exchange.betaflight.map import NAMES, OFF, TABLE, betaflight_torque
 from tuner.exchange.betaflight.rpm_filter import RPM_TABLE, rpm_differences, rpm_settings
@@ -32,22 +32,19 @@ LARGE = {"relax_cutoff": "iterm_relax_cutoff", "tpa_rate": "tpa_rate", "tpa_brea
 NATIVE_TABLE = {
     **TABLE,
     **RPM_TABLE,
-    **{
-        entry.name: entry
-        for entry in (
-            ParameterInfo("gyro_lpf1_static_hz", "Hz", 0.0, 1000.0, 250.0, "attitude.gyro_lpf1"),
-            ParameterInfo("gyro_lpf1_dyn_min_hz", "Hz", 0.0, 1000.0, 250.0, OFF),
-            ParameterInfo("gyro_lpf2_static_hz", "Hz", 0.0, 1000.0, 500.0, "attitude.gyro_lpf2"),
-            ParameterInfo("gyro_notch1_hz", "Hz", 0.0, 1000.0, 0.0, "attitude.notch"),
-            ParameterInfo("gyro_notch1_cutoff", "Hz", 0.0, 1000.0, 0.0, "attitude.notch_cutoff"),
-            ParameterInfo("dterm_lpf1_static_hz", "Hz", 0.0, 1000.0, 75.0, "attitude.d_lpf1"),
-            ParameterInfo("dterm_lpf1_dyn_min_hz", "Hz", 0.0, 1000.0, 75.0, OFF),
-            ParameterInfo("dterm_lpf2_static_hz", "Hz", 0.0, 1000.0, 150.0, "attitude.d_lpf2"),
-            ParameterInfo("iterm_relax_cutoff", "Hz", 1.0, 50.0, 15.0, "attitude.relax_cutoff"),
-            ParameterInfo("tpa_rate", "%", 0.0, 100.0, 65.0, "attitude.tpa_rate"),
-            ParameterInfo("tpa_breakpoint", "us", 1000.0, 2000.0, 1350.0, "attitude.tpa_breakpoint"),
-        )
-    },
+    **parameter_table(
+        ParameterInfo("gyro_lpf1_static_hz", "Hz", 0.0, 1000.0, 250.0, "attitude.gyro_lpf1"),
+        ParameterInfo("gyro_lpf1_dyn_min_hz", "Hz", 0.0, 1000.0, 250.0, OFF),
+        ParameterInfo("gyro_lpf2_static_hz", "Hz", 0.0, 1000.0, 500.0, "attitude.gyro_lpf2"),
+        ParameterInfo("gyro_notch1_hz", "Hz", 0.0, 1000.0, 0.0, "attitude.notch"),
+        ParameterInfo("gyro_notch1_cutoff", "Hz", 0.0, 1000.0, 0.0, "attitude.notch_cutoff"),
+        ParameterInfo("dterm_lpf1_static_hz", "Hz", 0.0, 1000.0, 75.0, "attitude.d_lpf1"),
+        ParameterInfo("dterm_lpf1_dyn_min_hz", "Hz", 0.0, 1000.0, 75.0, OFF),
+        ParameterInfo("dterm_lpf2_static_hz", "Hz", 0.0, 1000.0, 150.0, "attitude.d_lpf2"),
+        ParameterInfo("iterm_relax_cutoff", "Hz", 1.0, 50.0, 15.0, "attitude.relax_cutoff"),
+        ParameterInfo("tpa_rate", "%", 0.0, 100.0, 65.0, "attitude.tpa_rate"),
+        ParameterInfo("tpa_breakpoint", "us", 1000.0, 2000.0, 1350.0, "attitude.tpa_breakpoint"),
+    ),
 }
 # Kinds of the low-passes and of I-term relax, and sliders: setting -> what the export sets, the default.
 NATIVE_SWITCHES = {
@@ -67,9 +64,7 @@ NATIVE_LAW = NativeLaw(
     "betaflight",
     {
         axis: {
-            "p": NAMES[axis].p,
-            "i": NAMES[axis].i,
-            "d": NAMES[axis].d,
+            **dict(zip("pid", NAMES[axis][:3], strict=True)),
             **FILTERS,
             **LARGE,
             **({"p_cutoff": "yaw_lowpass_hz"} if axis == "yaw" else {"angle_p": "angle_p_gain"}),
@@ -77,7 +72,6 @@ NATIVE_LAW = NativeLaw(
         for axis in ATTITUDE_AXES
     },
     frozenset({"p", "i", "d"}),
-    {},
 )
 SILENT = (
     *(name for names in NAMES.values() for name in (names.d_max, names.f)),

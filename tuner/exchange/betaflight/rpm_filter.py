@@ -9,17 +9,14 @@ from dataclasses import replace
 
 from plant.quadrotor.nominal import ControlOptions
 from tuner.exchange.autopilot.assembly import settings_note
-from tuner.exchange.autopilot.parameters import ParameterInfo
+from tuner.exchange.autopilot.parameters import ParameterInfo, parameter_table
 
-RPM_TABLE = {
-    entry.name: entry
-    for entry in (
-        ParameterInfo("rpm_filter_harmonics", "1", 0.0, 3.0, 3.0, "controller.rpm_notches"),
-        ParameterInfo("rpm_filter_q", "1/100", 250.0, 3000.0, 500.0, "controller.rpm_notch_q"),
-        ParameterInfo("rpm_filter_min_hz", "Hz", 30.0, 200.0, 100.0, "controller.rpm_notch_min"),
-        ParameterInfo("rpm_filter_fade_range_hz", "Hz", 0.0, 1000.0, 50.0, "controller.rpm_notch_min"),
-    )
-}
+RPM_TABLE = parameter_table(
+    ParameterInfo("rpm_filter_harmonics", "1", 0.0, 3.0, 3.0, "controller.rpm_notches"),
+    ParameterInfo("rpm_filter_q", "1/100", 250.0, 3000.0, 500.0, "controller.rpm_notch_q"),
+    ParameterInfo("rpm_filter_min_hz", "Hz", 30.0, 200.0, 100.0, "controller.rpm_notch_min"),
+    ParameterInfo("rpm_filter_fade_range_hz", "Hz", 0.0, 1000.0, 50.0, "controller.rpm_notch_min"),
+)
 TELEMETRY = "dshot_bidir"
 # Settings that ours has not, as they are by default.
 FIXED = {"rpm_filter_weights": "100,100,100", "rpm_filter_lpf_hz": "150"}

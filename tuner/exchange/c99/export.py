@@ -134,7 +134,6 @@ def plant_files(
 
     Raises:
         InputError: The gains do not fit, or something has a name that C does not take.
-
     """
     if real not in REALS:
         raise UnknownNameError("type", real, REALS, key="real")
@@ -168,7 +167,6 @@ def export_plant(
     Raises:
         InputError: The gains do not fit, or something has a name that C does not take.
         StoreError: The folder holds something already, or cannot be written.
-
     """
     files = plant_files(system, gains, real=real, name=name)
     write_files(Path(folder), files)
@@ -192,7 +190,6 @@ def bundle_files(
         prefix: In front of all names.
         digest: Of the gains.
         sentence: About the gains.
-
     """
     code, vectors = write_code(program, real.name, prefix, digest), golden(program, real)
 

@@ -35,7 +35,6 @@ class Code:
         source: Text of NAME.c.
         name: Stem of both.
         types: C names of records, by the words of the templates.
-
     """
 
     header: str
@@ -63,7 +62,6 @@ class Entry:
         memory: Where the state holds what loops keep.
         guard: Return lines of C in front of all others.
         flight: A closed loop of so many steps, for golden vectors.
-
     """
 
     name: str
@@ -102,7 +100,6 @@ class Program:
         templates: What the names of its templates begin with.
         table: What the names of tables of gains end with.
         note: Return the comment behind a member of a record.
-
     """
 
     title: str
@@ -133,7 +130,6 @@ def write_code(program: Program, real: str, prefix: str, digest: str) -> Code:
         real: Type of all numbers, "float" or "double".
         prefix: In front of all names, a C identifier in lower case.
         digest: Of the gains.
-
     """
     assert prefix.isidentifier() and prefix.islower(), prefix
     records = CRecords(prefix, {kind: f"{prefix}_{name}" for kind, name in program.declared.items()}, program.note)

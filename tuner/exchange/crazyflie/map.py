@@ -27,7 +27,7 @@ from plant.quadrotor.airframes.actuation import Actuation, actuation
 from plant.quadrotor.airframes.scales import Motors, TorqueScale, torque_scale
 from plant.quadrotor.cascade import LEAST_LIFT
 from tuner.exchange.autopilot.cascade import CascadeNames
-from tuner.exchange.autopilot.parameters import MOST, NOTHING, ParameterInfo, Values, defaults, single
+from tuner.exchange.autopilot.parameters import MOST, NOTHING, ParameterInfo, Values, defaults, parameter_table, single
 from tuner.exchange.autopilot.parameters import parameters as held_against_table
 from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop, with_gains, with_measured_rates
 from tuner.exchange.target import HeldParameter
@@ -68,29 +68,25 @@ def _velocity(axis: str, unit: str, kp: float, ki: float) -> list[ParameterInfo]
     ]
 
 
-def _entries() -> list[ParameterInfo]:
-    angle, place = ("kp", "ki", "kd", "kff"), ("Kp", "Ki", "Kd", "Kff")
-    return [
-        *_rate("roll", 250.0, 500.0, 2.5),
-        *_rate("pitch", 250.0, 500.0, 2.5),
-        *_rate("yaw", 120.0, 16.7, 0.0),
-        *_outer("pid_attitude.roll_", angle, (6.0, 3.0, 0.0), ATTITUDE_RATE, "roll"),
-        *_outer("pid_attitude.pitch_", angle, (6.0, 3.0, 0.0), ATTITUDE_RATE, "pitch"),
-        *_outer("pid_attitude.yaw_", angle, (6.0, 1.0, 0.35), ATTITUDE_RATE, "yaw"),
-        *_velocity("x", "deg", 25.0, 1.0),
-        *_velocity("y", "deg", 25.0, 1.0),
-        *_velocity("z", "kilocounts", 25.0, 15.0),
-        *_outer("posCtlPid.x", place, (2.0, 0.0, 0.0), POSITION_RATE, "x"),
-        *_outer("posCtlPid.y", place, (2.0, 0.0, 0.0), POSITION_RATE, "y"),
-        *_outer("posCtlPid.z", place, (2.0, 0.5, 0.0), POSITION_RATE, "z"),
-        ParameterInfo("posCtlPid.rLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
-        ParameterInfo("posCtlPid.pLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
-        ParameterInfo("posCtlPid.thrustBase", "counts", 0.0, UINT16, 36000.0, "the airframe's mass"),
-        ParameterInfo("posCtlPid.thrustMin", "counts", 0.0, UINT16, 20000.0, "the airframe's mass"),
-    ]
-
-
-ENTRIES = {entry.name: entry for entry in _entries()}
+ANGLE, PLACE = ("kp", "ki", "kd", "kff"), ("Kp", "Ki", "Kd", "Kff")
+ENTRIES = parameter_table(
+    *_rate("roll", 250.0, 500.0, 2.5),
+    *_rate("pitch", 250.0, 500.0, 2.5),
+    *_rate("yaw", 120.0, 16.7, 0.0),
+    *_outer("pid_attitude.roll_", ANGLE, (6.0, 3.0, 0.0), ATTITUDE_RATE, "roll"),
+    *_outer("pid_attitude.pitch_", ANGLE, (6.0, 3.0, 0.0), ATTITUDE_RATE, "pitch"),
+    *_outer("pid_attitude.yaw_", ANGLE, (6.0, 1.0, 0.35), ATTITUDE_RATE, "yaw"),
+    *_velocity("x", "deg", 25.0, 1.0),
+    *_velocity("y", "deg", 25.0, 1.0),
+    *_velocity("z", "kilocounts", 25.0, 15.0),
+    *_outer("posCtlPid.x", PLACE, (2.0, 0.0, 0.0), POSITION_RATE, "x"),
+    *_outer("posCtlPid.y", PLACE, (2.0, 0.0, 0.0), POSITION_RATE, "y"),
+    *_outer("posCtlPid.z", PLACE, (2.0, 0.5, 0.0), POSITION_RATE, "z"),
+    ParameterInfo("posCtlPid.rLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
+    ParameterInfo("posCtlPid.pLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
+    ParameterInfo("posCtlPid.thrustBase", "counts", 0.0, UINT16, 36000.0, "the airframe's mass"),
+    ParameterInfo("posCtlPid.thrustMin", "counts", 0.0, UINT16, 20000.0, "the airframe's mass"),
+)
 NAMES = {
     **{
         axis: CascadeNames(f"pid_attitude.{axis}_kp", *(f"pid_rate.{axis}_k{term}" for term in "pid"))

@@ -38,7 +38,6 @@ NATIVE_LAW = NativeLaw(
         for axis in ATTITUDE_AXES
     },
     frozenset({"p", "i", "d", "ff"}),
-    {},
 )
 CARRIED = frozenset(
     {

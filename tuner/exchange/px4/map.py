@@ -22,7 +22,7 @@ from plant.quadrotor.airframes.scales import command_slope, hover_share, px4_fac
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.autopilot.cascade import Autopilot, CascadeNames, ParameterSet
 from tuner.exchange.autopilot.native_loops import NativeLaw
-from tuner.exchange.autopilot.parameters import ParameterInfo, Values, unbounded
+from tuner.exchange.autopilot.parameters import ParameterInfo, Values, parameter_table, unbounded
 from tuner.exchange.autopilot.pid import SAME, held_tilt
 from tuner.exchange.px4.text import VERSION, write_params
 from tuner.exchange.target import whole_number
@@ -54,30 +54,27 @@ def _rate(
     ]
 
 
-TABLE = {
-    entry.name: entry
-    for entry in (
-        *_rate("ROLL", "roll", "MC_RR_INT_LIM", (0.01, 0.5, 0.15), 0.2, (0.01, 0.003)),
-        *_rate("PITCH", "pitch", "MC_PR_INT_LIM", (0.01, 0.6, 0.15), 0.2, (1.0, 0.003)),
-        *_rate("YAW", "yaw", "MC_YR_INT_LIM", (0.0, 0.6, 0.2), 0.1, (1.0, 0.0)),
-        ParameterInfo("MC_ROLL_P", "1/s", 0.0, 12.0, 4.0, "roll.kp, roll.ki or roll.kd"),
-        ParameterInfo("MC_PITCH_P", "1/s", 0.0, 12.0, 4.0, "pitch.kp, pitch.ki or pitch.kd"),
-        ParameterInfo("MC_YAW_P", "1/s", 0.0, 5.0, 2.8, "yaw.kp, yaw.ki or yaw.kd"),
-        ParameterInfo("MC_YAW_WEIGHT", "1", 0.0, 1.0, 0.4, "nothing: it is 1"),
-        ParameterInfo("MC_YAW_TQ_CUTOFF", "Hz", 0.0, 10.0, 2.0, "controller.yaw_torque_cutoff"),
-        ParameterInfo("MPC_XY_P", "1/s", 0.0, 2.0, 0.95, "x.kp, x.ki or x.kd"),
-        ParameterInfo("MPC_XY_VEL_P_ACC", "1/s", 1.2, 5.0, 1.8, "x.kd"),
-        ParameterInfo("MPC_XY_VEL_I_ACC", "1/s2", 0.0, 60.0, 0.4, "x.ki"),
-        ParameterInfo("MPC_XY_VEL_D_ACC", "1", 0.0, 2.0, 0.2, "nothing: it is switched off"),
-        ParameterInfo("MPC_Z_P", "1/s", 0.1, 1.5, 1.0, "z.kp, z.ki or z.kd"),
-        ParameterInfo("MPC_Z_VEL_P_ACC", "1/s", 2.0, 15.0, 4.0, "z.kd"),
-        ParameterInfo("MPC_Z_VEL_I_ACC", "1/s2", 0.2, 3.0, 2.0, "z.ki"),
-        ParameterInfo("MPC_Z_VEL_D_ACC", "1", 0.0, 2.0, 0.0, "nothing: it is switched off"),
-        ParameterInfo("MPC_THR_HOVER", "1", 0.1, 0.8, 0.5, "the airframe or --set thrust_curve"),
-        ParameterInfo("MPC_TILTMAX_AIR", "deg", 20.0, 89.0, 45.0, "controller.tilt_limit"),
-        ParameterInfo("THR_MDL_FAC", "1", 0.0, 1.0, 0.0, "--set thrust_curve"),
-    )
-}
+TABLE = parameter_table(
+    *_rate("ROLL", "roll", "MC_RR_INT_LIM", (0.01, 0.5, 0.15), 0.2, (0.01, 0.003)),
+    *_rate("PITCH", "pitch", "MC_PR_INT_LIM", (0.01, 0.6, 0.15), 0.2, (1.0, 0.003)),
+    *_rate("YAW", "yaw", "MC_YR_INT_LIM", (0.0, 0.6, 0.2), 0.1, (1.0, 0.0)),
+    ParameterInfo("MC_ROLL_P", "1/s", 0.0, 12.0, 4.0, "roll.kp, roll.ki or roll.kd"),
+    ParameterInfo("MC_PITCH_P", "1/s", 0.0, 12.0, 4.0, "pitch.kp, pitch.ki or pitch.kd"),
+    ParameterInfo("MC_YAW_P", "1/s", 0.0, 5.0, 2.8, "yaw.kp, yaw.ki or yaw.kd"),
+    ParameterInfo("MC_YAW_WEIGHT", "1", 0.0, 1.0, 0.4, "nothing: it is 1"),
+    ParameterInfo("MC_YAW_TQ_CUTOFF", "Hz", 0.0, 10.0, 2.0, "controller.yaw_torque_cutoff"),
+    ParameterInfo("MPC_XY_P", "1/s", 0.0, 2.0, 0.95, "x.kp, x.ki or x.kd"),
+    ParameterInfo("MPC_XY_VEL_P_ACC", "1/s", 1.2, 5.0, 1.8, "x.kd"),
+    ParameterInfo("MPC_XY_VEL_I_ACC", "1/s2", 0.0, 60.0, 0.4, "x.ki"),
+    ParameterInfo("MPC_XY_VEL_D_ACC", "1", 0.0, 2.0, 0.2, "nothing: it is switched off"),
+    ParameterInfo("MPC_Z_P", "1/s", 0.1, 1.5, 1.0, "z.kp, z.ki or z.kd"),
+    ParameterInfo("MPC_Z_VEL_P_ACC", "1/s", 2.0, 15.0, 4.0, "z.kd"),
+    ParameterInfo("MPC_Z_VEL_I_ACC", "1/s2", 0.2, 3.0, 2.0, "z.ki"),
+    ParameterInfo("MPC_Z_VEL_D_ACC", "1", 0.0, 2.0, 0.0, "nothing: it is switched off"),
+    ParameterInfo("MPC_THR_HOVER", "1", 0.1, 0.8, 0.5, "the airframe or --set thrust_curve"),
+    ParameterInfo("MPC_TILTMAX_AIR", "deg", 20.0, 89.0, 45.0, "controller.tilt_limit"),
+    ParameterInfo("THR_MDL_FAC", "1", 0.0, 1.0, 0.0, "--set thrust_curve"),
+)
 
 
 GRAVITY = 9.80665
@@ -97,16 +94,13 @@ NAMES = {
     },
 }
 # What acts in PX4's own loops, and beside ours does not enter.
-NATIVE_TABLE = {
-    entry.name: entry
-    for entry in (
-        ParameterInfo("IMU_GYRO_CUTOFF", "Hz", 0.0, 1000.0, 40.0, "attitude.gyro_cutoff"),
-        ParameterInfo("IMU_DGYRO_CUTOFF", "Hz", 0.0, 1000.0, 30.0, "attitude.d_cutoff"),
-        ParameterInfo("IMU_GYRO_NF0_FRQ", "Hz", 0.0, 1000.0, 0.0, "attitude.notch"),
-        ParameterInfo("IMU_GYRO_NF0_BW", "Hz", 0.0, 100.0, 20.0, "attitude.notch_width"),
-        ParameterInfo("MPC_VELD_LP", "Hz", 0.0, 50.0, 5.0, "position.d_cutoff"),
-    )
-}
+NATIVE_TABLE = parameter_table(
+    ParameterInfo("IMU_GYRO_CUTOFF", "Hz", 0.0, 1000.0, 40.0, "attitude.gyro_cutoff"),
+    ParameterInfo("IMU_DGYRO_CUTOFF", "Hz", 0.0, 1000.0, 30.0, "attitude.d_cutoff"),
+    ParameterInfo("IMU_GYRO_NF0_FRQ", "Hz", 0.0, 1000.0, 0.0, "attitude.notch"),
+    ParameterInfo("IMU_GYRO_NF0_BW", "Hz", 0.0, 100.0, 20.0, "attitude.notch_width"),
+    ParameterInfo("MPC_VELD_LP", "Hz", 0.0, 50.0, 5.0, "position.d_cutoff"),
+)
 SHARED = {
     "gyro_cutoff": "IMU_GYRO_CUTOFF",
     "d_cutoff": "IMU_DGYRO_CUTOFF",
@@ -117,10 +111,7 @@ NATIVE_ATTITUDE = NativeLaw(
     "px4",
     {
         axis: {
-            "angle_p": NAMES[axis].outer,
-            "p": NAMES[axis].p,
-            "i": NAMES[axis].i,
-            "d": NAMES[axis].d,
+            **dict(zip(("angle_p", "p", "i", "d"), NAMES[axis], strict=True)),
             "ff": f"MC_{axis.upper()}RATE_FF",
             "i_limit": INTEGRAL_LIMITS[axis],
             **SHARED,
@@ -128,22 +119,14 @@ NATIVE_ATTITUDE = NativeLaw(
         for axis in ATTITUDE_AXES
     },
     frozenset({"p", "i", "d", "ff", "i_limit"}),
-    {},
 )
 NATIVE_POSITION = NativeLaw(
     "px4_position",
     {
-        axis: {
-            "position_p": NAMES[axis].outer,
-            "p": NAMES[axis].p,
-            "i": NAMES[axis].i,
-            "d": NAMES[axis].d,
-            "d_cutoff": "MPC_VELD_LP",
-        }
+        axis: dict(zip(("position_p", "p", "i", "d", "d_cutoff"), (*NAMES[axis], "MPC_VELD_LP"), strict=True))
         for axis in ("x", "z")
     },
     frozenset({"p", "i", "d"}),
-    {},
 )
 PX4 = ParameterSet(
     target="px4",

@@ -9,16 +9,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from plant.errors import InputError
+from tuner.exchange.autopilot import parameters
 from tuner.exchange.autopilot.frames import check_px4_frame
-from tuner.exchange.autopilot.parameters import (
-    as_bytes,
-    check_stack,
-    enter,
-    positional,
-    read_lines,
-    read_number,
-    single,
-)
 
 VERSION = "1.16"
 WHAT = "a .params file of QGroundControl with parameters of PX4"
@@ -39,16 +31,16 @@ def write_params(values: Mapping[str, float], vehicle: int, comments: Sequence[s
         "#",
         "# Vehicle-Id Component-Id Name Value Type",
     ]
-    rows = [f"{vehicle}\t1\t{name}\t{positional(value)}\t{REAL}" for name, value in values.items()]
-    return as_bytes([*head, *rows])
+    rows = [f"{vehicle}\t1\t{name}\t{parameters.positional(value)}\t{REAL}" for name, value in values.items()]
+    return parameters.as_bytes([*head, *rows])
 
 
 def read_params(file: Path) -> dict[str, float]:
     """Return the parameters of the first vehicle of a file; raises InputError naming file and parameter."""
-    check_stack(file, WHAT, "PX4")
+    parameters.check_stack(file, WHAT, "PX4")
     values: dict[str, float] = {}
     vehicles: set[str] = set()
-    for number, line in enumerate(read_lines(file, WHAT), start=1):
+    for number, line in enumerate(parameters.read_lines(file, WHAT), start=1):
         if not line.strip() or line.startswith("#"):
             continue
         cells = line.split("\t")
@@ -56,8 +48,8 @@ def read_params(file: Path) -> dict[str, float]:
             message = "must be five columns with tabs: vehicle, component, name, value, 6 (INT32) or 9 (REAL32)"
             raise InputError(f"{message}; give {WHAT}", file=file, key=f"line {number}")
         vehicles.add(cells[0])
-        value = read_number(cells[3].strip(), cells[2], file)
-        enter(values, cells[2], single(value) if cells[4].strip() == REAL else value, file)
+        value = parameters.read_number(cells[3].strip(), cells[2], file)
+        parameters.enter(values, cells[2], parameters.single(value) if cells[4].strip() == REAL else value, file)
     if len(vehicles) > 1:
         message = f"holds vehicles {', '.join(sorted(vehicles))}; give a file of one vehicle"
         raise InputError(message, file=file)

@@ -15,7 +15,7 @@ from math import isfinite, tan
 import numpy as np
 
 from plant.errors import InputError, one_line
-from plant.input_files import read_input
+from plant.input_files import given_text, read_input
 from plant.laws.pid import Gains
 from plant.quadrotor.airframes.derived import quantities
 from plant.quadrotor.cascade import ATTITUDE_AXES, LEAST_LIFT, POSITION_AXES
@@ -125,17 +125,11 @@ def rollback(request: Request) -> tuple[bytes, str]:
 def copied(request: Request) -> bytes:
     """Return the previous YAML file as it is; raises InputError where it is no parameter file."""
     assert request.previous is not None
-    try:
-        content = read_input(request.previous)
-        parsed = content.decode("utf-8")
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}); give a YAML file", file=request.previous) from None
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text; give the YAML file that is flown now", file=request.previous) from None
-    if "ros__parameters:" not in parsed:
-        message = "this key is missing, so no node would read the file; give the YAML file that is flown now"
+    remedy = "give the YAML file that is flown now"
+    if "ros__parameters:" not in given_text(request.previous, remedy):
+        message = f"this key is missing, so no node would read the file; {remedy}"
         raise InputError(message, file=request.previous, key="ros__parameters")
-    return content
+    return read_input(request.previous)
 
 
 def numbers(controller: Controller) -> dict[str, dict[str, float]]:

@@ -18,16 +18,8 @@ from tuner.documents.inference_document import (
     UnknownRow,
 )
 from tuner.experiments.contest.judging import is_inside, percentile_of
+from tuner.experiments.inference import misfit
 from tuner.experiments.inference.findings import Findings
-from tuner.experiments.inference.misfit import (
-    CENTRAL_68,
-    CENTRAL_95,
-    EvaluatedSettings,
-    log_ratio,
-    published_ratios,
-    ratio_scores,
-    tolerance,
-)
 from tuner.experiments.inference.ranges import Range, near_rows
 from tuner.experiments.inference.words import sentences
 from tuner.search.loop import point_name
@@ -116,7 +108,7 @@ def cell_row(findings: Findings, i: int) -> CellRow:
         percentile=ours.percentile,
         **verdicts(findings, findings.settings.inside[:, i], findings.checked.inside[:, i]),
         ratio=ours.median / cell.value,
-        tolerance=float(tolerance(findings.scores[[i]], value)[0]),
+        tolerance=float(misfit.tolerance(findings.scores[[i]], value)[0]),
         best_ratio=nearest(findings.settings.median[:, i] / cell.value),
     )
 
@@ -126,10 +118,10 @@ def ratio_row(findings: Findings, i: int) -> RatioRow:
     inference = findings.inference
     pair = inference.ratios[i]
     first, second = inference.cells[pair.first], inference.cells[pair.second]
-    published = published_ratios(inference)[[i]]
+    published = misfit.published_ratios(inference)[[i]]
     # No mean: one flight in which the first is 0 would decide it.
     ours, default = (
-        spread(ratio_scores(inference, scores[None])[0, [i]], published, with_mean=False)
+        spread(misfit.ratio_scores(inference, scores[None])[0, [i]], published, with_mean=False)
         for scores in (findings.scores, findings.default_scores)
     )
     return RatioRow(
@@ -160,8 +152,8 @@ def verdicts(findings: Findings, inside: np.ndarray, checked: np.ndarray) -> dic
 
 def spread(scores: np.ndarray, published: np.ndarray, with_mean: bool = True) -> SpreadPart:
     """Return the distribution of scores (1, flights) with the published value's percentile."""
-    low68, high68 = np.quantile(scores[0], CENTRAL_68, axis=-1)
-    low95, high95 = np.quantile(scores[0], CENTRAL_95, axis=-1)
+    low68, high68 = np.quantile(scores[0], misfit.CENTRAL_68, axis=-1)
+    low95, high95 = np.quantile(scores[0], misfit.CENTRAL_95, axis=-1)
     percentile = percentile_of(published, scores)
     mean = {"mean": float(scores[0].mean(axis=-1))} if with_mean else {}
     return SpreadPart(
@@ -178,7 +170,7 @@ def spread(scores: np.ndarray, published: np.ndarray, with_mean: bool = True) ->
 
 def nearest(ratios: np.ndarray) -> float:
     """Return the ratio (n,) that is nearest to 1 by its logarithm."""
-    distance = np.abs(log_ratio(ratios, np.ones_like(ratios)))
+    distance = np.abs(misfit.log_ratio(ratios, np.ones_like(ratios)))
     return float(ratios[np.argmin(distance)])
 
 
@@ -192,7 +184,7 @@ def misfit_part(findings: Findings, row: int, checked: int) -> MisfitPart:
     )
 
 
-def misfit_of(findings: Findings, settings: EvaluatedSettings, row: int) -> dict[str, float]:
+def misfit_of(findings: Findings, settings: misfit.EvaluatedSettings, row: int) -> dict[str, float]:
     """Return the misfits of a setting: of each kind, and over all cells."""
     inference = findings.inference
     values = settings.misfits(inference)[row]

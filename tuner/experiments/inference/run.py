@@ -8,16 +8,10 @@ from objectives.problem import Evaluation
 from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.experiments.experiment import Experiment
+from tuner.experiments.inference import misfit
 from tuner.experiments.inference.document import inference_document
 from tuner.experiments.inference.findings import Findings, checked_findings
 from tuner.experiments.inference.flying import SettingFlyer
-from tuner.experiments.inference.misfit import (
-    LOCAL_REFINEMENT,
-    EvaluatedSettings,
-    best_row,
-    concatenate,
-    evaluate_settings,
-)
 from tuner.experiments.inference.record import SettingStore
 from tuner.experiments.inference.refine import DAMPINGS, ROUNDS, Jacobian, refine
 from tuner.experiments.inference.tables import candidates_table, settings_table, with_values
@@ -76,7 +70,7 @@ class InferenceRun(Experiment[Inference, Findings]):
         watcher.on_stage(SEARCHING, spec.generations * spec.population * each)
         generations, parts = search(flyer, inference, self.folder, watcher)
         watcher.on_stage(REFINING, most_around(len(inference.unknowns)) * each)
-        settings, jacobian = around_best(flyer, inference, concatenate(parts), watcher)
+        settings, jacobian = around_best(flyer, inference, misfit.concatenate(parts), watcher)
         return checked_findings(flyer, inference, generations, settings, jacobian, watcher, self.begin)
 
     def write_documents(self, result: Findings) -> None:
@@ -91,20 +85,20 @@ class InferenceRun(Experiment[Inference, Findings]):
 
 def search(
     flyer: SettingFlyer, inference: Inference, folder: Folder, watcher: Watcher
-) -> tuple[list[Generation], list[EvaluatedSettings]]:
+) -> tuple[list[Generation], list[misfit.EvaluatedSettings]]:
     """Search the settings and record each generation."""
     spec, space, seed = inference.search, inference.space, inference.contest.seed
     start = space.point(np.array(space.base))[None]
     first = initial_design(start, spec.population, generator(seed, "inference/initial", 0))
     draw = int(generator(seed, "inference/algorithm", 0).integers(2**31))
     algorithm = SEARCHES[spec.algorithm](first, len(inference.kinds), 0, draw)
-    parts: list[EvaluatedSettings] = []
+    parts: list[misfit.EvaluatedSettings] = []
     flyer.spared = watcher.on_flights_skipped
 
     def evaluate(points: np.ndarray) -> Evaluation:
         values = space.values(points)
         scores, failed = flyer.fly(values, SEARCH, inference.flights, watcher.on_flights_done)
-        parts.append(evaluate_settings(inference, values, len(parts), scores, failed))
+        parts.append(misfit.evaluate_settings(inference, values, len(parts), scores, failed))
         return evaluation(inference, parts[-1], scores)
 
     generations = []
@@ -118,7 +112,7 @@ def search(
     return generations, parts
 
 
-def evaluation(inference: Inference, settings: EvaluatedSettings, scores: np.ndarray) -> Evaluation:
+def evaluation(inference: Inference, settings: misfit.EvaluatedSettings, scores: np.ndarray) -> Evaluation:
     """Return the misfits as the objectives of a search without constraints."""
     none = np.zeros((len(settings.values), 0))
     origin = np.full(scores.shape[-1], "")
@@ -132,26 +126,26 @@ def most_around(unknowns: int) -> int:
 
 
 def around_best(
-    flyer: SettingFlyer, inference: Inference, before: EvaluatedSettings, watcher: Watcher
-) -> tuple[EvaluatedSettings, Jacobian]:
+    flyer: SettingFlyer, inference: Inference, before: misfit.EvaluatedSettings, watcher: Watcher
+) -> tuple[misfit.EvaluatedSettings, Jacobian]:
     """Refine the best setting, then sweep each unknown through its range.
 
     Returns all settings flown and the Jacobian at the best.
     """
     space = inference.space
 
-    def fly(points: np.ndarray) -> EvaluatedSettings:
+    def fly(points: np.ndarray) -> misfit.EvaluatedSettings:
         values = space.values(points)
         scores, failed = flyer.fly(values, SEARCH, inference.flights, watcher.on_flights_done)
-        return evaluate_settings(inference, values, LOCAL_REFINEMENT, scores, failed)
+        return misfit.evaluate_settings(inference, values, misfit.LOCAL_REFINEMENT, scores, failed)
 
     settings, jacobian = refine(inference, space.point(best_of(inference, before)), before, fly)
     points = np.tile(space.point(best_of(inference, settings)), (len(space.variables), SWEEP, 1))
     for i in range(len(space.variables)):
         points[i, :, i] = np.linspace(0.0, 1.0, SWEEP)
-    return concatenate([settings, fly(points.reshape(-1, len(space.variables)))]), jacobian
+    return misfit.concatenate([settings, fly(points.reshape(-1, len(space.variables)))]), jacobian
 
 
-def best_of(inference: Inference, settings: EvaluatedSettings) -> np.ndarray:
+def best_of(inference: Inference, settings: misfit.EvaluatedSettings) -> np.ndarray:
     """Return the setting (unknowns,) of least misfit."""
-    return settings.values[best_row(settings.misfits(inference))]
+    return settings.values[misfit.best_row(settings.misfits(inference))]

@@ -99,7 +99,6 @@ class StudyPreview(PreviewPart):
         channels: Its channels with their laws.
         requirements: Limits on margins; of a plant with the default's values, null where infinite.
         plant_step: With the error in what is known of the default.
-
     """
 
     kind: Literal["study", "plant"]

@@ -9,7 +9,6 @@ from plant.errors import InputError
 from plant.texts import PlainTable
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
-from tuner.experiments.tuning.tables import margin_model
 from tuner.gains.quantities import code_or_note, quantity
 from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, PLANT_INPUT
 
@@ -60,7 +59,7 @@ def interval(flights: int, method: str = METHOD) -> PlainTable:
 def margin_rows(outcome: FlightOutcome) -> list[PlainTable]:
     """Return the margins of the recommended point, loop by loop; none where no steady flight is found."""
     try:
-        model = margin_model(outcome)
+        model = outcome.study.margin_model()
     except InputError:
         return []
     margins = model.evaluate(outcome.finalist_rows[[outcome.tuned]])

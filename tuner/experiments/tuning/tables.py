@@ -65,6 +65,9 @@ def history_table(generations: list[Generation]) -> Columns:
     }
 
 
+INTERVALS = ("low", "high", "gap", "gap_low", "gap_high", "difference", "difference_low", "difference_high")
+
+
 def front_table(outcome: Outcome) -> Columns:
     """Return the finalists as a table: default first, then the front of the search along its first objective."""
     study, finalists = outcome.study, outcome.finalists
@@ -81,23 +84,10 @@ def front_table(outcome: Outcome) -> Columns:
     columns |= {
         f"gain:{v.name}": gains[:, c[0]] for v, c in zip(study.space.variables, study.space.columns, strict=True)
     }
-    held_out = finalists.evaluation.values
+    parts = {"search": finalists.search, "held_out": finalists.evaluation.values}
+    parts |= {name: getattr(finalists, name) for name in INTERVALS}
     for i, objective in enumerate(study.objectives):
-        columns |= {
-            f"{name}:{objective.label}": values[:, i]
-            for name, values in (
-                ("search", finalists.search),
-                ("held_out", held_out),
-                ("low", finalists.low),
-                ("high", finalists.high),
-                ("gap", finalists.gap),
-                ("gap_low", finalists.gap_low),
-                ("gap_high", finalists.gap_high),
-                ("difference", finalists.difference),
-                ("difference_low", finalists.difference_low),
-                ("difference_high", finalists.difference_high),
-            )
-        }
+        columns |= {f"{name}:{objective.label}": values[:, i] for name, values in parts.items()}
     columns |= requirement_columns(study.requirements, finalists.evaluation)
     return columns
 
@@ -131,7 +121,7 @@ def margin_table(outcome: FlightOutcome) -> Columns | None:
     imag of the loop transfer function.
     """
     try:
-        model = margin_model(outcome)
+        model = outcome.study.margin_model()
     except InputError:
         return None
     gains = outcome.finalist_rows
@@ -146,11 +136,6 @@ def margin_table(outcome: FlightOutcome) -> Columns | None:
         if channel in looped
     ]
     return columns_of(rows)
-
-
-def margin_model(outcome: FlightOutcome) -> LoopMargins:
-    """Return the margins of the study's loop; raises InputError where there is no steady flight, or there are no margins."""
-    return outcome.study.margin_model()
 
 
 def loop_row(model: LoopMargins, margins: Margins, row: int, channel: str) -> dict[str, str | bool | float | None]:

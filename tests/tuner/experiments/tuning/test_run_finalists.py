@@ -13,7 +13,7 @@ from objectives.margins.trim import Trim
 from plant.errors import InputError
 from plant.quadrotor.scenarios import HELD_OUT
 from tuner.analysis.responses import LEVELS, quantiles
-from tuner.experiments.tuning import fans, tables
+from tuner.experiments.tuning import fans
 from tuner.experiments.tuning.fans import (
     FAN_SCENARIOS,
     SERIES,
@@ -164,5 +164,5 @@ def test_without_steady_flight_there_are_no_margins(outcome, monkeypatch):
     def none(_):
         raise InputError("no steady flight is found")
 
-    monkeypatch.setattr(tables, "margin_model", none)
+    monkeypatch.setattr(type(outcome.study), "margin_model", none)
     assert margin_table(outcome) is None
