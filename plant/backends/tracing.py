@@ -19,7 +19,7 @@ OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": oper
 
 
 def _methods(made: Callable[[str, Any, Any], Any], sign: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return the methods of an operator for its left and its right operand."""
+    """Return the two methods of an operator, one for each side."""
     return (lambda self, other: made(sign, self, other)), (lambda self, other: made(sign, other, self))
 
 
