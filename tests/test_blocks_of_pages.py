@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import tuner
 from plant.quadrotor.airframes import load
-from tests.pages import ROOT, TYPED, Typist, blocks, commands, run_small
+from tests.pages import ROOT, TYPED, Block, Typist, blocks, commands, run_small
 from tests.plant.own_files import forget
 from tests.tuner.conftest import NoDrawing
 from tests.tuner.report.fabricate import fabricate
@@ -137,6 +137,21 @@ def test_blocks_of_a_page_run_as_typed(name, tmp_path, monkeypatch):
             typist.type(block, OMITTED)
     finally:
         forget()
+
+
+def test_blocks_are_found_one_behind_the_other_and_files_by_their_names():
+    page = "`a.toml`:\n\n```toml\nx = 1\n```\n\n```sh\ntuner run a.toml \\\n  --out b    # why\n```\n\n```python\nprint(1)\n```\n"
+    file, shell, python = blocks(page)
+    assert (file.name, file.text, shell.name, python.language) == ("a.toml", "x = 1\n", "", "python")
+    assert [line.split() for line in commands(shell)] == [["tuner", "run", "a.toml", "--out", "b"]]
+
+
+@pytest.mark.parametrize(
+    "text", ["tuner check nowhere.toml", "cat nowhere", "tuner list laws > a && false"], ids=["tuner", "shell", "and"]
+)
+def test_a_command_that_fails_is_seen(text, tmp_path):
+    with pytest.raises(AssertionError, match=re.escape(text)):
+        Typist(tmp_path).type(Block("sh", text), OMITTED)
 
 
 def place(source, target):

@@ -118,7 +118,7 @@ def accuracy(folder: Path) -> Iterator[str]:
     """Return the table of gains on vehicles that differ from the model."""
     import tuner
 
-    yield "| error of the model | phase margin [deg] | gain margin [dB] | Ms | ITAE, worst 20 % [m] | travel [1/s] |"
+    yield "| vehicle against the model | phase margin [deg] | gain margin [dB] | Ms | ITAE, worst 20 % [m] | travel [1/s] |"
     yield "|---|---:|---:|---:|---:|---:|"
     spread, exact = "scenario.0.spread", 1e-6
     none = {f"{spread}.{name}": exact for name in ("mass", "inertia", "thrust", "lag")}
@@ -132,7 +132,7 @@ def accuracy(folder: Path) -> Iterator[str]:
             number(degrees(value["phase_margin(spread)"])), number(decibels(value["gain_margin(spread)"])),
             number(value["ms(spread)"]), number(value["cvar80(itae.position)"]), number(value["mean(travel)"]),
         )  # fmt: skip
-        yield f"| {f'{name} {error:+.0%}' if name else 'none'} | {' | '.join(cells)} |"
+        yield f"| {f'{name} {100.0 * error:+.0f} %' if name else 'as the model'} | {' | '.join(cells)} |"
 
 
 ERRORS = {"mass": 0.1, "inertia": 0.2, "thrust": 0.1, "lag": 0.5}
