@@ -98,7 +98,7 @@ class Margins(Documented):
         return figures("margins", self.subject).draw(name)
 
     def _repr_html_(self) -> str:
-        verdict = "All limits are kept." if self.passed else "A limit is broken."
+        verdict = "All limits are satisfied." if self.passed else "A limit is broken."
         return shown("Stability margins", [verdict], self.table)
 
 

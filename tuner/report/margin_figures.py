@@ -241,9 +241,9 @@ def _map_panel(entry: RobustnessMap, ends: Sequence[ToleranceRange]) -> Panel:
     everywhere = np.zeros_like(entry.stability)
     regions = (
         ("no steady flight", GROUNDED, everywhere, (-np.inf, np.inf)),
-        ("stable, a limit broken", BROKEN, entry.stability, (-np.inf, np.inf)),
+        ("stable, a limit violated", BROKEN, entry.stability, (-np.inf, np.inf)),
         ("not stable", UNSTABLE, entry.stability, (-np.inf, 0.0)),
-        ("limits kept", SATISFIED, entry.limits, (0.0, np.inf)),
+        ("limits satisfied", SATISFIED, entry.limits, (0.0, np.inf)),
     )
     marks: list[Mark] = [
         Region(name=name, look=look, x=entry.x, y=entry.y, values=values, low=span[0], high=span[1])
@@ -262,7 +262,7 @@ def _extent_lines(factor: str, ends: Sequence[ToleranceRange]) -> list[str]:
     """Return the range of a factor by itself, in words."""
     stable, limits = (next(end for end in ends if (end.factor, end.criterion) == (factor, name)) for name in CRITERIA)
     broken = limits.low == limits.high == 1.0
-    limits_text = "limits broken from the start" if broken else f"limits kept from {_extent(limits)}"
+    limits_text = "limits violated from the start" if broken else f"limits satisfied from {_extent(limits)}"
     return [f"{TITLES[factor]} alone: stable from {_extent(stable)}", limits_text]
 
 

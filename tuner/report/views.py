@@ -12,6 +12,7 @@ from tuner.documents.parts import Estimate, on_page
 from tuner.documents.summary import TableRow
 from tuner.documents.tuning import DEFAULT, SHOWN, TUNED, TuningFolder
 from tuner.documents.tuning_tables import LOOP_MARGINS
+from tuner.documents.verdicts import NO_DIFFERENCE, shown_verdict
 from tuner.report.labels import plain_label
 from tuner.report.verdict_text import named
 from tuner.text.numbers import estimate, fixed, significant
@@ -60,7 +61,7 @@ def limits_view(results: TuningFolder) -> Table:
             _text(row.default),
             _text(row.tuned),
             bound_text(row.limit or 0.0, row.sense),
-            row.verdict,
+            shown_verdict(row.verdict),
         )
         for row in rows
     ]
@@ -130,7 +131,7 @@ def differences_view(results: ComparedFolder[Any]) -> Table:
             f"{row.second} − {row.first}",
             bracketed(_quantity(results, row.quantity), results.quantity[row.quantity].unit),
             _text(row.estimate, signed=True),
-            row.lower or "no clear difference",
+            row.lower or shown_verdict(NO_DIFFERENCE),
         )
         for row in results.shown.differences
     ]

@@ -8,6 +8,7 @@ import tuner
 from plant.errors import UnknownNameError
 from tests.tuner.report.fabricate import fabricate
 from tuner.documents.tuning import TuningFolder
+from tuner.documents.verdicts import shown_verdict
 from tuner.report.views import front_view, gains_view, limits_view, margins_view, objectives_view, tuning_views
 
 
@@ -36,7 +37,7 @@ def test_objectives_are_the_documents(results):
 
 def test_limits_and_gains_have_a_row_each(results):
     limits = [row for row in results.document.table if row.limit is not None]
-    assert [row[-1] for row in limits_view(results).rows] == [row.verdict for row in limits]
+    assert [row[-1] for row in limits_view(results).rows] == [shown_verdict(row.verdict) for row in limits]
     assert [row[0].split(" [")[0] for row in gains_view(results).rows] == [row.name for row in results.variables]
 
 

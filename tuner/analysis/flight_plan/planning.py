@@ -265,7 +265,7 @@ def _iterate(
             break
         excitations = longer
     if accepted is None:
-        raise InputError("no excitation was found that keeps the limits; raise them (--tilt, --rate)", key="--tilt")
+        raise InputError("no excitation within the limits was found; raise them (--tilt, --rate)", key="--tilt")
     return accepted
 
 

@@ -201,10 +201,10 @@ def judgement_text(document: JudgementDocument) -> str:
         for verdict in ("fail", "not certain")
     }
     if document.verdict == "fail":
-        return f"FAIL: broken by {named['fail']}."
+        return f"FAIL: violated: {named['fail']}."
     if document.verdict == "not certain":
         return (
             f"PASS on these flights, but not certain: the interval of {named['not certain']} crosses the limit; more --seeds "
             "narrow it."
         )
-    return "PASS: every limit is kept."
+    return "PASS: every limit is satisfied."

@@ -143,7 +143,7 @@ def said_of_margins(verification: VerificationPart) -> str:
     satisfied = sum(row.kept_held for row in rows)
     changed = f"{differing} of them change in five digits, see above" if differing else "none changes in five digits"
     return (
-        f"After rounding alone the loops keep {satisfied} of {len(rows)} limits on margins at hover; {changed}. Rates and "
+        f"After rounding alone the loops satisfy {satisfied} of {len(rows)} limits on margins at hover; {changed}. Rates and "
         "delays of the target, and filters of it that are none of these gains, are not in these figures."
     )
 

@@ -143,7 +143,7 @@ def requirements_table(rows: list[LimitRow]) -> TerminalTable:
     table = TerminalTable("Required by the study", keys=1)
     table.columns_of("requirement", "value", "limit", "unit", "", left=("requirement", "unit", ""))
     for row in map(in_shown_units, rows):
-        verdict = "kept" if row.is_satisfied else "BROKEN" if row.hard else "missed"
+        verdict = "satisfied" if row.is_satisfied else "VIOLATED" if row.hard else "missed"
         value = "inf" if row.value is None else f"{row.value:.4g}"
         table.add_row(row.label, value, bound_text(row), unit_text(row.unit), verdict)
     return table
@@ -212,9 +212,9 @@ def print_verdict(console: Console, document: MarginsDocument) -> None:
     unmet = {(row.channel, row.quantity) for row in open_ones if row.hard and row.channel}
     missed = [r.label for r in open_ones if not r.hard and (r.channel, r.quantity) not in unmet]
     if broken:
-        console.print(f"BROKEN (!): {', '.join(broken)}", style="red")
+        console.print(f"VIOLATED (!): {', '.join(broken)}", style="red")
     else:
-        console.print("All limits are kept.")
+        console.print("All limits are satisfied.")
     if missed:
         console.print(f"Missed (~): {', '.join(missed)}", style="yellow")
 

@@ -108,7 +108,7 @@ def broken_again(result: Result) -> list[str]:
     """Say how many points of a held-out front broke a constraint on the flights of the comparison, and count no longer."""
     return [
         f"{entrant.contender.name}: on the confirmation flights {front.broken} of the {len(entrant.offered)} points of its "
-        "held-out front break a constraint and count no longer; raise held_out, or ask for a reserve."
+        "held-out front violate a constraint and count no longer; raise held_out, or ask for a reserve."
         for entrant, front in zip(result.prepared, result.fronts, strict=False)
         if entrant.offered is not None and front.broken
     ]

@@ -119,7 +119,7 @@ def warnings(study: TuningStudy, pilot: Pilot, objectives: list[PlannedObjective
     if pilot.worthy_share == 0.0:
         design = " (`tuner design`)" if study.has_designs else ""
         texts.append(
-            "None of the points looked at keeps every hard requirement; narrow the ranges of the gains towards a "
+            "None of the points looked at satisfies every hard requirement; narrow the ranges of the gains towards a "
             f"design{design}, or relax a requirement."
         )
     for entry in objectives:

@@ -57,7 +57,7 @@ def conclude(
         gains[[0, tuned]], confirming, watcher.on_flights_done, fly_all=True, complete=True
     )
     if broken := broken_by(finalists.excess[tuned], confirmation.violations[1], study):
-        warnings.append(f"The point shown beside the default breaks {broken}; see the table.")
+        warnings.append(f"The point shown beside the default violates {broken}; see the table.")
     table = compare(problem, confirmation, study.seed)
     warnings += uncertain_limits(table)
     limits, fully_flown = limits_of(study.constraints, study.requirements), completely_known(tried, generations)

@@ -19,8 +19,8 @@ from tuner.text.numbers import significant
 def contender_ending(name: str, point: str, obstacles: Sequence[UnmetConstraint] = ()) -> list[str]:
     """Return the headline on a contender whose run found nothing feasible."""
     head = (
-        f"{NOTHING} for {name}: nothing that its run tried keeps every limit. It stands here at {point}, which comes nearest, "
-        "and no line below recommends it."
+        f"{NOTHING} for {name}: nothing that its run tried satisfies every limit. {point}, which comes nearest, "
+        "stands here, and no line below recommends it."
     )
     return [head, *[f"{name}: {text}" for text in obstacle_texts(obstacles)]]
 
@@ -69,17 +69,17 @@ def ending_of(outcome: Outcome) -> list[str]:
     if outcome.feasible:
         return []
     point = outcome.names[outcome.tuned]
-    nearest = f"{point} breaks them least; its gains stand in {INFEASIBLE}, for study and not to be flown."
+    nearest = f"{point} violates them least; its gains are in {INFEASIBLE}, for study and not to be flown."
     about = f"so no gains are recommended. {nearest}"
     if len(outcome.archive.front()) == 0:
-        head = f"{NOTHING}: none of {len(outcome.archive.points):,} candidates keeps every limit, {about}"
+        head = f"{NOTHING}: none of {len(outcome.archive.points):,} candidates satisfies every limit, {about}"
         return [head, *obstacle_texts(outcome.obstacles)]
     if outcome.finalists.feasible[outcome.tuned]:
         return _broken_again(outcome, point)
     tried = len(outcome.candidates)
-    who = "the one finalist does not keep" if tried == 1 else f"none of the {tried} finalists keeps"
+    who = "the one finalist does not satisfy" if tried == 1 else f"none of the {tried} finalists satisfies"
     head = f"{NOTHING} on held-out scenarios: {who} every limit there, {about}"
-    return [head, f"{point} breaks {'; '.join(_broken(outcome))}.", *_helps(outcome), *_default(outcome)]
+    return [head, f"{point} violates {'; '.join(_broken(outcome))}.", *_helps(outcome), *_default(outcome)]
 
 
 def _broken(outcome: Outcome) -> list[str]:
@@ -112,8 +112,8 @@ def _helps(outcome: Outcome) -> list[str]:
         return []
     confidence = 100.0 * max(study.constraints[i].confidence for i in broken)
     return [
-        f"By its values it keeps them all, but not with {confidence:g} % confidence: an interval reaches beyond. More held_out "
-        "flights narrow it; `tuner rejudge FOLDER --set confidence=0 --out NEW` judges by the values alone."
+        f"By its values it satisfies them all, but not with {confidence:g} % confidence: an interval reaches beyond. More "
+        "held_out flights narrow it; `tuner rejudge FOLDER --set confidence=0 --out NEW` judges by the values alone."
     ]
 
 
@@ -124,8 +124,8 @@ def _broken_again(outcome: Outcome, point: str) -> list[str]:
     rows = [outcome.table[len(study.objectives) + i] for i in broken]
     values = [f"{limits[i].text} with {_shown(row)}" for i, row in zip(broken, rows, strict=True)]
     head = (
-        f"{NOTHING} on confirmation scenarios: {point} keeps every limit on held-out ones, by which it was picked, and breaks "
-        f"{'; '.join(values)} on these, so no gains are recommended. Its gains stand in {INFEASIBLE}, for study and not to be "
+        f"{NOTHING} on confirmation scenarios: {point} satisfies every limit on held-out ones, by which it was picked, and "
+        f"violates {'; '.join(values)} on these, so no gains are recommended. Its gains are in {INFEASIBLE}, for study and not to be "
         "flown."
     )
     return [head, *[_rejudged(limits[i], i, row) for i, row in zip(broken, rows, strict=True)]]
@@ -148,4 +148,4 @@ def _rejudged(limit: Limit, index: int, row: ComparedRow) -> str:
 
 
 def _default(outcome: Outcome) -> list[str]:
-    return ["The default gains keep every limit there."] if outcome.finalists.feasible[0] else []
+    return ["The default gains satisfy every limit there."] if outcome.finalists.feasible[0] else []

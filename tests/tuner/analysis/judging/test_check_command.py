@@ -110,11 +110,11 @@ def test_a_limit_inside_the_interval_is_not_certain_and_0(judged):
     assert code == 0 and "not certain: the interval of mean(failure) crosses the limit" in " ".join(out.split())
     # No number of flights shows that none is lost: so many were flown, and how many may be is told.
     code, out, _ = judged(STUDY, as_json=False)
-    assert code == 0 and "PASS: every limit is kept." in out and ": at most " in out
+    assert code == 0 and "PASS: every limit is satisfied." in out and ": at most " in out
     code, out, _ = judged(FAILURE, as_json=False)
-    assert code == 0 and "PASS: every limit is kept." in out
+    assert code == 0 and "PASS: every limit is satisfied." in out
     code, out, _ = judged(FAILURE + MARGIN.format(120.0), as_json=False)
-    assert code == 1 and "FAIL: broken by phase_margin(roll)." in out
+    assert code == 1 and "FAIL: violated: phase_margin(roll)." in out
 
 
 @pytest.mark.parametrize(

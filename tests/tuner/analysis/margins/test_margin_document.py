@@ -146,7 +146,7 @@ def test_the_table_names_every_quantity_with_its_unit():
         "Ms",
         "disk margin",
         "load [s^-3]",
-        "BROKEN",
+        "VIOLATED",
     ):
         assert word in shown
     assert max(map(len, shown.splitlines())) <= 80

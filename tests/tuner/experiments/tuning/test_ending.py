@@ -268,7 +268,7 @@ def test_a_limit_that_confirmation_flights_break_is_told_with_what_helps(tmp_pat
     assert not broken.feasible
     head, helps = ending_of(broken)
     assert head.startswith(
-        f"{NOTHING} on confirmation scenarios: {outcome.names[outcome.tuned]} keeps every limit on held-out"
+        f"{NOTHING} on confirmation scenarios: {outcome.names[outcome.tuned]} satisfies every limit on held-out"
     )
     assert "mean(failure) at most 0 with 1 of 32 flights" in head
     assert "`tuner rejudge FOLDER --set constraint.0.max=VALUE --out NEW`" in helps and "0.16 or more" in helps

@@ -101,7 +101,7 @@ GUARDS = {
         False,
     ),
     "unjudged": Guard(BEFORE, "channels and scenarios that no objective and no limit judges", _unjudged, False),
-    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle),
+    "mission_floor": Guard(AFTER, "candidates that satisfy all limits but do not fly the mission", _idle),
     "constant_objective": Guard(
         AFTER,
         "an objective that nothing searched moves",
