@@ -142,9 +142,9 @@ def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, capsys):
     told = json.loads(report_run(folder).json)
     assert told["feasible"] is False and told["recommended"] is None and told["nearest"]["point"]
     text = tuning_page(TuningFolder(folder)).text()
-    assert NOTHING in text and text.index(NOTHING) < text.index('class="lead"') < text.index("Nothing is recommended")
+    assert NOTHING in text and text.index(NOTHING) < text.index('class="answer"') < text.index("Nearest to feasible")
     said = re.sub(r"<[^>]*>|\s", "", text[: text.index("</header>")])
-    assert "Nothingisrecommended" in said and "againstthedefault" not in said
+    assert "Nearesttofeasible" in said and "significantlybetter" not in said
     assert "automatic limit, mission.followed" in text and "(automatic: mission.followed)" in out
     assert "Save infeasible.json" in text and "What to fly" not in text
     assert '"gains_name":"infeasible.json"' in text
