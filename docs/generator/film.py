@@ -15,7 +15,9 @@ from matplotlib.figure import Figure
 import tuner
 from tuner.api.gains import gains_of
 from tuner.experiments.compare.entrants import rows_of, study_of
+from tuner.report.labels import named
 from tuner.search.front import non_dominated
+from tuner.text.units import bracketed
 
 FLIGHTS, SIGNAL, SECONDS_PER_PICTURE, LAST_PICTURES = 64, "x", 0.6, 4
 GRAY, BLUE, ORANGE = "#b0b4ba", "#1f5fa8", "#d9822b"
@@ -34,7 +36,7 @@ def main(folder: str, picture: str) -> None:
     figure = Figure(figsize=(9.6, 3.6), dpi=100, layout="constrained")
     left, right = figure.subplots(1, 2)
     (first, second) = results.objectives
-    labels = [f"{entry.label} [{entry.unit}]" for entry in (first, second)]
+    labels = [bracketed(named(results, entry, short=True), entry.unit) for entry in (first, second)]
 
     def draw(frame: int) -> None:
         generation = min(frame, last)
@@ -68,7 +70,7 @@ def band(results: Any, place: int) -> Any:
 def draw_front(axes: Axes, losses: np.ndarray, feasible: np.ndarray, seen: np.ndarray, chosen: int) -> None:
     """Draw candidates, the front and the default, within twice the default."""
     good = seen & feasible
-    axes.plot(*losses[seen & ~feasible].T, "x", color=GRAY, ms=4, label="breaks a limit")
+    axes.plot(*losses[seen & ~feasible].T, "x", color=GRAY, ms=4, label="violates a limit")
     axes.plot(*losses[good].T, "o", color=BLUE, ms=3, alpha=0.5, label="feasible")
     if good.any():
         front = losses[good][non_dominated(losses[good])]

@@ -39,7 +39,7 @@ def _objective_phrases(results: TuningFolder) -> list[str]:
     rows = [row for row in results.document.compared if row.kind == "objective"]
     phrases = list[str]()
     for verdict, phrase in PHRASES.items():
-        names = [named(results, row) for row in rows if row.verdict == verdict]
+        names = [named(results, row, short=True) for row in rows if row.verdict == verdict]
         if names:
             text = phrase.format(_all_or_names(names, len(rows)))
             phrases.append(

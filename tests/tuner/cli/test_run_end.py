@@ -64,7 +64,7 @@ def test_what_the_end_leaves_out_is_in_show(small_run, capsys):
     ("verdicts", "sentence"),
     [
         (("better", "better"), "significantly better than the default in both objectives"),
-        (("better", "worse"), "significantly better than the default in position error (ITAE), mean of the worst"),
+        (("better", "worse"), "significantly better than the default in position error (ITAE), worst"),
         (("no clear difference", "worse"), "not significantly different in position error"),
     ],
 )

@@ -19,6 +19,7 @@ from tuner.api.results import TuningResults
 from tuner.api.run_report import UnfinishedRun, report_run, unfinished_report
 from tuner.cli.printers.run_report import print_run_report
 from tuner.cli.terminal import Console
+from tuner.documents.verdicts import shown_verdict
 from tuner.report.charts.text import TextLayer, legend, place_bar, scatter
 
 ROOT = Path(__file__).parents[3]
@@ -44,7 +45,7 @@ def test_every_row_every_gain_and_the_next_step_are_told(made_up, capsys):
     summary = json.loads((folder / "summary.json").read_text())
     text = shown(folder, 100, capsys)
     for row in summary["table"]:
-        assert row["label"] in text and f"{row['verdict']}" in text
+        assert row["label"] in text and shown_verdict(row["verdict"]) in text
     for row in summary["variables"]:
         line = next(line for line in text.splitlines() if line.startswith(row["name"]))
         assert f"{row['tuned']:.4g}" in line and f"{row['default']:.4g}" in line and row["unit"].split("^")[0] in line

@@ -125,8 +125,8 @@ def _broken_again(outcome: Outcome, point: str) -> list[str]:
     values = [f"{limits[i].text} with {_shown(row)}" for i, row in zip(broken, rows, strict=True)]
     head = (
         f"{NOTHING} on confirmation scenarios: {point} satisfies every limit on held-out ones, by which it was picked, and "
-        f"violates {'; '.join(values)} on these, so no gains are recommended. Its gains are in {INFEASIBLE}, for study and not to be "
-        "flown."
+        f"violates {'; '.join(values)} on these, so no gains are recommended. Its gains are in {INFEASIBLE}, for study and "
+        "not to be flown."
     )
     return [head, *[_rejudged(limits[i], i, row) for i, row in zip(broken, rows, strict=True)]]
 

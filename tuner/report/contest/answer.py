@@ -10,6 +10,8 @@ from tuner.report.labels import contest_label
 from tuner.text.numbers import significant
 from tuner.text.sentences import capitalized, listing
 
+MOST_NAMES = 3
+"""Contenders that a clause names; beyond, it counts them."""
 Result = tuple[str, tuple[str, ...]]
 """Contender with the lowest value, and those whose values are not significantly different from it."""
 
@@ -48,7 +50,7 @@ def _clause(contest: ComparedFolder, result: Result | None, objectives: Sequence
     lowest, even = result
     others = [name for name in contest.index if name != lowest]
     if not even:
-        worse = others[0] if len(others) == 1 else f"all {len(others)} others"
+        worse = listing(others) if len(others) <= MOST_NAMES else f"all {len(others)} others"
         return f"{lowest} is significantly better than {worse} in {listing(objectives)}"
     return f"{lowest} is lowest in {listing(objectives)}, not significantly different from {listing(even)}"
 
@@ -85,7 +87,7 @@ def _fronts_text(contest: ComparedFolder) -> str:
 def _limits_text(contest: ComparedFolder) -> str:
     """Return the limits that contenders violate at the points compared."""
     limited = [row for row in contest.shown.quantities if row.limit is not None]
-    texts = []
+    by_limits: dict[str, list[str]] = {}
     for name in contest.index:
         values = [(row, contest.estimates.get((name, row.label))) for row in limited]
         violated = [
@@ -94,7 +96,11 @@ def _limits_text(contest: ComparedFolder) -> str:
             if row.limit is not None and entry is not None and entry.value is not None and entry.value > row.limit
         ]
         if violated:
-            texts.append(f"{name} violates the limit on {listing(violated)}")
-    if texts:
-        return capitalized("; ".join(texts))
+            by_limits.setdefault(listing(violated), []).append(name)
+    if by_limits:
+        clauses = [
+            f"{listing(names)} {'violates' if len(names) == 1 else 'violate'} the limit on {text}"
+            for text, names in by_limits.items()
+        ]
+        return capitalized("; ".join(clauses))
     return "Every limit is satisfied." if limited else ""

@@ -142,9 +142,9 @@ def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, capsys):
     told = json.loads(report_run(folder).json)
     assert told["feasible"] is False and told["recommended"] is None and told["nearest"]["point"]
     text = tuning_page(TuningFolder(folder)).text()
-    assert NOTHING in text and text.index(NOTHING) < text.index('class="lead"') < text.index("Nothing is recommended")
+    assert NOTHING in text and text.index(NOTHING) < text.index('class="answer"') < text.index("Nearest to feasible")
     said = re.sub(r"<[^>]*>|\s", "", text[: text.index("</header>")])
-    assert "Nothingisrecommended" in said and "againstthedefault" not in said
+    assert "Nearesttofeasible" in said and "significantlybetter" not in said
     assert "automatic limit, mission.followed" in text and "(automatic: mission.followed)" in out
     assert "Save infeasible.json" in text and "What to fly" not in text
     assert '"gains_name":"infeasible.json"' in text
@@ -223,7 +223,7 @@ def test_finalists_that_break_a_limit_when_held_out_are_not_recommended(tmp_path
     summary = summary_of(tmp_path / "tight")
     assert summary["ending"][0].startswith(f"{NOTHING} on held-out scenarios")
     held_out = outcome.finalists.evaluation.scores[outcome.tuned, 2].max()
-    told = f"breaks worst(rms.position) at most {best:.4g} m with {held_out:.4g}."
+    told = f"violates worst(rms.position) at most {best:.4g} m with {held_out:.4g}."
     assert summary["ending"][1].endswith(told) and not (tmp_path / "tight" / GAINS).exists()
 
 
@@ -251,7 +251,7 @@ def test_limits_are_kept_with_confidence_unless_the_study_says_otherwise(tmp_pat
     study = replace(outcome.study, constraints=(replace(outcome.study.constraints[0], most=limit), *others))
     head, told, helps = ending_of(replace(outcome, study=study, finalists=finalists, tuned=row))
     assert head.startswith(f"{NOTHING} on held-out scenarios")
-    assert re.search(r"breaks mean\(rms.position\) at most \S+ m with \S+ \[\S+, \S+\]\.$", told)
+    assert re.search(r"violates mean\(rms.position\) at most \S+ m with \S+ \[\S+, \S+\]\.$", told)
     assert "not with 95 % confidence" in helps and "`tuner rejudge FOLDER --set confidence=0 --out NEW`" in helps
 
 

@@ -60,7 +60,7 @@ def test_the_number_that_dominates_is_the_one_to_measure_next(results):
 def test_it_is_told_by_the_terminal_and_on_the_page(results):
     said = " ".join(called("show", results.home)[1].split())
     assert "explains" in said and "of the spread" in said
-    assert "What not knowing the vehicle costs" in (results.home / "report.html").read_text()
+    assert "Value of knowing the vehicle" in (results.home / "report.html").read_text()
 
 
 def worth(name, value, share):
