@@ -40,7 +40,7 @@ def answer_table(results: TuningFolder) -> Markup:
     groups = [
         ("Objectives: smaller is better", [_row(results, entry) for entry in results.objectives]),
         ("Limits", [_row(results, entry) for entry in results.constraints]),
-        ("Limits on margins", [_known_row(entry) for entry in results.requirements]),
+        ("Limits computed from the model", [_known_row(entry) for entry in results.requirements]),
         ("Margins, worst of the loops", _margin_rows(results)),
     ]
     bodies = [_group(title, rows, head) for title, rows in groups if rows]
