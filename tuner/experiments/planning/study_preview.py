@@ -97,7 +97,7 @@ class StudyPreview(PreviewPart):
     Args:
         plant: Of one's own, by its title.
         channels: Its channels with their laws.
-        requirements: Limits computed from the model; of a plant with the default's values, null where infinite.
+        requirements: Limits on margins; of a plant with the default's values, null where infinite.
         plant_step: With the error in what is known of the default.
     """
 
