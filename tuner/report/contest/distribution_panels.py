@@ -15,7 +15,7 @@ MOST_STEPS = 200
 TAIL = 0.01
 # Where the shown values span more than this factor, a linear axis would press most of them into a corner.
 LOG_FACTOR = 25.0
-SHARE = Axis("runs [%]", -2.0, 102.0)
+SHARE = Axis("share [%]", -2.0, 102.0)
 
 
 def distribution_panels(contest: ComparedFolder) -> list[Panel]:
@@ -57,6 +57,6 @@ def _curve(contest: ComparedFolder, entry: ContenderScores, unit: str) -> Mark:
         x=np.append(x[0], x),
         y=np.append(0.0, y),
         steps=True,
-        tip=f"%{{y:.3~g}} % of runs at most %{{x:.4~g}} {unit}",
+        tip=f"%{{y:.3~g}} % at most %{{x:.4~g}} {unit}",
         show={"layer": contest.layer(entry.contender)},
     )

@@ -2,8 +2,9 @@
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import ClaimRow, RulingRow
-from tuner.report.labels import contest_label, in_plain_words
+from tuner.report.labels import contest_label, has_rotors, in_plain_words
 from tuner.text.markup import Markup, element, join
+from tuner.text.neutral import neutral
 from tuner.text.numbers import count, duration, estimate
 from tuner.text.sentences import counted, listing
 from tuner.text.units import plain
@@ -51,11 +52,10 @@ def words(contest: ComparedFolder) -> Markup:
     beginnings = tuple(f'The claim "{claim.text}"' for claim in contest.shown.claims if claim.text)
     names = {label: contest_label(contest, label) for label in contest.quantity}
     shown = [sentence for sentence in contest.document.words if not (beginnings and sentence.startswith(beginnings))]
-    return (
-        element("ul", *[element("li", in_plain_words(sentence, names)) for sentence in shown], class_="words")
-        if shown
-        else Markup()
-    )
+    texts = [in_plain_words(sentence, names) for sentence in shown]
+    if not has_rotors(contest):
+        texts = [neutral(text) for text in texts]
+    return element("ul", *[element("li", text) for text in texts], class_="words") if texts else Markup()
 
 
 def claims(contest: ComparedFolder) -> Markup:
