@@ -54,7 +54,7 @@ def given_content(file: Path, remedy: str, most: int = MOST_TEXT) -> bytes:
 
 
 def given_text(file: Path, remedy: str) -> str:
-    """Return the text of a file that a person named; InputError with a remedy where there is none."""
+    """Return the text in a file that a person named; InputError with a remedy where there is none."""
     try:
         # utf-8-sig: some editors and spreadsheets put a byte order mark in front.
         text = given_content(file, remedy).decode("utf-8-sig")

@@ -98,14 +98,10 @@ def design_hybrid(axis: DesignAxis, requirements: DesignRequirements) -> AxisDes
         sector = gains.k1 / sqrt(gains.delta)
         powers = tuple(float(p) for p in np.linspace(0.0, LARGEST_DESCRIBING * sector, CHECKED_GAINS))
         design = judged(axis, gains, integral_gain(axis, gains), requirements, powers)
-        if design is not None and stable_at(axis, gains, LARGEST_SLOPE * sector):
+        # Stable with the steepest slope in place of the power-rate term, too.
+        if design is not None and is_stable(closed_matrix(axis.closed(gains), LARGEST_SLOPE * sector)):
             return design
     return fall_back(axis, "no hybrid within the ranges of its gains keeps the requirements")
-
-
-def stable_at(axis: DesignAxis, gains: Any, power: float) -> bool:
-    """Return True if the loop is stable with that gain in place of the power-rate term."""
-    return is_stable(closed_matrix(axis.closed(gains), power))
 
 
 def integral_gain(axis: DesignAxis, gains: Any) -> float:

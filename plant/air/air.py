@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from plant.air.dryden import Dryden, forming
 from plant.air.gust import gust_wind
-from plant.air.injection import sample_injection
+from plant.air.injection import shape_injection
 from plant.air.linear_process import sample
 from plant.air.spec import AirSpec
 from plant.air.window import gate
@@ -69,7 +69,8 @@ def draw_air(spec: AirSpec, dt: float, generator: Generator, out: Array) -> None
             out[:, 3:6] = _turned(spin, angle)
     np.add(_turned(wind, angle), plan.fixed, out=out[:, :WIND_COLUMNS])
     if spec.injection is not None:
-        out[:, 6:12] = sample_injection(spec.injection, dt, plan.gate, injection)
+        normals = injection.standard_normal((len(out), 6))
+        out[:, 6:12] = shape_injection(spec.injection, dt, plan.gate, normals)
 
 
 def steady_wind(spec: AirSpec, generator: Generator) -> Array:
@@ -115,7 +116,7 @@ def _plan(spec: AirSpec, dt: float, steps: int) -> _Plan:
     if spec.mean_wind:
         along[:, 0] = spec.wind_speed
     if spec.gust is not None:
-        target = along if spec.gust.turns_with_wind else fixed
+        target = along if isinstance(spec.gust.direction, str) else fixed
         target += gust_wind(time, spec.gust)
     field, factor = spec.field, gate(time, spec.window)
     sigma, roll_sigma = factor[:, None] * np.array(field.sigma), factor * field.roll_rate_sigma

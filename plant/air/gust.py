@@ -47,11 +47,6 @@ class Gust:
         checks.number(hypot(*vector), "gust.direction", 0.0, above=True)
         object.__setattr__(self, "direction", vector)
 
-    @property
-    def turns_with_wind(self) -> bool:
-        """Return True if the direction is in wind axes."""
-        return isinstance(self.direction, str)
-
 
 def gust_wind(time: NDArray[np.float64], gust: Gust) -> NDArray[np.float64]:
     """Return the gust's wind (K, 3) [m/s] in the axes of its direction."""

@@ -12,7 +12,6 @@ from functools import lru_cache
 from math import inf
 
 import numpy as np
-from numpy.random import Generator
 from numpy.typing import NDArray
 
 from plant.air import checks
@@ -60,21 +59,13 @@ class Injection:
         return self.acceleration_bias + self.angular_bias
 
 
-def sample_injection(
-    injection: Injection, dt: float, gate: NDArray[np.float64], generator: Generator
-) -> NDArray[np.float64]:
-    """Return the injected accelerations (K, 6): linear in the world [m/s2], angular in the body [rad/s2].
-
-    gate: factor (K,) of the window. Six normals are drawn per step whatever the settings: one axis does not change
-    another.
-    """
-    return shape_injection(injection, dt, gate, generator.standard_normal((len(gate), 6)))
-
-
 def shape_injection(
     injection: Injection, dt: float, gate: NDArray[np.float64], normals: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the same for normals (K, 6) that are drawn already: one draw under other settings costs a filter only."""
+    """Return the injected accelerations (K, 6): linear in the world [m/s2], angular in the body [rad/s2].
+
+    gate: factor (K,) of the window. normals (K, 6): drawn whatever the settings, so that one axis does not change another.
+    """
     out = np.empty_like(normals)
     for axis, (sigma, time, bias) in enumerate(zip(injection.sigma, injection.time, injection.bias, strict=True)):
         noise = sample(_sampler(time, dt), normals[:, axis : axis + 1])[:, 0] if sigma > 0.0 else 0.0

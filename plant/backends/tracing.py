@@ -19,7 +19,7 @@ OPERATIONS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": oper
 
 
 def _methods(made: Callable[[str, Any, Any], Any], sign: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """Return the two methods of an operator, one for each side."""
+    """Return the method of an operator and that of its reflection."""
     return (lambda self, other: made(sign, self, other)), (lambda self, other: made(sign, other, self))
 
 

@@ -61,7 +61,8 @@ def export_document(
 
 def exported(parameter: HeldParameter) -> ExportedParameter:
     """Return a parameter as a row of export.json."""
-    row = {**asdict(parameter), "change": _change(parameter)}
+    change = None if parameter.before is None else parameter.held - parameter.before
+    row = {**asdict(parameter), "change": change}
     row |= {"asked": row.pop("unrounded"), "kept": row.pop("is_unmanaged")}
     return ExportedParameter(**{key: _finite(value) for key, value in row.items()})
 
@@ -120,10 +121,6 @@ def as_json(document: Row) -> bytes:
     # Half of a surrogate pair, which UTF-8 does not hold, comes out as the escape that JSON has for it.
     text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     return text.encode("utf-8", "backslashreplace")
-
-
-def _change(parameter: HeldParameter) -> float | None:
-    return None if parameter.before is None else parameter.held - parameter.before
 
 
 def _finite(value: Any) -> Any:

@@ -38,7 +38,8 @@ def is_crazyflie(content: bytes) -> bool:
 def read_crazyflie(content: bytes, name: str, digest: str) -> FlightLog:
     """Return the log; raises InputError where it is cut off, damaged or lacks a variable."""
     version = int.from_bytes(content[1:3], "little")
-    notes = () if _sum_is_right(content) else ("its check sum is wrong: the end may be missing or damaged",)
+    is_whole = crc32(content[:-4]) == int.from_bytes(content[-4:], "little")
+    notes = () if is_whole else ("its check sum is wrong: the end may be missing or damaged",)
     events, start = _head(content, name)
     stamp, unit = STAMPS[version]
     table = _table(content, start, events, stamp, name)
@@ -53,10 +54,6 @@ def read_crazyflie(content: bytes, name: str, digest: str) -> FlightLog:
         _columns(table, MOTORS, name) / FULL,
         notes,
     )
-
-
-def _sum_is_right(content: bytes) -> bool:
-    return crc32(content[:-4]) == int.from_bytes(content[-4:], "little")
 
 
 def _head(content: bytes, name: str) -> tuple[dict[int, _Event], int]:

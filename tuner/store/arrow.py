@@ -34,7 +34,7 @@ def arrow_column(values: Any, with_nulls: bool = True) -> pa.Array:
         return values
     array = np.asarray(values)
     if array.dtype == bool:
-        return _truths(array)
+        return pa.Array.from_buffers(pa.bool_(), len(array), [None, _bits(array)])
     if array.dtype.kind == "U" or (array.dtype == object and any(isinstance(value, str) for value in array)):
         return _texts(array.tolist(), pa.large_string(), np.int64)
     number = array.astype(np.float64) if array.dtype == object else array
@@ -57,10 +57,6 @@ def _texts(texts: Sequence[str], kind: Any, offset: type) -> pa.Array:
     written = [text.encode() for text in texts]
     ends = np.cumsum([0, *map(len, written)], dtype=offset)
     return pa.Array.from_buffers(kind, len(texts), [None, pa.py_buffer(ends), pa.py_buffer(b"".join(written))])
-
-
-def _truths(values: np.ndarray) -> pa.Array:
-    return pa.Array.from_buffers(pa.bool_(), len(values), [None, _bits(values)])
 
 
 def _numbers(values: np.ndarray, with_nulls: bool = False) -> pa.Array:

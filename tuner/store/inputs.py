@@ -53,11 +53,6 @@ class RecordedMachine(DocumentPart):
         return Arithmetic(Processor(self.name, self.features), self.libraries)
 
 
-def recorded_machine(arithmetic: Arithmetic) -> RecordedMachine:
-    """Return an arithmetic as run.json holds it."""
-    return RecordedMachine(**arithmetic.processor._asdict(), libraries=arithmetic.libraries)
-
-
 class RunRecord(Document):
     """Content of run.json.
 
@@ -110,7 +105,7 @@ def freeze(
         generations=generations,
         model=model_key(),
         arithmetic=engine,
-        machine=recorded_machine(arithmetic()),
+        machine=RecordedMachine(**arithmetic().processor._asdict(), libraries=arithmetic().libraries),
     )
     folder.write_json(RECORD, record)
 

@@ -169,13 +169,10 @@ def contest_schema(*added: type[BaseModel]) -> Schema:
             schema["properties"][key] = before if before == entry else {"anyOf": [before, entry]}
     for name in ("AirframeTable", "ControllerTable", "PlantTable"):
         schema["$defs"][name].pop("required", None)
-    needed = [key for part in (StudyTable, *added) for key in _needed(part) if key not in ("airframe", "controller")]
+    fields = [field for part in (StudyTable, *added) for field in part.model_fields.items()]
+    needed = [key for key, field in fields if field.is_required() and key not in ("airframe", "controller")]
     # A base file may hold what this one leaves out.
     return {**schema, "description": added[-1].__doc__, "anyOf": [{"required": ["base"]}, {"required": needed}]}
-
-
-def _needed(model: type[BaseModel]) -> list[str]:
-    return [name for name, entry in model.model_fields.items() if entry.is_required()]
 
 
 STUDY_SCHEMAS: dict[str, Callable[[], Schema]] = {

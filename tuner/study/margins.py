@@ -54,7 +54,7 @@ def margin_requirement(table: MarginTable, timing: Timing, scenarios: tuple[Scen
         raise UnknownNameError("margin", table.quantity, LIMITABLE, key="quantity")
     quantity = LIMITABLE[table.quantity]
     axes, limit = _axes(table, quantity, holds_place(scenarios, timing)), margin_limit(table, quantity)
-    if table.spread and not any(_spreads(spec) for spec in scenarios):
+    if table.spread and all(spec.spread == Spread() and spec.uncertainty is None for spec in scenarios):
         raise InputError(
             "no scenario spreads the airframe; write a [scenario.spread], or leave spread out", key="spread"
         )
@@ -236,10 +236,6 @@ class MarginAnalysis:
 
 def _choice(entry: MarginRequirement) -> tuple[bool, float]:
     return entry.spread, entry.amplitude
-
-
-def _spreads(spec: ScenarioSpec) -> bool:
-    return spec.spread != Spread() or spec.uncertainty is not None
 
 
 def _axes(table: MarginTable, quantity: MarginQuantity, held: bool) -> tuple[str, ...]:

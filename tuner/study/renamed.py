@@ -30,7 +30,8 @@ def with_new_names(table: Mapping[str, PlainValue], path: Path) -> PlainTable:
                 for i, entry in enumerate(entries)
             ]
     if renamed and not (path.parent.parent / RECORD).is_file():
-        _warn(f"{path}: {', '.join(renamed)}: write {_news(renamed)}; version {GONE} does not read the old name")
+        news = " and ".join(new for old, new in RENAMED.items() if any(key.endswith(f".{old}") for key in renamed))
+        _warn(f"{path}: {', '.join(renamed)}: write {news}; version {GONE} does not read the old name")
     return result
 
 
@@ -51,10 +52,6 @@ def _renamed(entry: Mapping[str, PlainValue], place: str, path: Path, renamed: l
             )
     renamed += [f"{place}.{old}" for old in RENAMED if old in entry]
     return {RENAMED.get(key, key): value for key, value in entry.items()}
-
-
-def _news(renamed: list[str]) -> str:
-    return " and ".join(new for old, new in RENAMED.items() if any(key.endswith(f".{old}") for key in renamed))
 
 
 def _warn(message: str) -> None:

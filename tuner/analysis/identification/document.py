@@ -100,7 +100,8 @@ def earlier_posterior(document: IdentificationDocument, airframe: Airframe, file
             f"'{airframe.name}'; give the document that identify --json printed with the same airframe",
             file=file,
         )
-    covariance = np.array(posterior.covariance, dtype=float) if _is_square(posterior.covariance, len(names)) else None
+    is_square = [len(row) for row in posterior.covariance] == [len(names)] * len(names)
+    covariance = np.array(posterior.covariance, dtype=float) if is_square else None
     sized = posterior.names == names and len(posterior.point) == len(posterior.wide) == len(names)
     if covariance is None or not sized or not _is_covariance(covariance) or min(posterior.wide) <= 0.0:
         raise InputError(
@@ -109,10 +110,6 @@ def earlier_posterior(document: IdentificationDocument, airframe: Airframe, file
             key="posterior",
         )
     return EarlierPosterior(np.array(posterior.point), covariance, np.array(posterior.wide))
-
-
-def _is_square(rows: list[list[float]], size: int) -> bool:
-    return len(rows) == size and all(len(row) == size for row in rows)
 
 
 def _is_covariance(matrix: Array) -> bool:

@@ -13,7 +13,6 @@ from objectives.certificates.peak_gain import disturbed
 from objectives.certificates.plant_axis import PlantAxis
 from objectives.certificates.supertwisting import RATE_UNIT, largest_rate
 from objectives.margins.describing import Case
-from objectives.plant_system import PlantSystem
 from plant.law_registry import law
 from plant.records import paths
 from tuner.analysis.margins.document import certificate_row
@@ -31,7 +30,9 @@ def plant_certificate_rows(subject: PlantSubject) -> list[CertificateRow]:
 
 
 def _rows(subject: PlantSubject, name: str) -> Iterator[CertificateRow]:
-    pushes = disturbances_of(subject.system)
+    # Of a plant that knows no disturbances its inputs.
+    system = subject.system
+    pushes = paths(system.plant.Disturbance) or [actuator.name for actuator in system.plan.actuators]
     axes = [PlantAxis(subject.system, tuple(map(float, subject.row)), name, push) for push in pushes]
     law_name, on_rates = axes[0].law, CERTIFICATES["supertwisting"]
     if law_name in on_rates.laws and subject.system.has_equations:
@@ -48,11 +49,6 @@ def _rows(subject: PlantSubject, name: str) -> Iterator[CertificateRow]:
             for axis in axes if info.name == "peak_gain" else axes[:1]:
                 certificate = PROOFS[info.name](axis)
                 yield certificate_row(name, info.name, TITLES.get(info.name, info.title), info.source, certificate)
-
-
-def disturbances_of(system: PlantSystem) -> tuple[str, ...]:
-    """Return the disturbances of a plant: the fields of its Disturbance, or its inputs without one."""
-    return tuple(paths(system.plant.Disturbance)) or tuple(actuator.name for actuator in system.plan.actuators)
 
 
 def peak_of(subject: PlantSubject, name: str) -> float:

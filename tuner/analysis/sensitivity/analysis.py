@@ -90,9 +90,6 @@ def estimate(
         for name, scaled in scales.items()
     }
     complete = failures[: design.independent] == 0.0
-    variance = tuple(_anova(entry[complete]) for entry in scores)
+    tables = [entry[complete] for entry in scores]
+    variance = tuple(two_way_anova(table) if min(table.shape) >= 2 else None for table in tables)
     return Analysis(design, values, failures, passes_screening, indices, variance, int(complete.sum(axis=0)))
-
-
-def _anova(scores: Array) -> TwoWayAnova | None:
-    return two_way_anova(scores) if min(scores.shape) >= 2 else None

@@ -86,13 +86,11 @@ class FlightSampler:
         steps, h = requested.spec.steps(requested.timing), requested.timing.control_period
         stream = f"{requested.stream}/{requested.spec.name}/air"
         key = (stream, steps, requested.first, requested.last)
-        normals = self._cached(key, lambda: self._normals(stream, steps, range(requested.first, requested.last)))
+        draws = (generator(self._root, stream, i) for i in range(requested.first, requested.last))
+        normals = self._cached(key, lambda: [injection_normals(steps, draw) for draw in draws])
         factor = gate(np.arange(steps, dtype=np.float64) * h, requested.spec.air.window)
         added = np.stack([shape_injection(injection, h, factor, row) for row in normals])
         return to_lanes(added) if added.any() else None
-
-    def _normals(self, stream: str, steps: int, flights: range) -> list[np.ndarray]:
-        return [injection_normals(steps, generator(self._root, stream, i)) for i in flights]
 
     def _cached(self, key: Any, draw: Callable[[], Any]) -> Any:
         """Return a cached value, drawn if missing; the least recently used is evicted.

@@ -202,11 +202,6 @@ def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[UnmetConstraint]:
     return diagnosis.obstacles(points, names, labels)
 
 
-def unreached(result: UnmetConstraint) -> UnreachedLimit:
-    """Return a limit out of reach as data; no search can help where nothing that is searched moves it."""
-    return UnreachedLimit.model_validate({**result.content(), "certain": not result.moved_by}, strict=False)
-
-
 def plant_step_row(study: Study) -> PlantStep:
     """Return the plant's integration step; with the error in the default's flights where the kernel is compiled already."""
     problem = problem_of(study, None, None)
@@ -230,7 +225,11 @@ def study_preview(described: Study) -> StudyPreview:
         vehicle=vehicle_row(described.airframe.name, described.system.vehicle),
         trim=trims,
         default=default_rows(described, diagnosis),
-        out_of_reach=[unreached(entry) for entry in beyond],
+        # No search can help where nothing that is searched moves it.
+        out_of_reach=[
+            UnreachedLimit.model_validate({**entry.content(), "certain": not entry.moved_by}, strict=False)
+            for entry in beyond
+        ],
         problems=[*trim_problems(trims), *obstacle_texts(beyond)],
     )
 

@@ -99,7 +99,8 @@ class TrialRun(Experiment[TrialStudy, TrialOutcome]):
     def write_documents(self, result: TrialOutcome) -> None:
         """Write front, recommended values and summary."""
         folder = self.folder
-        summary = trial_summary(result)
+        # Times are not recorded.
+        summary = summary_document(result).model_copy(update={"wall_seconds": None, "search_seconds": None})
         folder.write_table("front.csv", front_table(result))
         folder.remove(gains_name(not result.feasible))
         folder.write_json(gains_name(result.feasible), variables_document(result, summary))
@@ -116,11 +117,6 @@ class TrialRun(Experiment[TrialStudy, TrialOutcome]):
             folder.written("inputs/*")
             return
         super()._write_inputs(folder)
-
-
-def trial_summary(outcome: TrialOutcome) -> Summary:
-    """Return summary.json without times, which are not recorded."""
-    return summary_document(outcome).model_copy(update={"wall_seconds": None, "search_seconds": None})
 
 
 def variables_document(outcome: TrialOutcome, summary: Summary) -> VariablesDocument:

@@ -87,14 +87,11 @@ def gains_on_bounds(bounds: Sequence[BoundRow]) -> list[str]:
     """Warn of recommended gains that ended at an end of their range that could be moved."""
     return [
         f"{entry.variable} = {entry.value:.4g} is at the {entry.end} end of its range, {entry.bound:.4g}"
-        f"{_others_there(entry)}. Widen the range there if the vehicle allows."
+        + (f", as in {100.0 * entry.share:.0f} % of the front" if entry.share > 0.0 else "")
+        + ". Widen the range there if the vehicle allows."
         for entry in bounds
         if entry.recommended and not entry.natural
     ]
-
-
-def _others_there(entry: BoundRow) -> str:
-    return f", as in {100.0 * entry.share:.0f} % of the front" if entry.share > 0.0 else ""
 
 
 def still_rising(volumes: Sequence[float], flights: Sequence[int], resumable: bool = True) -> list[str]:
