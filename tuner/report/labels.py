@@ -9,7 +9,7 @@ from objectives.risk import RISKS
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.summary import ComparedRow, RequiredRow, TableRow
 from tuner.documents.tuning import TuningFolder
-from tuner.text.neutral import neutral
+from tuner.text.neutral import Neutral
 from tuner.text.numbers import significant
 
 _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
@@ -30,7 +30,7 @@ def plain_metric(metric: str, rotors: bool = True) -> str:
     family, _, signal = metric.partition(".")
     title = METRICS[family].title if family in METRICS else ""
     if not rotors:
-        title = neutral(title.replace("rotor command", "command").replace("rotor", "command"))
+        title = Neutral().text(title.replace("rotor command", "command").replace("rotor", "command"))
     return f"{signal.replace('_', ' ')} {title}".strip() if title else metric
 
 
@@ -67,6 +67,13 @@ def contest_label(contest: ComparedFolder, label: str, short: bool = True) -> st
 def has_rotors(contest: ComparedFolder) -> bool:
     """Return True where quadrotors flew, False for plants of the user."""
     return any(entry.airframe for entry in contest.contenders)
+
+
+def user_names(contest: ComparedFolder) -> list[str]:
+    """Return what the study, its contenders and their plants name."""
+    scenarios = [entry.scenario for entry in contest.document.compared_on]
+    channels = [name for entry in contest.contenders for name in entry.channels or {}]
+    return [contest.document.title, *contest.index, *contest.flown, *scenarios, *channels]
 
 
 def names_of(results: TuningFolder) -> dict[str, str]:

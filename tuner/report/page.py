@@ -3,7 +3,7 @@
 import json
 import sys
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from gzip import compress
 from hashlib import blake2b
@@ -18,7 +18,7 @@ from plotly.offline import get_plotlyjs
 from tuner.report.byte_cache import cached
 from tuner.store.folder import put
 from tuner.text.markup import Markup, coded, element, join, safe
-from tuner.text.neutral import neutral, neutral_markup
+from tuner.text.neutral import Neutral
 
 
 class Section(NamedTuple):
@@ -64,12 +64,13 @@ class Page(NamedTuple):
         )
 
 
-def neutral_page(page: Page) -> Page:
-    """Return a page in neutral words, for plants that are no vehicles."""
+def neutral_page(page: Page, names: Iterable[str]) -> Page:
+    """Return a page in neutral words, for plants that are no vehicles; names: of the user, which stay."""
+    neutral = Neutral(names)
     sections = [
-        Section(section.key, neutral(section.title), neutral_markup(section.content)) for section in page.sections
+        Section(section.key, neutral.text(section.title), neutral.markup(section.content)) for section in page.sections
     ]
-    opening, warnings = neutral_markup(page.opening), [neutral(text) for text in page.warnings]
+    opening, warnings = neutral.markup(page.opening), [neutral.text(text) for text in page.warnings]
     return page._replace(opening=opening, sections=sections, warnings=warnings)
 
 

@@ -44,7 +44,16 @@ def tuning_page(results: TuningFolder) -> Page:
         ),
         data=explorer_data(results, charts, arrays),
     )
-    return page if results.has_rotors else neutral_page(page)
+    return page if results.has_rotors else neutral_page(page, _user_names(results))
+
+
+def _user_names(results: TuningFolder) -> list[str]:
+    """Return what the study and the plant name."""
+    plant = results.resolved.plant
+    scenarios = [str(entry.get("name", "")) for entry in results.resolved.scenario]
+    signals = [fan.signal for fan in results.fans] + [loop.channel for loop in results.loops]
+    titles = [results.document.title, *([plant.title, plant.name] if plant else [])]
+    return [*titles, *scenarios, *signals, *[row.name for row in results.variables]]
 
 
 def _description(results: TuningFolder) -> Markup:

@@ -17,10 +17,10 @@ from tuner.report.contest.provenance import definitions, document_text, facts
 from tuner.report.contest.published_section import printed_tables, strips
 from tuner.report.contest.response_panels import response_panels
 from tuner.report.contest.values_section import best_table, values_table, volumes_table
-from tuner.report.labels import contest_label, has_rotors, in_plain_words
+from tuner.report.labels import contest_label, has_rotors, in_plain_words, user_names
 from tuner.report.page import Page, Section, aid, collapsible, collapsible_text, neutral_page, wide
 from tuner.text.markup import Markup, described, element, join
-from tuner.text.neutral import neutral_markup
+from tuner.text.neutral import Neutral
 
 AIDS = {
     "contenders": "Operations are those of the laws in one control step, counted and not timed.",
@@ -50,7 +50,7 @@ def contest_page(contest: ComparedFolder) -> Page:
     """Return the page of a contest."""
     fronts, responses, spreads = fronts_panels(contest), response_panels(contest), distribution_panels(contest)
     document, names = contest.document, {label: contest_label(contest, label) for label in contest.quantity}
-    lead = lead_text(contest) if has_rotors(contest) else neutral_markup(lead_text(contest))
+    lead = lead_text(contest) if has_rotors(contest) else Neutral(user_names(contest)).markup(lead_text(contest))
     parts = (
         element("p", answer, class_="answer") if (answer := answer_text(contest)) else "",
         element("p", lead, " Angles are in degrees.", class_="lead"),
@@ -69,7 +69,7 @@ def contest_page(contest: ComparedFolder) -> Page:
         data=page_data([*fronts, *responses, *spreads]),
         bar=contender_switches(contest),
     )
-    return page if has_rotors(contest) else neutral_page(page)
+    return page if has_rotors(contest) else neutral_page(page, user_names(contest))
 
 
 def _sections(

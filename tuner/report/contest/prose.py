@@ -2,9 +2,9 @@
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import ClaimRow, RulingRow
-from tuner.report.labels import contest_label, has_rotors, in_plain_words
+from tuner.report.labels import contest_label, has_rotors, in_plain_words, user_names
 from tuner.text.markup import Markup, element, join
-from tuner.text.neutral import neutral
+from tuner.text.neutral import Neutral
 from tuner.text.numbers import count, duration, estimate
 from tuner.text.sentences import counted, listing
 from tuner.text.units import plain
@@ -54,7 +54,7 @@ def words(contest: ComparedFolder) -> Markup:
     shown = [sentence for sentence in contest.document.words if not (beginnings and sentence.startswith(beginnings))]
     texts = [in_plain_words(sentence, names) for sentence in shown]
     if not has_rotors(contest):
-        texts = [neutral(text) for text in texts]
+        texts = [*map(Neutral(user_names(contest)).text, texts)]
     return element("ul", *[element("li", text) for text in texts], class_="words") if texts else Markup()
 
 
