@@ -1,4 +1,4 @@
-"""Files of the user's own code, put into the registries.
+"""Files of user code, put into the registries.
 
 A study or a command line names them: a law, a metric or a reference, by what the file defines: LAW, METRIC or REFERENCE.
 A results folder never runs code that the user did not name: a study that is read from one gets what has been named before, by
@@ -91,7 +91,7 @@ TABLES = tuple(kind.noun for kind in OWN_KINDS)
 
 
 def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | Archive:
-    """Run a file of your own and register its content.
+    """Run your file and register its content.
 
     Its law, metric or reference is then available by name to studies, gains and everything else.
 

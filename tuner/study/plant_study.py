@@ -1,4 +1,4 @@
-"""Study of a plant of the user's own."""
+"""Study of a user's plant."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -254,7 +254,7 @@ def _dumped(table: StrictTable, without: set[str] | None = None) -> PlainTable:
 def differences(controller: Controller, study: Study) -> list[str]:
     """Return the differences of a controller to a study.
 
-    Each reads "NAME 'gains' instead of 'study'"; the plant step is the simulation's own and does not count.
+    Each reads "NAME 'gains' instead of 'study'"; the plant step belongs to the simulation and does not count.
     """
     system, timing = study.system, study.system.timing
     pairs: list[tuple[str, object, object]] = [
