@@ -31,7 +31,7 @@ def steps_between(present: Array, tuned: Array) -> int:
 
 
 def steps_of_size(present: Array, tuned: Array, share: float) -> int:
-    """Return the number of steps of one largest share of change.
+    """Return the number of steps with a limit on relative change.
 
     From one gains row (g,) to another no step changes any gain by more than that share of itself.
     """
@@ -47,7 +47,7 @@ def steps_of_size(present: Array, tuned: Array, share: float) -> int:
 
 
 def steps_of_factor(present: Array, tuned: Array, most: float) -> int:
-    """Return the number of steps of one largest factor of change.
+    """Return the number of steps with a limit on each factor.
 
     From one gains row (g,) to another; gains that change their sign do not count.
     """

@@ -20,7 +20,10 @@ MOST_NAMED = 20
 
 
 def fly_alone(problem: Problem, gains: np.ndarray, spec: Any, stream: str, indices: Sequence[int]) -> np.ndarray:
-    """Return the results (flights, rows) of a gains row (g,), not stored."""
+    """Return the results (flights, rows) of single flights of a gains row (g,).
+
+    They are not stored.
+    """
     inputs = problem.system.sample(spec, problem.root, stream, indices)
     return problem.flyer.fly(gains[None], problem.system.nominal, inputs)[0]
 

@@ -119,7 +119,7 @@ def compare_logs(
 
 
 def _predicted(gains: GainsLike, study: StudyLike | None, log: FlightLog, watcher: Watcher | None) -> dict[str, float]:
-    """Return 95 % quantiles of flights by measure, where metrics too."""
+    """Return 95 % quantiles of flights by measures that are also metrics."""
     given = as_gains(gains)
     period = given.quadrotor(
         "these are gains of a plant of one's own; a flight log is predicted by a quadrotor's"

@@ -228,7 +228,7 @@ class QuadrotorGains(Gains):
         return quadrotor_setup(self.controller, study, scenario, seed)
 
     def judge_margins(self, trim: Trim, study: StudyLike | None, certified: bool) -> Judged:
-        """Return the margins in a trim, or in all the study's states."""
+        """Return the margins in a trim, or in the study's steady states."""
         judging = None if study is None else tuning_study(study, "tuner margins --study")
         return judge_quadrotor(self.controller, trim, judging, certified)
 

@@ -163,7 +163,7 @@ def announce_compilation(watcher: Watcher) -> None:
 
 
 def write(document: MarginsDocument, subject: Loops, folder: Folder) -> MarginsDocument:
-    """Write the figures and margins.json, with the tolerance of the vehicle added."""
+    """Write the figures and margins.json, with tolerances to vehicle mismatch added."""
     from tuner.report.margin_figures import write_loop_figures, write_margin_figures
 
     if isinstance(subject, Subject):
@@ -222,7 +222,7 @@ class Theory(Documented):
 def theory(gains: GainsLike, *, study: StudyLike | None = None, level: float = 0.99) -> Theory:
     """Evaluate the theorems for gains on each axis.
 
-    They guarantee against the disturbance rate of the air.
+    The guarantees are against the disturbance rate of the air.
 
     Args:
         gains: Gains, or a gains.json.

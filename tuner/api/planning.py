@@ -141,7 +141,7 @@ def sensitivity(
 ) -> Sensitivity:
     """Analyze the influence of gains and turbulence on each objective.
 
-    Gains count alone and together.
+    The influence is that of gains alone and together.
 
     Args:
         study: A tuning study, a file, or the name of a shipped study.

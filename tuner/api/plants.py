@@ -23,7 +23,7 @@ def plant_system(
     control_period: float,
     plant_step: float | None = None,
 ) -> PlantSystem:
-    """Close the loops of a plant of names, as a study would.
+    """Close the loops of a plant, as a study would.
 
     `make_study` makes a study of tables next to them.
 

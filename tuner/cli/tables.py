@@ -50,9 +50,9 @@ class TerminalTable(RichTable):
         self.keys = keys
 
     def columns_of(self, *names: str, left: Sequence[str] = (), wrap: Sequence[str] = ()) -> "TerminalTable":
-        """Add columns, to the right and unwrapped by default; return the table.
+        """Add columns, right-aligned and unwrapped by default; return the table.
 
-        left, wrap: names of columns to the left, and of those that may wrap.
+        left, wrap: names of left-aligned columns, and of those that may wrap.
         """
         for name in names:
             self.add_column(name, justify="left" if name in left else "right", no_wrap=name not in wrap)

@@ -319,7 +319,7 @@ def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
 
 
 def _screens(table: StudyTable, path: Path, system: System, specs: tuple[ScenarioSpec, ...]) -> tuple[Screen, ...]:
-    """Return the requirements without flights, in the order of the tables."""
+    """Return the requirements that need no flight, in the tables' order."""
     guarantees = tuple(
         listed("guarantee", path, table.guarantee, lambda entry: guarantee_screen(entry, system, specs, table.seed))
     )

@@ -44,7 +44,7 @@ def base_file(folder: Path, name: str) -> Path:
 
 
 def is_shipped(file: Path) -> bool:
-    """Return True for a file that, links resolved, is a shipped study's."""
+    """Return True for a file among the shipped studies, links resolved."""
     return file.resolve().is_relative_to(SHIPPED)
 
 

@@ -188,9 +188,9 @@ class SearchedStudy:
         return []
 
     def drawn_numbers(self, scenario: int, stream: str, flights: int) -> np.ndarray | None:  # noqa: ARG002
-        """Return deviations (flights, names) of the vehicles of the i-th scenario, from 0.
+        """Return deviations (flights, names) of the vehicles of a scenario.
 
-        None where they come from no airframe's uncertainty.
+        scenario: its number from 0. None where they come from no airframe's uncertainty.
         """
         return None
 
