@@ -20,7 +20,10 @@ SHRUNK = 1e-4
 
 
 def uncertainty_from(names: tuple[str, ...], covariance: NDArray[np.float64]) -> Uncertainty:
-    """Return deviations and correlation of a covariance (n, n) of logarithms, and of places [m], as a file holds them."""
+    """Return deviations and correlation of a covariance (n, n) in a file's units.
+
+    The covariance is of logarithms, and of places [m].
+    """
     deviations = np.sqrt(np.diag(covariance))
     correlation = (1.0 - SHRUNK) * covariance / np.outer(deviations, deviations) + SHRUNK * np.eye(len(names))
     symmetric = np.round(0.5 * (correlation + correlation.T), DIGITS)
@@ -34,7 +37,13 @@ def airframe_text(
 ) -> str:
     """Return the text of a TOML file that `plant.quadrotor.airframes.load` reads.
 
-    frame, spin: names of `airframes.geometry`. values: of every number by its dotted key. source: of the uncertainty.
+    Args:
+        title: Title of the airframe.
+        frame: Name in `airframes.geometry`.
+        spin: Name in `airframes.geometry`.
+        values: Every number by its dotted key.
+        uncertainty: Deviations and their correlation.
+        source: Source of the uncertainty.
     """
     lines, section = [f"title = {quoted(title)}", f"frame = {quoted(frame)}", f"spin = {quoted(spin)}", ""], ""
     # Numbers of no group stand before all tables.

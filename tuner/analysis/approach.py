@@ -31,7 +31,10 @@ def steps_between(present: Array, tuned: Array) -> int:
 
 
 def steps_of_size(present: Array, tuned: Array, share: float) -> int:
-    """Return the steps from one gains row (g,) to another in which no gain changes by more than a share of itself."""
+    """Return the number of steps with a limit on relative change.
+
+    From one gains row (g,) to another no step changes any gain by more than that share of itself.
+    """
     low, high = STEP_SHARES
     if not low <= share <= high:
         raise InputError(f"given {share:g}; a step changes gains by {low:g} to {high:g} of themselves", key="--step")
@@ -44,20 +47,23 @@ def steps_of_size(present: Array, tuned: Array, share: float) -> int:
 
 
 def steps_of_factor(present: Array, tuned: Array, most: float) -> int:
-    """Return the steps from one gains row (g,) to another in which no gain that keeps its sign changes by more than a factor."""
+    """Return the number of steps with a limit on each factor.
+
+    From one gains row (g,) to another; gains that change their sign do not count.
+    """
     largest = float(np.max(factors_between(present, tuned), axis=0, initial=1.0))
     return max(ceil(log(largest) / log(most) - ROUNDING), 1)
 
 
 def factors_between(before: Array, after: Array) -> Array:
-    """Return by what factor (g,), 1 or more, gains that keep their sign change; 1 for all others."""
+    """Return the factors (g,), 1 or more, between two gains rows; 1 for gains that change their sign or are 0."""
     has_both = before * after > 0.0
     ratio = np.where(has_both, after, 1.0) / np.where(has_both, before, 1.0)
     return np.maximum(ratio, 1.0 / ratio)
 
 
 def rows_between(present: Array, tuned: Array, steps: int) -> Array:
-    """Return the gains rows (steps + 1, g) of the way, both ends included to the bit."""
+    """Return the gains rows (steps + 1, g) between two, both exact ends included."""
     share = np.linspace(0.0, 1.0, steps + 1)[:, None]
     has_both = present * tuned > 0.0
     ratio = np.where(has_both, tuned, 1.0) / np.where(has_both, present, 1.0)
@@ -67,7 +73,7 @@ def rows_between(present: Array, tuned: Array, steps: int) -> Array:
 
 
 def falls_short(step: Subject, present: Subject, tuned: Subject) -> list[LimitRow]:
-    """Return the margins of a step that are worse than allowed, each with what is allowed."""
+    """Return the insufficient margins of a step, each with its allowed value."""
     rows = []
     for channel in step.looped:
         for limit in LIMITS:

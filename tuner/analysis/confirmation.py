@@ -1,4 +1,4 @@
-"""What flights in a firmware and our own, through the same scenarios, say of each other."""
+"""Comparison of a firmware with simulation, through the same scenarios."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,11 +19,15 @@ LEAST_RANKED = 3
 
 @dataclass(frozen=True)
 class PairedFlights:
-    """Flights of finalists, twice.
+    """Flights of finalists in the firmware and in simulation.
 
-    points (n,): their names; quantities (q,); firmware, model: scores (n, q, flights); lost_firmware, lost_model (n, flights);
-    origin (flights,): name of the scenario of each flight; repeated: scores (q, flights) of the first finalist, flown once more
-    in the firmware.
+    Attributes:
+        points (n,): Names of the finalists.
+        quantities (q,): Compared quantities.
+        firmware, model: Scores (n, q, flights).
+        lost_firmware, lost_model (n, flights): Masks of the lost flights.
+        origin (flights,): Name of the scenario of each flight.
+        repeated: Scores (q, flights) of the first finalist, flown once more in the firmware.
     """
 
     points: tuple[str, ...]
@@ -43,12 +47,15 @@ class PairedFlights:
 
 
 def confirmed_quantities(flown: PairedFlights) -> list[ConfirmedQuantity]:
-    """Return correlation, gap and jitter of every quantity, with 95 % intervals over resampled scenarios."""
+    """Return correlation, gap and jitter of every quantity.
+
+    Each has a 95 % interval over resampled scenarios.
+    """
     return [_quantity(flown, i) for i in range(len(flown.quantities))]
 
 
 def confirmed_points(flown: PairedFlights) -> list[ConfirmedPoint]:
-    """Return every finalist with both values of each quantity and their paired difference."""
+    """Return every finalist with its values and paired differences of each quantity."""
     columns = [_values(flown, i) for i in range(len(flown.quantities))]
     return [
         ConfirmedPoint(

@@ -122,8 +122,9 @@ def thrust_coefficient(propeller: Propeller) -> float:
 
 
 def torque_ratio(propeller: Propeller) -> float:
-    """Return the torque per thrust [m] of a propeller at rest that needs 1 / `MERIT` of the power of momentum theory.
+    """Return the torque per thrust [m] of a propeller at rest.
 
+    It needs 1 / `MERIT` of the power of momentum theory.
     P = T sqrt(T / (2 rho A)) / M and Q = P / omega, so Q / T = sqrt(k / (2 rho A)) / M with k of T = k omega^2.
     """
     area = 0.25 * pi * propeller.diameter**2
@@ -131,12 +132,12 @@ def torque_ratio(propeller: Propeller) -> float:
 
 
 def rotor_lag(propeller: Propeller) -> float:
-    """Return the time constant [s] of a motor with a propeller of this size."""
+    """Return the time constant [s] of a motor from its propeller's diameter."""
     return LAG * sqrt(propeller.diameter / LAG_AT)
 
 
 def induced_speed(mass: float, propeller: Propeller) -> float:
-    """Return the speed [m/s] that momentum theory has the air go through the rotors with at hover."""
+    """Return the induced speed [m/s] of the rotors in hover by momentum theory."""
     return sqrt(mass * GRAVITY / (4.0 * 2.0 * DENSITY * 0.25 * pi * propeller.diameter**2))
 
 

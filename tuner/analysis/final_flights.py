@@ -1,4 +1,4 @@
-"""Held-out flights of finalists, some of which stopped before the end, and what they say of each of them.
+"""Held-out flights of finalists, of which some stop early, and their estimates.
 
 What a finalist that stopped is worth is its paired difference to one that made all flights, from the flights of both, plus the
 value of that one: points that lie close together rise and fall with the air alike, so their difference varies far less than
@@ -26,9 +26,15 @@ FRONT_REPLICATES, NEIGHBOURS = 400, 3
 class FinalFlights:
     """Held-out flights of finalists.
 
-    scores (rows, quantities, flights): of flights not made the mean of those made in the same scenario; failed (rows, flights);
-    origin (flights,): name of the scenario; requirements (rows, requirements); early (flights,): mask of those that
-    everyone made; complete (rows,): mask of those who made all.
+    Attributes:
+        problem: Evaluator of the flights.
+        root: Root seed.
+        scores (rows, quantities, flights): Of flights not made the mean of those made in the same scenario.
+        failed (rows, flights): Mask of the failed flights.
+        origin (flights,): Name of the scenario.
+        requirements (rows, requirements): Values of the requirements.
+        early (flights,): Mask of the flights that all rows made.
+        complete (rows,): Mask of the rows that made all flights.
     """
 
     problem: Evaluator
@@ -91,14 +97,14 @@ class FinalFlights:
         return self._estimates[i, confidence]
 
     def excess(self, i: int) -> Array:
-        """Return by how much each row (rows,) exceeds a constraint, at its confidence, 0 where it is satisfied."""
+        """Return the excess (rows,) over a constraint at its confidence, 0 where satisfied."""
         entry = self.problem.constraints[i]
         column = len(self.problem.objectives) + i
         judged = self.value(column) if entry.rests_on_value else self.estimate(column, entry.confidence)[2]
         return np.maximum(judged - entry.most, 0.0)
 
     def difference_to(self, i: int, row: int) -> PairedDifference:
-        """Return the risk of a quantity (rows,) minus that of a row that made all flights, paired."""
+        """Return the paired differences (rows,) of a risk to a complete row."""
         quantity, (samples, drawn, _) = self.problem.quantities[i], self.seen(i)
         differences = quantity.difference(samples[self.complete], samples[row], drawn)
         if quantity.is_binary:
@@ -148,7 +154,10 @@ class FinalFlights:
         )
 
     def _stand_ins(self, i: int, confidence: float = 0.95) -> tuple[Array, PairedDifference]:
-        """Return the rows that stand in for those that stopped, and how far these are from them in a quantity (stopped,)."""
+        """Return the complete rows nearest to the stopped rows, and the differences.
+
+        The differences (stopped,) are of one quantity: stopped row minus its nearest complete row.
+        """
         if (i, confidence) not in self._differences:
             nearest, (samples, drawn, _) = self._nearest_complete(i), self.seen(i, early=True)
             differences = self.problem.quantities[i].difference(
@@ -158,14 +167,14 @@ class FinalFlights:
         return self._differences[i, confidence]
 
     def _merged(self, complete: tuple[Array, ...], stopped: tuple[Array, ...]) -> list[Array]:
-        """Return numbers of all rows from those of the rows that made all flights and of those that stopped."""
+        """Return numbers of all rows from those of complete and stopped rows."""
         out = [np.empty(len(self.complete)) for _ in complete]
         for full, one, other in zip(out, complete, stopped, strict=True):
             full[self.complete], full[~self.complete] = one, other
         return out
 
     def _nearest_complete(self, i: int) -> Array:
-        """Return for each row that stopped the complete row that tells most of a quantity.
+        """Return for each stopped row the complete row nearest in a quantity.
 
         Of those that are the fewest places away, added up over the objectives, the one with the smallest variance in all: what
         went wrong in a few late flights of one must not count for the others.
@@ -181,7 +190,7 @@ class FinalFlights:
 
     @cached_property
     def _sound(self) -> Array:
-        """The complete rows that keep all constraints, or all complete rows where none does."""
+        """The complete rows that satisfy all constraints, or else all complete rows."""
         complete = np.flatnonzero(self.complete)
         broken = self.problem.broken(self.problem.risks(self.scores[complete], self.origin))
         sound = complete[np.all(broken <= 0.0, axis=1)]
@@ -189,7 +198,10 @@ class FinalFlights:
 
     @cached_property
     def _places_apart(self) -> Array:
-        """Places (rows, rows) that any two are apart, added up over the objectives, on the flights that everyone made."""
+        """Distances (rows, rows) in rank, added up over the objectives.
+
+        The ranks are from the flights that all rows made.
+        """
         parts = [self.seen(i, early=True) for i in range(len(self.problem.objectives))]
         order = [np.argsort(risk.apply(samples), kind="stable") for samples, _, risk in parts]
         places = np.argsort(np.stack(order), axis=1)
@@ -205,9 +217,9 @@ class FinalFlights:
         return resampled_scenarios(draw, FRONT_REPLICATES, self.origin[self.early])
 
     def _carried(self, i: int, confidence: float, *of_complete: Array) -> tuple[Array, Array, Array]:
-        """Return value, low and high end of all rows from those of complete ones; distances to ends add as variances do.
+        """Return values and intervals of all rows from those of complete ones.
 
-        G. Y. Zou, A. Donner, Statistics in Medicine 27(10):1693-1702, 2008, for a sum.
+        Distances to ends add as variances do: G. Y. Zou, A. Donner, Statistics in Medicine 27(10):1693-1702, 2008, for a sum.
         """
         value, low, high = np.empty((3, len(self.complete)))
         value[self.complete], low[self.complete], high[self.complete] = of_complete

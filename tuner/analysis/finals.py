@@ -1,4 +1,4 @@
-"""The held-out flights of the finalists go on only where they decide something.
+"""Further held-out flights of the finalists, only where they decide something.
 
 All finalists meet the same scenarios, so a part of the flights often tells which of two is better. Everyone makes the first
 quarter. A finalist makes no more where at least LEVEL of the bootstrap resamples of that quarter agree on its place: which limits
@@ -113,13 +113,13 @@ def early_counts(batches: tuple[FlightBatch, ...]) -> list[int]:
 
 
 def ranges(problem: Evaluator, batch: FlightBatch, begin: int, end: int) -> list[tuple[int, int]]:
-    """Return the ranges in which the flights of a batch from `begin` to `end` are made, one after the other."""
+    """Return the successive ranges of a batch's flights from `begin` to `end`."""
     chunks = problem.chunks(replace(batch, count=end))
     return [(max(low, begin), high) for low, high in chunks if high > begin]
 
 
 def draw_ahead(problem: Problem, flown: tuple[FlightBatch, ...], confirmed: tuple[FlightBatch, ...]) -> None:
-    """Have what `Finals` flies, and what is flown again in whole batches, drawn beforehand."""
+    """Draw the flights of `Finals` ahead, and those repeated in full batches."""
     for batch, early in zip(flown, early_counts(flown), strict=True):
         for first, last in [*ranges(problem, batch, 0, early), *ranges(problem, batch, early, batch.count)]:
             problem.engine.draw_ahead(batch, first, last)
@@ -163,7 +163,7 @@ def limits_kept(flights: FinalFlights) -> tuple[Array, Array]:
 
 
 def decisive(flights: FinalFlights, choose: Choose) -> Array:
-    """Return the rows that stopped and on whose further flights the choice depends (k,), none where it is settled."""
+    """Return the stopped rows (k,) whose further flights decide the choice."""
     problem, m = flights.problem, len(flights.problem.objectives)
     values = np.stack([flights.value(i) for i in range(len(problem.quantities))], axis=1)
     keeps = np.all(known_violations(problem.requirements, flights.requirements) <= 0.0, axis=1)
@@ -195,7 +195,10 @@ def decisive(flights: FinalFlights, choose: Choose) -> Array:
 
 
 def _losing(flights: FinalFlights, stopped: Array) -> Array:
-    """Return masks (k, rows) of those that stopped and may yet lose a flight together: all of them, and sets at random."""
+    """Return masks (k, rows) of stopped rows that may yet lose a flight together.
+
+    The first holds all of them, the others are sets at random.
+    """
     draw = generator(flights.root, "finals/losing", int(flights.complete.sum(axis=0)))
     some = np.concatenate([np.ones((1, len(stopped)), dtype=bool), draw.random((TRIED, len(stopped))) < LOST])
     out = np.zeros((len(some), len(flights.complete)), dtype=bool)
@@ -220,7 +223,7 @@ def contested(replicates: Array, keeping: Array) -> Array:
 
 
 def recommended(replicates: Array, keeps: Array, choose: Choose) -> Array:
-    """Return in which share of the resamples each row (rows,) is the one to recommend.
+    """Return the share of the resamples in which each row (rows,) is recommended.
 
     replicates (rows, m, r): objectives; keeps (rows, r): whether the row keeps all limits there.
     """

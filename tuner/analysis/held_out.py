@@ -35,14 +35,21 @@ TABLE_REPLICATES = 2000
 
 @dataclass(frozen=True)
 class Finalists:
-    """Held-out results; row 0 is the default, the others are the front of the search. FINALIST_COLUMNS names what is written.
+    """Held-out results; row 0 is the default, the others are the front of the search.
 
-    flown: flights of all rows, evaluation: their values; low, high (rows, objectives): intervals; excess (rows, constraints +
-    requirements): beyond each limit at its confidence, 0 where satisfied; feasible, non_dominated: masks over the rows, the
-    second among the feasible rows behind the default. search: values of the search; gap: held-out minus search, with gap_low,
-    gap_high; difference: row minus default, paired, with difference_low, difference_high: (rows, objectives).
-    probability (rows,): share of the resamples on which the row is non-dominated among the feasible rows behind the default,
-    0 for the others.
+    FINALIST_COLUMNS names the columns that are written.
+
+    Attributes:
+        flown: Flights of all rows; evaluation: their values.
+        low, high (rows, objectives): Intervals.
+        excess (rows, constraints + requirements): Beyond each limit at its confidence, 0 where satisfied.
+        feasible: Mask over the rows.
+        non_dominated: Mask over the rows, among the feasible rows behind the default.
+        search: Values of the search.
+        gap (rows, objectives): Held-out minus search, with gap_low, gap_high.
+        probability (rows,): Share of the resamples on which the row is non-dominated among the feasible rows behind the default,
+            0 for the others.
+        difference (rows, objectives): Row minus default, paired, with difference_low, difference_high.
     """
 
     flown: FinalFlights
@@ -85,7 +92,7 @@ class SearchEstimate:
     origin: np.ndarray
 
     def samples(self, index: int, scenario: str | None) -> np.ndarray:
-        """Return the scores (flights,) of one quantity on the flights that count for it."""
+        """Return the scores (flights,) of a quantity in one scenario or all."""
         return self.scores[index] if scenario is None else self.scores[index][self.origin == scenario]
 
 
@@ -130,7 +137,10 @@ def judge(flown: FinalFlights, searched: list[SearchEstimate]) -> Finalists:
 
 
 def differences_to(flown: FinalFlights, row: int) -> PairedDifference:
-    """Return every finalist minus one that made all flights (rows, objectives), paired over the held-out flights."""
+    """Return the paired differences (rows, objectives) of every finalist to a complete one.
+
+    They are taken over the held-out flights.
+    """
     differences = [flown.difference_to(i, row) for i in range(len(flown.problem.objectives))]
     return PairedDifference(*np.stack(differences, axis=-1))
 
@@ -151,8 +161,9 @@ def gap_interval(
     other_low: np.ndarray,
     other_high: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return both ends of the interval of value - other from the intervals of the two, estimated on different scenarios.
+    """Return both ends of the interval of value - other.
 
+    They come from the intervals of the two, which are estimated on different scenarios.
     G. Y. Zou, A. Donner, "Construction of confidence limits about effect measures", Statistics in Medicine
     27(10):1693-1702, 2008 (MOVER): the distances from the estimates to their limits add as variances do.
     """
@@ -164,14 +175,20 @@ def gap_interval(
 
 
 def share_non_dominated(replicates: np.ndarray) -> np.ndarray:
-    """Return the share (rows,) of resamples on which each row of replicates (rows, objectives, resamples) is non-dominated."""
+    """Return the share (rows,) of resamples in which each row is non-dominated.
+
+    replicates (rows, objectives, resamples).
+    """
     count = replicates.shape[-1]
     fronts = [non_dominated(np.ascontiguousarray(replicates[..., r])) for r in range(count if len(replicates) else 0)]
     return np.mean(np.array(fronts, dtype=float).reshape(-1, len(replicates)), axis=0) if fronts else np.zeros(0)
 
 
 def compare(problem: Evaluator, flown: Evaluation, root: int) -> list[ComparedRow]:
-    """Compare the second row of an evaluation with the first on every objective and constraint, flight by flight."""
+    """Compare the second row of an evaluation with the first, paired.
+
+    It returns a row for every objective and constraint, paired by flight.
+    """
     rows = []
     limits = [*[None] * len(problem.objectives), *problem.constraints]
     drawn = resampled_scenarios(generator(root, "bootstrap/table", 0), TABLE_REPLICATES, flown.origin)
@@ -221,7 +238,10 @@ def compared_row(
 
 
 def compare_known(problem: Evaluator, gains: np.ndarray) -> list[RequiredRow]:
-    """Compare the second of two gains rows (2, gains) with the first on every requirement, in the worst of its states."""
+    """Compare the second of two gains rows (2, gains) with the first by requirement.
+
+    Each requirement is compared in its worst state.
+    """
     default, tuned = known_values(problem.screens, gains, complete=True)
     states = [worst_states(problem.screens, row) for row in gains]
     return [
@@ -261,7 +281,7 @@ def required_row(
 
 
 def compared_states(requirement: Requirement, before: WorstState, after: WorstState) -> list[ComparedState]:
-    """Return a requirement of default and tuned gains in each steady state, in SI units."""
+    """Return a requirement by steady state, in SI units."""
     columns = [requirement.in_file(one.values).tolist() for one in (before, after)]
     return [
         ComparedState(

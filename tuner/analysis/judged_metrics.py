@@ -1,4 +1,4 @@
-"""Metrics that flights of a system through a scenario can be judged by."""
+"""Metrics that apply to flights of a system through a scenario."""
 
 from objectives.flown_system import FlownSystem, Scenario
 from objectives.metrics import METRICS, MetricAddress, check, parse
@@ -8,7 +8,7 @@ from tuner.study.plant_study import check_bounds
 
 
 def shown_metrics(system: FlownSystem, spec: Scenario) -> list[MetricAddress]:
-    """Return the metrics of flights and of each channel that mean something in a scenario."""
+    """Return the metrics of flights and channels that apply to a scenario."""
     names = [
         [metric.name] if metric.scope == "flight" else [f"{metric.name}.{name}" for name in system.laws]
         for metric in METRICS.values()
@@ -18,7 +18,7 @@ def shown_metrics(system: FlownSystem, spec: Scenario) -> list[MetricAddress]:
 
 
 def is_judged(system: FlownSystem, metric: MetricAddress, spec: Scenario) -> bool:
-    """Return True where flights have the steps, windows, limits and rate that a metric needs."""
+    """Return True if flights have the steps, windows, limits and rate needed."""
     try:
         check(metric, system.targets(spec), spec.duration)
         check_bounds(system, [metric])

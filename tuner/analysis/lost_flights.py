@@ -1,4 +1,4 @@
-"""Flights that ended before their time, by name and cause, and what losses that were not seen could do."""
+"""Lost flights with their causes, and the effect of unseen losses."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -20,7 +20,10 @@ MOST_NAMED = 20
 
 
 def fly_alone(problem: Problem, gains: np.ndarray, spec: Any, stream: str, indices: Sequence[int]) -> np.ndarray:
-    """Return the results (flights, rows) of single flights of a gains row (g,), made here and kept nowhere."""
+    """Return the results (flights, rows) of single flights of a gains row (g,).
+
+    They are not stored.
+    """
     inputs = problem.system.sample(spec, problem.root, stream, indices)
     return problem.flyer.fly(gains[None], problem.system.nominal, inputs)[0]
 
@@ -28,7 +31,10 @@ def fly_alone(problem: Problem, gains: np.ndarray, spec: Any, stream: str, indic
 def lost_among(
     results: np.ndarray, system: FlownSystem, spec: Any, stream: str, indices: Sequence[int], point: str = ""
 ) -> list[LostFlight]:
-    """Return the lost ones of the results (flights, rows) of flights of a stream with these numbers."""
+    """Return the lost flights among results (flights, rows).
+
+    indices: the flights' numbers in the stream.
+    """
     _, status, end = result_parts(results)
     return [
         lost_flight(system, spec, stream, indices[i], STATUSES[int(status[i])], float(end[i]), point)
@@ -56,9 +62,10 @@ def lost_flight(
 def named_losses(
     problem: Evaluator, gains: np.ndarray, batches: tuple[FlightBatch, ...], failed: np.ndarray, point: str
 ) -> list[LostFlight]:
-    """Return the first `MOST_NAMED` lost flights of a gains row (g,), flown once more for their causes.
+    """Return the first `MOST_NAMED` lost flights of a gains row (g,).
 
-    failed (flights,): which of the flights of all batches were lost. None where another program makes them.
+    They are flown once more for their causes; none where another program makes the flights.
+    failed (flights,): which of the flights of all batches were lost.
     """
     if not isinstance(problem, Problem):
         return []

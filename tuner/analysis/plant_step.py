@@ -95,7 +95,10 @@ def _largest(errors: list[Array], names: list[str]) -> tuple[float | None, str |
 
 
 def halving(problem: Problem, study: SearchedStudy, spec: Any, gains: Array, held_out: int) -> StepHalvingError:
-    """Fly gains rows (n, g) through a scenario with the plant step and with half of it; held_out: flights of its mean."""
+    """Fly gains rows (n, g) with the plant step and its half.
+
+    The flights are of one scenario; held_out: flights of its mean.
+    """
     system = problem.system
     inputs = system.sample(spec, study.seed, STREAM, range(FLIGHTS))
     flown = [
@@ -139,9 +142,9 @@ def mean_errors(coarse: Array, fine: Array, counted: Array, held_out: int, floor
 
 
 def flown_margin_error(study: SearchedStudy, gains: Array) -> tuple[float, str] | None:
-    """Return the largest error of a margin of the loop that flies, as a share, over gains rows (n, g), and the margin's name.
+    """Return the largest relative error of the flown loop's margins, with name.
 
-    None where margins are not known apart from the steps that fly.
+    It is taken over gains rows (n, g). None where the study has no margins of the loop as flown.
     """
     margins = study.flown_margins(gains)
     if margins is None:
@@ -161,7 +164,7 @@ COMPARED = {"ms": "sensitivity", "gain_up": "gain_up", "gain_down": "gain_down",
 
 
 def _share(exact: Array, flown: Array) -> float:
-    """Return the largest change as a share, of values (k,) of stable loops that are limited in both."""
+    """Return the largest relative change of values (k,) limited in both."""
     both = np.isfinite(exact) & np.isfinite(flown) & (exact < REMOTE)
     return float(np.max(np.abs(flown[both] - exact[both]) / exact[both], initial=0.0))
 
@@ -177,7 +180,7 @@ def _advised(system: FlownSystem, integration: PlantStep) -> float | None:
 
 
 def _excesses(integration: PlantStep) -> list[tuple[float, str]]:
-    """Return errors over the largest that is not warned of, each with what is wrong."""
+    """Return errors over their warning limits, each with a description."""
     excesses = []
     if integration.error is not None:
         excess = (

@@ -46,7 +46,10 @@ class Responses:
 
 
 def quantiles(values: np.ndarray, levels: Sequence[float]) -> np.ndarray:
-    """Return `np.quantile` along the first axis, to the last bit, in an eighth of its time for a few dozen values."""
+    """Return `np.quantile` along the first axis, to the last bit.
+
+    It takes an eighth of the time for a few dozen values.
+    """
     ordered = np.sort(values, axis=0)
     out = np.empty((len(levels), *values.shape[1:]))
     for i, level in enumerate(levels):
@@ -60,7 +63,7 @@ def quantiles(values: np.ndarray, levels: Sequence[float]) -> np.ndarray:
 
 
 def responses_of(system: FlownSystem, flyer: FlightBackend, gains: np.ndarray, inputs: FlightInputs) -> Responses:
-    """Fly one candidate, gains (n,), through the scenarios and return what its axes and commands did."""
+    """Fly one candidate, gains (n,), and return its responses."""
     every = spacing(len(inputs.references))
     trace = flyer.trace(gains, system.nominal, inputs, every, traced_rows(system))
     return responses_from(system, trace, inputs.references)
@@ -125,7 +128,10 @@ LIMITS = Limits(5.0, cos(radians(80.0)))
 
 
 def usual_scenario(system: System) -> ScenarioSpec:
-    """Return the usual steps in the strongest wind, up to a fresh breeze, that leaves the tilt limit room for gusts."""
+    """Return the usual steps in the strongest wind with tilt left.
+
+    The wind is a fresh breeze at most, and leaves the tilt limit room for gusts.
+    """
     air, limit = SCENARIO.air, atan(system.nominal.tilt_tangent)
     flight = trimmed_flights(SCENARIO, system, BREEZES)
     is_held = within_limits(flight, system.nominal) & (flight.tilt <= TRIM_SHARE * limit)

@@ -29,7 +29,7 @@ class Spectrum(NamedTuple):
 
 
 def command_spectrum(system: FlownSystem, flyer: FlightBackend, gains: Array, inputs: FlightInputs) -> Spectrum | None:
-    """Fly one candidate, gains (n,), through the scenarios and return the `spectrum` of its commands.
+    """Fly one candidate, gains (n,), and return the `spectrum` of its commands.
 
     Of flights that are completed, counted as the metric `noise` counts them.
     """

@@ -25,8 +25,10 @@ MIN_FLIGHTS = 32
 class ValueOfInformation:
     """EVPPI and correlation ratio of a parameter, or of all.
 
-    value: EVPPI of the mean objective, unbiased, 0 where not significant; share: correlation ratio at the reference.
-    is_significant, is_share_significant: they exceed those of the permutations.
+    Attributes:
+        value: EVPPI of the mean objective, unbiased, 0 where not significant.
+        is_significant, is_share_significant: True if they exceed those of the permutations.
+        share: Correlation ratio at the reference.
     """
 
     value: float

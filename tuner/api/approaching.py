@@ -1,4 +1,4 @@
-"""From the gains that a vehicle flies to tuned ones, step by step."""
+"""Stepwise approach from the gains of a vehicle to tuned ones."""
 
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -62,7 +62,7 @@ class Approach(Documented):
 
     @property
     def passed(self) -> bool:
-        """Whether every step is stable, no margin falls short and no flight is lost."""
+        """True if every step is stable with sufficient margins and no loss."""
         return self.document.passed
 
     @cached_property
@@ -193,7 +193,10 @@ def _differing(before: Controller, after: Controller) -> list[str]:
 
 
 def _subjects(controller: Controller, rows: np.ndarray) -> list[Subject]:
-    """Return the margins of every gains row on the airframe of a controller, all by one model."""
+    """Return the margins of every gains row on a controller's airframe.
+
+    All are evaluated by one model.
+    """
     subject = subject_of(controller, Trim(0.0, Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), True))
     return [
         replace(
@@ -207,14 +210,14 @@ def _subjects(controller: Controller, rows: np.ndarray) -> list[Subject]:
 
 @dataclass(frozen=True)
 class StepFlights:
-    """Metrics of the flights of a step, and the number of them that are lost."""
+    """Metrics of a step's flights, and the number of lost ones."""
 
     expected: list[Expected]
     lost: int
 
 
 def _flown(flight_setup: FlightSetup, rows: np.ndarray, flights: int, watcher: Watcher) -> list[StepFlights]:
-    """Return the metrics of every gains row in flights through the same air."""
+    """Return the metrics of every gains row, in the same air."""
     objectives = tuple(Objective(parse(name), Risk("mean")) for name in (*METRICS, FAILURE))
     problem = Problem(
         flight_setup.system, DecisionSpace((), (), tuple(rows[0].tolist())), objectives, (), flight_setup.root
@@ -259,7 +262,10 @@ def _step(rows: np.ndarray, k: int, subjects: list[Subject], flown: StepFlights)
 
 
 def _write(folder: Folder, made: Approach, to: str | None, options: Options, previous: str | Path | None) -> None:
-    """Write the gains of every step, for a target their exports, and the plan; nothing stays where a step cannot be exported."""
+    """Write the gains and exports of every step, and the plan.
+
+    The exports are for a target, if one is given. Nothing stays where a step cannot be exported.
+    """
     homes = [folder.path / f"step{k}" for k in range(len(made.gains))]
     try:
         for home, gains in zip(homes, made.gains, strict=True):

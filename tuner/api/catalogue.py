@@ -249,7 +249,10 @@ def names_of(kind: str) -> list[str]:
 
 
 def rows_of(kind: str, containing: str = "") -> Rows:
-    """Return the entry of a kind by its name, or the entries that hold a text, in any case."""
+    """Return the entry of a name, or all entries with a text.
+
+    Case does not matter.
+    """
     if kind not in LISTINGS:
         raise UnknownNameError("listing", kind, LISTINGS)
     rows, wanted = LISTINGS[kind](), containing.casefold()

@@ -1,4 +1,4 @@
-"""Check a file before anything flies, or judge gains by the limits of a study."""
+"""Checks of a file without flights, and judgement by a study's limits."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -113,7 +113,9 @@ def check(file: GainsLike, *, watcher: Watcher | None = None) -> Checked:
 
 
 def validate(gains: GainsLike) -> Checked:
-    """Check schema, units, ranges and hash of a gains.json, of a plant the form of its loops and gains.
+    """Check schema, units, ranges and hash of a gains.json.
+
+    Of a plant's gains, check the form of its loops and gains.
 
     Args:
         gains: The file, the results folder that it lies in, or gains.
@@ -224,7 +226,9 @@ def judge(
     watcher: Watcher | None = None,
     threads: int | None = None,
 ) -> Judgement:
-    """Fly gains and judge them by the hard limits of a study, on scenarios that no search has seen.
+    """Fly gains and judge them by the hard limits of a study.
+
+    The scenarios are ones that no search has seen.
 
     Args:
         gains: Gains, a gains.json or a results folder.

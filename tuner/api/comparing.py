@@ -20,7 +20,9 @@ def compare(
     watcher: Watcher | None = None,
     threads: int | None = None,
 ) -> ComparisonResults:
-    """Fly results and gains through the same scenarios and compare them with the first, flight by flight.
+    """Compare results and gains with the first, flight by flight.
+
+    All fly through the same scenarios.
 
     Args:
         entrants: Two or more results folders, gains files, or what was opened or read from them.

@@ -40,7 +40,7 @@ class LogComparison(Documented):
 
     @property
     def is_as_predicted(self) -> bool:
-        """True where the second log did what was predicted, as far as anything was."""
+        """True if the second log agrees with all predictions, if any."""
         return all(row.is_as_predicted is not False for row in self.document.measures)
 
     @cached_property
@@ -119,7 +119,7 @@ def compare_logs(
 
 
 def _predicted(gains: GainsLike, study: StudyLike | None, log: FlightLog, watcher: Watcher | None) -> dict[str, float]:
-    """Return 95 % quantiles of flights, by the names of measures that are metrics too."""
+    """Return 95 % quantiles of flights by measures that are also metrics."""
     given = as_gains(gains)
     period = given.quadrotor(
         "these are gains of a plant of one's own; a flight log is predicted by a quadrotor's"
@@ -149,7 +149,7 @@ def _row(name: str, before: Spread, after: Spread, predicted: float | None) -> C
 
 
 def _verdict(rows: list[ComparedMeasure]) -> str:
-    """Return in words what the second flight did less and more, and whether it was predicted."""
+    """Return sentences on the second flight's changes and the predictions."""
     sentences = []
     for change in ("less", "more"):
         names = [row.name for row in rows if row.change == change]

@@ -1,4 +1,4 @@
-"""Finalists of a run flown in a real firmware, beside our own flights through the same air."""
+"""Confirmation of a run's finalists in a real firmware."""
 
 import hashlib
 from contextlib import nullcontext
@@ -98,7 +98,9 @@ def confirm(
     threads: int = 1,
     watcher: Watcher | None = None,
 ) -> Confirmation:
-    """Fly finalists of a run in a real firmware, on our plant in our turbulence, and compare with our own flights.
+    """Fly finalists of a run in a real firmware, and in simulation.
+
+    The firmware flies on our plant in our turbulence; its flights are compared with our simulation's.
 
     Args:
         results: Folder of a tuning run whose attitude law is the firmware's own, such as one of the study betaflight.
@@ -189,7 +191,10 @@ def _entrant(results: Path, firmware: Firmware) -> tuple[Entrant, Study]:
 
 
 def _spread(entrant: Entrant, count: int) -> list[int]:
-    """Return rows of so many finalists, evenly along the first objective, the recommended one in the place of its neighbour."""
+    """Return rows of `count` finalists, evenly along the first objective.
+
+    The recommended one takes the place of its neighbor.
+    """
     order = np.argsort(entrant.picked[:, 0], kind="stable")
     places = np.unique(np.linspace(0, len(order) - 1, min(count, len(order))).round().astype(int))
     rows = [int(order[place]) for place in places]

@@ -102,7 +102,7 @@ class Design(Documented):
 
 
 def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher | None = None) -> Design:
-    """Design gains for a study's laws, and compare their margins with the default's.
+    """Design gains for a study's laws, with margins next to the default's.
 
     Args:
         study: A tuning study, of a plant of your own too, a file, or the name of a shipped study.
@@ -151,7 +151,7 @@ def design_quadrotor(study: Study) -> Design:
 
 
 def design_plant(study: PlantStudy) -> Design:
-    """Design the gains of a plant's channels for the limits of its study."""
+    """Design the gains of a plant's channels for its study's limits."""
     # What designs takes two seconds to import.
     from objectives.design.plant_design import design_channels
 
@@ -196,7 +196,10 @@ def provenance_of(study: Study, axes: list[DesignedAxis]) -> Row:
 
 
 def differing(study: Study, row: np.ndarray) -> list[str]:
-    """Return a sentence on what the nearest point of the study's space cannot take from a design."""
+    """Return a sentence on a design's gains outside the study's space.
+
+    They differ from those of the nearest point of the space.
+    """
     nearest = study.space.gains(study.space.point(row)[None])[0]
     off = [
         gain.address
@@ -247,7 +250,10 @@ def task_of(study: PlantStudy, name: str) -> "ChannelTask":
 
 
 def authority(study: PlantStudy, name: str) -> float:
-    """Return the largest command that a channel may ask for either way from rest [its unit], infinite for no limit."""
+    """Return the largest command of a channel either way from rest.
+
+    It is in the channel's unit, infinite for no limit.
+    """
     plan = study.system.plan
     channel = plan.channel(name)
     ends = [(channel.low, channel.high), *[(each.low, each.high) for each in plan.actuators if each.name == channel.to]]

@@ -62,7 +62,9 @@ def estimate_airframe(
     cells: int,
     hover: float | None = None,
 ) -> EstimatedAirframe:
-    """Estimate an airframe from a parts list, with wide ranges, and write it as a file that studies can fly.
+    """Estimate an airframe from a parts list and write its file.
+
+    Its ranges are wide; studies can fly it.
 
     Args:
         out: Airframe file (TOML) to write; it must not be there yet.

@@ -51,7 +51,7 @@ class Exported(Documented):
 
     @property
     def passed(self) -> bool:
-        """Whether rounding breaks no limit that the gains keep, and no flight is lost."""
+        """True if rounding breaks no satisfied limit and no flight is lost."""
         return self.document.verification.passed
 
     @cached_property
@@ -75,7 +75,9 @@ def export(
     force: bool = False,
     watcher: Watcher | None = None,
 ) -> Exported:
-    """Write gains for a target, work out again what rounding does to them, and keep what to go back to.
+    """Write gains for a target and verify them after rounding.
+
+    The present parameters are stored for a rollback.
 
     Args:
         gains: Gains, a gains.json or a results folder; of a plant, name its code with `use` or give the study.

@@ -67,7 +67,7 @@ class FlightPlan(Documented):
         return frame(self.document.numbers, "name")
 
     def figure(self) -> "Figure":
-        """Draw what is asked for on each axis over what the vehicle does in simulation.
+        """Draw the commanded over the simulated motion of each axis.
 
         Returns:
             The figure, made without pyplot.
@@ -95,7 +95,9 @@ def plan_flight(
     report: str | Path | None = None,
     watcher: Watcher | None = None,
 ) -> FlightPlan:
-    """Plan the flight from whose log `identify` tells numbers of a vehicle so well.
+    """Plan the flight whose log identifies a vehicle to an accuracy.
+
+    The log is for `identify`.
 
     Args:
         airframe: What is known beforehand: a bundled airframe or a TOML file.
@@ -163,7 +165,10 @@ def plan_flight(
 def craft_of(
     prior: Airframe, airframe: str | Path, gains: GainsLike | None, study: StudyLike | None
 ) -> SimulatedVehicle:
-    """Return the airframe with these gains, in the air of the study's first scenario."""
+    """Return the airframe with the gains, in the air of the study.
+
+    The air is that of its first scenario.
+    """
     given = default_gains(LAW, airframe=str(airframe)) if gains is None else as_gains(gains)
     refusal = "holds gains of a plant of one's own; a flight is planned for a quadrotor"
     controller = replace(given.quadrotor(refusal), airframe=prior)

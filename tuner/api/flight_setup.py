@@ -39,7 +39,7 @@ class FlightSetup:
 
 
 def quadrotor_setup(controller: Controller, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
-    """Return the study's scenario and limits where a study is given, the usual ones else."""
+    """Return the scenario and limits of a study, or the usual ones."""
     row = np.array(controller.gains)
     laws = f"{controller.cascade.position.name} / {controller.cascade.attitude.name}"
     if study is None:

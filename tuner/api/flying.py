@@ -146,7 +146,7 @@ def fly(
     watcher: Watcher | None = None,
     threads: int | None = None,
 ) -> Flights:
-    """Fly gains through turbulence, or those of a plant of your own through a scenario of its study.
+    """Fly gains through turbulence, or through a scenario of their plant's study.
 
     Args:
         gains: Gains, a gains.json or a results folder; of a plant, name its code with `use` or give the study.
@@ -204,7 +204,7 @@ def flown_scores(problem: Problem, flight_setup: FlightSetup) -> tuple[np.ndarra
 
 
 def problem_of(flight_setup: FlightSetup, threads: int | None) -> Problem:
-    """Return the problem that has every metric of a flight setup as an objective."""
+    """Return the problem with all metrics of a flight setup as objectives."""
     return Problem(
         flight_setup.system,
         DecisionSpace((), (), tuple(flight_setup.gains.tolist())),

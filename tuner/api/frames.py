@@ -31,7 +31,10 @@ class Documented:
 
 
 def json_text(document: Any, ascii_only: bool = True) -> str:
-    """Return a document as JSON, as in its file but for the last line break and, with ascii_only, escapes of other letters."""
+    """Return a document as JSON without its file's last line break.
+
+    ascii_only: escape all other letters.
+    """
     content = document.content() if isinstance(document, DocumentPart) else document
     return store.json_text(content, ascii_only).rstrip("\n")
 
@@ -73,7 +76,10 @@ def shown(title: str, lines: Iterable[str] = (), table: "pd.DataFrame | None" = 
 
 
 def html_table(frame: "pd.DataFrame") -> Markup:
-    """Return the first rows of a table as HTML, four significant digits each; units stand at the head."""
+    """Return the first rows of a table as HTML, headed by units.
+
+    Numbers have four significant digits.
+    """
     units = frame.attrs.get("units", {})
     flat = frame.reset_index() if frame.index.name else frame
     head = [f"{name} [{units[name]}]" if units.get(name, "1") != "1" else str(name) for name in flat.columns]

@@ -69,7 +69,7 @@ class Refusals:
     path: Path | None
 
     def with_study(self, study: AnyStudy | None) -> Self:
-        """Return the gains with the study, in memory, that holds the code of their plant."""
+        """Return the gains with the in-memory study of their plant's code."""
         return self
 
     def quadrotor(self, otherwise: str) -> Controller:
@@ -77,7 +77,10 @@ class Refusals:
         raise InputError(otherwise, file=self.path)
 
     def flight_setup(self, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
-        """Return the flights of a study's scenario, by its number from 0, or of the usual one with a root seed."""
+        """Return the flights of a study's scenario, or of the usual one.
+
+        scenario: number from 0; seed: root seed of the usual one.
+        """
         raise InputError(f"{MADE_ELSEWHERE}, and it alone can fly them", file=self.path)
 
     def judge_margins(self, trim: Trim, study: StudyLike | None, certified: bool) -> Judged:
@@ -105,7 +108,7 @@ class Gains(Refusals, Mapping[str, float]):
     @property
     @abstractmethod
     def flown(self) -> str:
-        """Name of the airframe, of the plant, or of the study of another program."""
+        """Name of the airframe, the plant, or another program's study."""
 
     @property
     def airframe(self) -> str:
@@ -221,11 +224,11 @@ class QuadrotorGains(Gains):
         return self.controller
 
     def flight_setup(self, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
-        """Return the flight of a scenario and the limits of a study, or the usual ones."""
+        """Return the flight and limits of a study, or the usual ones."""
         return quadrotor_setup(self.controller, study, scenario, seed)
 
     def judge_margins(self, trim: Trim, study: StudyLike | None, certified: bool) -> Judged:
-        """Return the margins in a trim, or without one in every steady state of the study."""
+        """Return the margins in a trim, or in the study's steady states."""
         judging = None if study is None else tuning_study(study, "tuner margins --study")
         return judge_quadrotor(self.controller, trim, judging, certified)
 
@@ -283,7 +286,7 @@ class PlantGains(Gains):
         return self if study is None else replace(self, study=plant_study(study, "gains of a plant"))
 
     def closed(self, study: StudyLike | None, command: str) -> PlantController:
-        """Return the controller with the study that closes its loops around the plant.
+        """Return the controller with the study that closes its loops.
 
         Args:
             study: That study; by default the one in memory, or that of the results folder.
@@ -291,7 +294,6 @@ class PlantGains(Gains):
 
         Raises:
             InputError: Its loops are others, no study is there, or its code has not been named.
-
         """
         named = self.study if study is None else plant_study(study, command)
         closing = study_in(self.folder, self.path) if named is None else named
@@ -310,7 +312,7 @@ class PlantGains(Gains):
         return judge_plant(self.closed(study, "tuner margins --study"), study is not None, certified)
 
     def to_export(self, study: StudyLike | None = None) -> "ExportSubject[PlantController]":
-        """Return the controller with its document, and the digest of the bytes of its file."""
+        """Return the controller with its document and the digest of its file."""
         from tuner.exchange.run import plant_subject
 
         return plant_subject(self.closed(study, "tuner export"), self.document, self.path)
@@ -365,13 +367,12 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
 
 
 def gains_in(document: PlainTable, path: Path | None, folder: Path) -> Gains:
-    """Return gains of a plant, or of another program's variables, from the content of their file.
+    """Return gains of a plant, or another program's variables, from their content.
 
     Args:
         document: The content.
         path: The file, None where none holds it.
         folder: Where it lies; a results folder keeps its study.
-
     """
     if document["format"] == VARIABLES_FORMAT:
         return VariableValues(document, path)
@@ -415,7 +416,7 @@ def gains_of_plant(study: PlantStudy, row: np.ndarray) -> PlantGains:
 
 
 def as_gains(gains: GainsLike) -> Gains:
-    """Return gains as they are, or those of a file or a results folder."""
+    """Return gains unchanged, or those of a file or a results folder."""
     return gains if isinstance(gains, Gains) else read_gains(gains)
 
 

@@ -76,7 +76,7 @@ class Identification(Documented):
         return frame(self.document.numbers, "name")
 
     def figure(self) -> "Figure":
-        """Draw what was measured over what was predicted, on windows kept from the fit.
+        """Draw measurement over prediction on windows held out of the fit.
 
         Returns:
             The figure, made without pyplot.
@@ -101,7 +101,9 @@ def identify(
     update: str | Path | None = None,
     watcher: Watcher | None = None,
 ) -> Identification:
-    """Identify a vehicle from flight logs, with intervals, and write it as an airframe file.
+    """Identify a vehicle from flight logs and write its airframe file.
+
+    Its numbers have intervals.
 
     Args:
         logs: Files of flights of one vehicle; FILE@35:65 for the part from 35 to 65 s of the log's clock.
@@ -158,7 +160,7 @@ def identify(
 def check_logs(
     logs: LogLike | Sequence[LogLike], *, airframe: str | Path, mapping: str | Path | None = None
 ) -> LogCheck:
-    """Say what is wrong with flight logs before anything is identified from them.
+    """Check flight logs before an identification from them.
 
     Args:
         logs: Files, as of `identify`.
@@ -210,7 +212,7 @@ def _earlier(
 
 
 def check_deviation(value: float, key: str) -> None:
-    """Refuse a relative standard deviation of what is weighed or measured that nobody has; InputError naming the key."""
+    """Raise InputError for an implausible relative standard deviation; key: named by the error."""
     if not 0.0 < value <= LARGEST_DEVIATION:
         raise InputError(f"given {value:g}; a relative deviation is above 0, up to {LARGEST_DEVIATION:g}", key=key)
 

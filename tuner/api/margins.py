@@ -114,7 +114,7 @@ def margins(
     out: str | Path | None = None,
     watcher: Watcher | None = None,
 ) -> Margins:
-    """Work out the stability margins of gains, loop by loop, in the worst amplitude.
+    """Compute the stability margins of gains by loop, at the worst amplitude.
 
     Args:
         gains: Gains, a gains.json or a results folder; of a plant, name its code with `use` or give the study.
@@ -163,7 +163,7 @@ def announce_compilation(watcher: Watcher) -> None:
 
 
 def write(document: MarginsDocument, subject: Loops, folder: Folder) -> MarginsDocument:
-    """Write the figures and margins.json, with how far a vehicle may differ put in."""
+    """Write the figures and margins.json, with tolerances to vehicle mismatch added."""
     from tuner.report.margin_figures import write_loop_figures, write_margin_figures
 
     if isinstance(subject, Subject):
@@ -220,7 +220,9 @@ class Theory(Documented):
 
 
 def theory(gains: GainsLike, *, study: StudyLike | None = None, level: float = 0.99) -> Theory:
-    """Work out what theory guarantees for gains on each axis, against the disturbance rate of the air.
+    """Evaluate the theorems for gains on each axis.
+
+    The guarantees are against the disturbance rate of the air.
 
     Args:
         gains: Gains, or a gains.json.
@@ -256,7 +258,10 @@ def theory(gains: GainsLike, *, study: StudyLike | None = None, level: float = 0
 
 
 def theory_rows(controller: Controller, rates: Mapping[str, float]) -> list[TheoremRow]:
-    """Return a row for each axis and each theorem that speaks of its law; holds is None where there is nothing to hold."""
+    """Return a row for each axis and each applicable theorem.
+
+    holds is None where there is nothing to hold.
+    """
     knowledge = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
     rows = []
     for axis in AXES:

@@ -60,7 +60,7 @@ class Plan(Documented):
 def plan(
     study: StudyLike, *, difference: float = 5.0, watcher: Watcher | None = None, threads: int | None = None
 ) -> Plan:
-    """Fly a few candidates and work out what a run will take and how sure its figures will be.
+    """Fly a few candidates and predict a run's effort and precision.
 
     Args:
         study: A tuning study or a contest, a file, or the name of a shipped study.
@@ -139,7 +139,9 @@ def sensitivity(
     watcher: Watcher | None = None,
     threads: int | None = None,
 ) -> Sensitivity:
-    """Work out which gains decide each objective, alone and together, and how much of it is turbulence.
+    """Analyze the influence of gains and turbulence on each objective.
+
+    The influence is that of gains alone and together.
 
     Args:
         study: A tuning study, a file, or the name of a shipped study.

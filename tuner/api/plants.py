@@ -23,7 +23,9 @@ def plant_system(
     control_period: float,
     plant_step: float | None = None,
 ) -> PlantSystem:
-    """Close the loops of the plant that names describe, as a study would; `make_study` makes a study of tables beside them.
+    """Close the loops of a plant, as a study would.
+
+    `make_study` makes a study of tables next to them.
 
     Args:
         names: State, Input, Parameters, Output, derivative and output, such as `globals()` of a notebook; or a

@@ -68,12 +68,12 @@ class Results(OpenedFolder[D]):
 
     @property
     def words(self) -> list[str]:
-        """Sentences that the numbers of a contest, a comparison or an inference allow."""
+        """Sentences that a contest's, comparison's or inference's numbers allow."""
         return list(getattr(self.document, "words", []))
 
     @property
     def json(self) -> str:
-        """The main document as it stands in the folder, or as it would."""
+        """The main document as in the folder, or as it would be."""
         return json_text(self.document, ascii_only=False) if self.folder is None else read_text(self.folder / self.main)
 
     @cached_property
@@ -260,7 +260,7 @@ class TuningResults(TuningFolder, Results[Summary]):
 
     @property
     def nearest(self) -> Gains:
-        """The recommended gains, or those of the point that breaks least where nothing is feasible."""
+        """The recommended gains, or the least infeasible ones where nothing is feasible."""
         return read_gains(self.home / self.document.gains_file).with_study(self.study)
 
     @property

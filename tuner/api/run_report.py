@@ -104,7 +104,10 @@ class RunReport:
 
 
 def report_run(folder: Path) -> RunReport:
-    """Report a run, finished or not, a contest, an inference or a comparison; StoreError where it is none."""
+    """Report a run, finished or not, a contest, inference or comparison.
+
+    Raises StoreError where it is none.
+    """
     refuse_damage(existing(folder), UNREAD)
     kind, begun = folder_kind(folder), unfinished(folder)
     if begun or kind is None or not (folder / kind.document).exists():
@@ -176,7 +179,7 @@ class LastGeneration(NamedTuple):
 
 
 def last_generation(file: Path) -> LastGeneration | None:
-    """Return the last row of history.csv, None before the first generation has ended."""
+    """Return the last row of history.csv, None before the first generation's end."""
     try:
         rows = list(csv.DictReader(read_input_text(file).splitlines()))
     except FileNotFoundError:
@@ -239,7 +242,10 @@ def setup(results: TuningFolder) -> dict[str, JsonValue]:
 
 
 def gain_in_range(row: VariableRow) -> dict[str, JsonValue]:
-    """Return a searched gain with the places of default and tuned value, 0 to 1 on the range's scale."""
+    """Return a searched gain with the places of default and tuned value.
+
+    The places are 0 to 1 on the range's scale.
+    """
     values = row.model_dump(include={"name", "unit", "low", "high", "scale", "default", "tuned"})
     return {**values, "default_place": row.place(row.default), "place": row.place(row.tuned)}
 

@@ -1,4 +1,4 @@
-"""Run a study, go on with a run, fly it again, judge it anew."""
+"""Commands of runs: start, resume, repeat and judge again."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -146,12 +146,15 @@ def of_kind(study: A, kind: type[S] | None) -> A | S:
 
 
 def loaded(study: StudyLike) -> AnyStudy:
-    """Return a study as it is, or the one of a file or a name."""
+    """Return a study unchanged, or that of a file or a name."""
     return load_any(study_file(Path(study))) if isinstance(study, str | Path) else study
 
 
 def gains_study(study: StudyLike, asking: str) -> TuningStudy:
-    """Return a study that searches gains, of a quadrotor or of a plant of one's own; InputError where it is of another kind."""
+    """Return a study that searches gains, of a quadrotor or a plant.
+
+    Raises InputError where it is of another kind.
+    """
     given = load_gains_study(study_file(Path(study)), asking) if isinstance(study, str | Path) else study
     return of_class(given, TuningStudy, lambda: of_another_kind(given.kind, given.path, asking))
 
@@ -191,7 +194,7 @@ def study_in(folder: Path | None, gains: Path | None) -> PlantStudy:
 
 
 def refuse_codeless(folder: Path) -> None:
-    """Raise StoreError for the folder of a plant whose code stands in no file."""
+    """Raise StoreError for the folder of a plant without a code file."""
     if is_codeless(folder):
         raise StoreError(
             f"no file holds the plant that was run into {folder}, as in a notebook; give its gains with the study that you made"

@@ -31,7 +31,9 @@ def ask(
     timeout: float | None = None,
     watcher: Watcher | None = None,
 ) -> PendingTrials:
-    """Return the trials that a study lacks, or have them made until it is concluded.
+    """Return the trials that a study lacks, or have them all made.
+
+    They are made until the study is concluded.
 
     Args:
         study: A study whose trials another program makes, or its file.

@@ -40,7 +40,7 @@ PRINTERS = {
 
 
 class Messages(Watcher):
-    """Prints messages on standard error, for commands whose standard output is read by a program."""
+    """Watcher that prints on standard error, for commands with machine-readable output."""
 
     def on_message(self, text: str) -> None:
         """Print it."""

@@ -31,7 +31,10 @@ GROUPS = {
 
 
 class GroupedCommands(TyperGroup):
-    """The commands of `tuner`, whose help lists them below headings, each with the whole first sentence of its own help."""
+    """Command group of `tuner`, whose help lists the commands below headings.
+
+    Each has the first sentence of its help.
+    """
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write a section for each group."""
@@ -94,7 +97,7 @@ def tuner(
 
 
 def with_code_first(arguments: list[str]) -> list[str]:
-    """Return the arguments of the command line with every --code FILE in front of the command."""
+    """Return the command line's arguments with every --code FILE before the command."""
     code, others, rest = list[str](), list[str](), iter(arguments)
     for argument in rest:
         if argument == CODE:
@@ -114,21 +117,24 @@ def beginning(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
 
 
 def studies() -> list[str]:
-    """Return the names of the shipped studies, and the TOML files in this folder."""
+    """Return the names of shipped studies and of this folder's TOML files."""
     from tuner.study.files import shipped_studies
 
     return [*shipped_studies(), *sorted(path.name for path in Path().glob("*.toml"))]
 
 
 def found_study(given: Path | None) -> Path | None:
-    """Return the file of a study that is given as a path or by name; a wrong name is told before anything else is imported."""
+    """Return the file of a study, given by path or name.
+
+    A wrong name is reported before anything else is imported.
+    """
     from tuner.study.files import study_file
 
     return None if given is None else study_file(given)
 
 
 def completions(kind: str) -> list[str]:
-    """Return the names of a kind that `tuner list` lists, or those kinds."""
+    """Return the names of a kind of `tuner list`, or those kinds."""
     from tuner.api.catalogue import LISTINGS, names_of
 
     return names_of(kind) if kind else list(LISTINGS)

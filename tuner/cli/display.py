@@ -52,7 +52,10 @@ class Pace:
 
 
 class PaceColumn(ProgressColumn):
-    """Flights per second of a task and the time that is left, or the time that a task without flights has taken."""
+    """Column of flights per second and remaining time, or of elapsed time.
+
+    A task without flights has the elapsed time.
+    """
 
     def render(self, task: Task) -> Text:
         """Return them, or nothing before there is a rate."""

@@ -22,7 +22,10 @@ GAP = 2
 
 
 def wide_console() -> Console:
-    """Return a console as wide as COLUMNS says, else as the terminal, else as `PIPE_WIDTH` in a pipe."""
+    """Return a console with the width of COLUMNS, the terminal or `PIPE_WIDTH`.
+
+    COLUMNS comes first; `PIPE_WIDTH` is that of a pipe.
+    """
     has_width = sys.stdout.isatty() or os.environ.get("COLUMNS", "").isdigit()
     return Console(width=None if has_width else PIPE_WIDTH)
 
@@ -47,7 +50,10 @@ class TerminalTable(RichTable):
         self.keys = keys
 
     def columns_of(self, *names: str, left: Sequence[str] = (), wrap: Sequence[str] = ()) -> "TerminalTable":
-        """Add columns, to the right and whole but for those named in left and wrap; return the table."""
+        """Add columns, right-aligned and unwrapped by default; return the table.
+
+        left, wrap: names of left-aligned columns, and of those that may wrap.
+        """
         for name in names:
             self.add_column(name, justify="left" if name in left else "right", no_wrap=name not in wrap)
         return self
@@ -63,7 +69,7 @@ class TerminalTable(RichTable):
     def __rich_console__(
         self, console: rich_console.Console, options: rich_console.ConsoleOptions
     ) -> rich_console.RenderResult:
-        """Yield the title, then the table in the form that the width allows."""
+        """Yield the title, then the table in the form for the width."""
         if self.title:
             yield console.render_str(str(self.title), style="table.title")
         spans = [_span(console, options, column) for column in self.columns]
@@ -127,7 +133,10 @@ class TerminalTable(RichTable):
 
 
 def _span(console: rich_console.Console, options: rich_console.ConsoleOptions, column: Column) -> Measurement:
-    """Return the widths of a column's longest word and of its longest line; both the latter where it stays whole."""
+    """Return the widths of a column's longest word and longest line.
+
+    Both are the latter where the column does not wrap.
+    """
     spans = [Measurement.get(console, options.update(width=10_000), cell) for cell in [column.header, *column.cells]]
     most = max(span.maximum for span in spans)
     return Measurement(most if column.no_wrap else max(span.minimum for span in spans), most)

@@ -53,7 +53,7 @@ class Console(console.Console):
 
 
 def unit_text(unit: str, form: str = "{}") -> str:
-    """Return a unit as it stands among other words, nothing for a number without one."""
+    """Return a unit within other words, "" for a number without one."""
     return "" if unit == "1" else form.format(unit)
 
 
@@ -63,13 +63,16 @@ def bound_text(row: Any) -> str:
 
 
 def width(entry: Any) -> float:
-    """Return the width of the interval of a number, and where it has none the number itself."""
+    """Return the width of a number's interval, or else the number."""
     spread = 0.0 if entry.low is None or entry.high is None else entry.high - entry.low
     return spread or entry.value or 0.0
 
 
 def digits(value: float | None, width: float) -> str:
-    """Return a number with as many digits as the width of its interval, or a companion of that size, gives sense to."""
+    """Return a number with digits that suit its interval's width.
+
+    width: of the interval, or a companion of that size.
+    """
     return numbers.rounded_to(value, width).translate(PLAIN)
 
 

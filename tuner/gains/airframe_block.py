@@ -101,7 +101,7 @@ def airframe_block(airframe: Airframe) -> Row:
 
 
 def numbers_block(vehicle: Vehicle) -> Row:
-    """Return the numbers of a vehicle without its rotors, and of those that a file may leave out the ones that are not 0."""
+    """Return the numbers of a vehicle without rotors, optional ones if nonzero."""
     numbers: Row = {key: getattr(vehicle, key) for key in SCALARS}
     numbers |= {key: getattr(vehicle, key) or None for key in OPTIONAL}
     return add_units(NUMBERS, numbers | {key: getattr(vehicle, key)._asdict() for key in GROUPS})
@@ -163,7 +163,10 @@ def airframe_of(block: Row, path: Path) -> Airframe:
 
 
 def airframe_problems(block: Row) -> Iterator[InputError]:
-    """Yield what is wrong with a block that the schema accepts, keys inside the block."""
+    """Yield the errors of a block that satisfies the schema.
+
+    Keys are inside the block.
+    """
     part = AirframePart(**block)
     yield from list(_disproportionate(part)) or list(_unphysical(part)) or list(_derived_problems(part))
     if part.sha256 not in (None, part.digest):

@@ -33,11 +33,17 @@ OF_THE_LAW = ("output", "to", "b0", "rate_output", "every", "low", "high")
 
 @dataclass(frozen=True)
 class VehicleRecord:
-    """The vehicle's parameter file that gains were imported from, as far as it speaks of the loops.
+    """Parameter file of the vehicle that gains were imported from.
 
-    target, target_version: as an exporter names them. file: its name without the folder. sha256: of its bytes (64 hex
-    digits). settings: options of the import. parameters: name -> value in the target's unit. untuned: names of those that
-    our loops cannot carry; an export leaves them as the vehicle has them.
+    It is recorded as far as it covers the loops.
+
+    Attributes:
+        target, target_version: Names of an exporter.
+        file: Its name without the folder.
+        sha256: Of its bytes (64 hex digits).
+        settings: Options of the import.
+        parameters: Name -> value in the target's unit.
+        untuned: Names of those that our loops cannot carry; an export leaves them as the vehicle has them.
     """
 
     target: str

@@ -54,9 +54,9 @@ def not_finite(document: Row) -> Iterator[InputError]:
 
 
 def text_problems(document: Row) -> Iterator[InputError]:
-    """Yield the first text that is no line of letters that print, and an airframe's name that is no name.
+    """Yield the first unprintable text, and an invalid name of an airframe.
 
-    What an x-* key holds is for others to read.
+    A text is one line of letters that print. The contents of x-* keys are not checked.
     """
     block = document.get("airframe")
     name = block.get("name") if isinstance(block, dict) else None
@@ -69,7 +69,10 @@ def text_problems(document: Row) -> Iterator[InputError]:
 
 
 def law_problems(document: Row) -> Iterator[InputError]:
-    """Yield every law of a file or a package that is not known here, or is not the code that the gains were written with."""
+    """Yield every unknown or changed law of a file or package.
+
+    A changed law is not the code that the gains were written with.
+    """
     controller = document.get("controller")
     block = controller if isinstance(controller, dict) else {}
     code = block.get("code")

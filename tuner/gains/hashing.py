@@ -1,7 +1,8 @@
-"""The content hash of gains.json, SHA-256 over its canonical form, and the comparison of two documents.
+"""Content hash of gains.json, and the comparison of two documents.
 
-RFC 8785, "JSON Canonicalization Scheme": keys sorted by UTF-16 code units, numbers as ECMAScript writes doubles, UTF-8, no
-blanks. So the hash does not depend on the order of keys, on indentation, or on who writes 0.10 for 0.1.
+The hash is SHA-256 over the canonical form, RFC 8785, "JSON Canonicalization Scheme": keys sorted by UTF-16 code units, numbers
+as ECMAScript writes doubles, UTF-8, no blanks. So the hash does not depend on the order of keys, on indentation, or on who
+writes 0.10 for 0.1.
 """
 
 import hashlib
@@ -35,7 +36,10 @@ def canonical(value: Any) -> bytes:
 
 
 def _doubles(value: Any) -> Any:
-    """Return the same with large whole numbers as the doubles that every other reader of JSON makes of them."""
+    """Return the same value with large integers as doubles.
+
+    Every other reader of JSON makes these doubles of them.
+    """
     if isinstance(value, dict):
         return {key: _doubles(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
@@ -50,7 +54,7 @@ ASIDE = (*OUTSIDE, "generator", "margins")
 
 
 def same_result(recorded: Row, made: Row) -> bool:
-    """Return True where a recorded document, perhaps older or damaged, agrees with `made`."""
+    """Return True if a recorded document agrees with `made`; it may be older or damaged."""
     try:
         if recorded["version"] != VERSION:
             return _values(recorded) == _values(made)

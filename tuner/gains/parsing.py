@@ -1,4 +1,4 @@
-"""The text of a gains.json as an object that says to be one, in a version that can be read."""
+"""Parsing of a gains.json, with checks of its format and version."""
 
 import json
 from pathlib import Path
@@ -39,12 +39,12 @@ def _noting_twice(pairs: list[tuple[str, Any]], twice: list[str]) -> Row:
 
 
 def format_of(document: Row) -> object:
-    """Return the format that a document names, under the project's name of today."""
+    """Return the format of a document under the project's present name."""
     return current_format(document.get("format"))
 
 
 def check_identity(document: Row, path: Path) -> None:
-    """Refuse what is no gains.json, or one of a version that is not known."""
+    """Raise InputError for no gains.json, or one of an unknown version."""
     if format_of(document) == PLANT_FORMAT:
         raise InputError(
             "holds gains of a plant of one's own; this command is for those of quadrotors: `tuner show` and `tuner report` take "

@@ -1,4 +1,7 @@
-"""Ranges of gains at a control period, and of the periods themselves, for studies, gains files and imports alike."""
+"""Ranges of gains at a control period, and of the periods themselves.
+
+They are those of studies, gains files and imports.
+"""
 
 from math import ceil
 
@@ -57,18 +60,18 @@ def timing_of(control_period: float, plant_step: float, longest: float = LONGEST
 
 
 def longest_plant_step(airframe: Airframe) -> float:
-    """Return the longest plant step [s] that is accurate on the fastest thing it integrates, the rotors.
+    """Return the longest plant step [s] that is accurate on the rotors.
 
-    With steps of up to half their lag no metric of 1,664 flights was off by more than 1e-6 of itself; a Runge-Kutta step is
-    unstable beyond 2.8 lags.
+    They are the fastest part. With steps of up to half their lag no metric of 1,664 flights was off by more than 1e-6 of itself;
+    a Runge-Kutta step is unstable beyond 2.8 lags.
     """
     return 0.5 * min(airframe.vehicle.lag_up, airframe.vehicle.lag_down)
 
 
 def usual_timing(control_period: float, airframe: Airframe) -> Timing:
-    """Return a control period [s] in the fewest equal plant steps that are no longer than `longest_plant_step`.
+    """Return a control period [s] in the fewest accurate and equal plant steps.
 
-    Raises InputError with the key where the period is out of range.
+    They are no longer than `longest_plant_step`. Raises InputError with the key where the period is out of range.
     """
     check_period("control_period", control_period)
     return Timing(control_period, control_period / ceil(control_period / longest_plant_step(airframe) - MULTIPLE))

@@ -1,4 +1,4 @@
-"""From a gains.json to a controller of a quadrotor or of a plant."""
+"""Reading of a gains.json into a controller of a quadrotor or plant."""
 
 import sys
 from pathlib import Path

@@ -147,7 +147,10 @@ SECTIONS: Row = {
 
 
 def gains_schema() -> Row:
-    """Return the schema as JSON-able data, with the laws of the user's own that are known by now."""
+    """Return the JSON-able schema, with the laws registered so far.
+
+    The user's laws are among them.
+    """
     return _schema_of(tuple(LAWS.values()))
 
 
@@ -180,7 +183,10 @@ def _schema_of(_: tuple[Law, ...]) -> Row:
 
 
 def gains_by_law() -> tuple[list[Row], Row]:
-    """Return the choice of the gains by the law of each loop, and what it refers to; laws with the same gains share."""
+    """Return the choice of gains by each loop's law, and its definitions.
+
+    Laws with the same gains share a definition.
+    """
     choices, definitions = [], {}
     for loop in LOOPS:
         sharing: dict[str, list[str]] = {}

@@ -1,4 +1,4 @@
-"""Names of gains.json and of its parts, and the blocks that its JSON Schema is made of."""
+"""Names and parts of gains.json, the blocks of its JSON Schema."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -20,9 +20,10 @@ PERIODS = ("control_period", "plant_step", "tilt_limit")
 
 
 def brought_up(old: Row, path: Path, airframe: Airframe | None) -> Row:
-    """Return a document of version 0.1 as one of `VERSION`, without what tells of its origin; airframe: in place of its own.
+    """Return a document of version 0.1 as one of `VERSION` without origin.
 
-    What is wrong in it stays wrong for the schema to tell. Raises InputError where the airframe is not known.
+    airframe: replaces the document's. What is wrong in it stays wrong for the schema to report. Raises InputError where the
+    airframe is unknown.
     """
     flown = airframe or _airframe(old.get("airframe"), path.parent)
     document: Row = {

@@ -24,20 +24,20 @@ def prediction_panels(fit: Identified) -> list[Panel]:
     """Return a panel for each output with the 95 % band of the prediction and what was measured."""
     validation, panels = fit.validation, []
     for k, (name, unit) in enumerate(zip(OUTPUTS, UNITS, strict=True)):
-        measured, modelled = validation.windows.measured[..., k], validation.windows.modelled[..., k]
+        measured, modeled = validation.windows.measured[..., k], validation.windows.modeled[..., k]
         most = np.sort(np.argsort(-np.std(measured, axis=1))[:SHOWN])
-        measured, modelled, width = (
-            series[most] for series in (measured, modelled, QUANTILE * validation.spread[..., k])
+        measured, modeled, width = (
+            series[most] for series in (measured, modeled, QUANTILE * validation.spread[..., k])
         )
         period = float(np.median(np.diff(validation.windows.time, axis=1)))
         time = period * np.arange(measured.size).reshape(measured.shape)
         marks: list[Mark] = [
             Band(name="95 % band" if i == 0 else "", look=BAND, x=x, low=y - w, high=y + w)
-            for i, (x, y, w) in enumerate(zip(time, modelled, width, strict=True))
+            for i, (x, y, w) in enumerate(zip(time, modeled, width, strict=True))
         ]
         marks += [
             Line(name=name, look=look, x=_broken(time), y=_broken(series))
-            for name, look, series in (("predicted", MODELLED, modelled), ("measured", MEASURED, measured))
+            for name, look, series in (("predicted", MODELLED, modeled), ("measured", MEASURED, measured))
         ]
         x = Axis("windows one after the other [s]")
         panels.append(Panel(f"prediction-{name}", name, x, Axis(f"{name} [{unit}]"), marks))

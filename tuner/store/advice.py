@@ -31,7 +31,10 @@ def kind_of(path: Path) -> str | None:
 
 
 def is_codeless(path: Path) -> bool:
-    """Return True if no file holds the plant of a folder's run, such as that of a notebook's cell."""
+    """Return True if no file holds the plant of a folder's run.
+
+    Such is the plant of a notebook's cell.
+    """
     inputs = list((path / "inputs").glob("*"))
     return (
         kind_of(path) == PLANT and all(file.suffix == ".toml" for file in inputs) and not any(map(_is_linear, inputs))
@@ -59,7 +62,10 @@ def run_root(path: Path) -> Path:
 
 
 def resume_hint(path: Path, made: bool = False) -> str:
-    """Return the command that finishes a folder, as the end of a sentence; made: by the command that failed."""
+    """Return the command that finishes a folder, as a sentence's end.
+
+    made: whether the command that failed made the folder.
+    """
     run = run_root(path)
     if can_be_resumed(run):
         return f"go on with `tuner resume {shlex.quote(str(run))}`"
@@ -69,7 +75,7 @@ def resume_hint(path: Path, made: bool = False) -> str:
 
 
 def repair_hint(path: Path, name: str) -> str:
-    """Return the command that repairs a file of a folder, as the end of a sentence."""
+    """Return the command that repairs a file, as a sentence's end."""
     if name == RECORD or name.startswith("inputs/"):
         return restart_hint(path)
     run = run_root(path)

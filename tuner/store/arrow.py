@@ -29,7 +29,7 @@ def arrow_table(columns: Mapping[str, Any], with_nulls: bool = True) -> pa.Table
 
 
 def arrow_column(values: Any, with_nulls: bool = True) -> pa.Array:
-    """Return texts, truths, numbers or rows of numbers (rows, n) as a column of Arrow."""
+    """Return texts, booleans, numbers or rows of numbers (rows, n) as an Arrow column."""
     if isinstance(values, pa.Array):
         return values
     array = np.asarray(values)
@@ -42,7 +42,7 @@ def arrow_column(values: Any, with_nulls: bool = True) -> pa.Array:
 
 
 def in_codes(texts: Sequence[str] | np.ndarray) -> pa.Array:
-    """Return texts as codes of those that there are, which stand in alphabetical order."""
+    """Return texts as codes of the distinct texts, in alphabetical order."""
     names = sorted(set(texts))
     code = {text: i for i, text in enumerate(names)}
     return coded(np.fromiter((code[text] for text in texts), np.min_scalar_type(-len(names)), len(texts)), names)

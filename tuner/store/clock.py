@@ -10,7 +10,7 @@ from plant.input_files import read_input_text
 
 @dataclass(frozen=True)
 class ElapsedTimes:
-    """Seconds at the end of a generation, from the start of the search: in all, screening, flying."""
+    """Seconds from the search's start to a generation's end: total, screening, flying."""
 
     seconds: float
     screening: float
@@ -18,7 +18,10 @@ class ElapsedTimes:
 
 
 class Clock:
-    """Seconds since it was made, plus what earlier sessions took longer over what this one replayed."""
+    """Clock of a run's seconds, over all its sessions.
+
+    It counts from its making, plus what earlier sessions took longer over what this one replayed.
+    """
 
     def __init__(self) -> None:
         self._begin = perf_counter()
@@ -29,7 +32,7 @@ class Clock:
         return perf_counter() - self._begin + self._earlier
 
     def at_least(self, seconds: float) -> None:
-        """Count what was replayed as having taken as long as it did when it was flown."""
+        """Advance the clock to the recorded time of a replayed part."""
         self._earlier += max(seconds - self.now(), 0.0)
 
 

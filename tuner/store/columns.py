@@ -16,7 +16,7 @@ Columns = dict[str, Any]
 
 
 def columns_of(rows: Sequence[Mapping[str, Any]]) -> Columns:
-    """Return rows as columns, in the order in which their names first appear; what a row lacks is None."""
+    """Return rows as columns, in order of first appearance, None where missing."""
     names = dict.fromkeys(chain.from_iterable(rows))
     return {name: [row.get(name) for row in rows] for name in names}
 
@@ -28,7 +28,7 @@ def filled(columns: Mapping[str, Any]) -> Columns:
 
 
 def is_single(values: Any) -> bool:
-    """Return True for a column that is given as one value for all rows."""
+    """Return True for a column given as one value for all rows."""
     return isinstance(values, str) or not hasattr(values, "__len__")
 
 

@@ -52,7 +52,7 @@ class DocumentPart(BaseModel):
     )
 
     def content(self) -> dict[str, Any]:
-        """Return the object as data for JSON, keys in the order of the model."""
+        """Return the JSON data, keys in the order of the model."""
         return self.model_dump(by_alias=True, exclude_unset=True)
 
 
@@ -121,7 +121,7 @@ def read_text(file: Path) -> str:
 
 
 def explained(error: ValidationError, text: str) -> str:
-    """Return the first thing that is wrong with the text of a document, as the beginning of a sentence."""
+    """Return the first error of a document's text, as a sentence's beginning."""
     fault = Fault.of(error.errors(include_url=False)[0])
     kind, given, context = fault.kind, fault.given, fault.context
     if kind == "json_invalid":

@@ -66,7 +66,10 @@ def environment(threads: int) -> Environment:
 
 
 def with_session(file: Path, now: Environment) -> Environment:
-    """Return the environment of a run's first session, read from its file, with this session among "resumed"; or this one."""
+    """Return the environment of a run's first session, with this one added.
+
+    It is read from its file, with the present session among "resumed"; without a file, the present one's is returned.
+    """
     try:
         first = Environment.read(file)
     except StoreError:

@@ -56,7 +56,7 @@ class PendingFlights:
 
 
 class FlightStore:
-    """Recalls what is in a results folder and in others, and writes what it is given into the first.
+    """Store of flights that reads several results folders and writes the first.
 
     columns: names of the gains; results: of the numbers of a flight. damaged: names of files that were set aside, or
     of other folders passed over.
@@ -88,12 +88,15 @@ class FlightStore:
         return self._generations
 
     def recall(self, key: str, gains: Array, first: int, last: int) -> Array | None:
-        """Return the results (last - first, rows) of a gains row, or None where any of the flights is not known."""
+        """Return the results (last - first, rows) of a gains row, None if incomplete."""
         results = self.load_prefix(key, gains, first, last)
         return results if len(results) == last - first else None
 
     def load_prefix(self, key: str, gains: Array, first: int, last: int) -> Array:
-        """Return the results (k, rows) of a gains row from flight `first` up to the first gap."""
+        """Return the results (k, rows) of a gains row before the first gap.
+
+        They begin with flight `first`.
+        """
         parts, flight = [np.empty((0, len(self._names)))], first
         for block in self._blocks.get((key, gains.tobytes()), ()):
             if block.first <= flight < min(block.first + block.count, last):
@@ -104,7 +107,7 @@ class FlightStore:
         return np.concatenate(parts, axis=0)
 
     def keep(self, key: str, batch: FlightBatch, gains: Array, first: int, results: Array) -> None:
-        """Take flights to be written by the next `commit`, or before where they are many."""
+        """Queue flights for the next `commit`, which many of them bring forward."""
         if self._folder is None or not len(gains):
             return
         self._waiting.append(PendingFlights(key, batch, gains.copy(), first, results))
@@ -134,8 +137,9 @@ class FlightStore:
 
 
 def intact_files(place: Path, folder: Folder | None, damaged: list[str]) -> Iterator[tuple[Path, bytes]]:
-    """Yield the files of flights in a results folder with their bytes, and add the names of damaged ones to a list.
+    """Yield the intact flight files of a results folder, with their bytes.
 
+    The names of damaged ones are added to a list.
     folder: the same folder where this process writes it: intact files are taken over there, damaged ones set aside. Raises
     StoreError where a file cannot be read.
     """
@@ -186,7 +190,10 @@ def encoded(parts: list[PendingFlights], columns: tuple[str, ...], names: tuple[
 
 
 def _repeated(names: list[str], counts: list[int]) -> Any:
-    """Return each name as often as its count says, as an Arrow dictionary: millions of texts would take their time."""
+    """Return names repeated by their counts, as an Arrow dictionary.
+
+    Millions of texts would take their time.
+    """
     categories = list(dict.fromkeys(names))
     codes = np.repeat(np.array([categories.index(name) for name in names], dtype=np.int32), counts)
     return coded(codes, categories)
@@ -195,7 +202,10 @@ def _repeated(names: list[str], counts: list[int]) -> Any:
 def blocks_of(
     file: Path, content: bytes, columns: tuple[str, ...], results: tuple[str, ...] = RESULTS
 ) -> list[tuple[str, bytes, StoredFlights]]:
-    """Return scenario key, bytes of the gains row and place of every block in a file; none where it holds other gains."""
+    """Return the scenario key, gains bytes and place of a file's blocks.
+
+    None of them where the file holds other gains.
+    """
     source = pq.ParquetFile(io.BytesIO(content))
     names = [f"gain:{name}" for name in columns]
     if not {*names, *results} <= set(source.schema_arrow.names):

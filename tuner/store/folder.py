@@ -53,7 +53,7 @@ class Folder:
         self.close()
 
     def _removed(self) -> bool:
-        """Let go of a new folder that holds the lock alone, and remove it; return whether it is gone."""
+        """Release and remove a new folder with the lock alone; return success."""
         if not self._made or [path.name for path in self.path.iterdir()] != [LOCK]:
             return False
         with suppress(OSError):
@@ -104,12 +104,15 @@ class Folder:
         self._lock.release()
 
     def seal(self) -> None:
-        """Write the manifest, for everything is there, and let other processes write the folder."""
+        """Write the manifest of a complete folder and release the lock."""
         self._put(manifest.FILE, manifest_of(True, self._digests).text().encode())
         self.close()
 
     def amend(self, *patterns: str) -> None:
-        """Bring the manifest of a complete folder up to date with files that were written again; others have none to amend."""
+        """Update the manifest of a complete folder for files that were rewritten.
+
+        Folders that are not complete have none to update.
+        """
         self.written(*patterns)
         if self._former is not None and self._former.complete:
             self._put(manifest.FILE, manifest_of(True, self._former.files | self._digests).text().encode())
@@ -136,7 +139,7 @@ class Folder:
         self.write_text(name, content.text() if isinstance(content, Document) else json_text(content))
 
     def write_table(self, name: str, table: Columns) -> None:
-        """Write a table of columns as .csv or .parquet, by the ending of the name."""
+        """Write a table as .csv or .parquet, by the name's ending."""
         self.write_tables({name: table})
 
     def write_tables(self, tables: Mapping[str, Columns]) -> None:
@@ -153,7 +156,7 @@ class Folder:
         return True
 
     def written(self, *patterns: str) -> None:
-        """Take files into the manifest that this session wrote by other hands, such as figures."""
+        """Add this session's files of other writers (figures) to the manifest."""
         for pattern in patterns:
             for file in sorted(self.path.glob(pattern)):
                 digest = digest_at(file)
@@ -161,7 +164,7 @@ class Folder:
                     self._digests[file.relative_to(self.path).as_posix()] = digest
 
     def remove(self, name: str) -> None:
-        """Remove a file that an earlier ending of this run left, if there is one."""
+        """Remove a file of an earlier end of this run, if any."""
         self._digests.pop(name, None)
         try:
             (self.path / name).unlink(missing_ok=True)
@@ -179,9 +182,9 @@ class Folder:
 
 
 def put(folder: Path, name: str, content: bytes, made: bool = False) -> Path:
-    """Write a file of a results folder whole or not at all, and return its path; StoreError says why it cannot be written.
+    """Write a file of a results folder atomically, and return its path.
 
-    made: whether the folder was made by this process.
+    made: whether the folder was made by this process. Raises StoreError with the reason where it cannot be written.
     """
     file = folder / name
     output_files.refuse_links(folder, name)
@@ -197,7 +200,10 @@ def put(folder: Path, name: str, content: bytes, made: bool = False) -> Path:
 
 
 def put_together(folder: Path, files: Mapping[str, bytes], made: bool = False) -> list[Path]:
-    """Write files of a results folder by name, side by side, and return their paths; as `put`."""
+    """Write files of a results folder, by name and in parallel; return their paths.
+
+    Each is written as `put` does.
+    """
 
     def written(name: str) -> Path:
         return put(folder, name, files[name], made)
@@ -209,7 +215,7 @@ def put_together(folder: Path, files: Mapping[str, bytes], made: bool = False) -
 
 
 def table_bytes(name: str, table: Columns) -> bytes:
-    """Return a table as the bytes of a file, .csv or .parquet by the ending of its name."""
+    """Return a table as .csv or .parquet bytes, by the name's ending."""
     if name.endswith(".csv"):
         return csv_text(table).encode()
     # Not every folder has such a table: pyarrow takes 0.1 s to import.

@@ -1,6 +1,6 @@
-"""What a run starts from, kept so that it can be continued anywhere: run.json, and inputs/ with the study and its files.
+"""Inputs of a run, stored for continuation anywhere: run.json, and inputs/ with study and files.
 
-inputs/NAME.toml is the study with every change of the command line in it and with paths to copies beside it; run alone, it
+inputs/NAME.toml is the study with every change of the command line in it and with paths to copies next to it; run alone, it
 gives the same results.
 """
 
@@ -128,8 +128,9 @@ def read_record(path: Path) -> RunRecord:
 
 
 def as_recorded(record: RunRecord, file: Path) -> PlainTable:
-    """Return the changes, in dotted keys, with which a study file is read as it was for a run.
+    """Return a study file's changes for a run, in dotted keys.
 
+    With them it is read as it was for the run.
     file: the study, of the run or another to be read alike. Raises InputError where it cannot be read.
     """
     changes: PlainTable = {} if record.generations is None else {"search.generations": record.generations}
@@ -137,7 +138,10 @@ def as_recorded(record: RunRecord, file: Path) -> PlainTable:
 
 
 def flown_then(file: Path, searches: bool) -> PlainTable:
-    """Return dotted keys that a study file, which may be one that searches, leaves open, as early versions read it."""
+    """Return the keys that a study leaves open, with early versions' values.
+
+    The keys are dotted; the study may be one that searches.
+    """
     layers = read_layers(file)
     return {
         f"{table}.{key}": value
@@ -156,7 +160,10 @@ def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:
 
 
 def check_model(path: Path, record: RunRecord) -> None:
-    """Refuse to go on with a run that other sources than those at hand have flown: half of it would have other bits."""
+    """Raise StoreError for a run that was flown with other sources.
+
+    Half of it would have other bits.
+    """
     if model_key() != record.model:
         raise StoreError(
             f"{path} was flown with another version of the model or of its compilers, whose bits may differ; "
@@ -165,8 +172,9 @@ def check_model(path: Path, record: RunRecord) -> None:
 
 
 def compute_as_recorded(path: Path, record: RunRecord, instead: str | None = None) -> None:
-    """Have this process compute with the arithmetic of a run, which it keeps to the end; StoreError where it cannot.
+    """Have this process compute with the recorded arithmetic of a run.
 
+    A run keeps its arithmetic to the end; StoreError where this process cannot.
     instead: what else can be done, by default to have the run computed anew.
     """
     try:
@@ -180,7 +188,10 @@ def compute_as_recorded(path: Path, record: RunRecord, instead: str | None = Non
 
 
 def _copied(folder: Folder, source: Path, taken: dict[str, Path]) -> str:
-    """Copy a file that a study names into inputs/, and what it imports, and return its name; taken: what lies there, by name."""
+    """Copy a study's file and imports into inputs/; return its name.
+
+    taken: the files copied before, by name.
+    """
     if source.suffix == ".py":
         _copy_imports(folder, source, taken)
     name, number = source.name, 1

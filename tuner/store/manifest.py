@@ -86,8 +86,9 @@ def read_manifest(path: Path) -> Manifest | None:
 
 
 def first_damage(path: Path, unread: tuple[str, ...] = ()) -> Damage | None:
-    """Return the first file of a folder that is missing or not what was written; nothing where nothing can be told.
+    """Return the first missing or changed file of a folder.
 
+    None where there is none, or no manifest of a complete folder.
     unread: beginnings of names of which only the existence is looked at. Folders within that have a manifest of their own
     are looked at too.
     """
@@ -107,7 +108,7 @@ def first_damage(path: Path, unread: tuple[str, ...] = ()) -> Damage | None:
 
 
 def refuse_damage(path: Path, unread: tuple[str, ...] = ()) -> None:
-    """Raise StoreError where a file of a folder is missing or not what was written."""
+    """Raise StoreError for a missing or changed file of a folder."""
     damage = first_damage(path, unread)
     if damage is not None:
         raise StoreError(str(damage))

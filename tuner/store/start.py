@@ -24,7 +24,7 @@ class Start(Document):
 
 
 def write_start(folder: Folder, points: np.ndarray, warnings: list[str]) -> None:
-    """Write the points (n, d) of the first generation and what was said about them."""
+    """Write the points (n, d) of the first generation and their warnings."""
     start = Start(points=points.tolist(), warnings=warnings, machine=arithmetic().label, digest="")
     folder.write_json(FILE, start.model_copy(update={"digest": _digest(start.content())}))
 

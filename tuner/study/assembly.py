@@ -1,4 +1,4 @@
-"""A study put together of what flies and of how it is judged: one order of steps for quadrotors and for plants of one's own."""
+"""Assembly of a study, one order of steps for quadrotors and plants."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

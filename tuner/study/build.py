@@ -237,7 +237,7 @@ def _air(table: Any) -> AirSpec:
 
 
 def _widths(table: Any) -> dict[str, float]:
-    """Return the numbers of a [scenario.spread], none where the airframe's uncertainty stands in for them."""
+    """Return the numbers of a [scenario.spread], none with an airframe's uncertainty."""
     return {} if getattr(table, "from") is not None else table.model_dump(exclude={"from"})
 
 
@@ -272,7 +272,7 @@ def _reference(table: Mapping[str, PlainValue], path: Path) -> ReferenceSpec:
 
 
 def _check_air(spec: ScenarioSpec) -> None:
-    """Refuse turbulence or a gust that begins only when the flight is over."""
+    """Raise InputError for turbulence or a gust that begins after the flight."""
     window, gust = spec.air.window, spec.air.gust
     for key, start in (("window", window[0] if window else 0.0), ("gust.start", gust.start if gust else 0.0)):
         if start >= spec.duration:
@@ -287,7 +287,7 @@ def _check_duration(duration: float, control_period: float) -> None:
 
 
 def _check_steady_share(spec: ScenarioSpec, control_period: float) -> None:
-    """Refuse a window of less than one control period at the end of the flight."""
+    """Raise InputError for a final window of less than one control period."""
     least = control_period / spec.duration
     if spec.steady_share < least * (1.0 - 1e-9):
         message = (
@@ -298,7 +298,10 @@ def _check_steady_share(spec: ScenarioSpec, control_period: float) -> None:
 
 
 def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
-    """Refuse a reference that jumps further than a flight may be off, or that is faster than any quadrotor."""
+    """Raise InputError for a reference with too large jumps or speeds.
+
+    It may not jump further than a flight may be off, nor be faster than any quadrotor.
+    """
     samples = spec.track(timing).samples
     leaps = np.abs(np.diff(samples[:, POSITION], axis=0))
     # In attitude mode x and y are free.
@@ -316,7 +319,7 @@ def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
 
 
 def _screens(table: StudyTable, path: Path, system: System, specs: tuple[ScenarioSpec, ...]) -> tuple[Screen, ...]:
-    """Return the requirements on gains that need no flight, in the order of the tables."""
+    """Return the requirements that need no flight, in the tables' order."""
     guarantees = tuple(
         listed("guarantee", path, table.guarantee, lambda entry: guarantee_screen(entry, system, specs, table.seed))
     )

@@ -126,7 +126,7 @@ class Contest:
         return self.table
 
     def resolved(self) -> PlainTable:
-        """Return every value of every contender's study, as JSON-able data by the contender's name."""
+        """Return every value of every contender's study by name, as JSON-able data."""
         return {entry.name: entry.study.resolved() for entry in self.contenders}
 
     def digest(self) -> str:
@@ -139,7 +139,7 @@ class Contest:
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
         """Objectives, constraints, then what printed numbers and claims ask for; each label once."""
-        labelled: dict[str, Quantity] = {}
+        labeled: dict[str, Quantity] = {}
         written = [constraint for constraint in self.base.constraints if not constraint.floor]
         limits = {constraint.objective.label: constraint.most for constraint in written}
         for kind, objectives in (
@@ -149,5 +149,5 @@ class Contest:
             ("claimed", [objective for claim in self.claims for objective in claim.objectives]),
         ):
             for objective in objectives:
-                labelled.setdefault(objective.label, Quantity(objective, kind, limits.get(objective.label)))
-        return tuple(labelled.values())
+                labeled.setdefault(objective.label, Quantity(objective, kind, limits.get(objective.label)))
+        return tuple(labeled.values())

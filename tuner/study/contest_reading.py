@@ -108,7 +108,7 @@ def slug_of(name: str) -> str:
 
 
 def _moved(error: InputError, i: int, individual: PlainTable, path: Path, layers: tuple[Layer, ...]) -> InputError:
-    """Return an error of a contender's study with the file and key where the value was given."""
+    """Return a contender's error with the file and key of the value."""
     if error.file != str(path) or error.key is None:
         return error
     key = error.key

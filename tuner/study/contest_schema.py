@@ -1,4 +1,4 @@
-"""The tables that a contest or an inference has and a study has not."""
+"""Tables of contests and inferences that no study has."""
 
 from typing import Annotated, Any
 

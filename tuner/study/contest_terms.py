@@ -1,4 +1,4 @@
-"""Parts that contenders of a contest have of their own, and those that they share: of quadrotors and of plants of one's own."""
+"""Individual and shared parts of a contest's contenders, quadrotors or plants."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -31,7 +31,10 @@ class Terms:
 
 
 def _with_channels(base: PlainTable, individual: PlainTable) -> PlainTable:
-    """Return a contender's tables with the channels of the base, its own keys laid over them by name, where it gives such."""
+    """Return a contender's tables with the channels of the base.
+
+    The contender's keys are laid over the channels by name, where it gives such.
+    """
     given, base_channels = individual.get("channel"), base.get("channel")
     if not isinstance(given, dict) or not isinstance(base_channels, list):
         return individual

@@ -36,7 +36,7 @@ def study_file(given: Path) -> Path:
 
 
 def base_file(folder: Path, name: str) -> Path:
-    """Return the file that a study in a folder names as its base: beside it, else the shipped study of that file name."""
+    """Return the base file in a study's folder, else the shipped one."""
     near = folder / name
     if not near.is_file() and Path(name).name == name:
         return shipped_studies().get(Path(name).stem, near)
@@ -44,7 +44,7 @@ def base_file(folder: Path, name: str) -> Path:
 
 
 def is_shipped(file: Path) -> bool:
-    """True for a file that lies, behind all links, among the shipped studies."""
+    """Return True for a file among the shipped studies, links resolved."""
     return file.resolve().is_relative_to(SHIPPED)
 
 

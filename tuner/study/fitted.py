@@ -1,4 +1,4 @@
-"""A vehicle's dead time, gyro, frame, battery and notches in words, for whoever starts a study."""
+"""Sentences on a vehicle's dead time, gyro, frame, battery and notches."""
 
 from math import pi
 
@@ -11,7 +11,7 @@ from tuner.text.sentences import counted, listing
 
 
 def fitted_texts(system: System) -> list[str]:
-    """Return a sentence on each of the numbers that the vehicle's file gives beyond the usual ones."""
+    """Return a sentence on each unusual number of the vehicle's file."""
     vehicle, h = system.vehicle, system.timing.control_period
     sentences = [
         *_dead_time(vehicle, system.fitted.delay_steps, h),

@@ -128,7 +128,7 @@ def _owner(claim: KeyedGains, owners: Mapping[str, KeyedGains]) -> KeyedGains:
 
 
 def _target(name: str, key: str, owners: Mapping[str, KeyedGains]) -> KeyedGains:
-    """Return the entry of that key, or else the one that speaks for the gain of that address."""
+    """Return the entry of [gains] with a key, or with a gain's address."""
     if name in owners:
         return owners[name]
     for owner in owners.values():

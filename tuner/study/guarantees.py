@@ -63,7 +63,7 @@ def applicable(law: str, rate_from_observer: bool) -> tuple[str, ...]:
 
 
 def rate_from_observer(nominal: Nominal, axis: str) -> bool:
-    """Return True if the loop of an axis takes the rate from its observer instead of as measured."""
+    """Return True if an axis uses the observed, not the measured rate."""
     chosen = nominal.position_observer if loop_of(axis) == "position" else nominal.attitude_observer
     return chosen > 0.5
 
@@ -82,7 +82,7 @@ def _check_law(theorem: Theorem, axis: str, system: System) -> None:
 
 
 def _limit(table: GuaranteeTable, theorem: Theorem) -> float | None:
-    """Return the limit given, or None where the disturbance rate of each axis is the limit."""
+    """Return the given limit, None where the axes' disturbance rates are it."""
     given, other = ("max", "min") if theorem.sense == "max" else ("min", "max")
     if getattr(table, other) is not None:
         better = "smaller" if given == "max" else "larger"
@@ -99,7 +99,7 @@ def _limit(table: GuaranteeTable, theorem: Theorem) -> float | None:
 def _rates(
     table: GuaranteeTable, axes: tuple[str, ...], system: System, scenarios: tuple[ScenarioSpec, ...], root: int
 ) -> tuple[dict[str, float], str]:
-    """Return the disturbance rate of each axis and where it comes from, in words."""
+    """Return the disturbance rate of each axis and its origin, in words."""
     given = table.disturbance_rate
     if not isinstance(given, str):
         if not (isfinite(given) and given >= 0.0):

@@ -26,9 +26,14 @@ LEAST_RATIO = 0.02
 
 @dataclass(frozen=True)
 class Unknown:
-    """A value that is looked for. variable: name, paths and range; default: as given.
+    """A value to be inferred.
 
-    places: where the paths lead in the whole file. flown: where they lead in the contest of the chosen contenders.
+    Attributes:
+        variable: Name, paths and range.
+        unit: Unit of the value.
+        places: Places of the paths in the full file.
+        flown: Places of the paths in the contest of the chosen contenders.
+        default: Value as given.
     """
 
     variable: Variable
@@ -63,8 +68,12 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Inference:
-    """contest: the contenders whose cells count, and no others. table: the merged content of the whole file. flights,
-    held_out, near: see `tuner.study.contest_schema.SettingsTable`.
+    """Inference of unknown values from published numbers.
+
+    Attributes:
+        contest: Contest of only those contenders whose cells count.
+        table: Merged content of the full file.
+        flights, held_out, near: See `tuner.study.contest_schema.SettingsTable`.
     """
 
     kind: ClassVar[str] = "inference"
@@ -145,7 +154,7 @@ class Inference:
         return tuple(Ratio(i, j) for i, j in pairs)
 
     def studies(self, values: np.ndarray) -> dict[str, Study]:
-        """Return the contenders' studies under a setting of the unknowns (unknowns,), by the contender's name."""
+        """Return the contenders' studies, by name, under values of the unknowns (unknowns,)."""
         table = deepcopy(self.contest.table)
         for unknown, value in zip(self.unknowns, values, strict=True):
             for place in unknown.flown:

@@ -56,7 +56,7 @@ def inference_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapp
 
 
 def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
-    """Return the contest with the chosen contenders and what was published of them."""
+    """Return the contest of the chosen contenders, with their published numbers."""
     names = [contender.name for contender in contest.contenders]
     chosen = names if settings.contenders is None else settings.contenders
     for i, name in enumerate(chosen):
@@ -97,7 +97,7 @@ def _check_size(inference: Inference) -> None:
 
 
 def _cells(contest: Contest) -> tuple[Cell, ...]:
-    """Return the published numbers, one cell for each contender that they are printed of."""
+    """Return the published numbers, one cell for each contender of a number."""
     cells: list[Cell] = []
     for i, entry in enumerate(contest.published):
         if entry.value <= 0.0:
@@ -149,8 +149,9 @@ def unknowns_of(tables: list[UnknownTable], complete: Contest, chosen: Contest) 
 
 
 def check_range(inference: Inference, index: int, flown: set[str]) -> None:
-    """Build the contest with an unknown at either end of its range, the others at their defaults.
+    """Build the contest at either end of an unknown's range.
 
+    The other unknowns are at their defaults.
     Raises InputError where it cannot be built, or where none of the contenders in `flown` differs between the two.
     """
     variable, digests = inference.unknowns[index].variable, []
@@ -269,7 +270,7 @@ def _resolved(contest: Contest, path: str, place: Place) -> Any:
 
 
 def _resolved_gain(studies: list[TuningStudy], path: str, key: str) -> float:
-    """Return the default of a gain, or of a group of gains that have one default."""
+    """Return the default of a gain, or of a group's gains."""
     if not studies:
         message = f"'{path}' moves nothing: every contender has gains of its own; write contender.NAME.{path}"
         raise InputError(message)

@@ -1,4 +1,4 @@
-"""From the tables of objectives, constraints and choice to what runs, of studies of every kind."""
+"""Reading of objectives, constraints and choice, for studies of every kind."""
 
 from dataclasses import replace
 from math import inf, isfinite

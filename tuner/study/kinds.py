@@ -27,8 +27,11 @@ Overrides = Mapping[str, PlainValue]
 class StudyKind:
     """One kind of study file.
 
-    name: as in `run.json`. noun: with its article. table: the table that tells it, None for a kind that every other file is.
-    build: from path, layers and overrides to the checked study.
+    Attributes:
+        name: As in `run.json`.
+        noun: With its article.
+        table: Table that identifies the kind, None for the kind of all other files.
+        build: Function from path, layers and overrides to the checked study.
     """
 
     name: str
@@ -38,7 +41,7 @@ class StudyKind:
 
 
 def _of_one_file(build: Callable[[Path, Mapping[str, PlainValue]], AnyStudy]) -> Callable[..., AnyStudy]:
-    """Return the reader of studies that are built from the content of one file."""
+    """Return the reader of studies that are built from one file."""
 
     def read(path: Path, layers: tuple[Layer, ...], overrides: Overrides) -> AnyStudy:
         # Such a study has no base: the key `base` is refused with all others that it does not know.
@@ -83,7 +86,10 @@ def load_tuning(path: Path, command: str, overrides: Overrides | None = None) ->
 
 
 def load_gains_study(path: Path, command: str, overrides: Overrides | None = None) -> TuningStudy:
-    """Read and check a study that searches gains, of a quadrotor or of a plant; InputError where the file is of another kind."""
+    """Read and check a study of gains, of a quadrotor or plant.
+
+    Raises InputError where the file is of another kind.
+    """
     return cast(TuningStudy, load_one(path, command, (Study.kind, PlantStudy.kind), overrides))
 
 
@@ -97,6 +103,6 @@ def load_one(path: Path, command: str, kinds: tuple[str, ...], overrides: Overri
 
 
 def of_another_kind(name: str, path: Path, command: str) -> InputError:
-    """Return the error of a study of a kind that a command does not take."""
+    """Return the error of a study whose kind a command rejects."""
     kind = next(kind for kind in STUDY_KINDS if kind.name == name)
     return InputError(f"this is {kind.noun}; `{command}` takes a study of one controller", file=path, key=kind.table)

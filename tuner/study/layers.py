@@ -19,14 +19,20 @@ REPLACED = ("airframe",)
 
 @dataclass(frozen=True)
 class Layer:
-    """The content of one file, paths in it relative to the folder of the first file of the chain."""
+    """The content of one file.
+
+    Paths in it are relative to the folder of the first file of the chain.
+    """
 
     path: Path
     table: PlainTable
 
 
 def read_layers(path: Path) -> tuple[Layer, ...]:
-    """Return a file and the files that it names as `base`, nearest first; InputError where one is missing or in a circle."""
+    """Return a file and its chain of `base` files, nearest first.
+
+    Raises InputError where one is missing or in a circle.
+    """
     layers: list[Layer] = []
     file = path
     while True:
@@ -60,7 +66,7 @@ def merged_layers(layers: tuple[Layer, ...]) -> PlainTable:
 
 
 def laid_over(under: Mapping[str, PlainValue], over: Mapping[str, PlainValue], replaced: tuple[str, ...]) -> PlainTable:
-    """Return `under` with `over` merged over it, but for the tables named in `replaced`, which are replaced."""
+    """Return `under` with `over` merged over it; the tables named in `replaced` are replaced."""
     return merged({key: value for key, value in under.items() if key not in replaced or key not in over}, over)
 
 
@@ -83,7 +89,7 @@ def _anchored(table: PlainTable, folder: Path, home: Path) -> PlainTable:
 
 
 def depth(table: object, key: str) -> int:
-    """Return the number of leading parts of a dotted key that a table holds."""
+    """Return the number of leading key parts that a table holds."""
     level, count = table, 0
     for part in key_parts(key):
         if isinstance(level, dict) and part in level:

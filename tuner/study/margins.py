@@ -84,7 +84,10 @@ def margin_screen(
 def nominal_margins(
     cascade: Cascade, nominal: Nominal, timing: Timing, vehicle: Vehicle, trim: "Trim", exact: bool = False
 ) -> "MarginModel":
-    """Return the margins of the nominal vehicle in a trim, in all amplitudes; a run asks for them several times."""
+    """Return the nominal vehicle's margins in a trim, at all amplitudes.
+
+    Cached, for a run needs them several times.
+    """
     from objectives.margins.margins import MarginModel
 
     return MarginModel(cascade, nominal, timing, vehicle, trim, exact=exact)
@@ -141,7 +144,7 @@ def cases_from(amplitude: float) -> "tuple[Case, ...]":
 
 
 class MarginAnalysis:
-    """Values of requirements on the margins of a quadrotor in several steady states.
+    """Requirements on the margins of a quadrotor in several steady states.
 
     states: by default those of its scenarios, hover first, and hover alone where no requirement holds in trims.
     """
@@ -194,7 +197,10 @@ class MarginAnalysis:
         return np.stack([self._everywhere(i, values.values(gains)) for i, values in enumerate(analyses)])
 
     def worst_states(self, row: Array) -> list[str | None]:
-        """Return by requirement the steady state in which a gains row (gains,) is worst; None where there is one alone."""
+        """Return by requirement the worst steady state of a gains row (gains,).
+
+        None where there is only one state.
+        """
         if len(self.states) == 1:
             return [None] * len(self._requirements)
         values = self.by_state(row[None])[:, 0]
@@ -209,7 +215,10 @@ class MarginAnalysis:
         return np.stack([entry.excess(values[:, i]) for i, entry in enumerate(self._requirements)], axis=1)
 
     def _everywhere(self, i: int, values: Array) -> Array:
-        """Return values of the requirements that hold in a state, the i-th, as those of all requirements."""
+        """Return values of the i-th state's requirements as values of all.
+
+        Those that do not hold in this state get the best value.
+        """
         if i == 0:
             return values
         best = [np.inf if entry.sense == "min" else -np.inf for entry in self._requirements]
@@ -255,13 +264,16 @@ def _axes(table: MarginTable, quantity: MarginQuantity, held: bool) -> tuple[str
 
 
 def check_amplitude(table: MarginTable) -> None:
-    """Raise InputError for a smallest amplitude that margins are not looked at from."""
+    """Raise InputError for a smallest amplitude that margins are not evaluated from."""
     if not 0.0 <= table.amplitude <= LARGEST_AMPLITUDE:
         raise InputError(f"given {table.amplitude:g}; allowed: 0 to {LARGEST_AMPLITUDE:g}", key="amplitude")
 
 
 def margin_limit(table: MarginTable, quantity: MarginQuantity) -> float:
-    """Return the limit that a table puts on a quantity, in its unit of limits; InputError with the key inside the table."""
+    """Return a table's limit on a quantity, in its unit of limits.
+
+    Raises InputError with the key inside the table.
+    """
     given, other = ("min", "max") if quantity.sense == "min" else ("max", "min")
     if getattr(table, other) is not None:
         better = "larger" if quantity.sense == "min" else "smaller"

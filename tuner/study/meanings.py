@@ -1,4 +1,4 @@
-"""Meanings of the keys of those tables of a study file whose fields are those of the model's own types."""
+"""Meanings of study keys that are fields of the model's types."""
 
 SENSORS = {
     "position": "RMS of the white noise on each axis of the position [m].",

@@ -1,4 +1,4 @@
-"""Errors that pydantic finds in a study file, in the words of a person who writes one."""
+"""Messages for pydantic's errors in a study file."""
 
 from pathlib import Path
 
@@ -54,5 +54,5 @@ HOMES = {
 
 
 def translated(error: ValidationError, path: Path, root: type[BaseModel] = StudyTable) -> InputError:
-    """Return the first problem of a pydantic error as an error of ours; root: the table that was validated."""
+    """Return the first problem of a pydantic error as an InputError; root: the validated table."""
     return translate_error(error, path, root, LINES, HOMES if root is StudyTable else NO_TEXTS)

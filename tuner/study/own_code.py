@@ -1,7 +1,8 @@
-"""Files of the user's own that a study or a command line names: a law, a metric or a reference, put into its registry.
+"""Files of user code, put into the registries.
 
-A file is told by what it defines: LAW, METRIC or REFERENCE. A results folder never runs code that the user did not name: a study
-that is read from one gets what has been named before, by its digest.
+A study or a command line names them: a law, a metric or a reference, by what the file defines: LAW, METRIC or REFERENCE.
+A results folder never runs code that the user did not name: a study that is read from one gets what has been named before, by
+its digest.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,10 +32,14 @@ from tuner.study.schema import OwnCodeTable
 
 @dataclass(frozen=True)
 class OwnKind:
-    """A kind of what a file may define.
+    """A kind of object that a file may define.
 
-    noun: also its table in a study. name: of what the file defines. check: refuses what could not be flown; breaches: all that
-    its contract finds.
+    Attributes:
+        noun: Noun of the kind, also its table in a study.
+        name: Name of the object in the file.
+        registry: Registry that takes the object.
+        check: Function that refuses what could not be flown.
+        breaches: Function that returns all violations of its contract.
     """
 
     noun: str
@@ -64,7 +69,7 @@ def _unit_breaches(entry: Law) -> list[ContractViolation]:
 
 
 def _units() -> str:
-    """Return the units that a gain may have, {y} standing for rad or m."""
+    """Return the allowed units of a gain, {y} standing for rad or m."""
     return ", ".join(dict.fromkeys(unit.replace("rad", "{y}") for unit in UCUM if "m" not in unit.replace("rad", "")))
 
 
@@ -86,7 +91,9 @@ TABLES = tuple(kind.noun for kind in OWN_KINDS)
 
 
 def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | Archive:
-    """Run a file of your own and make its law, metric or reference known by its name, to studies, gains and everything else.
+    """Run your file and register its content.
+
+    Its law, metric or reference is then available by name to studies, gains and everything else.
 
     Args:
         file: A Python file that defines LAW, METRIC or REFERENCE, or a plant; or an FMU, of which nothing runs yet.
@@ -122,7 +129,7 @@ def use_named(file: Path) -> None:
 
 
 def _files_in(table: Any, key: str = "file") -> list[str]:
-    """Return the files that a table of a study names which has not been checked yet."""
+    """Return the files that an unchecked table of a study names."""
     given = table.get(key) if isinstance(table, dict) else None
     return [name for name in (given if isinstance(given, list) else [given]) if isinstance(name, str)]
 

@@ -1,4 +1,4 @@
-"""Tuned loops of a plant, closed by the study that has its code."""
+"""Tuned loops of a plant, with the study that holds its code."""
 
 from dataclasses import dataclass
 

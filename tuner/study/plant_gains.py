@@ -14,7 +14,10 @@ SIGNLESS = ("s", "Hz", "rad/s", "1")
 
 
 def plant_space(table: Mapping[str, float | PlantGainTable], system: PlantSystem) -> DecisionSpace:
-    """Return the decision space of a [gains] table of a plant, which names every gain; InputError with the key inside it."""
+    """Return the decision space of a plant's [gains] table.
+
+    The table names every gain. Raises InputError with the key inside it.
+    """
     every_gain = system.gains
     by_address = {gain.address: gain for gain in every_gain}
     for key in table:
@@ -59,7 +62,7 @@ def _variable(entry: PlantGainTable, gain: GainAddress, system: PlantSystem) -> 
 
 
 def _check_sign(gain: GainAddress, value: float, system: PlantSystem) -> None:
-    """Refuse a gain that is negative because the plant is, and say where its sign belongs."""
+    """Raise InputError for a gain whose negative sign belongs to b0."""
     b0 = system.plan.channel(gain.axis).b0
     if value < 0.0 < b0 and (gain.info.integrals is not None or gain.unit not in SIGNLESS):
         raise InputError(

@@ -58,7 +58,10 @@ def margin_values(
 
 
 def plant_margins(system: PlantSystem, space: DecisionSpace, cases: "Sequence[Case] | None" = None) -> "PlantMargins":
-    """Return the margins of a plant's loops, their structure looked at between the corners of the search."""
+    """Return the margins of a plant's loops.
+
+    Their structure is examined between the corners of the search.
+    """
     # Here, because a study that asks for no margins needs no CasADi.
     from objectives.margins.describing import DEFAULT_CASES
     from objectives.margins.plant_margins import PlantMargins

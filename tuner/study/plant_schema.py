@@ -76,7 +76,7 @@ class PlantTable(StrictTable):
 
     @property
     def is_given(self) -> bool:
-        """True where the study says what the plant is, and not the cell of a notebook."""
+        """True if the study gives the plant, and not a notebook's cell."""
         return any(getattr(self, key) is not None for key in PLANT_KEYS)
 
     @model_serializer(mode="wrap")

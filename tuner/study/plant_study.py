@@ -1,4 +1,4 @@
-"""A study of a plant of the user's own, from its tables to what runs."""
+"""Study of a user's plant."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -81,7 +81,7 @@ class PlantStudy(TuningStudy):
 
     @property
     def is_resumable(self) -> bool:
-        """Whether a file holds the plant, and not the cell of a notebook."""
+        """True if a file holds the plant, and not a notebook's cell."""
         return self.table.plant.is_given
 
     @property
@@ -104,7 +104,10 @@ class PlantStudy(TuningStudy):
         return plant_margins(self.system, self.space)
 
     def flown_margins(self, gains: np.ndarray) -> "tuple[Margins, Margins] | None":
-        """Return the margins of gains rows (n, gains), exact and of the loop in its plant steps; None of an FMU."""
+        """Return the margins of gains rows (n, gains), exact and as flown.
+
+        As flown: of the loop in its plant steps. None of an FMU.
+        """
         if self.table.plant.fmu is not None:
             return None
         try:
@@ -154,7 +157,10 @@ class PlantStudy(TuningStudy):
         return replace(system, plan=plan)
 
     def comparable(self, without: tuple[str, ...] = ()) -> PlainTable:
-        """Return the values that decide the result, as JSON-able data by table, but for some tables; paths do not count."""
+        """Return the values that decide the result, by table, without paths.
+
+        They are JSON-able data; without: tables to leave out.
+        """
         # A study that asks for nothing else has the digest that it had before there was a floor.
         content = super().comparable((*without, *(("mission",) if self.mission == USUAL else ())))
         plant = content.get("plant")
@@ -226,7 +232,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
 
 
 def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str, Callable[..., PlantSystem]]:
-    """Return the plant of a study, its digest, and its kind of system."""
+    """Return the plant of a study, its digest and its system class."""
     given = [key for key in PLANT_KEYS if getattr(table, key) is not None]
     if len(given) != 1:
         raise InputError(
@@ -252,7 +258,10 @@ def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str, Callable[.
 
 
 def _behind_dead_time(actuators: tuple[Actuator, ...], plant: PlantRecords, late: float, h: float) -> list[Actuator]:
-    """Return an actuator for every input, with a dead time [s] behind its delay; control period h [s]."""
+    """Return the actuators of all inputs, each with a dead time [s] added.
+
+    The dead time comes behind the actuator's delay; control period h [s].
+    """
     try:
         Actuator("", delay=late).periods(h)
     except InputError as error:

@@ -28,7 +28,10 @@ def read_study_table(path: Path, overrides: Mapping[str, PlainValue]) -> StudyTa
 
 
 def checked_table(path: Path, table: Mapping[str, PlainValue], model: type[Tables]) -> Tables:
-    """Return the content of a study in its checked shape, a model with a title and scenarios; path: the file that errors name."""
+    """Return the content of a study, validated by a model.
+
+    The model has a title and scenarios; path: the file that errors name.
+    """
     # Whole tables may come from a command line or from another file.
     table = with_target(with_new_names(table, path), path)
     try:

@@ -17,9 +17,9 @@ RECORD = "run.json"
 
 
 def with_new_names(table: Mapping[str, PlainValue], path: Path) -> PlainTable:
-    """Return the content of a study with every key under its present name; path: the file that errors and warnings name.
+    """Return the content of a study with its keys' present names.
 
-    Raises InputError where a table has a key under both names.
+    path: the file that errors and warnings name. Raises InputError where a table has a key under both names.
     """
     renamed, result = [], dict(table)
     for name in TABLES:
@@ -36,7 +36,7 @@ def with_new_names(table: Mapping[str, PlainValue], path: Path) -> PlainTable:
 
 
 def with_new_name(key: str) -> str:
-    """Return a dotted key of a study, as a command line gives it, under its present name."""
+    """Return the present name of a command line's dotted study key."""
     head, _, leaf = key.rpartition(".")
     if leaf not in RENAMED or not head.startswith(TABLES):
         return key

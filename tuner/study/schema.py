@@ -98,7 +98,10 @@ class GainTable(StrictTable):
 
 
 def branch(text: str, table: str, other: str) -> Discriminator:
-    """Decide by the type given, so that errors speak of what was meant; the names end up in the error's location."""
+    """Discriminate by the type given, so that errors name the tag meant.
+
+    The names of the tags end up in the error's location.
+    """
 
     def choose(value: object) -> str:
         if isinstance(value, str):

@@ -1,4 +1,4 @@
-"""From a [search] table to the search that runs, of studies and of inferences alike."""
+"""Reading of a [search] table, of studies and inferences."""
 
 from collections.abc import Sequence
 
@@ -52,9 +52,10 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
 
 
 def least_tail(objectives: Sequence[Objective], scenarios: int) -> float:
-    """Return the number of flights that decide an objective for each flight of a scenario, the least of all objectives.
+    """Return the least number of deciding flights per flight of a scenario.
 
-    1 for the mean over a scenario, the share of its tail for a CVaR; more where flights of several scenarios are pooled.
+    The least of all objectives: 1 for the mean over a scenario, the share of its tail for a CVaR; more where flights of several
+    scenarios are pooled.
     """
     return min(
         RISKS[entry.risk.name].tail(entry.risk.level or 0.0) * (scenarios if entry.scenario is None else 1)

@@ -1,4 +1,4 @@
-"""What every study that is searched has, whoever makes its trials, and what every study of a flown system has."""
+"""Common parts of searched studies and of studies with flown systems."""
 
 import hashlib
 import json
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StudyScenario:
-    """A scenario and how many draws of it the search and the held-out check fly."""
+    """A scenario with its numbers of draws for search and held-out check."""
 
     spec: Any
     search: int
@@ -176,7 +176,10 @@ class SearchedStudy:
         return False
 
     def censored_times(self) -> list[list[float]]:
-        """Return for each objective, by scenario, the time [s] that stands for an event that a flight did not come to."""
+        """Return by objective and scenario the time [s] of a missed event.
+
+        The time stands for an event that a flight did not come to.
+        """
         return [[] for _ in self.objectives]
 
     @property
@@ -185,21 +188,21 @@ class SearchedStudy:
         return []
 
     def drawn_numbers(self, scenario: int, stream: str, flights: int) -> np.ndarray | None:  # noqa: ARG002
-        """Return deviations (flights, names) of the vehicles of a scenario, by its number from 0.
+        """Return deviations (flights, names) of the vehicles of a scenario.
 
-        None where they come from no airframe's uncertainty.
+        scenario: its number from 0. None where they come from no airframe's uncertainty.
         """
         return None
 
     def flown_margins(self, gains: np.ndarray) -> "tuple[Margins, Margins] | None":  # noqa: ARG002
-        """Return the margins of gains rows (n, gains), exact and of the loop in the plant steps that fly.
+        """Return the margins of gains rows (n, gains), exact and as flown.
 
-        None where margins are not known apart from the steps.
+        As flown: of the loop in its plant steps. None where there are no margins apart from the steps.
         """
         return None
 
     def loop_requirements(self) -> tuple[MarginRequirement, ...] | None:
-        """Return the requirements on margins of single loops, None where loops are not looked at one by one."""
+        """Return the requirements on margins of single loops, None if not examined."""
         return None
 
     @property
@@ -209,13 +212,16 @@ class SearchedStudy:
 
     @property
     def content(self) -> PlainTable:
-        """The content of the file, overrides and the search that was chosen included, paths relative to its folder."""
+        """The content of the file, with overrides and the chosen search.
+
+        Paths are relative to its folder.
+        """
         search = self.table.search.model_copy(update=self.search.sizes)
         return self.table.model_copy(update={"search": search}).model_dump(mode="json", exclude_unset=True)
 
     @property
     def generations(self) -> int:
-        """Generations of the search, the number that a run can be extended in."""
+        """Generations of the search, by which a run can be extended."""
         return self.search.generations
 
     @property
@@ -224,12 +230,18 @@ class SearchedStudy:
         return np.array(self.space.base)
 
     def resolved(self) -> PlainTable:
-        """Return every value of the study, defaults, airframe numbers and measured limits included, as JSON-able data."""
+        """Return every value of the study as JSON-able data.
+
+        Defaults, airframe numbers and measured limits are included.
+        """
         search = {**self.search.values, "why": self.search.why}
         return {**self._values(), "search": search, "digest": self.digest()}
 
     def comparable(self, without: tuple[str, ...] = ()) -> PlainTable:
-        """Return the values that decide the result, as JSON-able data by table, but for some tables; paths do not count."""
+        """Return the values that decide the result, by table, without paths.
+
+        They are JSON-able data; without: tables to leave out.
+        """
         left = ("title", "description", *usual_keys(self.table.confidence), *without)
         return {key: value for key, value in self._values().items() if key not in left}
 

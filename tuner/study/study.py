@@ -118,21 +118,21 @@ class Study(TuningStudy):
 
     @property
     def notes(self) -> list[str]:
-        """Sentences on late rotors and the like, and on what a steady wind takes."""
+        """Sentences on the vehicle's fitted numbers and on trims in wind."""
         return [*fitted_texts(self.system), *trim_texts([entry.spec for entry in self.scenarios], self.system)]
 
     @property
     def air(self) -> list[dict[str, float | str]]:
-        """The air of each scenario, with the trim of flights that start in it."""
+        """The air of each scenario, with the trim of its flights' start."""
         return [
             {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, self.system)}
             for entry in self.scenarios
         ]
 
     def drawn_numbers(self, scenario: int, stream: str, flights: int) -> np.ndarray | None:
-        """Return deviations (flights, names) of the vehicles of a scenario, by its number from 0.
+        """Return deviations (flights, names) of the vehicles of a scenario.
 
-        None where they come from no airframe's uncertainty.
+        scenario: its number from 0. None where they come from no airframe's uncertainty.
         """
         spec = self.scenarios[scenario].spec
         if spec.uncertainty is None:
@@ -185,7 +185,7 @@ class Study(TuningStudy):
 
     @property
     def own_code(self) -> dict[str, dict[str, str]]:
-        """Digests of the laws, metrics and references that are not bundled, by table and name."""
+        """Digests of the user's laws, metrics and references, by table and name."""
         judged = [*self.objectives, *[entry.objective for entry in self.constraints]]
         kinds = {type(entry.spec.reference): None for entry in self.scenarios}
         by_table = {
@@ -211,7 +211,7 @@ class Study(TuningStudy):
         }
 
     def _controller(self, without: set[str] | None = None) -> PlainTable:
-        """Return every value of the controller, with the plant step that is flown."""
+        """Return every value of the controller, with the plant step as flown."""
         # A study of one rate keeps the digest that it had before there were two.
         unused = {"position_every"} if self.system.cascade.position_every == 1 else set[str]()
         values = _dumped(self.table.controller, (without or set()) | unused)
@@ -235,7 +235,7 @@ def _airframe_values(airframe: Airframe) -> PlainTable:
 
 
 def _spread_values(spec: ScenarioSpec, table: Any) -> PlainTable:
-    """Return the spread, or where the vehicles are drawn from and the uncertainty that stands there."""
+    """Return the spread, or the uncertainty and its origin in its place."""
     if spec.uncertainty is None:
         return table.model_dump(mode="json", exclude={"from"})
     return {"from": getattr(table, "from"), **asdict(spec.uncertainty)}
@@ -252,7 +252,10 @@ def _dumped(table: StrictTable, without: set[str] | None = None) -> PlainTable:
 
 
 def differences(controller: Controller, study: Study) -> list[str]:
-    """Return the differences to a study, each as "NAME 'gains' instead of 'study'"; the plant step is the simulation's own."""
+    """Return the differences of a controller to a study.
+
+    Each reads "NAME 'gains' instead of 'study'"; the plant step belongs to the simulation and does not count.
+    """
     system, timing = study.system, study.system.timing
     pairs: list[tuple[str, object, object]] = [
         ("airframe", controller.airframe.name, study.airframe.name),

@@ -57,7 +57,7 @@ def with_target(table: Mapping[str, PlainValue], path: Path) -> Mapping[str, Pla
 
 
 def check_target(space: DecisionSpace, every_gain: tuple[GainAddress, ...]) -> None:
-    """Refuse ranges and numbers of a study with a target that lie beyond what its parameters usually hold."""
+    """Raise InputError for gains of a study beyond its target's usual ranges."""
     spans = {gain.address: gain for gain in every_gain if not (gain.info.airframe or gain.info.firmware)}
     for variable in space.variables:
         for address in variable.addresses:

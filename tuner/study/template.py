@@ -18,8 +18,9 @@ TEMPLATE = Path(__file__).with_suffix(".toml").read_text(encoding="utf-8")
 
 
 def write_study(name: str, source: Path | None = None) -> list[Path]:
-    """Write the commented template, or a copy of the study `source`, and return what was written: NAME.toml in this folder first.
+    """Write the commented template, or a copied study; return the files.
 
+    source: the study to copy. The first file is NAME.toml in this folder.
     Code beside a shipped study is copied along, to be changed. Raises StoreError where a file of such a name is there already,
     and UnnamedCodeError where a study from elsewhere names code that the user has not named: the copy would run it.
     """
@@ -59,12 +60,12 @@ def _write_new(path: Path, text: str) -> None:
 
 
 def _shipped_code(study: Path) -> list[str]:
-    """Return the files of code that a shipped study names, relative to it; none of a study of the user's own."""
+    """Return the code files of a shipped study, relative to it; none of a user's study."""
     return [name for name in _code_of(study) if name.endswith(".py")] if study.parent.resolve() == SHIPPED else []
 
 
 def _code_of(study: Path) -> list[str]:
-    """Return the files of code that a study names, FMUs included, relative to it."""
+    """Return the code files of a study, FMUs included, relative to it."""
     named: list[str] = []
 
     def note(name: str) -> str:
@@ -76,8 +77,9 @@ def _code_of(study: Path) -> list[str]:
 
 
 def copied_study(source: Path, target: Path) -> str:
-    """Return the text of a study, comments included, as it stands at another path: its paths and its comments follow.
+    """Return the text of a study, comments included, for another path.
 
+    Its paths and its comments follow.
     Raises InputError where the source cannot be read, or spells a path so that it cannot be replaced in the text.
     """
     table = parse_toml(source)

@@ -155,7 +155,7 @@ class TrialStudy(SearchedStudy):
         return [variable.name for variable in self.space.variables]
 
     def trial_seed(self, stream: str, scenario: int) -> int:
-        """Return the seed of a scenario of a stream, which every candidate meets."""
+        """Return the seed of a stream's scenario, common to all candidates."""
         return int(generator(self.seed, f"trials/{stream}", scenario).integers(SEEDS))
 
     def _values(self) -> PlainTable:

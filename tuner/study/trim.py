@@ -43,7 +43,10 @@ class MeanWindTrim:
 
 
 def mean_wind_trim(spec: ScenarioSpec, system: System) -> MeanWindTrim | None:
-    """Return the steady flight of the nominal vehicle in the mean wind, None where none blows or flights do not hold a place."""
+    """Return the steady flight of the nominal vehicle in the mean wind.
+
+    None where no wind blows or flights do not hold a place.
+    """
     if not (spec.air.mean_wind and spec.air.wind_speed > 0.0 and spec.track(system.timing).samples[0, HOLD] > 0.5):
         return None
     flight = trimmed_flights(spec, system, np.ones(1))
@@ -76,7 +79,7 @@ def check_trim(spec: ScenarioSpec, system: System) -> None:
 
 
 def trim_texts(specs: Sequence[ScenarioSpec], system: System) -> list[str]:
-    """Return a sentence for each scenario whose flights start trimmed against a mean wind."""
+    """Return a sentence on each scenario trimmed against a mean wind."""
     trims = [(spec.name, mean_wind_trim(spec, system)) for spec in specs]
     return [
         f"Trim in {name}: mean wind {trim.wind:.3g} m/s, tilt {degrees(trim.tilt):.1f} of {degrees(trim.tilt_limit):.3g} deg, "
@@ -87,7 +90,7 @@ def trim_texts(specs: Sequence[ScenarioSpec], system: System) -> list[str]:
 
 
 def _tilt_left(trim: MeanWindTrim) -> str:
-    """Return a sentence where the trim is so close to the tilt limit that little is left for gusts."""
+    """Return a sentence where little tilt is left for gusts, else ""."""
     if trim.tilt < NEAR_LIMIT * trim.tilt_limit:
         return ""
     left = degrees(trim.tilt_limit - trim.tilt)
@@ -109,12 +112,18 @@ def steady_states(specs: Sequence[ScenarioSpec], system: System) -> tuple[Steady
 
 
 def hover_of(specs: Sequence[ScenarioSpec], timing: Timing) -> tuple[SteadyState]:
-    """Return hover alone, with the position loops of x and y closed where any scenario closes them."""
+    """Return hover alone, holding position where any scenario does.
+
+    It then has the position loops of x and y closed.
+    """
     return (SteadyState(HOVER, hold=holds_place(specs, timing)),)
 
 
 def holds_place(specs: Sequence[ScenarioSpec], timing: Timing) -> bool:
-    """Return True if any scenario closes the position loops of x and y; attitude mode leaves them open."""
+    """Return True if any scenario closes the x and y position loops.
+
+    Attitude mode leaves them open.
+    """
     return any(bool(np.any(spec.track(timing).samples[:, HOLD] > 0.5)) for spec in specs)
 
 
@@ -143,7 +152,10 @@ def _trims_of(spec: ScenarioSpec, system: System) -> Iterator[SteadyState]:
 
 
 def _directions(spec: ScenarioSpec) -> list[tuple[float, np.ndarray]]:
-    """Return the directions [deg] that a scenario's mean wind may blow to, as unit vectors (3,) of the world."""
+    """Return the directions [deg] of a mean wind, with world unit vectors (3,).
+
+    They are those that the wind may blow to.
+    """
     given = spec.air.wind_direction_deg
     return [(angle, _way(angle)) for angle in (DIRECTIONS if given is None else (given,))]
 
@@ -164,7 +176,10 @@ def trim_entry(spec: ScenarioSpec, system: System) -> dict[str, float]:
 
 
 def trimmed_flights(spec: ScenarioSpec, system: System, shares: np.ndarray) -> SteadyFlight:
-    """Return steady flight in shares of the mean wind, from every direction in turn: rows (shares x directions)."""
+    """Return steady flight in shares of the mean wind, by direction.
+
+    Rows (shares x directions): from every direction in turn.
+    """
     ways = np.array([way for _, way in _directions(spec)])
     winds = (spec.air.wind_speed * shares[:, None, None] * ways).reshape(-1, 3)
     return steady_flight(np.repeat([flatten(dynamics(system.vehicle))], len(winds), axis=0), winds)

@@ -75,7 +75,10 @@ class TuningStudy(SearchedStudy):
         return requirements_of(self.screens)
 
     def resolved(self) -> PlainTable:
-        """Return every value of the study, defaults, airframe numbers and measured limits included, as JSON-able data."""
+        """Return every value of the study as JSON-able data.
+
+        Defaults, airframe numbers and measured limits are included.
+        """
         rows = [
             {
                 "label": entry.label,
@@ -92,7 +95,10 @@ class TuningStudy(SearchedStudy):
         return {**values, "requirements": rows, "digest": digest}
 
     def in_units_of_limits(self) -> Self:
-        """Return the study with requirements whose numbers stand in files as in the study, as folders once held them."""
+        """Return the study with requirements in the units of limits, not SI.
+
+        Numbers then stand in files as in the study, as folders once held them.
+        """
         plain = tuple(
             replace(screen, requirements=tuple(replace(entry, scale=None) for entry in screen.requirements))
             for screen in self.screens
@@ -136,7 +142,7 @@ class TuningStudy(SearchedStudy):
 
     @property
     def is_resumable(self) -> bool:
-        """Whether all that flies can be read again from files, so that a run can be extended."""
+        """True if all flown parts come from files, for extension of runs."""
         return True
 
     def is_natural_end(self, variable: int, bound: float) -> bool:
@@ -148,7 +154,10 @@ class TuningStudy(SearchedStudy):
         return bound <= info.least or (info.observer and bound * period >= MOST_OBSERVER * (1.0 - 1e-9))
 
     def censored_times(self) -> list[list[float]]:
-        """Return for each objective, by scenario, the time [s] that stands for an event that a flight did not come to."""
+        """Return by objective and scenario the time [s] of a missed event.
+
+        The time stands for an event that a flight did not come to.
+        """
         times = []
         for objective in self.objectives:
             metric = objective.metric.metric

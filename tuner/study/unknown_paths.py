@@ -43,7 +43,7 @@ def value_at(table: Any, place: Place) -> Any:
 
 
 def put_at(table: Any, place: Place, value: float) -> None:
-    """Set a place of nested tables and lists, making the tables on the way that are missing."""
+    """Set a place of nested tables and lists, with missing tables added."""
     *parents, last = place
     level = table
     for part in parents:
@@ -52,7 +52,7 @@ def put_at(table: Any, place: Place, value: float) -> None:
 
 
 def _next(level: Any, before: list[str | int], rest: str) -> tuple[str | int, str]:
-    """Return the next part of a path, as key or index, and what is left of the path."""
+    """Return a path's next part, key or index, and the rest."""
     if isinstance(level, list):
         return _index(level, before, rest)
     if before and before[-1] == GAINS and rest.count(".") >= 1:
@@ -96,7 +96,7 @@ def _kind(level: Any) -> str:
 
 
 def _below_hint(level: Any) -> str:
-    """Return the end of the message on a path that does not lead to a value."""
+    """Return the end of the message on a path without a value."""
     if isinstance(level, list) and level:
         return f"; go on with an entry, 0 to {len(level) - 1}"
     if isinstance(level, dict) and level:

@@ -45,8 +45,12 @@ ENOUGH = 0.1
 class TargetCapabilities:
     """Excitations that an export target can fly.
 
-    quantities: axis -> excited quantity. waves: that it has. shape: of its chirps. alike: band and length are the same on all
-    axes. least: lowest frequency [Hz].
+    Attributes:
+        quantities: Axis -> excited quantity.
+        waves: Waves of the target.
+        shape: Shape of its chirps.
+        alike: True if band and length are the same on all axes.
+        least: Lowest frequency [Hz].
     """
 
     quantities: Mapping[str, str]
@@ -65,8 +69,10 @@ class TargetCapabilities:
 class Task:
     """Inputs of a plan: vehicle, parameters, capabilities and limits.
 
-    truth (n,): coordinates of the nominal vehicle. limits: by the names of `Flown.peaks`; still: what flights without excitation
-    come to.
+    Attributes:
+        truth (n,): Coordinates of the nominal vehicle.
+        limits: By the names of `Flown.peaks`.
+        still: Peaks of flights without excitation, by the same names.
     """
 
     simulated: SimulatedVehicle

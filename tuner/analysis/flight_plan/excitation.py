@@ -1,4 +1,4 @@
-"""Excitations of single axes, and the reference of a flight that makes one after the other.
+"""Excitations of single axes, and the reference of their flight.
 
 A chirp dwells at its first frequency, then sweeps exponentially to its last; doublets are the signs of a chirp. Exponential
 sweeps are what ArduPilot's SYSTEMID mode and Betaflight's CHIRP mode fly.
@@ -37,8 +37,13 @@ class Shape(NamedTuple):
 class Excitation:
     """An excitation of one axis.
 
-    axis: of `AXES`. quantity: what of it is excited, of `UNITS`, and amplitude in its unit. first, last: frequencies [Hz].
-    duration: of the whole, dwell and fades included [s]. wave: of `WAVES`.
+    Attributes:
+        axis: One of `AXES`.
+        quantity: Excited quantity of the axis, one of `UNITS`.
+        amplitude: In the unit of the quantity.
+        first, last: Frequencies [Hz].
+        duration: Total time, dwell and fades included [s].
+        wave: One of `WAVES`.
     """
 
     axis: str

@@ -48,9 +48,13 @@ FORGIVEN = 0.8
 class ExperimentSpec:
     """Parameters to be identified by a flight, and its limits.
 
-    numbers: names, empty for all that such a flight can tell so well. within: largest half-width of a 95 % interval, relative; of
-    the dead time over the mean lag, of the centre of mass over the arm. tilt [rad], rate [rad/s]: limits. mass, arm: relative
-    standard deviations of what is weighed and measured.
+    Attributes:
+        numbers: Names, empty for all that such a flight can identify to this accuracy.
+        within: Largest half-width of a 95 % interval, relative; of the dead time over the mean lag, of the center of mass over
+            the arm.
+        tilt: Limit [rad].
+        rate: Limit [rad/s].
+        mass, arm: Relative standard deviations of the weighed mass and the measured arm.
     """
 
     numbers: tuple[str, ...]
@@ -70,8 +74,12 @@ class ExperimentSpec:
 class Experiment:
     """A planned flight.
 
-    excitations: in their order. wish: what is to be known. checked: flights over the airframe's uncertainty. foresight: what the
-    flight is to tell; proof: what was identified from one simulated flight.
+    Attributes:
+        excitations: In their order.
+        accuracy: Parameters to be identified, and their accuracy.
+        checked: Flights over the airframe's uncertainty.
+        expected: Accuracy that the flight should give.
+        proof: Result of an identification from one simulated flight.
     """
 
     task: Task
@@ -127,7 +135,7 @@ def is_informative(after: float, before: float) -> bool:
 def check_is_informative(
     request: ExperimentSpec, space: ParameterSpace, accuracy: AccuracyTarget, expected: ExpectedAccuracy
 ) -> None:
-    """Raise InputError for a plan uninformative of a named parameter, or of all."""
+    """Raise InputError for a plan uninformative of a named parameter, or all."""
     after, before = (half_widths(space, deviations) for deviations in (expected.deviations, space.prior_std))
     untold = [space.names[k] for k in accuracy.places if not is_informative(float(after[k]), float(before[k]))]
     if not untold or (len(untold) < len(accuracy.places) and not request.numbers):
@@ -141,7 +149,7 @@ def check_is_informative(
 
 def nominal_vehicle(simulated: SimulatedVehicle, space: ParameterSpace) -> SimulatedVehicle:
     """Return the simulated vehicle at the prior's center: with drag and damping, which its file may lack."""
-    numbers, vehicle = space.numbers(space.centre), simulated.system.vehicle
+    numbers, vehicle = space.numbers(space.center), simulated.system.vehicle
     drag, damping = vehicle.drag_linear, vehicle.rate_damping
     nominal = vehicle._replace(
         drag_linear=drag._replace(z=numbers.climb_drag),
@@ -152,7 +160,7 @@ def nominal_vehicle(simulated: SimulatedVehicle, space: ParameterSpace) -> Simul
 
 def truth_of(space: ParameterSpace, simulated: SimulatedVehicle) -> Array:
     """Return the coordinates (n,) of the nominal vehicle as its log shows it."""
-    period, point = simulated.system.timing.control_period, space.centre
+    period, point = simulated.system.timing.control_period, space.center
     point[space.names.index("dead_time")] = period * late_periods(simulated.system.vehicle, period)
     return point
 

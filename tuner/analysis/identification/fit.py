@@ -1,8 +1,8 @@
-"""Maximum a posteriori estimation of a vehicle's parameters, on whitened residuals of the model's outputs.
+"""Maximum a posteriori estimation of a vehicle's parameters.
 
-Gauss-Newton on the whitened residuals and the prior; between its runs the noise of each output is fitted anew. Intervals come
-from the information of the data with the scores of blocks of time in the middle ("sandwich"; White, Econometrica 50, 1982), so
-that they hold where residuals stay correlated.
+Gauss-Newton on the whitened residuals of the model's outputs and the prior; between its runs the noise of each output is fitted
+anew. Intervals come from the information of the data with the scores of blocks of time in the middle ("sandwich"; White,
+Econometrica 50, 1982), so that they hold where residuals stay correlated.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,8 +39,12 @@ class Noise:
 class Fit:
     """An estimate and its covariance.
 
-    estimate (n,): coordinates. free (n,): mask of the fitted ones; others stay at their prior. covariance (n, n): of all
-    coordinates. information (n, n): of the data alone. noise: of the outputs.
+    Attributes:
+        estimate (n,): Coordinates.
+        free (n,): Mask of the fitted ones; others stay at their prior.
+        covariance (n, n): Of all coordinates.
+        information (n, n): Of the data alone.
+        noise: Of the outputs.
     """
 
     space: ParameterSpace
@@ -140,7 +144,7 @@ def _white(problem: Problem, series: Sequence[Array], noise: Noise) -> list[Arra
 
 def _gauss_newton(problem: Problem, point: Array, columns: list[int], noise: Noise, prior: Array) -> Array:
     """Return the point after Gauss-Newton steps, each shortened until the likelihood grows."""
-    centre, cost = problem.space.centre, _cost(problem, point, noise, prior)
+    center, cost = problem.space.center, _cost(problem, point, noise, prior)
     for _ in range(MAX_ITERATIONS):
         residuals, jacobians = problem.sensitivities(point, columns)
         white, whitened_jacobians = _white(problem, residuals, noise), _white(problem, jacobians, noise)
@@ -148,7 +152,7 @@ def _gauss_newton(problem: Problem, point: Array, columns: list[int], noise: Noi
         e = np.concatenate([part.ravel() for part in white])
         prior_precision = prior[np.ix_(columns, columns)]
         hessian = j.T @ j + prior_precision
-        step = np.linalg.solve(hessian, j.T @ e - prior_precision @ (point - centre)[columns])
+        step = np.linalg.solve(hessian, j.T @ e - prior_precision @ (point - center)[columns])
         if np.sqrt(step @ hessian @ step) < STEP_TOLERANCE * np.sqrt(len(columns)):
             return point
         scale = 1.0
@@ -168,7 +172,7 @@ def _gauss_newton(problem: Problem, point: Array, columns: list[int], noise: Noi
 def _cost(problem: Problem, point: Array, noise: Noise, prior: Array) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
         white = _white(problem, problem.residuals(point), noise)
-    off = point - problem.space.centre
+    off = point - problem.space.center
     cost = sum(float(np.sum(part**2)) for part in white) + float(off @ prior @ off)
     return cost if np.isfinite(cost) else np.inf
 

@@ -51,11 +51,16 @@ flight [s].
 
 @dataclass(frozen=True, eq=False)
 class Identified:
-    """A vehicle out of logs.
+    """A vehicle identified from logs.
 
-    fit: to all of the logs. early: without the held-out windows; validation: of early on these. problem: behind early.
-    regressions: inertias about x, y, z. reasons: name of a parameter -> why it stays at its prior.
-    wider: name of a parameter -> how much wider than its prior it came out; it stays in the fit, for others depend on it.
+    Attributes:
+        fit: Fit to all of the logs.
+        early: Fit without the held-out windows.
+        problem: Problem of the early fit.
+        validation: Validation of the early fit on the held-out windows.
+        regressions: Inertias about x, y, z.
+        reasons: Name of a parameter -> why it stays at its prior.
+        wider: Name of a parameter -> how much wider than its prior it came out; it stays in the fit, for others depend on it.
     """
 
     airframe: Airframe
@@ -107,13 +112,13 @@ def identify_vehicle(
         Problem(space, vehicle, samples, m) for m in (masks, tuple(np.ones(len(s.time)) for s in samples))
     )
     free = np.array([name not in GIVEN for name in space.names])
-    start = initial_estimate(space, samples, vehicle) if earlier is None else space.centre
+    start = initial_estimate(space, samples, vehicle) if earlier is None else space.center
     early = fit_parameters(fitting, start, free, _share(on_progress, 0))
     seen = prediction_windows(fitting, early.estimate, held_out=False)
     reasons = {**unidentifiable(early, seen), **impossible(early, airframe.vehicle)}
     fitting, complete = counted_outputs(fitting, reasons), counted_outputs(complete, reasons)
     free &= np.array([name not in reasons for name in space.names])
-    start = np.where(free | np.array([name in GIVEN for name in space.names]), early.estimate, space.centre)
+    start = np.where(free | np.array([name in GIVEN for name in space.names]), early.estimate, space.center)
     early = fit_parameters(fitting, start, free, _share(on_progress, 1))
     fit = fit_parameters(complete, early.estimate, free, _share(on_progress, 2))
     return Identified(

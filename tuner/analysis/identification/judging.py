@@ -29,8 +29,11 @@ HALF = 0.5
 class FitValidation:
     """Validation of a fit on held-out windows.
 
-    windows: what was measured and predicted there. spread (w, m, 4): standard deviations of the prediction, in the units of
-    the windows. correlation (lags, 4): of what the noise model leaves over, from lag 1 on. counted: samples behind each of them.
+    Attributes:
+        windows: Measured and predicted outputs.
+        spread (w, m, 4): Standard deviations of the prediction, in the units of the windows.
+        correlation (lags, 4): Of the residuals that the noise model leaves over, from lag 1 on.
+        counted: Samples behind each correlation.
     """
 
     windows: PredictionWindows
@@ -41,7 +44,7 @@ class FitValidation:
     @property
     def covered(self) -> Array:
         """Share (4,) of what was measured that lies within the 95 % band."""
-        off = np.abs(self.windows.measured - self.windows.modelled)
+        off = np.abs(self.windows.measured - self.windows.modeled)
         return np.mean(off <= QUANTILE * self.spread, axis=(0, 1))
 
     @property
@@ -59,7 +62,7 @@ class FitValidation:
         """Frequencies (f,) [Hz], and amplitude densities (f, 4) [1/sqrt(Hz)] of measurements and of residuals."""
         period = float(np.median(np.diff(self.windows.time, axis=1)))
         measured, residuals = (
-            density(part, period) for part in (self.windows.measured, self.windows.measured - self.windows.modelled)
+            density(part, period) for part in (self.windows.measured, self.windows.measured - self.windows.modeled)
         )
         frequency = np.asarray(np.fft.rfftfreq(self.windows.measured.shape[1], period)[1:], np.float64)
         return frequency, measured, residuals

@@ -79,8 +79,8 @@ def turning(samples: LogSegment, lagged: Array, numbers: PhysicalParameters, veh
     left = (1.0 - numbers.sag[samples.log] * samples.age)[:, None]
     thrust = (curve[0] + lagged * (curve[1] + lagged * curve[2])) * left
     speed = lagged * np.sqrt(numbers.thrust[-1] / vehicle.thrust_coefficient)
-    x = numbers.arm * np.array(vehicle.rotor_x) - numbers.centre[0]
-    y = numbers.arm * np.array(vehicle.rotor_y) - numbers.centre[1]
+    x = numbers.arm * np.array(vehicle.rotor_x) - numbers.center[0]
+    y = numbers.arm * np.array(vehicle.rotor_y) - numbers.center[1]
     spin, heavy = np.array(vehicle.spin), numbers.rotor * vehicle.rotor_inertia
     p, q, r = samples.gyro.T
     momentum = -heavy * (speed @ spin)

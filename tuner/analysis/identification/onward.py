@@ -31,7 +31,7 @@ def uncertainty_of(identified: Identified) -> Uncertainty:
     covariance = jacobian @ identified.fit.covariance @ jacobian.T
     for k, name in enumerate(names):
         if name in CENTRE:
-            covariance[k, k] += numbers.centre[CENTRE.index(name)] ** 2
+            covariance[k, k] += numbers.center[CENTRE.index(name)] ** 2
     return uncertainty_from(names, covariance)
 
 

@@ -34,7 +34,7 @@ class Parameter(NamedTuple):
 
     @property
     def coordinate(self) -> float:
-        """The prior's centre as a coordinate."""
+        """The prior's center as a coordinate."""
         return log(self.value) if self.positive else self.value
 
     def number(self, coordinate: float) -> float:
@@ -45,10 +45,16 @@ class Parameter(NamedTuple):
 class PhysicalParameters(NamedTuple):
     """Physical numbers of a point, SI units.
 
-    mass; arm: factor on the places of the rotors; inertia; thrust (3,) at `NODES`; lag_up, lag_down; dead_time; centre: of mass
-    in the frame of the rotors, x and y; torque_ratio; climb_drag: of a climb, along z; rate_damping: of roll and pitch;
-    rotor: factor on the inertia of a rotor; lift_bias (logs,) of the accelerometer along z; yaw_bias (logs,): constant torque;
-    sag (logs,): share of the thrust that is lost from begin to end.
+    Attributes:
+        arm: Factor on the places of the rotors.
+        thrust (3,): At `NODES`.
+        center: Center of mass in the frame of the rotors, x and y.
+        climb_drag: Of a climb, along z.
+        rate_damping: Of roll and pitch.
+        rotor: Factor on the inertia of a rotor.
+        lift_bias (logs,): Bias of the accelerometer along z.
+        yaw_bias (logs,): Constant torque.
+        sag (logs,): Share of the thrust that is lost from begin to end.
     """
 
     mass: float
@@ -58,7 +64,7 @@ class PhysicalParameters(NamedTuple):
     lag_up: float
     lag_down: float
     dead_time: float
-    centre: tuple[float, float]
+    center: tuple[float, float]
     torque_ratio: float
     climb_drag: float
     rate_damping: float
@@ -117,8 +123,8 @@ class ParameterSpace:
         return tuple(entry.name for entry in self.parameters)
 
     @property
-    def centre(self) -> Array:
-        """The prior's centre (n,)."""
+    def center(self) -> Array:
+        """The prior's center (n,)."""
         return np.array([entry.coordinate for entry in self.parameters])
 
     @property

@@ -1,4 +1,4 @@
-"""Prediction over short windows, and the windows that are held out of the fit for it."""
+"""Prediction over short windows, which are held out of the fit."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,22 +21,22 @@ PART = 1.0
 
 @dataclass(frozen=True, eq=False)
 class PredictionWindows:
-    """Windows of prediction: times (w, m) [s], measured and modelled (w, m, 4): rates [rad/s], lift [m/s2], about their means."""
+    """Windows of prediction: times (w, m) [s], measured and modeled (w, m, 4): rates [rad/s], lift [m/s2], about their means."""
 
     time: Array
     measured: Array
-    modelled: Array
+    modeled: Array
 
     @property
     def explained(self) -> Array:
         """Share (4,) of the variance of each output that the model explains; negative where it predicts worse than the mean."""
-        residual = np.sum((self.measured - self.modelled) ** 2, axis=(0, 1))
+        residual = np.sum((self.measured - self.modeled) ** 2, axis=(0, 1))
         return 1.0 - residual / np.maximum(np.sum(self.measured**2, axis=(0, 1)), 1e-300)
 
     @property
     def errors(self) -> Array:
         """RMS errors (4,): of the rates [rad/s] and of the lift [m/s2]."""
-        return np.sqrt(np.mean((self.measured - self.modelled) ** 2, axis=(0, 1)))
+        return np.sqrt(np.mean((self.measured - self.modeled) ** 2, axis=(0, 1)))
 
 
 def fit_masks(samples: Sequence[LogSegment]) -> tuple[Array, ...]:

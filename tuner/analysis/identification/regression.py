@@ -55,8 +55,8 @@ def forward_and_inverse_regression(
 
 
 def _point(space: ParameterSpace, samples: tuple[LogSegment, ...], vehicle: Vehicle, lag: float) -> tuple[Array, float]:
-    """Return the point of a lag, and its explained share of lift and turning."""
-    point, names = space.centre, space.names
+    """Return a lag's point, and its explained share of lift and turning."""
+    point, names = space.center, space.names
     at = {name: k for k, name in enumerate(names)}
     point[[at["lag_up"], at["lag_down"]]] = np.log(lag)
     lagged = [lagging(part, [Actuator(lag, lag, 0.0)])[0] for part in samples]
@@ -80,7 +80,7 @@ def _point(space: ParameterSpace, samples: tuple[LogSegment, ...], vehicle: Vehi
 
 def _curve(space: ParameterSpace, samples: tuple[LogSegment, ...], lagged: list[Array]) -> Array:
     """Return log ratios of the thrusts at the nodes to the prior's: from a parabola through the lift."""
-    numbers = space.numbers(space.centre)
+    numbers = space.numbers(space.center)
     columns = np.concatenate([np.column_stack([np.full(len(x), 4.0), x.sum(1), (x * x).sum(1)]) for x in lagged])
     lift = numbers.mass * np.concatenate([part.lift for part in samples])
     # As firm as the prior where the commands hardly move: a curve of the prior's form.

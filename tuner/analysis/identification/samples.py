@@ -1,4 +1,4 @@
-"""Flight logs on a uniform grid, and the means over a few samples that estimation compares."""
+"""Flight logs on a uniform grid, and the means for estimation."""
 
 from dataclasses import dataclass
 
@@ -22,8 +22,15 @@ OUTPUTS = ("roll", "pitch", "yaw", "lift")
 class LogSegment:
     """A segment of a log on a uniform grid.
 
-    log: index of the log. age (n,): share of the log's time that has passed. begin: time of the first sample [s]. period: of the
-    grid [s]. share: samples in a mean. gyro (n, 3) [rad/s], lift (n,): specific force along z [m/s2], command (n, 4).
+    Attributes:
+        log: Index of the log.
+        age (n,): Share of the log's time that has passed.
+        begin: Time of the first sample [s].
+        period: Of the grid [s].
+        share: Samples in a mean.
+        gyro (n, 3): Body rates [rad/s].
+        lift (n,): Specific force along z [m/s2].
+        command (n, 4): Commands of the motors.
     """
 
     log: int

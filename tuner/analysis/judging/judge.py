@@ -1,4 +1,7 @@
-"""Judge a gains file by the hard limits of a study, on scenarios of a sealed stream that no search and no tuning has seen."""
+"""Judge a gains file by the hard limits of a study.
+
+The scenarios are of a sealed stream that no search and no tuning has seen.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -37,7 +40,10 @@ def judge_gains(
     batches: tuple[FlightBatch, ...],
     on_flights_done: Callable[[int], None] | None = None,
 ) -> list[JudgedRow]:
-    """Fly a gains row (g,), whatever it breaks without flying, and return a row for each limit and objective."""
+    """Fly a gains row (g,) and judge each limit and objective.
+
+    It flies even where the gains break requirements that need no flight.
+    """
     evaluation = problem.evaluate_gains(row[None], batches, on_flights_done, fly_all=True, complete=True)
     return judged_rows(study, problem, row, evaluation)
 

@@ -25,9 +25,9 @@ HARD, SOFT = (PASS, FAIL), (MET, MISSED)
 
 
 def judged_rows(study: TuningStudy, problem: Problem, gains: Array, evaluation: Evaluation) -> list[JudgedRow]:
-    """Return constraints, requirements and objectives of an evaluation of one gains row (gains,), in this order.
+    """Return constraints, requirements and objectives of one gains row (gains,).
 
-    The mission floor is no limit here: what is judged need not beat anybody.
+    They come in this order, from its evaluation. The mission floor is no limit here: what is judged need not beat anybody.
     """
     n = len(study.objectives)
     constraints = [

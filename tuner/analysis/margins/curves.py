@@ -1,4 +1,4 @@
-"""Frequency responses of the loops for figures, at the amplitudes that their terms are closed for."""
+"""Frequency responses of the loops for figures, by amplitude."""
 
 from dataclasses import dataclass
 
@@ -32,7 +32,10 @@ class Curves:
 
     @property
     def phase(self) -> Array:
-        """Phase [deg], unwrapped, in (-360, 0] where the gain falls through 1 for the last time."""
+        """Phase [deg], unwrapped, in (-360, 0] at the last crossover.
+
+        The last crossover is the highest frequency at which the gain falls through 1.
+        """
         unwrapped = np.degrees(np.unwrap(np.angle(self.loop), axis=-1))
         above = np.abs(self.loop) > 1.0
         last = np.where(above.any(axis=-1), above.shape[-1] - 1 - np.argmax(above[:, ::-1], axis=-1), 0)
@@ -50,7 +53,7 @@ def curves_of(subject: Loops, channel: str) -> Curves:
 
 
 def groups(subject: Loops) -> tuple[tuple[str, ...], ...]:
-    """Return the channels with a loop, those whose loops do not differ together."""
+    """Return the channels with a loop, grouped by equal loops."""
     alike_by_response: dict[tuple[float, ...], list[str]] = {}
     probed = subject.model.probe_frequencies()
     for channel in subject.looped:

@@ -145,7 +145,10 @@ def requirements_in(controller: Controller, trim: Trim) -> list[LimitRow]:
 
 
 def worst_rows(by_state: dict[str, list[LimitRow]]) -> list[LimitRow]:
-    """Return rows that are the same in every steady state but for their values, each in the state where it is worst."""
+    """Return the rows of all steady states, each in its worst state.
+
+    by_state: rows that differ between states in their values alone.
+    """
     if len(by_state) == 1:
         return next(iter(by_state.values()))
     return [_worst_of(dict(zip(by_state, rows, strict=True))) for rows in zip(*by_state.values(), strict=True)]
@@ -161,7 +164,7 @@ def _worst_of(rows: dict[str, LimitRow]) -> LimitRow:
 def limited_row(
     label: str, entry: MarginQuantity, value: float, limit: LoopLimit, hard: bool, channel: str | None = None
 ) -> LimitRow:
-    """Return the row of a limit, in its unit of limits, and a value in SI units."""
+    """Return the row of a limit and a value in SI units."""
     is_satisfied, in_si = limit.is_satisfied(float(entry.to_limit(value))), float(entry.from_limit(limit.limit))
     units = units_of(entry.limit_unit, entry.limited)
     return requirement_row(label, entry.name, units, value, in_si, is_satisfied, limit.sense, hard, channel)
@@ -231,7 +234,7 @@ def _entry(value: float, unit: str, frequency: float, case: str | None, note: st
 
 
 def _range(alpha: float, skew: float) -> GuaranteedRange:
-    """Return the factors of the gain and the phase that a disk guarantees; an infinite disk is as large as they come."""
+    """Return the gain factors and the phase that a disk guarantees; an infinite disk counts as 1e9."""
     low, high, phase = (float(part) for part in disk_range(min(alpha, 1e9), skew))
     return GuaranteedRange(low=_noted(low, "1"), high=_noted(high, "1"), phase=_noted(phase, "rad"))
 
@@ -269,7 +272,10 @@ def study_requirements(study: Study, controller: Controller, trim: Trim | None =
 
 
 def plant_requirements(study: PlantStudy, row: np.ndarray) -> list[LimitRow] | None:
-    """Return the rows of a plant study's [[margin]] tables for a gains row (g,); None where it has none."""
+    """Return the rows of a plant study's margins for a gains row (g,).
+
+    None where the study has no [[margin]] tables.
+    """
     requirements = margins_asked(study.table.margin, study.path, study.system)
     if not requirements:
         return None
@@ -286,7 +292,7 @@ def limited_rows(
 
 
 def _worst_row(entry: MarginRequirement, values: np.ndarray, states: tuple[str, ...]) -> LimitRow:
-    """Return the row of a requirement with values (states,) in the worst of the states."""
+    """Return the row of a requirement with values (states,) in its worst state."""
     quantity, si = entry.quantity, [float(entry.quantity.from_limit(value)) for value in values]
     worst = worst_place(values, quantity.sense)
     limit = LoopLimit(quantity.name, quantity.sense, entry.limit)

@@ -1,5 +1,6 @@
-"""Usual limits of every loop, where no study says otherwise, in the units of limits in study files.
+"""Usual limits of every loop, in the units of study files.
 
+They hold where no study says otherwise.
 Source: gain margin 6 dB either way after MIL-F-9490D; K. J. Astrom, R. M. Murray, Feedback Systems, 2nd ed., Princeton 2021,
 section 10.3 (phase 30 to 60 deg) and section 12.2 (Ms 1.2 to 2). A critically damped PD law with linear extended state observer
 cannot reach 45 deg below wo/wc = 7, hence 35 deg as the limit and 45 deg as the target; two control periods of delay are what a
@@ -13,8 +14,11 @@ from dataclasses import dataclass
 class LoopLimit:
     """A limit of one quantity of every loop.
 
-    quantity: name in `objectives.margins.quantities`; sense: "min" or "max"; target: what
-    should be kept besides, None for nothing more.
+    Attributes:
+        quantity: Name in `objectives.margins.quantities`.
+        sense: "min" or "max".
+        limit: In the unit of limits.
+        target: Value to reach besides, None for nothing more.
     """
 
     quantity: str
@@ -27,7 +31,7 @@ class LoopLimit:
         return _keeps(value, self.limit, self.sense)
 
     def reached(self, value: float) -> bool:
-        """True if a value reaches the target, or the limit where there is none."""
+        """True if a value reaches the target, or else the limit."""
         return _keeps(value, self.limit if self.target is None else self.target, self.sense)
 
     @property

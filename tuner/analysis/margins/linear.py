@@ -1,8 +1,8 @@
-"""The linearised loop under one gains row on vehicles that differ from what its controller takes them for.
+"""Linearized loops of one gains row on vehicles besides the nominal one.
 
 `MarginModel` gives the worst over vehicles; maps and responses need each one by itself, and the state behind it. The controller
 keeps its nominal, only what flies is exchanged. Which states belong together does not depend on the numbers of a vehicle, so the
-blocks are found once, on the nominal one.
+blocks are determined once, on the nominal one.
 """
 
 from collections.abc import Sequence
@@ -66,9 +66,9 @@ class Linear:
         return [None if point is None else margins.of(next(rows)) for point in points]
 
     def closed(self, channel: str) -> tuple[LinearLoops, int, Array]:
-        """Return the block of a channel on the nominal vehicle, the channel's place in it, and whether it is stable (cases,).
+        """Return a channel's block, its index there, and the block's stability (cases,).
 
-        Its terms are closed at each of `cases`; a block without terms is a batch of one.
+        On the nominal vehicle. Its terms are closed at each of `cases`; a block without terms is a batch of one.
         """
         index = CHANNELS.index(channel)
         block = next(block for block in self.blocks if index in block.channels)

@@ -44,10 +44,14 @@ class RobustnessMap:
 
 @dataclass(frozen=True)
 class ToleranceRange:
-    """Range of a factor around 1, by itself, in which the vehicle can fly and a criterion is kept.
+    """Range of one factor around 1 in which a criterion is satisfied.
 
-    criterion: "stability" or "limits"; low, high: last factors that keep it, None where all that were tried do, both 1 where the
-    nominal vehicle breaks it.
+    In it the vehicle can fly.
+
+    Attributes:
+        factor: Name of the factor.
+        criterion: "stability" or "limits".
+        low, high: Last factors that satisfy it, None where all that were tried do, both 1 where the nominal vehicle breaks it.
     """
 
     factor: str
@@ -69,9 +73,10 @@ def with_factors(vehicle: Vehicle, **factors: float) -> Vehicle:
 def margin_surplus(
     margins: Margins | None, criterion: str, control_period: float, limits: tuple[LoopLimit, ...] = LIMITS
 ) -> float:
-    """Return the surplus of a criterion in the worst loop, above 0 where it is satisfied; control_period [s].
+    """Return the surplus of a criterion in the worst loop.
 
-    "limits": as a share of the limit; "stability": a measure of the decay rate.
+    Above 0 where it is satisfied. "limits": as a share of the limit; "stability": a measure of the decay rate.
+    control_period [s].
     """
     if margins is None:
         return NOWHERE
@@ -119,7 +124,10 @@ def tolerance_ranges(linear: Linear) -> list[ToleranceRange]:
 
 
 def _ends(linear: Linear, factor: str, way: float) -> dict[str, float | None]:
-    """Walk outwards from 1 until a criterion is lost, then halve the last step, in the logarithm of the factor."""
+    """Return by criterion the last factor in one direction that satisfies it.
+
+    It steps outwards from 1 until the criterion is lost, then halves the last step, in the logarithm of the factor.
+    """
     exponents = way * np.log(REACH) * np.arange(STEPS + 1) / STEPS
     is_inside = _satisfied_limits(linear, factor, np.exp(exponents))
     last: dict[str, float | None] = {}

@@ -1,4 +1,7 @@
-"""Certificates of the loops of a plant of the user's own, channel by channel, each with what its assumptions are worth there."""
+"""Certificates of a plant's loops, by channel, with their assumptions.
+
+The plant is the user's own.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -52,7 +55,10 @@ def _rows(subject: PlantSubject, name: str) -> Iterator[CertificateRow]:
 
 
 def peak_of(subject: PlantSubject, name: str) -> float:
-    """Return Ms of a channel as sampled, of small signals, on the grid of its margins; infinite where it is not stable."""
+    """Return the sampled Ms of a channel for small signals.
+
+    It is the peak on the grid of the channel's margins, infinite where the channel is not stable.
+    """
     if not subject.margins.stable[0, subject.place(name)]:
         return float("inf")
     return float(np.abs(1.0 + subject.model.loop(subject.row, name, SMALL).t).max(axis=0))
@@ -73,7 +79,10 @@ def per(unit: str, other: str) -> str:
 
 
 def bound_of(axis: PlantAxis) -> Certificate:
-    """Return the ultimate bound of the output, by whichever method speaks of the law, with what answers at once."""
+    """Return the ultimate bound of the output, direct feedthrough included.
+
+    The law decides the method.
+    """
     loop, at_once = disturbed(axis), abs(float(closed_loop(axis).d[0, 1]))
     if loop.kappa > 0.0 or not is_stable(loop.a):
         certificate = CERTIFICATES["peak_gain"].run(axis)
@@ -85,7 +94,10 @@ def bound_of(axis: PlantAxis) -> Certificate:
 
 
 def supertwisting(axis: PlantAxis) -> Certificate:
-    """Certify the largest disturbance rate of a plant whose second derivative is what the command moves at once."""
+    """Certify the largest disturbance rate of a plant of relative degree two.
+
+    The command moves the second derivative of the output at once.
+    """
     unit = RATE_UNIT.replace("{y}", axis.system.plant.unit(f"Output.{axis.channel.output}"))
     if not axis.gain > 0.0:
         return inconclusive(
@@ -98,7 +110,7 @@ def supertwisting(axis: PlantAxis) -> Certificate:
 
 
 def common_lyapunov(axis: PlantAxis) -> Certificate:
-    """Certify the largest spread of the gain with which the plant answers the channel's command."""
+    """Certify the largest spread of a plant's gain from the channel's command."""
     spread = CERTIFICATES["common_lyapunov"].run(axis, varied=("inertia",))
     if not spread.verified:
         return inconclusive(spread.unit, "the plant as assumed does not decay")

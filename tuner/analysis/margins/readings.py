@@ -1,4 +1,4 @@
-"""Gains whose margins are judged, with the margin model of their airframe or of their plant."""
+"""Gains, with the margin model of their airframe or plant."""
 
 from dataclasses import dataclass
 

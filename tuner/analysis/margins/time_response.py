@@ -1,4 +1,4 @@
-"""Step and load responses of the linearised loop, at every amplitude that its terms are closed for.
+"""Step and load responses of the linearized loop, by amplitude.
 
 Position steps fly with all loops closed. Attitude steps and loads fly in attitude mode where that has a steady state, as an
 attitude loop would be flown by hand; else the position loops answer as well. The map of one control period is exact for both: a
@@ -55,7 +55,10 @@ def _responses(channel: str, linear: Linear) -> LinearResponses:
 
 
 def simulate(loops: LinearLoops, column: int, row: int, steps: int) -> Array:
-    """Return the output of a row (cases, steps) after a unit step of the input of a column, from rest."""
+    """Return the output (cases, steps) of a row after a unit step.
+
+    The step is of the input of a column, from rest.
+    """
     a, b, c, d = loops.a, loops.b[..., column], loops.c[:, row], loops.d[:, row, column]
     x, out = np.zeros_like(b), np.empty((len(a), steps))
     with np.errstate(over="ignore", invalid="ignore"):
@@ -66,7 +69,7 @@ def simulate(loops: LinearLoops, column: int, row: int, steps: int) -> Array:
 
 
 def _until_settled(response: Array) -> int:
-    """Return the settling time of all cases in samples, and a little more."""
+    """Return the settling time of all cases in samples, plus 30 %."""
     bounded = response[np.isfinite(response).all(axis=1)]
     if not len(bounded):
         return response.shape[1]

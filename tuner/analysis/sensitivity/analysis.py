@@ -19,8 +19,11 @@ BATCH = 256
 class Sampled(NamedTuple):
     """Results of evaluating n points.
 
-    values (n, q): outputs; failures (n,): share of failed flights; passes_screening (n,): mask of candidates that satisfy every
-    hard requirement, so that a search would fly them; scores: for each output those of the flights (n, flights).
+    Attributes:
+        values (n, q): Outputs.
+        failures (n,): Share of failed flights.
+        passes_screening (n,): Mask of candidates that satisfy every hard requirement, so that a search would fly them.
+        scores: For each output those of the flights (n, flights).
     """
 
     values: Array
@@ -33,9 +36,12 @@ class Sampled(NamedTuple):
 class Analysis:
     """Result of a sensitivity analysis.
 
-    values (n, q), failures (n,), passes_screening (n,): at all points of the design. indices: by scale, of the outputs and then
-    of the share of failures. variance: of each output, gains against scenarios, over the independent candidates without failures;
-    None where there are fewer than two of them or fewer than two flights. candidates: their number.
+    Attributes:
+        values (n, q), failures (n,), passes_screening (n,): At all points of the design.
+        indices: By scale, of the outputs and then of the share of failures.
+        variance: Of each output, gains against scenarios, over the independent candidates without failures; None where there are
+            fewer than two of them or fewer than two flights.
+        candidates: Their number.
     """
 
     design: SobolDesign

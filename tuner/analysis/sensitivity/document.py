@@ -1,4 +1,4 @@
-"""The results of a sensitivity analysis, as data for JSON and as tables for CSV."""
+"""Results of a sensitivity analysis for JSON and CSV."""
 
 import numpy as np
 

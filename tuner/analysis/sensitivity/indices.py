@@ -68,8 +68,8 @@ def _bootstrap(f_a: Array, f_b: Array, f_ab: Array, draw: np.random.Generator, r
     """
     n = f_a.shape[1]
     weights = draw.multinomial(n, np.full(n, 1.0 / n), size=replicates) / n
-    centre = 0.5 * (f_a.mean(axis=1) + f_b.mean(axis=1))[:, None]
-    a, b, ab = f_a - centre, f_b - centre, f_ab - centre
+    center = 0.5 * (f_a.mean(axis=1) + f_b.mean(axis=1))[:, None]
+    a, b, ab = f_a - center, f_b - center, f_ab - center
     mean = 0.5 * weights @ (a + b).T
     variance = 0.5 * weights @ (a**2 + b**2).T - mean**2
     first = np.stack([weights @ (b * (page - a)).T for page in ab], axis=-1)

@@ -18,7 +18,7 @@ MARGINS = ("phase_margin", "gain_up", "ms")
 
 
 def print_approach(made: "Approach", console: Console) -> None:
-    """Print the steps, what their flights measure, what falls short, and how to go about it."""
+    """Print the steps, their flights' metrics, insufficient margins and the procedure."""
     document = made.document
     for k, step in enumerate(document.steps):
         if step.lost:
@@ -58,7 +58,10 @@ def change_of(step: StepOfApproach) -> str:
 
 
 def worst_of(step: StepOfApproach, name: str) -> tuple[str, float | None, ChannelMargins]:
-    """Return a margin of the loop that has least of it, in the unit of files; None where nothing limits any loop."""
+    """Return the worst margin of all loops in the unit of files.
+
+    None where nothing limits any loop.
+    """
     least = QUANTITIES[name].sense == "min"
     limited = [each for each in step.channels if each.quantities[name].value is not None]
     loop = (min if least else max)(limited or step.channels, key=lambda each: each.quantities[name].value or 0.0)

@@ -1,4 +1,4 @@
-"""Printers of what is known of a file without flying, and of verdicts on gains."""
+"""Printers of checks without flights, and of verdicts on gains."""
 
 from collections.abc import Callable
 from math import degrees
@@ -44,12 +44,12 @@ def print_checked(checked: "Checked", _: Console) -> None:
 
 
 def figures_of(content: Row) -> Row:
-    """Return the figures of a document but for automatic limits, which are among the sentences."""
+    """Return the figures of a document without automatic limits; sentences cover these."""
     return {key: value for key, value in content.items() if key != "automatic_limits"}
 
 
 def print_own(content: Row) -> None:
-    """Print what code of the user's own breaks, a line each, or that it keeps its contract."""
+    """Print the contract violations of user code, one a line, or none."""
     for breach in content["breaches"]:
         print(": ".join(text for text in (breach["place"], breach["part"], breach["message"]) if text))
     if not content["breaches"]:
@@ -195,7 +195,7 @@ def cells(row: JudgedRow) -> list[str]:
 
 
 def judgement_text(document: JudgementDocument) -> str:
-    """Return the verdict in a sentence, with the names of what decides it."""
+    """Return the verdict in a sentence, with names of deciding rows."""
     named = {
         verdict: ", ".join(row.label for row in document.rows if row.verdict == verdict)
         for verdict in ("fail", "not certain")

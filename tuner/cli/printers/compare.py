@@ -22,7 +22,7 @@ def print_compared(results: "ComparisonResults", console: Console) -> None:
 
 
 def print_comparison(document: ComparisonDocument, console: Console) -> None:
-    """Print a table for each quantity, the sentences and the warnings of a comparison.json."""
+    """Print a table for each quantity, sentences and warnings of a comparison."""
     flights = sum(entry.flights for entry in document.compared_on)
     console.print(f"{document.title}  (seed {document.seed})", style="bold")
     print_ending(document.ending, console)
@@ -61,7 +61,7 @@ def heading(quantity: QuantityRow) -> str:
 
 
 def against(row: DifferenceRow | None) -> tuple[str, str]:
-    """Return the paired difference to the first and what its interval allows to say."""
+    """Return the paired difference to the first, and its interval's verdict."""
     if row is None:
         return "", ""
     return difference(row.estimate), verdict(row)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def print_confirmation(made: "Confirmation", console: Console) -> None:
-    """Print what was flown, tables of metrics and finalists, and where the page is."""
+    """Print verdicts, tables of metrics and finalists, and the page's place."""
     document = made.document
     tables = [quantity_table(document), *[point_table(document, i) for i in range(len(document.quantities))]]
     for part in (*verdicts(document), *map(TerminalTable.of, tables), *document.notes):

@@ -20,7 +20,7 @@ SLOWNESS = 0.225
 
 
 def print_export(made: "Exported", _: Console) -> None:
-    """Print files, parameters, margins and flights after rounding, and what the target adds or lacks."""
+    """Print files, parameters, margins and flights after rounding, and target notes."""
     console, document = wide_console(), made.document
 
     def say(text: str) -> None:
@@ -55,7 +55,10 @@ def laws_of(document: ExportDocument) -> str:
 
 
 def parameters_table(rows: list[ExportedParameter]) -> TerminalTable:
-    """Return the parameters as the target holds them, beside those on the vehicle, or the target's defaults where nobody said."""
+    """Return the target's parameters next to the vehicle's or the target's defaults.
+
+    The defaults stand where no parameters of the vehicle are given.
+    """
     table = TerminalTable("Parameters", keys=1)
     has_vehicle_values = any(row.before is not None for row in rows)
     compared = ("vehicle", "new", "change") if has_vehicle_values else ("default", "new")
@@ -77,7 +80,7 @@ def change_text(row: ExportedParameter) -> str:
 
 
 def said_of_before(document: ExportDocument) -> str:
-    """Return the origin of the values compared with, and the way to compare with the vehicle's."""
+    """Return the origin of the compared values, with advice on the vehicle's."""
     origin = document.before
     if origin is None:
         return (
@@ -102,7 +105,7 @@ def _allowed(row: ExportedParameter) -> str:
 
 
 def changes_table(verification: VerificationPart) -> TerminalTable:
-    """Return limits and metrics whose shown digits the target changes, as tuned and as held."""
+    """Return limits and metrics with changed digits, as tuned and as held."""
     flights, scenario = verification.flights, verification.scenario
     title = f"As tuned, and as the target holds it; metrics over {flights} flights, {scenario}"
     table = TerminalTable(title, keys=1)
@@ -126,7 +129,7 @@ def lost_flights(verification: VerificationPart) -> list[str]:
 
 
 def changed_margins(verification: VerificationPart) -> list[RoundedMargin]:
-    """Return the margins that differ in the digits shown, or are not kept."""
+    """Return the margins with other digits shown, or below their limits."""
     return [
         row
         for row in verification.margins
@@ -149,7 +152,10 @@ def said_of_margins(verification: VerificationPart) -> str:
 
 
 def said_of_filter(verification: VerificationPart) -> list[str]:
-    """Return sentences on the phase that the target's low-pass of the gyro takes, the loop that has least left first."""
+    """Return sentences on the phase lag of the target's gyro low-pass.
+
+    The loop with the least phase left comes first.
+    """
     gyro = verification.gyro_filter
     if gyro is None or not gyro.rows:
         return []
@@ -175,7 +181,7 @@ def _shown(value: float | None) -> str:
 
 
 def print_import(imported: "Imported", _: Console) -> None:
-    """Print the gains, what was assumed, and what to do with the file."""
+    """Print the gains, the assumptions, and the next steps with the file."""
     console = Console(soft_wrap=not sys.stdout.isatty())
     controller, out = imported.gains.controller, imported.gains.path
     for gain in gain_addresses(controller.cascade):

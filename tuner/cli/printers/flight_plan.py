@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def print_flight_plan(plan: "FlightPlan", console: Console) -> None:
-    """Print the excitations, the intervals before and after, the limits and the verdict."""
+    """Print the excitations, the intervals before and after, limits and the verdict."""
     document = plan.document
     tables = (excitation_table(document), number_table(document.numbers), peak_table(document))
     for part in (*map(TerminalTable.of, tables), *document.notes, document.verdict):

@@ -28,7 +28,7 @@ def print_flights(flown: "Flights", console: Console) -> None:
 
 
 def print_losses(flown: "Flights", console: Console) -> None:
-    """Print the lost flights, `MOST_LOST` of them at most, and how one of them is flown again."""
+    """Print the lost flights, `MOST_LOST` at most, and how to repeat one."""
     lost = flown.document.lost
     for entry in lost[:MOST_LOST]:
         console.print(f"Lost: {entry.words}.")
@@ -61,7 +61,7 @@ def metrics_table(flown: "Flights") -> TerminalTable:
 
 
 def print_sparks(flown: "Flights", console: Console) -> None:
-    """Print the median response of each axis as a line of blocks, with its range."""
+    """Print the median response of each axis as blocks, with its range."""
     _, median, _ = flown.recorded.fans()
     blocks = min(max(console.width - LABEL_LETTERS, 16), 64)
     columns = np.linspace(0, len(median) - 1, blocks).astype(int)
@@ -80,7 +80,7 @@ def print_sparks(flown: "Flights", console: Console) -> None:
 
 
 def print_theory(theory: "Theory", console: Console) -> None:
-    """Print the rows as a table, or say that theory has nothing to say."""
+    """Print the rows as a table, or that no theorem applies."""
     rows, document = theory.document.theorems, theory.document
     if not rows:
         console.print("No theorem speaks of these laws; `tuner list theorems` shows which it speaks of.")

@@ -1,4 +1,4 @@
-"""Printers of what was identified from flight logs or estimated without one, and of what is wrong with logs."""
+"""Printers of identified and estimated airframes, and of checks of logs."""
 
 from typing import TYPE_CHECKING
 
@@ -35,7 +35,7 @@ def print_identification(identification: "Identification", console: Console) -> 
 
 
 def print_log_comparison(comparison: "LogComparison", console: Console) -> None:
-    """Print each measure of both logs, their ratio, what was predicted, and the verdict."""
+    """Print the measures of both logs, ratios, predictions and the verdict."""
     document = comparison.document
     for row in (document.before, document.after):
         console.print(log_text(row))

@@ -39,7 +39,7 @@ def print_listings(as_json: bool) -> None:
 
 
 def print_listing(what: str, containing: str | None, as_json: bool) -> None:
-    """Print one registry, or its rows that hold a text, in any case."""
+    """Print one registry, or its rows that hold a text, case-insensitively."""
     rows = rows_of(what, containing or "")
     if as_json:
         print(json_text(rows))

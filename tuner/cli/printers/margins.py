@@ -1,4 +1,4 @@
-"""Margins of a controller, or of a default and a design, for a person."""
+"""Printers of margins, of a controller or a default and a design."""
 
 from collections.abc import Sequence
 from math import degrees
@@ -25,7 +25,7 @@ SHORT_CASES = {"steepest slope": "steep", "small signals": "small"}
 
 
 def print_margins(margins: "Margins", console: Console) -> None:
-    """Print the table of all loops, the requirements and, where they are there, extents and certificates."""
+    """Print the loops, the requirements, and tolerances and certificates if any."""
     document, from_study = margins.document, margins.from_study
     console.print(margins_table(document, from_study))
     disk = document.multiloop.disk
@@ -125,7 +125,10 @@ def shown(entry: NotedValue, digits: int) -> str:
 
 
 def number_text(value: float | None, digits: int) -> str:
-    """Return a number as text, a small one with two digits that count; None, which has no end, as "inf"."""
+    """Return a number as text, "inf" for None, which is infinite.
+
+    A small number has two significant digits.
+    """
     if value is None:
         return "inf"
     if 0.0 < abs(value) < 10.0 ** (1 - digits):
@@ -150,7 +153,7 @@ def requirements_table(rows: list[LimitRow]) -> TerminalTable:
 
 
 def print_states(console: Console, rows: Sequence[RequiredRow | LimitRow]) -> None:
-    """Print limited margins in each steady state, where hover is not the only one."""
+    """Print limited margins by steady state, where there is more than hover."""
     view = state_table([in_shown_units(row) for row in rows])
     if view is None:
         return
@@ -176,7 +179,7 @@ def print_limit_cycles(console: Console, document: MarginsDocument) -> None:
 
 
 def print_extents(console: Console, document: MarginsDocument) -> None:
-    """Print how far the vehicle may differ from what the controller takes it for."""
+    """Print the tolerance of the controller to deviations of the vehicle."""
     for row in document.mismatch or []:
         low, high = (f"{end:.2f}" if end is not None else None for end in (row.low, row.high))
         what = {"stability": "stable", "limits": "within the limits"}[row.criterion]
@@ -220,7 +223,10 @@ def print_verdict(console: Console, document: MarginsDocument) -> None:
 
 
 def print_design(design: "Design", console: Console) -> None:
-    """Print gains and margins of default and design, and the table of a study of a plant that starts from the design."""
+    """Print gains and margins of default and design, and a study's table.
+
+    The table is of a plant's study that starts from the design.
+    """
     console.print(gains_table(design))
     console.print(both_margins(design.margins))
     console.warn(design.warnings)

@@ -97,7 +97,10 @@ def done_or(seconds: float | None) -> str:
 
 
 def precision_table(document: PlanDocument) -> TerminalTable:
-    """Return the expected intervals of the default's objectives and what a difference takes."""
+    """Return the expected intervals of the default's objectives, and the scenarios needed.
+
+    They are those that a difference takes.
+    """
     title = (
         f"Widths of 95 % intervals, and held-out scenarios that tell {document.difference_percent:g} % of the default"
     )
@@ -156,7 +159,7 @@ def index_table_of(sensitivity: "Sensitivity", output: int, name: str) -> Termin
 
 
 def variance_table_of(rows: list[VarianceRow]) -> TerminalTable:
-    """Return the shares of gains and air in the variance of each metric."""
+    """Return the shares of gains and air in each metric's variance."""
     count = rows[0].candidates
     title = f"Variance of a single flight's metric, over {count:,} samples that completed every flight [%]"
     table = TerminalTable(title, keys=1)

@@ -29,7 +29,7 @@ MOST_POINTS = 12
 
 
 def print_run_report(report: "RunReport", console: Console) -> None:
-    """Print a run, finished or not, a contest, an inference or a comparison."""
+    """Print a run, finished or not, a contest, inference or comparison."""
     if report.progress is not None:
         print_unfinished(report.progress, console)
     elif report.results is not None:
@@ -59,7 +59,7 @@ def show_inference(results: "InferenceResults", console: Console) -> None:
 
 
 def show_tuning(results: "TuningResults", console: Console) -> None:
-    """Print everything of a finished tuning run, in the order of the report."""
+    """Print all of a finished tuning run, in the report's order."""
     summary = results.document
     console.print(results.title, style="bold")
     print_ending(summary.ending, console)
@@ -120,7 +120,7 @@ def setup_text(results: "TuningFolder") -> str:
 
 
 def print_front(results: "TuningFolder", console: Console) -> None:
-    """Print a plot of two objectives, a table of the points for any other number."""
+    """Print a plot of two objectives, or else a table of points."""
     if len(results.objectives) == 2:
         for line in front_lines(results, min(console.width, PLOT_WIDTH), PLOT_HEIGHT):
             console.print(line, no_wrap=True, overflow="crop")
@@ -129,7 +129,10 @@ def print_front(results: "TuningFolder", console: Console) -> None:
 
 
 def front_table(results: "TuningFolder") -> TerminalTable:
-    """Return default, recommended and further points of the front, evenly among them, a row each."""
+    """Return rows of the default, the recommended and further front points.
+
+    The further points are evenly along the front.
+    """
     table, front = TerminalTable(box=None), results.held_out_front
     table.add_column("")
     for entry in results.objectives:
@@ -169,7 +172,7 @@ def trust_texts(results: "TuningFolder") -> list[str]:
 
 
 def gap_text(picked: SelectionValues, row: PickedObjective) -> str:
-    """Return an objective of the recommended point in the search and held out, in a sentence."""
+    """Return a sentence on the recommended point's objective, searched and held out."""
     gap, held, room = row.gap, row.held_out, width(row.held_out)
     unit = unit_text(row.unit, " {}")
     return (

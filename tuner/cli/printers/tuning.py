@@ -63,7 +63,10 @@ def print_tables_of_run(summary: Summary, console: Console) -> None:
 
 
 def print_ending(ending: Sequence[str], console: Console) -> None:
-    """Print what a run or contest that found nothing feasible has to say before all else; nothing for any other."""
+    """Print the ending of a run or contest without a feasible point.
+
+    Any other has none.
+    """
     for i, text in enumerate(ending):
         console.print(text, style="bold red" if i == 0 else "red")
 
@@ -87,12 +90,15 @@ def comparison_table(summary: Summary) -> TerminalTable:
 
 
 def with_count(text: str, count: ShareCount | None) -> str:
-    """Return a cell with the count behind its share on a line of its own, "0 of 256: at most 1.2 %"."""
+    """Return a cell with a second line for its share's count: "0 of 256: at most 1.2 %"."""
     return text if count is None else f"{text}\n{count.words}"
 
 
 def gains_table(summary: Summary, room: int = PLAIN_WIDTH) -> TerminalTable:
-    """Return the searched gains, default (D) and tuned (@), with their places in the range; room: columns of the terminal."""
+    """Return the searched gains, default (D) and tuned (@), in their ranges.
+
+    room: columns of the terminal.
+    """
     table = TerminalTable(f"Gains (D default, @ {summary.shown_as})")
     table.columns_of(
         "gain", "unit", "default", summary.shown_as, "range", left=("gain", "unit", "range"), wrap=("unit",)

@@ -1,4 +1,4 @@
-"""Cost of a controller on one processor, and the packaged table of costs.
+"""Cost of a controller on one processor, with a packaged table.
 
 The table holds the default gains of every pair of laws on the Hummingbird, counted once and for all machines. Counts hang on the
 laws, hardly on the gains, so it stands in where no compiler for a Cortex-M4F is installed, and studies use nothing else: what
@@ -23,9 +23,13 @@ MEANING = (
 class ProcessorCost:
     """Counts of a controller in single precision.
 
-    instructions_attitude, instructions_step: mean instructions of a step of the three attitude loops, and of the whole
-    cascade; most_attitude, most_step: largest seen. text_bytes: code and constants; state_bytes: the cascade's state;
-    stack_bytes: deepest stack of the cascade's step. compiler, emulator, flags: with which that was counted.
+    Attributes:
+        instructions_attitude, instructions_step: Mean instructions of a step, of attitude loops and of the full cascade.
+        most_attitude, most_step: Largest numbers of these instructions.
+        text_bytes: Code and constants.
+        state_bytes: State of the cascade.
+        stack_bytes: Deepest stack of the cascade's step.
+        compiler, emulator, flags: Tools of the count, and their flags.
     """
 
     target: str
@@ -66,7 +70,7 @@ COUNTED = (
 
 
 def tabled(position: str, attitude: str) -> ProcessorCost | None:
-    """Return the packaged cost of a pair of laws, or None for a law that is younger than the table."""
+    """Return the packaged cost of a pair of laws, None without one."""
     return _packaged().get((position, attitude))
 
 
@@ -87,7 +91,10 @@ def read_table(text: str) -> dict[tuple[str, str], ProcessorCost]:
 
 
 def cost_text(position: str, attitude: str, control_period: float) -> str | None:
-    """Return the cost of a pair of laws as a sentence part, or None where the table has it not."""
+    """Return the cost of a pair of laws as a sentence part.
+
+    None where the table does not have it.
+    """
     cost = tabled(position, attitude)
     if cost is None:
         return None

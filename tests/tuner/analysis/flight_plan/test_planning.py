@@ -172,7 +172,7 @@ def test_what_mass_and_lengths_leave_open_is_refused_with_the_best_that_can_be_h
         craft_of(AIRFRAME, NAME, None, None),
         AIRFRAME,
         SPACE,
-        SPACE.centre,
+        SPACE.center,
         TargetCapabilities({"roll": "angle"}),
         {},
         {},

@@ -96,7 +96,7 @@ def test_axes_that_are_not_excited_are_named_and_stay_at_the_prior(flown):
     for name in (*OF_OUTPUT["pitch"], *OF_OUTPUT["yaw"]):
         at = found.space.names.index(name)
         assert name in found.reasons
-        assert found.fit.estimate[at] == found.space.centre[at]
+        assert found.fit.estimate[at] == found.space.center[at]
     assert "inertia.x" not in found.reasons
 
 
