@@ -40,7 +40,7 @@ class Scaled:
     unit: float
 
     def form(self, p: Array) -> Array:
-        """Return the matrix of V in zeta as it is, from that in zeta as scaled."""
+        """Return the matrix of V in zeta from that in scaled zeta."""
         d = np.array([1.0 / sqrt(self.unit), 1.0 / self.unit])
         return p * np.outer(d, d)
 
@@ -67,7 +67,7 @@ class Feasibility:
         self._problem = cp.Problem(cp.Maximize(self._room), [*inside, cp.trace(self._p) + self._tau == 1.0])
 
     def find(self, rate: float) -> Array | None:
-        """Return P, scaled so that tau = 1 and confirmed by its eigenvalues, or None."""
+        """Return P scaled to tau = 1, or None; its eigenvalues confirm it."""
         self._square.value = rate * rate
         if not lmi.solve_again(self._problem) or not self._tau.value > lmi.MARGIN:
             return None
