@@ -80,7 +80,7 @@ def read_modes(
         quantities["load_index"] = MarginAt(index, np.zeros_like(index))
     together = MarginAt(np.full(len(modes.size), np.inf), np.zeros(len(modes.size)))
     if MULTILOOP in requested and len(plant_inputs) > 1:
-        together = multiloop_margin(modes, plant_inputs, grid, h, disk.centre(skew))
+        together = multiloop_margin(modes, plant_inputs, grid, h, disk.center(skew))
     elif MULTILOOP in requested and plant_inputs:
         together = MarginAt(*[part[:, plant_inputs[0]] for part in quantities["disk"]])
     return BlockReadings(
@@ -102,7 +102,7 @@ def read_curves(
     Of loops that are not stable it tells nothing.
     """
     n, k, size_b = residues.shape
-    levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.centre(skew)}
+    levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.center(skew)}
     levels = {name: level for name, level in levels.items() if name in requested}
     peaks, crossed = np.ones((n, k, len(levels), 2)), np.full((n, k, 2, size_b + 2, 2), np.nan)
     heights, stable = np.array(list(levels.values())), modes.stable

@@ -22,7 +22,7 @@ class DiskRange(NamedTuple):
     phase: Array
 
 
-def centre(sigma: float) -> float:
+def center(sigma: float) -> float:
     """Point c such that alpha = 1/max |T + c|, with T = S - 1."""
     return 0.5 * (1.0 + sigma)
 

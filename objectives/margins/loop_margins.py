@@ -232,7 +232,7 @@ class LoopMargins(ABC):
                                 loops, block, picked, trimmed.phases(block, rows), term[rows][:, cases], scope
                             )
                             if slow_only:
-                                sheet.destabilise(i, block, rows, cases, read.modes.stable)
+                                sheet.destabilize(i, block, rows, cases, read.modes.stable)
                             sheet.update(i, replace(block, channels=picked), rows, cases, read)
                             if not scope.decisive.isdisjoint(block.channels):
                                 stable = read.modes.stable.reshape(np.count_nonzero(rows), -1).all(axis=1)

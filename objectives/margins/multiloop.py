@@ -67,12 +67,12 @@ def mu_upper(m: Complex) -> Array:
     return value
 
 
-def multiloop_margin(modes: Modes, channels: Sequence[int], grid: Array, h: float, centre: float) -> MarginAt:
+def multiloop_margin(modes: Modes, channels: Sequence[int], grid: Array, h: float, center: float) -> MarginAt:
     """Disk margin alpha (n,) in some channels at once, the first inputs and outputs of the modes, and its frequency [rad/s]."""
 
     def matrices(w: Array) -> Complex:
         """T + c I (n, f, k, k) at frequencies (n, f)."""
-        return modes.response(np.exp(1j * w * h), channels, channels) + centre * np.eye(len(channels))
+        return modes.response(np.exp(1j * w * h), channels, channels) + center * np.eye(len(channels))
 
     rows, last = np.arange(len(modes.size)), grid.shape[1] - 1
     w = np.broadcast_to(grid[0], (len(rows), last + 1))

@@ -31,7 +31,7 @@ from objectives.margins.frequency import Modes, frequency_grid
 from objectives.margins.lifting import Rate, instants_of
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.multiloop import balanced
-from objectives.margins.results import Realisation
+from objectives.margins.results import Realization
 from objectives.margins.tracking import FOLLOWED, REJECTED
 
 Array = NDArray[np.float64]
@@ -112,7 +112,7 @@ def read_lifted(
     if MULTILOOP in requested and len(plant_inputs) == 1:
         together = MarginAt(*[part[:, plant_inputs[0]] for part in margins["disk"]])
     elif MULTILOOP in requested and plant_inputs:
-        together = _together(loops, modes, form, plant_inputs, disk.centre(skew))
+        together = _together(loops, modes, form, plant_inputs, disk.center(skew))
     each = replace(modes, size=modes.size ** (1.0 / form.periods))
     return BlockReadings(each, {name: at for name, at in margins.items() if name in requested}, together)
 
@@ -124,7 +124,7 @@ def response(loops: LinearLoops, form: Lifting, row: int, frequency: Array) -> C
     """
     instants = list(form.instants[0])
     if len(instants) == 1:
-        return Realisation(loops.a[row], loops.b[row, :, 0], loops.c[row, 0], form.period).response(frequency).t
+        return Realization(loops.a[row], loops.b[row, :, 0], loops.c[row, 0], form.period).response(frequency).t
     part = _part(loops, modes_of_loops(loops, EVERY), row, instants, instants)
     answer = _fundamental_of(part, form, 0)(frequency)
     return np.where(frequency <= np.pi / form.step(0) * (1.0 + 1e-12), answer, 0.0)
@@ -158,7 +158,7 @@ class _OfLoci:
     def __init__(self, loops: LinearLoops, modes: Modes, row: int, form: Lifting, j: int, skew: float) -> None:
         instants, k = list(form.instants[j]), loops.n_channels
         self._form, self._j = form, j
-        self._levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.centre(skew)}
+        self._levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.center(skew)}
         self._part, self._tracked, self._loaded = (
             _part(loops, modes, row, [group * k + i for i in instants], [group * k + i for i in instants])
             for group in range(3)
@@ -364,7 +364,7 @@ def _load_index(part: _Part, step: float) -> float:
     return float(1.0 / integral) if integral > 0.0 else 0.0
 
 
-def _together(loops: LinearLoops, modes: Modes, form: Lifting, inputs: Sequence[int], centre: float) -> MarginAt:
+def _together(loops: LinearLoops, modes: Modes, form: Lifting, inputs: Sequence[int], center: float) -> MarginAt:
     """Disk margin alpha (n,) in several inputs of the plant at once; one scale d for each input, as balances its blocks."""
     groups = [list(form.instants[j]) for j in inputs]
     members, owner = sum(groups, []), np.repeat(np.arange(len(groups)), [len(each) for each in groups])
@@ -373,7 +373,7 @@ def _together(loops: LinearLoops, modes: Modes, form: Lifting, inputs: Sequence[
         part = _part(loops, modes, row, members, members)
 
         def bound(w: Array, part: _Part = part) -> Array:
-            m = part.at(np.exp(1j * w * form.period)) + centre * np.eye(len(members))
+            m = part.at(np.exp(1j * w * form.period)) + center * np.eye(len(members))
             sums = np.stack([(np.abs(m) ** 2)[:, owner == i].sum(axis=1) for i in range(len(groups))], axis=1)
             sizes = np.sqrt(np.stack([sums[..., owner == i].sum(axis=-1) for i in range(len(groups))], axis=-1))
             d = np.exp(balanced(sizes.astype(complex)))[:, owner]

@@ -103,7 +103,7 @@ class LoopResponse:
 
 
 @dataclass(frozen=True)
-class Realisation:
+class Realization:
     """One closed loop from injected to commanded signal, T(z) = c (z I - a)^-1 b: a (x, x), b (x,), c (x,); period [s]."""
 
     a: Array

@@ -62,7 +62,7 @@ class WorstCaseAccumulator:
         self._together_at[spot] = np.where(value < before, by_case(read.together.frequency), self._together_at[spot])
         self._together[spot] = np.minimum(value, before)
 
-    def destabilise(self, vehicle: int, block: Block, rows: Mask, cases: list[int], stable: Mask) -> None:
+    def destabilize(self, vehicle: int, block: Block, rows: Mask, cases: list[int], stable: Mask) -> None:
         """Take the margins from the channels of a block where a loop that they are part of is not stable; rows as in `update`."""
         chosen = np.nonzero(rows)[0]
         lost = np.broadcast_to(~stable.reshape(len(chosen), -1), (len(chosen), len(cases)))
