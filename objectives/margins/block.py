@@ -1,4 +1,7 @@
-"""Margins of one block of closed loops, one row for each candidate and amplitude: those that are asked for."""
+"""Requested margins of one block of closed loops.
+
+Each candidate and amplitude has a row.
+"""
 
 from dataclasses import dataclass
 
@@ -39,8 +42,9 @@ class BlockReadings:
 
 
 def modes_of_loops(loops: LinearLoops, requested: Fields = EVERY) -> Modes:
-    """Return the modes of loops whose terms are closed, a (n, b, b), with the inputs and outputs that margins are read from.
+    """Return the modes of loops a (n, b, b) with closed terms.
 
+    They have the inputs and outputs that margins are read from.
     Of loops that are not stable, of which no curve tells anything, there are only the poles.
     """
     inputs, outputs = (slice(None), slice(None)) if requested & TRACKING else (loops.injected, loops.command)
@@ -97,8 +101,9 @@ def read_modes(
 def read_curves(
     modes: Modes, residues: Complex, grid: Array, h: float, skew: float, requested: Fields = EVERY
 ) -> dict[str, MarginAt]:
-    """Return those of the quantities of the curves T of k loops that are asked for, (n, k) each; residues (n, k, b): of T.
+    """Return the requested quantities (n, k) of the curves T of k loops.
 
+    residues (n, k, b): of T.
     Of loops that are not stable it tells nothing.
     """
     n, k, size_b = residues.shape
