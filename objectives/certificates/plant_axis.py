@@ -1,6 +1,6 @@
 """A channel of a plant of the user's own in continuous time: plant, actuators and all laws as one linear state space.
 
-The plant is linearised where it rests, by exact derivatives. Its inputs come late by their delay and half a control period of
+The plant is linearized where it rests, by exact derivatives. Its inputs come late by their delay and half a control period of
 hold, a Pade approximant of order 2, and lag; laws stand in their continuous form (`Law.continuous`), with the rate that is
 measured or the difference of two values. Everything that does not act on the channel is left out. Commands are within all limits.
 

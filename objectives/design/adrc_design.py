@@ -1,6 +1,6 @@
 """LADRC and the hybrid by nonlinear programming: the largest load rejection that keeps its distance from -1.
 
-    maximise log k_i   subject to   |S(jw)| <= Ms,   |T(jw)| <= Mt,   command noise, largest kp, ranges
+    maximize log k_i   subject to   |S(jw)| <= Ms,   |T(jw)| <= Mt,   command noise, largest kp, ranges
 
 over (wc, zeta, wo) or (lambda, k, wo), with k_i = lim s C(s), the integral gain that a slow disturbance meets: kp/(3/wo + T)
 with measured rate and an observer that knows an actuator of mean delay T. C is not affine in wo, so this is a smooth program

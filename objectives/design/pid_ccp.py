@@ -1,6 +1,6 @@
 """PID by the convex-concave procedure: the largest integral gain that keeps its distance from -1.
 
-    maximise ki   subject to   |1 + L(jw)| >= 1/Ms,   |L(jw) - c| >= r,   command noise, largest kp
+    maximize ki   subject to   |1 + L(jw)| >= 1/Ms,   |L(jw) - c| >= r,   command noise, largest kp
 
 with c = -Mt^2/(Mt^2 - 1) and r = Mt/(Mt^2 - 1), on w from below the bandwidth to Nyquist. L is affine in (kp, ki, kd), so
 staying out of a disc is the complement of a convex set; it is replaced by the half-plane that touches the disc on the side of
@@ -77,7 +77,7 @@ def noise_root(axis: DesignAxis, requirements: DesignRequirements) -> Array:
 class ConeProgram:
     """One step of the procedure: a cone program over the factors x by which (kp, ki, kd) change, compiled once.
 
-    maximise x_i x_p^speed   subject to   rows x >= least,   low <= x <= high,   |noise (x_p, x_d)| <= 1,   x_d^2 <= damping x_p
+    maximize x_i x_p^speed   subject to   rows x >= least,   low <= x <= high,   |noise (x_p, x_d)| <= 1,   x_d^2 <= damping x_p
     """
 
     def __init__(self, rows: int, speed: float) -> None:

@@ -4,7 +4,7 @@ Use it for intervals of reported risks, and on paired scenarios to tell whether 
 scenarios are resampled, never instants of one flight, because instants are dependent. All candidates see the same
 resampled scenarios, so their replicates are paired as their flights are (common random numbers).
 
-Intervals are studentised where the risk has a standard error, see `objectives.risk.studentised`, and percentile intervals
+Intervals are studentized where the risk has a standard error, see `objectives.risk.studentised`, and percentile intervals
 elsewhere: B. Efron, R. J. Tibshirani, "An Introduction to the Bootstrap", Chapman & Hall, 1993, chapters 12 and 13. For
 the worst case neither is valid: no resample exceeds the largest value seen.
 """
