@@ -1,4 +1,4 @@
-"""Decision variables of a search on the unit cube, tied to gains of the cascade."""
+"""Decision variables of a search on the unit cube, tied to gains."""
 
 from dataclasses import asdict, dataclass
 from math import ceil, exp, floor, isfinite, log

@@ -44,10 +44,10 @@ class Engine(Protocol):
         return True
 
     def draw_ahead(self, batch: FlightBatch, first: int, last: int) -> None:
-        """Sample the flights first..last of a batch in advance, from a second thread."""
+        """Sample flights first..last of a batch in advance, from a second thread."""
 
     def record(self, batch: FlightBatch, recording: Recording) -> None:
-        """Record the first flights of a batch from now on, where the engine can."""
+        """Record the first flights of a batch from now on, if possible."""
 
     def warm_up(self, gains: np.ndarray, batch: FlightBatch) -> None:
         """Fly a gains row (g,) once, so that everything is compiled."""
@@ -70,7 +70,7 @@ class Engine(Protocol):
 
 
 def keeps(count: int, steps: int) -> bool:
-    """Return True if so many flights of so many control periods are cached."""
+    """Return True if `count` flights of `steps` control periods are cached."""
     return count <= MAX_CACHED and count * steps <= MAX_CACHED_PERIODS
 
 
@@ -116,7 +116,10 @@ class LocalEngine(Engine):
             self._scenarios.inputs(batch, first, last)
 
     def record(self, batch: FlightBatch, recording: Recording) -> None:
-        """Record the first flights of a batch wherever they are all in one range; an FMU's are not recorded."""
+        """Record the first flights of a batch where one range holds all.
+
+        An FMU's flights are not recorded.
+        """
         if self._flyer.records:
             self._recordings[batch.spec, batch.stream] = recording
 

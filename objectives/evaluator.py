@@ -38,7 +38,10 @@ from objectives.risk import (
 
 @dataclass(frozen=True)
 class Objective:
-    """A metric's risk over the flights of some scenarios, to be made small. scenario: a name, or None for all pooled."""
+    """Risk of a metric over the flights of scenarios, to be minimized.
+
+    scenario: a name, or None for all pooled.
+    """
 
     metric: MetricAddress
     risk: Risk
@@ -57,7 +60,10 @@ class Objective:
         return self.metric.metric.is_binary
 
     def interval(self, samples: np.ndarray, resample: np.ndarray, confidence: float = 0.95) -> Interval:
-        """Return the interval of the risk of samples (..., n), exact for shares, else on resamples (replicates, n)."""
+        """Return the interval of the risk of samples (..., n).
+
+        It is exact for shares, else on resamples (replicates, n).
+        """
         if self.is_binary:
             return binary_interval(samples, self.risk, confidence)
         low, high = interval_on(samples, self.risk, resample, confidence)
@@ -96,13 +102,21 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """values (n, objectives) in the metrics' units; violations (n, constraints + requirements), 0 where kept; failures
-    (n,): share of flights that did not complete; scores (n, quantities, flights): the per-flight metrics that all of it
-    came from; origin (flights,): name of the scenario of each flight; requirements (n, requirements): their values, known
-    without flying; flown (n,): false where those spared the flights, whose scores are then those of failures at t = 0;
-    counted (n,): number of flights of each candidate where a race ended some early (`objectives.racing`), None where everyone
-    flew all; failed (n, flights): which of them did not complete, None where that was not kept; screening_seconds,
-    flight_seconds: how long asking for the requirements and flying took.
+    """Results of an evaluation of n candidates.
+
+    Attributes:
+        values: Objectives (n, objectives) in the metrics' units.
+        violations: Of constraints and requirements (n, constraints + requirements), 0 where they are met.
+        failures: Share of flights that did not complete (n,).
+        scores: The per-flight metrics that all of it came from (n, quantities, flights).
+        origin: Name of the scenario of each flight (flights,).
+        requirements: Values of the requirements, which need no flights (n, requirements).
+        flown: False where those spared the flights, whose scores are then those of failures at t = 0 (n,).
+        counted: Number of flights of each candidate (n,) where a race ended some early (`objectives.racing`), None
+            where everyone flew all.
+        failed: Mask of the flights that did not complete (n, flights), None where it was not recorded.
+        screening_seconds: Duration of the evaluation of the requirements [s].
+        flight_seconds: Duration of the flights [s].
     """
 
     values: np.ndarray
@@ -139,7 +153,7 @@ class Evaluation:
 
     @property
     def lost(self) -> np.ndarray:
-        """Number of flights of each candidate (n,) that were made and did not complete."""
+        """Number of flights made but not completed, of each candidate (n,)."""
         return np.rint(self.failures * self.flights_each).astype(int)
 
     @property
@@ -153,8 +167,9 @@ class Evaluation:
 
 
 def seen_scores(scores: np.ndarray, index: int, origin: np.ndarray, scenario: str | None) -> np.ndarray:
-    """Return scores (n, flights) of one quantity on the flights of a scenario, or of all for None.
+    """Return scores (n, flights) of one quantity in one scenario or all.
 
+    scenario: a name, or None for all.
     Contiguous, because numpy sums in another order along other layouts: a candidate's bits must not depend on its batch.
     """
     return scores[:, index] if scenario is None else np.ascontiguousarray(scores[:, index][:, origin == scenario])
@@ -200,7 +215,10 @@ class Evaluator(ABC):
         return worth_flying(self.requirements, known_values(self.screens, self.space.gains(points)))
 
     def excess(self, points: np.ndarray) -> np.ndarray:
-        """Return by how much points (n, d) exceed each hard requirement (n, h), relative to its limit; below 0 where kept."""
+        """Return the relative excess (n, h) of points (n, d) over hard requirements.
+
+        It is relative to the limit, and below 0 where the limit is met.
+        """
         return hard_excess(self.requirements, known_values(self.screens, self.space.gains(points)))
 
     @property
@@ -276,7 +294,7 @@ class Evaluator(ABC):
         )
 
     def broken(self, risks: np.ndarray) -> np.ndarray:
-        """Return by how much the risks (n, quantities) exceed the constraints (n, constraints), 0 where kept."""
+        """Return the excess of risks (n, quantities) over constraints (n, constraints), at least 0."""
         most = np.array([constraint.most for constraint in self.constraints])
         return np.maximum(risks[:, len(self.objectives) :] - most, 0.0)
 
@@ -318,5 +336,5 @@ class Evaluator(ABC):
         """Return scores (1, quantities, flights) and failures (1, flights) of one that was not worth a flight: lost at t = 0."""
 
     def chunks(self, batch: FlightBatch) -> list[tuple[int, int]]:
-        """Return the ranges of flights that a batch is flown in, one after the other; by default all of it at once."""
+        """Return the consecutive ranges of flights of a batch, by default one."""
         return [(batch.start, batch.count)]

@@ -25,7 +25,10 @@ NOT_FINITE = ("not finite", "finite numbers")
 
 
 class Scenario(Protocol):
-    """One kind of flight of a name, unique in a study, and a duration [s]; a study flies it through many draws."""
+    """One kind of flight, with a name and a duration [s].
+
+    The name is unique in a study, which flies the scenario through many draws.
+    """
 
     @property
     def name(self) -> str: ...  # noqa: D102
@@ -50,8 +53,12 @@ class FlightBatch:
 class FlightBackend(Protocol):
     """Flies the closed loop of a system, see `plant.backends.flyer.Flyer`.
 
-    arithmetic: names its bits, see `objectives.engine`. rows: of a flight's result. cached: nothing has to be compiled. records:
-    whether `fly` takes a recording. say: told in one line of flights that failed for reasons of the backend.
+    Attributes:
+        rows: Number of rows of a flight's result.
+        cached: Whether nothing has to be compiled.
+        records: Whether `fly` takes a recording.
+        arithmetic: Name of its bits, see `objectives.engine`.
+        say: Receives one line about flights that failed for reasons of the backend.
     """
 
     loop: ClosedLoop
@@ -90,13 +97,16 @@ class FlightBackend(Protocol):
 
 
 class SystemParts(Protocol):
-    """Names and numbers that a system is built from, once the user's code that it needs has run; can be pickled."""
+    """Names and numbers from which a system is built; can be pickled.
+
+    The user's code that it needs has to run first.
+    """
 
     def system(self) -> "FlownSystem": ...  # noqa: D102
 
 
 class FlownSystem(Protocol):
-    """A closed loop under study with its controller's knowledge, its limits and its timing; a frozen dataclass.
+    """A closed loop under study; a frozen dataclass.
 
     Args:
         loop: The closed loop with its meters, and those of `metered`.
@@ -166,7 +176,7 @@ class FlownSystem(Protocol):
     def parts(self) -> SystemParts: ...  # noqa: D102
 
     def flyer(self, threads: int | None = None) -> FlightBackend:
-        """Return its backend with so many threads, by default one for each core."""
+        """Return its backend with some threads, by default one per core."""
         ...
 
     def responses(self, trace: np.ndarray, references: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -186,15 +196,21 @@ class FlownSystem(Protocol):
     def with_own_plant(
         self, drawn: FlightInputs, owner: Self, spec: Any, root: int, stream: str, indices: Iterable[int]
     ) -> FlightInputs:
-        """Return scenarios that another system drew with this system's plant or channels in them, else as `sample`."""
+        """Return another system's scenarios with this system's plant or channels.
+
+        Scenarios that do not serve so are drawn as by `sample`.
+        """
         ...
 
     def targets(self, spec: Any) -> Any:
-        """Return the record of levels and windows that flights of a scenario are measured against."""
+        """Return the record of a scenario's levels and windows for metrics."""
         ...
 
     def content(self, spec: Any) -> dict[str, Any]:
-        """Return all that decides its flights through a scenario but seeds and gains, as JSON-able data."""
+        """Return all that determines its flights through a scenario, as JSON-able data.
+
+        Seeds and gains are not part of it.
+        """
         ...
 
     def metric_limits(self) -> Bounds:

@@ -53,8 +53,9 @@ def model_key() -> str:
 def scenario_key(
     system: FlownSystem, root: int, batch: FlightBatch, arithmetic: str = LANES, model: str | None = None
 ) -> str:
-    """Return the hash of a batch's flights but for gains and index, with the machine's arithmetic.
+    """Return the hash of a batch's flights without gains and index.
 
+    It includes the machine's arithmetic.
     model: `model_key` of the sources that flew, by default those at hand.
     """
     content = {

@@ -93,7 +93,7 @@ class MissionLimit(NamedTuple):
 
 
 def is_of_mission(constraint: Constraint) -> bool:
-    """Return True for an automatic limit, or the study's limit in its place."""
+    """Return True for an automatic limit or its replacement by the study."""
     objective = constraint.objective
     return bool(constraint.floor) or (
         objective.metric.metric.name == "rms" and objective.risk == MEDIAN and objective.scenario is not None
@@ -132,7 +132,10 @@ def _limits(spec: ScenarioSpec, limits: Limits, timing: Timing, mission: Mission
 
 
 def error_at_start(samples: np.ndarray, address: str) -> float:
-    """Return the metric of a flight that stays at the first of its samples (instants, 14)."""
+    """Return the metric of a flight that stays at its first sample.
+
+    samples: of its track (instants, 14).
+    """
     away = samples[:, MOVING[address]] - samples[0, MOVING[address]]
     if address in ANGLES:
         away = (away + np.pi) % (2.0 * np.pi) - np.pi

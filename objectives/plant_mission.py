@@ -36,7 +36,7 @@ def quantities_of(system: Any) -> tuple[str, ...]:
 
 
 def is_judged(channel: str, scenario: str, judged: Iterable[Objective]) -> bool:
-    """Return True if an objective or a limit is about a channel in a scenario."""
+    """Return True if objectives or limits judge a channel in a scenario."""
     return any(channel in each.metric.axes and each.scenario in (None, scenario) for each in judged)
 
 

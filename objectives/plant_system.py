@@ -99,8 +99,9 @@ def plant_of_code(digest: str, name: str) -> PlantModel:
 
 @dataclass(frozen=True)
 class PlantSystem:
-    """A plant, the plan of its loops, its nominal parameters and its timing: what `objectives.problem` flies.
+    """A plant with the plan of its loops, nominal parameters and timing.
 
+    `objectives.problem` flies it.
     metered: metrics whose own accumulators run with every flight.
     """
 
@@ -118,7 +119,7 @@ class PlantSystem:
 
     @cached_property
     def loop(self) -> PlantLoop:
-        """The closed loop with the meters of its channels, and those of `metered`."""
+        """The closed loop with the meters of its channels and of `metered`."""
         meters = with_accumulators(meters_of(self.plan), self.metered, self.plan.scales)
         return close_plant(self.plant, self.plan, meters, self.timing.control_period)
 
@@ -139,7 +140,7 @@ class PlantSystem:
 
     @property
     def arithmetic(self) -> str:
-        """Name of the bits that its flights have on this machine, see `objectives.engine`."""
+        """Name of the arithmetic of its flights on this machine, see `objectives.engine`."""
         return Flyer.arithmetic
 
     @property
@@ -149,7 +150,7 @@ class PlantSystem:
 
     @property
     def gains(self) -> tuple[GainAddress, ...]:
-        """All gains in the column order of a gains row, in the units of their channel."""
+        """All gains in the order of a gains row, in channel units."""
         gains = list[GainAddress]()
         for channel in self.plan.channels:
             for info in channel.law.gains:
@@ -169,12 +170,15 @@ class PlantSystem:
 
     @property
     def axes(self) -> Axes:
-        """The channels as axes that flights are judged on, each a group of its own."""
+        """The channels as axes of the metrics, each a group by itself."""
         units = {each.name: self.plant.unit(f"Output.{each.output}") for each in self.plan.channels}
         return Axes(units, {name: (name,) for name in units})
 
     def slope(self, parameters: Any) -> "Slope":
-        """Return the body of a plant of these parameters at rest, and its derivative a period later by body and commands."""
+        """Return the body at rest, and its derivative a period later.
+
+        The plant has these parameters; the derivative is by body and commands.
+        """
         # Here, because a study that asks for no margins needs no CasADi.
         from plant.model.slope import exact_slope
 
@@ -220,7 +224,7 @@ class PlantSystem:
 
     @property
     def failure_causes(self) -> dict[Status, tuple[str, str]]:
-        """Cause of each way to lose a flight, and the limit that it exceeds."""
+        """Cause of each failure, and the limit that it exceeds."""
         units = self.axes.units
         *others, last = [
             f"{each.limit:g} {units[each.name]} off in {each.name}"
@@ -289,7 +293,10 @@ class PlantSystem:
         stream: str,
         indices: Iterable[int],
     ) -> FlightInputs:
-        """Return scenarios that another system of the same plant drew with the references of this system's channels."""
+        """Return another system's scenarios with references of this system's channels.
+
+        Both systems are of the same plant.
+        """
         # Draws have the names of what they are of, so they are the same whatever channels there are.
         return drawn if self.plan.names == owner.plan.names else self.sample(spec, root, stream, indices)
 
@@ -312,7 +319,10 @@ class PlantSystem:
         return spec.targets_of(self.loop, self.parameters)
 
     def content(self, spec: PlantScenario) -> dict[str, Any]:
-        """Return all that decides its flights through a scenario but seeds and gains, as JSON-able data."""
+        """Return all that determines its flights through a scenario, as JSON-able data.
+
+        Seeds and gains are not part of it.
+        """
         numbers = [flatten(part) for part in (self.parameters, self.nominal, self.limits, self.timing)]
         signals = [
             sorted((name, repr(each)) for name, each in part.items()) for part in (spec.references, spec.disturbances)

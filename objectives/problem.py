@@ -86,8 +86,9 @@ class Problem(Evaluator):
         last: int,
         on_flights_done: Callable[[int], None] | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Fly those of the gains rows (n, g) that are `flown` (n,) and score everyone, part after part.
+        """Fly the `flown` (n,) of the gains rows (n, g) and score all.
 
+        They fly part after part.
         Return scores (n, quantities, last - first) and failures (n, last - first).
         """
         n, spared = len(gains), np.flatnonzero(~flown)
@@ -109,7 +110,7 @@ class Problem(Evaluator):
         return self.score(results, batch.spec)
 
     def chunks(self, batch: FlightBatch) -> list[tuple[int, int]]:
-        """Return the ranges of flights that a batch is flown in, one after the other."""
+        """Return the consecutive ranges of flights of a batch."""
         size = chunk_size(batch.spec.steps(self.system.timing))
         return [(first, min(first + size, batch.count)) for first in range(batch.start, batch.count, size)]
 
@@ -165,7 +166,7 @@ class Problem(Evaluator):
             yield part, out
 
     def _recalled(self, key: str, gains: np.ndarray, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return results (n, last - first, rows) with what the memory has, and which rows (n,) it does not have."""
+        """Return recorded results (n, last - first, rows), and a mask (n,) of missing ones."""
         out = np.empty((len(gains), last - first, self.flyer.rows))
         unknown = np.ones(len(gains), dtype=bool)
         for i, row in enumerate(gains):
@@ -175,8 +176,9 @@ class Problem(Evaluator):
         return out, unknown
 
     def warm_up(self, gains: np.ndarray, spec: Scenario) -> None:
-        """Fly a gains row (g,) once, which nobody remembers, so that the kernel is compiled.
+        """Fly a gains row (g,) once, so that the kernel is compiled.
 
+        The memory does not record the flight.
         Here too where others fly, for the responses: their kernel may be in a cache that is not this machine's.
         """
         batch = FlightBatch(spec, SEARCH, 1)

@@ -53,7 +53,7 @@ class RaceStages:
         return int(self._starts[-1])
 
     def seen(self, stage: int) -> Array:
-        """Return the columns of the flights made by the end of a stage."""
+        """Return the columns of the flights made until a stage ends."""
         starts = self._starts[:-1]
         return np.concatenate([start + np.arange(n) for start, n in zip(starts, self.counts[stage], strict=True)])
 
@@ -230,7 +230,10 @@ def _resampled(problem: Evaluator, scores: Array, origin: Array, drawn: Array) -
 
 
 def _surely_beaten(mine: Array, theirs: Array) -> Array:
-    """Return the champion, of theirs (objectives, k, replicates), that surely beats each candidate (n,), -1 for none."""
+    """Return the index (n,) of the champion that surely beats each candidate.
+
+    It is one of theirs (objectives, k, replicates), -1 for none.
+    """
     share = np.all(mine[:, :, None] > theirs[:, None], axis=0).mean(axis=-1)
     best = share.argmax(axis=1)
     return np.where(share[np.arange(len(best)), best] >= LEVEL, best, -1)

@@ -128,7 +128,7 @@ def known_values(screens: tuple[Screen, ...], gains: Array, complete: bool = Fal
 
 
 def worst_states(screens: tuple[Screen, ...], row: Array) -> dict[str, WorstState]:
-    """Return the worst states of a gains row (gains,) by label of the requirement."""
+    """Return the worst states of a gains row (gains,) by requirement label."""
     worst = {}
     for screen in screens:
         values = np.empty((0,)) if screen.by_state is None else screen.by_state(row[None])[:, 0]
@@ -140,7 +140,10 @@ def worst_states(screens: tuple[Screen, ...], row: Array) -> dict[str, WorstStat
 
 
 def worst_place(values: Array, sense: str) -> int:
-    """Return the place of the worst of values (states,), of the first of those that are alike."""
+    """Return the index of the worst of values (states,).
+
+    Of values that are alike it is the first.
+    """
     sizes = values if sense == "max" else -values
     return int(np.argmax(np.isclose(sizes, sizes.max(), rtol=ALIKE, atol=0.0, equal_nan=True)))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Scale:
-    """A display unit, with the conversion from the SI unit of files and back.
+    """A display unit, with its conversion from and to files' SI unit.
 
     unit, si_unit: names, "1" for factors and ratios. shown(value), si(value): for numbers and for arrays.
     """
@@ -38,8 +38,9 @@ SCALES = {scale.unit: scale for scale in (DECIBEL, DEGREES, MILLISECONDS)}
 
 
 def units_of(unit: str, scale: Scale | None) -> dict[str, str]:
-    """Return the entries of a document's row for a number whose limit is given in `unit`.
+    """Return the unit entries of a document's row for a number.
 
+    The number's limit is given in `unit`.
     "unit" is that of files; "shown_unit", where it is another one, that in which the number is drawn and printed.
     """
     return {"unit": unit} if scale is None else {"unit": scale.si_unit, "shown_unit": scale.unit}

@@ -96,7 +96,7 @@ class System:
 
     @cached_property
     def loop(self) -> ClosedLoop:
-        """The closed loop with the meters of this package, and those of `metered`."""
+        """The closed loop with this package's meters and those of `metered`."""
         return close_loop(self.cascade, self.meter, self.fitted)
 
     @cached_property
@@ -115,7 +115,7 @@ class System:
 
     @property
     def arithmetic(self) -> str:
-        """Name of the bits that its flights have on this machine, see `objectives.engine`."""
+        """Name of the arithmetic of its flights on this machine, see `objectives.engine`."""
         return Flyer.arithmetic
 
     @property
@@ -149,7 +149,7 @@ class System:
 
     @property
     def failure_causes(self) -> dict[Status, tuple[str, str]]:
-        """Cause of each way to lose a flight, and the limit that it exceeds."""
+        """Cause of each failure, and the limit that it exceeds."""
         return {
             Status.TILTED: ("tilt", f"{degrees(acos(self.limits.cosine_tilt)):.4g} deg of tilt"),
             Status.LOST: ("position", f"{self.limits.position:g} m off along an axis"),
@@ -185,7 +185,10 @@ class System:
         return spec.targets(self.timing)
 
     def content(self, spec: ScenarioSpec) -> dict[str, Any]:
-        """Return all that decides its flights through a scenario but seeds and gains, as JSON-able data."""
+        """Return all that determines its flights through a scenario, as JSON-able data.
+
+        Seeds and gains are not part of it.
+        """
         reference = asdict(spec.reference)
         # What is in a waypoint file decides, not where it lies.
         reference.pop("path", None)

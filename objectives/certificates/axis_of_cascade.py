@@ -1,4 +1,4 @@
-"""An axis of a cascade, as the certificates and the designs see it: its law, its gains and what it acts through."""
+"""An axis of a cascade for certificates and designs: its law, its gains and its actuator."""
 
 from collections.abc import Sequence
 from dataclasses import replace

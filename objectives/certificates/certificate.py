@@ -11,9 +11,13 @@ from objectives.certificates.channel_model import MODELLED, AxisLoop, TiltLoop
 class Certificate:
     """A proved number.
 
-    value: in `unit`, or None where nothing was proved. verified: whether the matrix inequalities behind it were confirmed by
-    eigenvalues after the solver had returned; a value is given only then. why: one sentence, what was proved or what stood in
-    the way. data: what the proof rests on, such as the matrix P, by name.
+    Attributes:
+        value: In `unit`, or None where nothing was proved.
+        unit: Unit of the value.
+        verified: Whether eigenvalues confirmed the matrix inequalities behind it after the solver had returned; a value
+            is given only then.
+        why: One sentence, what was proved or what stood in the way.
+        data: What the proof rests on, such as the matrix P, by name.
     """
 
     value: float | None

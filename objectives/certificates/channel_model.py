@@ -25,7 +25,10 @@ OUTPUTS = ("value", "rate", "command", "sliding")
 
 @dataclass(frozen=True)
 class StateSpace:
-    """x' = a x + b u, y = c x + d u, with real matrices of shape (n, n), (n, m), (p, n), (p, m)."""
+    """Real matrices of a linear time-invariant system.
+
+    x' = a x + b u and y = c x + d u; the shapes are (n, n), (n, m), (p, n) and (p, m).
+    """
 
     a: Array
     b: Array
@@ -38,7 +41,10 @@ class StateSpace:
         return self.c @ np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(resolvent), *self.b.shape))) + self.d
 
     def channel(self, source: str, target: str) -> tuple[Array, Array, Array]:
-        """Return (a, b (n, 1), c (1, n)) from one of INPUTS to one of OUTPUTS of a closed loop."""
+        """Return the channel from one of INPUTS to one of OUTPUTS.
+
+        It is (a, b (n, 1), c (1, n)) of a closed loop.
+        """
         i, j = INPUTS.index(source), OUTPUTS.index(target)
         return self.a, self.b[:, i : i + 1], self.c[j : j + 1]
 
@@ -54,11 +60,18 @@ class Factors:
 
 @dataclass(frozen=True)
 class RotorLag:
-    """Rotors as the actuator: dead time T, low-pass, lag and lead: e^(-sT) (1 + lead s)/((1 + smoothing s)(1 + lag s)).
+    """Rotors as the actuator: dead time T, low-pass, lag and lead.
 
-    lag, delay [s]; lag_aware: whether the law knows the lagged output, by a model with the nominal lag and no lead, or only the
-    delayed command; order of the Pade approximant: 0 (no delay at all), 1 or 2; lead [s]: of yaw, by the rotors' inertia;
-    smoothing [s]: time constant of the low-pass on yaw torque.
+        e^(-sT) (1 + lead s)/((1 + smoothing s)(1 + lag s))
+
+    Attributes:
+        lag: Time constant of the lag [s].
+        delay: Dead time T [s].
+        lag_aware: Whether the law knows the lagged output, by a model with the nominal lag and no lead, or only the
+            delayed command.
+        order: Order of the Pade approximant, 0 (no delay at all), 1 or 2.
+        lead: Time constant of the lead, of yaw, by the rotors' inertia [s].
+        smoothing: Time constant of the low-pass on yaw torque [s].
     """
 
     lag: float
@@ -102,10 +115,14 @@ class TiltLoop:
 
 @dataclass(frozen=True)
 class AxisLoop:
-    """One axis of a controller: what a certificate is asked about.
+    """One axis of a controller, the subject of a certificate.
 
-    law: its name; gains: its Gains record; actuator: what u acts through; loop: "attitude" (then the true inertia scales the
-    acceleration) or "position" (the true mass); from_observer: whether the law takes the rate from its own observer.
+    Attributes:
+        law: Name of its law.
+        gains: Its Gains record.
+        actuator: What u acts through.
+        loop: "attitude", where the true inertia scales the acceleration, or "position", where the true mass does.
+        from_observer: Whether the law takes the rate from its observer.
     """
 
     law: str
@@ -139,7 +156,10 @@ WITH_SECTOR = frozenset(name for name, entry in LAWS.items() if entry.sector is 
 
 
 def controller(law_name: str, gains: Any, from_observer: bool) -> StateSpace:
-    """Return the law from (r, y, y', known) to (u, S), with no direct way from `known` to u; it must be in `MODELLED`."""
+    """Return the law from (r, y, y', known) to (u, S).
+
+    It must be in `MODELLED`, and has no direct way from `known` to u.
+    """
     form = law(law_name).continuous
     assert form is not None, law_name
     return StateSpace(*[np.array(part) for part in form(gains, from_observer)])
@@ -180,7 +200,10 @@ def _closed(axis: AxisLoop, factors: Factors) -> StateSpace:
 
 
 def is_stable(a: Array) -> bool:
-    """Return True if all eigenvalues of a lie in the left half-plane, off its edge by 1e-9 of the largest."""
+    """Return True if all eigenvalues of a lie in the left half-plane.
+
+    They are off its edge by 1e-9 of the largest.
+    """
     poles = np.linalg.eigvals(a)
     return bool(poles.real.max(axis=0) < -1e-9 * np.abs(poles).max(axis=0))
 

@@ -30,7 +30,10 @@ LEAST_RHO = 1e-6
 
 
 class AbsoluteStability:
-    """The inequality for one linear part x' = a x - b phi, S = s x, in scaled units."""
+    """Matrix inequality of absolute stability for one linear part.
+
+    x' = a x - b phi and S = s x, in scaled units.
+    """
 
     def __init__(self, a: Array, b: Array, s: Array, popov: bool) -> None:
         self._a, self._b, self._s = a, b, s
@@ -51,7 +54,7 @@ class AbsoluteStability:
         return float(rho.value) if solved else None
 
     def find(self, rho: float) -> tuple[Array, float] | None:
-        """Return P and eta for 1/kappa = rho, confirmed by eigenvalues, or None."""
+        """Return P and eta for 1/kappa = rho, or None; eigenvalues confirm them."""
         room = lmi.unknown()
         matrix = cp.bmat(self.blocks(self._p, self._eta, rho))
         inside = [lmi.below_zero(matrix, room), lmi.below_zero(-self._p, room), room <= 1.0]
@@ -62,7 +65,10 @@ class AbsoluteStability:
 
 
 def largest_sector(a: Array, b: Array, s: Array, popov: bool) -> tuple[float, Array, float] | None:
-    """Return the largest kappa, P and eta of a Hurwitz x' = a x - b phi(s x), or None."""
+    """Return the largest kappa with its P and eta, or None.
+
+    The system x' = a x - b phi(s x) is Hurwitz.
+    """
     z = lmi.coordinates(a)
     b_z, s_z = z.transform @ b / z.rate, s @ z.inverse
     b_size, s_size = float(np.linalg.norm(b_z)), float(np.linalg.norm(s_z))
@@ -81,8 +87,9 @@ def largest_sector(a: Array, b: Array, s: Array, popov: bool) -> tuple[float, Ar
 
 
 def run(axis: Loop, popov: bool = True) -> Certificate:
-    """Certify the largest k1/sqrt(delta) of an axis with a power-rate term, all other gains as given.
+    """Certify the largest k1/sqrt(delta) of an axis with a power-rate term.
 
+    All other gains are as given.
     data: "given", the axis' own k1/sqrt(delta), and "kept", whether it is inside.
     """
     loop = closed_loop(axis)

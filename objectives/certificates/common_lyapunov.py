@@ -37,11 +37,11 @@ def corners(axis: Loop, spread: float, varied: Sequence[str] = VARIED) -> list[A
     return matrices
 
 
-def common_matrix(matrices: Sequence[Array], centre: Array | None = None) -> Array | None:
-    """Return P of one Lyapunov function for all matrices, confirmed by eigenvalues; centre: a Hurwitz matrix amid them."""
+def common_matrix(matrices: Sequence[Array], center: Array | None = None) -> Array | None:
+    """Return P of one Lyapunov function for all matrices, confirmed by eigenvalues; center: a Hurwitz matrix amid them."""
     if not all(map(is_stable, matrices)):
         return None
-    z = lmi.coordinates(matrices[0] if centre is None else centre)
+    z = lmi.coordinates(matrices[0] if center is None else center)
     scaled, p, room = [z.dynamics(a) for a in matrices], lmi.symmetric(len(matrices[0])), lmi.unknown()
     falling = [lmi.below_zero(a.T @ p + p @ a, room) for a in scaled]
     inside = [*falling, lmi.below_zero(-p, room), cp.trace(p) == len(matrices[0]), room <= 1.0]
@@ -54,15 +54,15 @@ def common_matrix(matrices: Sequence[Array], centre: Array | None = None) -> Arr
 
 def run(axis: Loop, varied: Sequence[str] = VARIED) -> Certificate:
     """Certify the largest +-spread [1] of the varied numbers, by bisection."""
-    centre = closed_loop(axis).a
-    solution = common_matrix([centre])
+    center = closed_loop(axis).a
+    solution = common_matrix([center])
     if solution is None:
         return inconclusive("1", "the nominal vehicle does not decay at 0 rad/s")
     low, high = 0.0, LARGEST_SPREAD
     for k in range(BISECTIONS):
         # The end of the range first: where it is certified there is nothing left to search.
         middle = high if k == 0 else 0.5 * (low + high)
-        trial = common_matrix(corners(axis, middle, varied), centre)
+        trial = common_matrix(corners(axis, middle, varied), center)
         solution, low, high = (solution, low, middle) if trial is None else (trial, middle, high)
         if low == high:
             break

@@ -1,4 +1,6 @@
-"""Ultimate bound of a linear loop with its slow modes apart, for slow integral action beside fast poles.
+"""Ultimate bound of a linear loop whose slow modes are separated.
+
+It serves loops with slow integral action and fast poles:
 
     y = sum of c_i x_i + C x,   x_i' = p_i x_i + d_i w,   x' = A x + D w,   |w| <= 1
 
@@ -26,7 +28,10 @@ ROOMS = (1e-6, 1e-4, 1e-2)
 
 
 def smallest_sum(of: Disturbed) -> float | None:
-    """Return the smallest bound of |c x| found, of a stable loop without a sliding term; None where none is confirmed."""
+    """Return the smallest confirmed bound of |c x|, or None.
+
+    The loop is stable and has no sliding term.
+    """
     assert of.kappa == 0.0
     sums = [
         of_modes + rest for of_modes, loop in with_modes_apart(of) if (rest := smallest_ellipsoid(loop)) is not None
@@ -35,17 +40,17 @@ def smallest_sum(of: Disturbed) -> float | None:
 
 
 def smallest_ellipsoid(of: Disturbed) -> float | None:
-    """Return the smallest bound of |c x| by one ellipsoid, confirmed by eigenvalues."""
+    """Return the smallest bound of |c x| by one ellipsoid; eigenvalues confirm it."""
     if not len(of.a):
         return 0.0
-    scaled, factor = of.normalised(coordinates(of.a))
+    scaled, factor = of.normalized(coordinates(of.a))
     slowest = -2.0 * float(np.linalg.eigvals(scaled.a).real.max(axis=0))
     bounds = [bound for share in SHARES if (bound := bound_at(scaled, float(share) * slowest)) is not None]
     return min(bounds) * factor if bounds else None
 
 
 def bound_at(of: Disturbed, alpha: float) -> float | None:
-    """Return the bound of |c x| by the ellipsoid of one decay rate, confirmed by eigenvalues."""
+    """Return the ellipsoid's bound of |c x| at one decay rate; eigenvalues confirm it."""
     unit = np.eye(len(of.a))
     for room in ROOMS:
         pushed = -(of.d @ of.d.T + room * unit) / alpha
@@ -56,7 +61,10 @@ def bound_at(of: Disturbed, alpha: float) -> float | None:
 
 
 def with_modes_apart(of: Disturbed) -> Iterator[tuple[float, Disturbed]]:
-    """Yield the exact bound of the slowest modes, none at first, and the rest of the loop; ends at the first that swings."""
+    """Yield the exact bound of the slowest modes, and the remaining loop.
+
+    The first pair separates no modes; it ends at the first mode that oscillates.
+    """
     of_modes = 0.0
     for _ in range(MOST_APART + 1):
         yield of_modes, of
@@ -69,7 +77,10 @@ def with_modes_apart(of: Disturbed) -> Iterator[tuple[float, Disturbed]]:
 
 
 def _split(of: Disturbed, pole: float) -> tuple[float, Disturbed]:
-    """Return the bound of the mode of a real pole, and the loop without it, in coordinates that do not couple the two."""
+    """Return a real pole's bound, and the loop without that mode.
+
+    The coordinates do not couple the two.
+    """
     edge = pole * (1.0 + 1e-9)
 
     def is_slow(real: float, imaginary: float = 0.0) -> bool:

@@ -21,7 +21,10 @@ MARGIN = 1e-10
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Coordinates z = transform x and time tau = rate t [rad/s] in which a stable x' = a x contracts evenly."""
+    """Coordinates in which a stable x' = a x contracts evenly.
+
+    They are z = transform x with the time tau = rate t; rate in rad/s.
+    """
 
     transform: Array
     inverse: Array
@@ -32,7 +35,7 @@ class Coordinates:
         return self.transform @ a @ self.inverse / self.rate
 
     def original(self, p: Array) -> Array:
-        """Return the matrix of the quadratic form x'Px that is z'pz in these coordinates."""
+        """Return P of the quadratic form x'Px = z'pz of these coordinates."""
         return self.transform.T @ p @ self.transform
 
 
@@ -74,13 +77,13 @@ def below_zero(matrix: Any, room: Any = 0.0) -> Any:
 
 
 def is_negative(matrix: Array, margin: float = MARGIN) -> bool:
-    """Return True if a symmetric matrix is negative definite, with room to spare."""
+    """Return True if a symmetric matrix is negative definite with a margin."""
     values = np.linalg.eigvalsh(0.5 * (matrix + matrix.T))
     return bool(values[-1] < -margin * np.abs(values).max(axis=0))
 
 
 def is_positive(matrix: Array, margin: float = MARGIN) -> bool:
-    """Return True if a symmetric matrix is positive definite, with room to spare."""
+    """Return True if a symmetric matrix is positive definite with a margin."""
     return is_negative(-matrix, margin)
 
 

@@ -41,7 +41,10 @@ ROUNDS, POINTS = 3, 5
 
 @dataclass(frozen=True)
 class Disturbed:
-    """x' = a x - b phi(s x) + d w and the output c x. kappa: sector of phi; b, d columns, s, c rows."""
+    """A loop with a sector nonlinearity and a disturbance.
+
+    x' = a x - b phi(s x) + d w, with the output c x. kappa: sector of phi; b, d columns, s, c rows.
+    """
 
     a: Array
     b: Array
@@ -50,8 +53,11 @@ class Disturbed:
     c: Array
     kappa: float
 
-    def normalised(self, z: lmi.Coordinates) -> tuple["Disturbed", float]:
-        """Return the same in other coordinates with d, c of length one, b and s of equal size; and the bound's factor."""
+    def normalized(self, z: lmi.Coordinates) -> tuple["Disturbed", float]:
+        """Return the same in other coordinates, and the bound's factor.
+
+        There d and c have length one, b and s equal size.
+        """
         b, d = z.transform @ self.b / z.rate, z.transform @ self.d / z.rate
         s, c = self.s @ z.inverse, self.c @ z.inverse
         sizes = [float(np.linalg.norm(part)) for part in (b, d, s, c)]
@@ -80,7 +86,7 @@ def inequality(of: Disturbed, q: Any, alpha: Any, sigma: Any) -> list[list[Any]]
 
 
 class Ellipsoids:
-    """The smallest ellipsoid in the direction of the output for a given decay; compiled once."""
+    """The smallest ellipsoid along the output for a given decay; compiled once."""
 
     def __init__(self, of: Disturbed) -> None:
         self._of = of
@@ -90,7 +96,7 @@ class Ellipsoids:
         self._problem = cp.Problem(cp.Minimize(cp.sum(of.c @ self._q @ of.c.T)), [lmi.below_zero(matrix, ROOM)])
 
     def find(self, alpha: float) -> tuple[float, Array] | None:
-        """Return the bound of |c x| and Q, confirmed by eigenvalues, or None."""
+        """Return the bound of |c x| and Q, or None; eigenvalues confirm them."""
         self._alpha.value = alpha
         if not lmi.solve_again(self._problem):
             return None
@@ -101,9 +107,12 @@ class Ellipsoids:
 
 
 def peak_bound(of: Disturbed) -> tuple[float, Array] | None:
-    """Return the smallest bound of |c x| found over the decay rates with P of its ellipsoid, or None."""
+    """Return the smallest bound of |c x| and its P, or None.
+
+    It is the smallest over the decay rates; P is that of its ellipsoid.
+    """
     z = lmi.coordinates(of.a)
-    scaled, factor = of.normalised(z)
+    scaled, factor = of.normalized(z)
     ellipsoids = Ellipsoids(scaled)
     low, high = 0.0, -2.0 * float(np.linalg.eigvals(scaled.a).real.max(axis=0))
     best: tuple[float, Array] | None = None

@@ -1,6 +1,6 @@
 """A channel of a plant of the user's own in continuous time: plant, actuators and all laws as one linear state space.
 
-The plant is linearised where it rests, by exact derivatives. Its inputs come late by their delay and half a control period of
+The plant is linearized where it rests, by exact derivatives. Its inputs come late by their delay and half a control period of
 hold, a Pade approximant of order 2, and lag; laws stand in their continuous form (`Law.continuous`), with the rate that is
 measured or the difference of two values. Everything that does not act on the channel is left out. Commands are within all limits.
 
@@ -72,7 +72,10 @@ class PlantAxis:
 
     @cached_property
     def gain(self) -> float:
-        """Acceleration of the output at once for a unit of u, 1 where b0 is right; 0 where the input moves no acceleration."""
+        """Immediate acceleration of the output for a unit of u.
+
+        It is 1 where b0 is right, and 0 where the input moves no acceleration.
+        """
         plant, plan = _linear(self.system), self.system.plan
         if not self.acts_on_input:
             return 0.0
@@ -86,7 +89,10 @@ class PlantAxis:
         return self._loop_and_others(factors)[0]
 
     def refused(self, peak: float) -> str:
-        """Return the first assumption of a proof that fails, in words, "" where all hold; peak: Ms of the loop as sampled."""
+        """Return the first failed assumption of a proof in words, or "".
+
+        peak: Ms of the loop as sampled.
+        """
         plan = self.system.plan
         if not self.system.has_equations:
             return "the plant is an FMU, which does not show its equations"
@@ -108,7 +114,10 @@ class PlantAxis:
         return ""
 
     def peak(self) -> float:
-        """Return Ms of the loop, broken where the command goes to the plant or to another channel, as margins break it."""
+        """Return Ms of the loop, broken where margins break it.
+
+        That is where the command goes to the plant or to another channel.
+        """
         goes = f"w {self.channel.to}", f"felt {self.channel.to}"
         sources, targets = goes if self.acts_on_input else (f"r {self.channel.to}", f"c {self.name}")
         loop = interconnection(self.system, self.row, {}).between([sources], [targets])
@@ -117,7 +126,7 @@ class PlantAxis:
         return float(np.abs(1.0 + loop.at(1j * w)[:, 0, 0]).max(axis=0))
 
     def _loop_and_others(self, factors: Factors) -> tuple[StateSpace, list[str]]:
-        """Return the loop, and the other channels that act on it by more than their linear part."""
+        """Return the loop, and the other channels that act on it nonlinearly."""
         plan = self.system.plan
         pushed = [
             channel.name
@@ -133,10 +142,14 @@ class PlantAxis:
 
 @dataclass(frozen=True)
 class Interconnection:
-    """Blocks side by side whose inputs follow from their outputs and from what is given, by names of signals.
+    """Blocks that are connected by the names of their signals.
 
-    blocks: state space of each. inputs: for each input of a block what adds up to it, by signal with its factor. outputs: names
-    of the outputs, in the order of the blocks.
+    Their inputs follow from their outputs and from given signals.
+
+    Attributes:
+        blocks: State space of each block.
+        inputs: Summands of each input of a block, by signal with its factor.
+        outputs: Names of the outputs, in the order of the blocks.
     """
 
     blocks: Sequence[StateSpace]
@@ -189,7 +202,7 @@ def interconnection(system: PlantSystem, row: Sequence[float], factors: dict[str
 
 
 def acting_on_outputs(loop: StateSpace) -> StateSpace:
-    """Return a state space without the states that no output feels, not even through others."""
+    """Return a state space without states that reach no output, even indirectly."""
     felt = loop.c.any(axis=0)
     for _ in range(len(loop.a)):
         felt = felt | loop.a[felt].any(axis=0)
@@ -229,7 +242,7 @@ def _with_rates(plant: StateSpace) -> StateSpace:
 
 
 def _rate(system: PlantSystem, channel: Channel, plant: StateSpace) -> tuple[str, StateSpace]:
-    """Return the output of the plant that a law's rate is made of, and how: measured, its own, or a difference of values.
+    """Return the plant output of a law's rate, and its processing: measured, its own, or a difference of values.
 
     Differencing and the filter behind it, as sampled, are together about as late as the filter alone in continuous time, so the
     rate itself stands for the difference, where there is one.

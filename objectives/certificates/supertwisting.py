@@ -6,7 +6,7 @@ With zeta = (|S|^(1/2) sign S, v) it is zeta' = |zeta_1|^-1 (A zeta + B rho), |r
 if [[A'P + PA + tau L^2 C'C, PB], [B'P, -tau]] < 0 for some P > 0, tau > 0. J. A. Moreno, M. Osorio, "Strict Lyapunov
 functions for the super-twisting algorithm", IEEE Trans. Automatic Control 57(4), 2012, pp. 1035-1040.
 
-It holds for the generalised law too, phi1 = |S|^(1/2) sign S + mu S and v' = -2 k2 phi1 phi1': |d'| <= L is at most
+It holds for the generalized law too, phi1 = |S|^(1/2) sign S + mu S and v' = -2 k2 phi1 phi1': |d'| <= L is at most
 2 L |phi1 phi1'| there. d is what the surface still meets: with an observer in the law, what that misses. Of the law in
 continuous time, without lag. Sufficient only: for the popular k1 = 1.5 sqrt(L), k2 = 1.1 L, which is known to converge, there
 is no such P; it takes k1 = 1.6022 sqrt(L).
@@ -40,7 +40,7 @@ class Scaled:
     unit: float
 
     def form(self, p: Array) -> Array:
-        """Return the matrix of V in zeta as it is, from that in zeta as scaled."""
+        """Return the matrix of V in zeta from that in scaled zeta."""
         d = np.array([1.0 / sqrt(self.unit), 1.0 / self.unit])
         return p * np.outer(d, d)
 
@@ -67,7 +67,7 @@ class Feasibility:
         self._problem = cp.Problem(cp.Maximize(self._room), [*inside, cp.trace(self._p) + self._tau == 1.0])
 
     def find(self, rate: float) -> Array | None:
-        """Return P, scaled so that tau = 1 and confirmed by its eigenvalues, or None."""
+        """Return P scaled to tau = 1, or None; its eigenvalues confirm it."""
         self._square.value = rate * rate
         if not lmi.solve_again(self._problem) or not self._tau.value > lmi.MARGIN:
             return None

@@ -1,6 +1,6 @@
 """LADRC and the hybrid by nonlinear programming: the largest load rejection that keeps its distance from -1.
 
-    maximise log k_i   subject to   |S(jw)| <= Ms,   |T(jw)| <= Mt,   command noise, largest kp, ranges
+    maximize log k_i   subject to   |S(jw)| <= Ms,   |T(jw)| <= Mt,   command noise, largest kp, ranges
 
 over (wc, zeta, wo) or (lambda, k, wo), with k_i = lim s C(s), the integral gain that a slow disturbance meets: kp/(3/wo + T)
 with measured rate and an observer that knows an actuator of mean delay T. C is not affine in wo, so this is a smooth program
@@ -62,7 +62,10 @@ def hybrid_program(axis: DesignAxis, requirements: DesignRequirements) -> Progra
 
 
 def largest_gain_range(axis: DesignAxis, share: float) -> tuple[float, float]:
-    """Return the range of the hybrid's largest equivalent gain that leaves k1 and k2 in theirs."""
+    """Return the range of the hybrid's largest equivalent gain.
+
+    In it k1 and k2 stay within their ranges.
+    """
     low, high = (end / (1.0 - share) for end in axis.range("k2"))
     if share == 0.0:
         return low, high
@@ -78,7 +81,10 @@ def hybrid_gains(axis: DesignAxis, share: float, lam: float, k: float, omega_o: 
 
 
 def design_ladrc(axis: DesignAxis, requirements: DesignRequirements) -> AxisDesign:
-    """Return the gains of linear ADRC for an axis, or its defaults where no start leads to a design that keeps everything."""
+    """Return the linear ADRC gains of an axis, or its defaults.
+
+    They are the defaults where no start leads to a design that keeps everything.
+    """
     unit = 1.0 / axis.unit()
     starts = [(unit * wc, 1.0, unit * wo) for wc, wo in STARTS]
     for wc, zeta, wo in ladrc_program(axis, requirements).answers(starts):
@@ -90,7 +96,10 @@ def design_ladrc(axis: DesignAxis, requirements: DesignRequirements) -> AxisDesi
 
 
 def design_hybrid(axis: DesignAxis, requirements: DesignRequirements) -> AxisDesign:
-    """Return the gains of the hybrid for an axis, or its defaults where no start leads to a design that keeps everything."""
+    """Return the gains of the hybrid for an axis, or its defaults.
+
+    They are the defaults where no start leads to a design that keeps everything.
+    """
     unit, share = 1.0 / axis.unit(), requirements.power_share
     starts = [(0.5 * unit * wc, 2.0 * unit * wc, unit * wo) for wc, wo in STARTS]
     for lam, k, wo in hybrid_program(axis, requirements).answers(starts):

@@ -37,7 +37,10 @@ DESIGNERS: dict[str, Designer] = {pid.FAMILY: design_pid, ladrc.FAMILY: design_l
 
 
 def authority(nominal: Nominal, axis: str) -> float:
-    """Return the largest acceleration of an axis at hover that both signs can have [rad/s2 or m/s2]."""
+    """Return the largest acceleration of an axis at hover [rad/s2 or m/s2].
+
+    Both signs can have it.
+    """
     vehicle, hover = nominal.vehicle, nominal.hover
     room = min(hover - nominal.thrust_min, nominal.thrust_max - hover)
     if axis in ATTITUDE_AXES:
@@ -80,7 +83,7 @@ def design_axes(
 def design(
     cascade: Cascade, nominal: Nominal, timing: Timing, requirements: DesignRequirements | None = None
 ) -> np.ndarray:
-    """Return gains that requirements on the linear loops lead to, without any search.
+    """Return gains by requirements on the linear loops, without any search.
 
     Args:
         cascade: The cascade with its two laws; axes of a law without a designer keep its defaults.

@@ -41,7 +41,7 @@ class DesignAxis:
         return AxisLoop(self.law.name, gains, self.actuator, self.loop, self.from_observer)
 
     def range(self, name: str) -> tuple[float, float]:
-        """Return the range of a gain, an observer's bandwidth limited by the control period."""
+        """Return a gain's range; the control period limits an observer's bandwidth."""
         info = next(gain for gain in self.law.gains if gain.name == name)
         span = info.span(self.loop)
         high = min(span.high, MOST_OBSERVER / self.control_period) if info.observer else span.high
@@ -56,7 +56,10 @@ class DesignAxis:
         return self.law.defaults(self.loop)[name]
 
     def unit(self) -> float:
-        """Return one over the frequency at which the actuator is late by one radian [s], what its loop's speed scales with."""
+        """Return the unit of time that its loop's speed scales with [s].
+
+        It is one over the frequency at which the actuator is late by one radian.
+        """
         phase = np.unwrap(np.angle(self.responses(SURVEY)[0]))
         return float(1.0 / SURVEY[(phase < -1.0).argmax(axis=0)])
 
@@ -73,7 +76,10 @@ class DesignAxis:
         return np.pi / self.control_period
 
     def _slowest(self, requirements: DesignRequirements) -> float:
-        """Bandwidths are limited by the actuator's delay or by what it can do about the largest step."""
+        """Return the lowest bandwidth of its loops [rad/s].
+
+        The actuator's delay or what it can do about the largest step limits bandwidths.
+        """
         return SLOWEST * min(1.0 / self.unit(), sqrt(self.authority / requirements.step(self.loop)))
 
     def responses(self, omega: Array) -> tuple[Array, Array]:
@@ -83,8 +89,15 @@ class DesignAxis:
 
 @dataclass(frozen=True)
 class AxisDesign:
-    """gains: a Gains record; designed: whether it is a design, not the default; load_rejection: integral gain [1/s3] that a slow
-    disturbance meets, 0 where there is none; ms, mt: peaks found afterwards; why: one sentence.
+    """Result of the design of an axis.
+
+    Attributes:
+        gains: A Gains record.
+        designed: Whether it is a design, not the default.
+        load_rejection: Integral gain that a slow disturbance meets, 0 where there is none [1/s3].
+        ms: Peak of the sensitivity, computed afterwards.
+        mt: Peak of the complementary sensitivity, computed afterwards.
+        why: One sentence.
     """
 
     gains: Any
@@ -109,7 +122,10 @@ def judged(
     requirements: DesignRequirements,
     powers: tuple[float, ...] = (0.0,),
 ) -> AxisDesign | None:
-    """Return the design if it is stable and keeps its peaks on a much finer grid, at every equivalent gain; else None."""
+    """Return the design if it passes the final check, else None.
+
+    It is stable and keeps its peaks on a much finer grid, at every equivalent gain.
+    """
     closed = axis.closed(gains)
     if not all(is_stable(closed_matrix(closed, power)) for power in powers):
         return None

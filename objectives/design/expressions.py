@@ -1,4 +1,6 @@
-"""A PD law with disturbance observer at one frequency, as CasADi expressions in its gains.
+"""A PD law with disturbance observer at one frequency, in CasADi.
+
+Its expressions are in its gains:
 
     u = -(N_y y + N_v y')/D,   L = G_a (N_y + s N_v)/(s^2 D)
 
@@ -63,7 +65,10 @@ class Observed(NamedTuple):
 
 
 def observed(law: Feedback, s: Complex, applied: Complex) -> Observed:
-    """Return the law at s, where its observer knows that share of its own command."""
+    """Return the law at s.
+
+    applied: share of its command that its observer knows.
+    """
     kp, kd, omega_o = law.kp, law.kd, law.omega_o
     b1, b2, b3 = triple_pole(omega_o)
     s2 = s.times(s)
@@ -85,8 +90,9 @@ def observed(law: Feedback, s: Complex, applied: Complex) -> Observed:
 
 
 def sensitivities(value_too: bool, rate_too: bool, names: tuple[str, ...]) -> ca.Function:
-    """Return the function of (kp, kd, wo) and (omega, G_a re, im, G_k re, im) whose rows are the squares asked for by name.
+    """Return the function whose rows are the named squared responses.
 
+    Its arguments are (kp, kd, wo) and (omega, G_a re, im, G_k re, im).
     "S", "T": the sensitivities; "value noise", "rate noise": from errors of the measured value and rate to the command.
     """
     gains, point = ca.SX.sym("gains", 3), ca.SX.sym("point", 5)

@@ -1,4 +1,6 @@
-"""Frequency responses of one axis with its dead time exact, for designs and for checking them.
+"""Frequency responses of one axis with exact dead time.
+
+They serve designs and their checks:
 
     L = G_a C/s^2,   C = -(K_y + s K_v)/(1 - K_e G_k)
 

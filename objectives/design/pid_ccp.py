@@ -1,6 +1,6 @@
 """PID by the convex-concave procedure: the largest integral gain that keeps its distance from -1.
 
-    maximise ki   subject to   |1 + L(jw)| >= 1/Ms,   |L(jw) - c| >= r,   command noise, largest kp
+    maximize ki   subject to   |1 + L(jw)| >= 1/Ms,   |L(jw) - c| >= r,   command noise, largest kp
 
 with c = -Mt^2/(Mt^2 - 1) and r = Mt/(Mt^2 - 1), on w from below the bandwidth to Nyquist. L is affine in (kp, ki, kd), so
 staying out of a disc is the complement of a convex set; it is replaced by the half-plane that touches the disc on the side of
@@ -40,7 +40,7 @@ START_DAMPING, START_INTEGRAL = 0.9, 0.05
 
 
 def discs(requirements: DesignRequirements) -> tuple[tuple[float, float], ...]:
-    """Return (centre, radius) of the discs that L keeps out of."""
+    """Return (center, radius) of the discs that L keeps out of."""
     mt2 = requirements.mt**2
     return (-1.0, 1.0 / requirements.ms), (-mt2 / (mt2 - 1.0), requirements.mt / (mt2 - 1.0))
 
@@ -60,8 +60,9 @@ def derivative(axis: DesignAxis, omega: Array) -> Array:
 
 
 def noise_root(axis: DesignAxis, requirements: DesignRequirements) -> Array:
-    """Return the matrix (2, 2) whose product with (kp, kd) has the RMS of the command noise as its length.
+    """Return the root (2, 2) of the command noise's power.
 
+    Its product with (kp, kd) has the RMS of the command noise as its length.
     Exact for white noise at every sample and the filter as sampled, f+ = f + a (rate - f); the rate is measured with noise of its
     own, or it is the difference of two values.
     """
@@ -76,7 +77,7 @@ def noise_root(axis: DesignAxis, requirements: DesignRequirements) -> Array:
 class ConeProgram:
     """One step of the procedure: a cone program over the factors x by which (kp, ki, kd) change, compiled once.
 
-    maximise x_i x_p^speed   subject to   rows x >= least,   low <= x <= high,   |noise (x_p, x_d)| <= 1,   x_d^2 <= damping x_p
+    maximize x_i x_p^speed   subject to   rows x >= least,   low <= x <= high,   |noise (x_p, x_d)| <= 1,   x_d^2 <= damping x_p
     """
 
     def __init__(self, rows: int, speed: float) -> None:
@@ -107,8 +108,14 @@ class ConeProgram:
 class PidTask:
     """Terms of the convex-concave procedure; gains are (kp, ki, kd).
 
-    parts (k, 3): responses that the gains make L of, at k frequencies. discs: (centre, radius) that L keeps out of. noise (2, 2):
-    its product with (kp, kd) is at most one long. damping: largest ratio of the PD part, infinite for none. low, high: ranges.
+    Attributes:
+        parts: Responses that the gains make L of, at k frequencies (k, 3).
+        discs: Pairs (center, radius) of the discs that L keeps out of.
+        noise: Matrix whose product with (kp, kd) is at most one long (2, 2).
+        damping: Largest ratio of the PD part, infinite for none.
+        speed: Power of kp in the merit ki kp^speed.
+        low: Lower ends of the ranges.
+        high: Upper ends of the ranges.
     """
 
     parts: Array
@@ -129,7 +136,7 @@ class Procedure:
         self._step = ConeProgram(len(task.discs) * len(task.parts), task.speed)
 
     def settle(self, gains: Array) -> Array:
-        """Return the gains at which the steps from a start come to rest."""
+        """Return the gains to which the steps from a start converge."""
         for _ in range(ITERATIONS):
             better = self.improve(gains)
             if better is None or self.merit(better) <= self.merit(gains) + SETTLED:
@@ -145,10 +152,10 @@ class Procedure:
         """Return the gains after one step."""
         loop = self._parts @ gains
         rows, least = [], []
-        for centre, radius in self._discs:
-            outward = np.conj(loop - centre) / np.abs(loop - centre)
+        for center, radius in self._discs:
+            outward = np.conj(loop - center) / np.abs(loop - center)
             row = (outward[:, None] * self._parts * gains).real
-            bound = radius + outward.real * centre
+            bound = radius + outward.real * center
             size = np.abs(row).max(axis=1) + np.abs(bound)
             rows.append(row / size[:, None])
             least.append(bound / size)
@@ -165,7 +172,7 @@ class Procedure:
     def keeps(self, gains: Array) -> bool:
         """Return True if gains keep everything."""
         loop, (kp, _, kd) = self._parts @ gains, gains
-        is_outside = all(bool((np.abs(loop - centre) >= radius).all(axis=0)) for centre, radius in self._discs)
+        is_outside = all(bool((np.abs(loop - center) >= radius).all(axis=0)) for center, radius in self._discs)
         quiet = float(np.linalg.norm(self._noise @ np.array([kp, kd]))) <= 1.0
         damped = bool(kd**2 <= 4.0 * self._damping**2 * kp)
         return is_outside and quiet and damped and bool((gains <= self._high).all(axis=0))
@@ -191,7 +198,10 @@ def starts(axis: DesignAxis, task: PidTask) -> list[Array]:
 
 
 def design_pid(axis: DesignAxis, requirements: DesignRequirements) -> AxisDesign:
-    """Return the PID gains of an axis, or its defaults where no start keeps the requirements."""
+    """Return the PID gains of an axis, or its defaults.
+
+    They are the defaults where no start keeps the requirements.
+    """
     task = task_of(axis, requirements)
     procedure = Procedure(task)
     settled = [procedure.settle(start) for start in starts(axis, task) if procedure.keeps(start)]

@@ -1,5 +1,6 @@
-"""PID gains of the channels of a plant of the user's own, by the convex-concave procedure on the loop as it is sampled.
+"""PID gains of a user's plant, by the convex-concave procedure.
 
+The loop is taken as it is sampled.
 L of a channel with PID, all others closed, is linear in kp, ki and kd, whatever the plant: so its three parts are read off the
 margin model, and `pid_ccp` makes ki kp^speed large while |S| and |T| keep their limits. Inner channels come first, and outer
 ones act through them. What is found counts where the sampled loop is stable and keeps the limits on a finer grid.
@@ -45,8 +46,12 @@ class ChannelDesign:
 class ChannelTask:
     """A channel that is to be designed.
 
-    low, high: ranges of all gains (g,), alike where a gain is fixed. noise (2,): rms of its output and of its rate; step: largest
-    of its set point, 0 for none; authority: largest command it may ask for [unit of the command], infinite for none.
+    Attributes:
+        low: Lower ends of the ranges of all gains (g,).
+        high: Upper ends (g,), equal to the lower one where a gain is fixed.
+        noise: RMS of its output and of its rate (2,).
+        step: Largest step of its set point, 0 for none.
+        authority: Largest command it may ask for, infinite for none [unit of the command].
     """
 
     channel: Channel
@@ -60,7 +65,10 @@ class ChannelTask:
 def design_channels(
     system: PlantSystem, row: Array, tasks: Mapping[str, ChannelTask], requirements: DesignRequirements
 ) -> tuple[Array, dict[str, ChannelDesign]]:
-    """Return the gains row (g,) with those channels designed that can be, and what became of each; row: where to start."""
+    """Return the designed gains row (g,), and the result of each channel.
+
+    Only channels that can be designed change. row: where to start.
+    """
     row, designs = np.array(row, dtype=float), {}
     for channel in reversed(system.plan.channels):
         row, designs[channel.name] = _design(system, row, tasks[channel.name], requirements)
@@ -94,7 +102,10 @@ def _design(
 
 
 def loop_parts(system: PlantSystem, row: Array, channel: Channel, omega: Array) -> Array:
-    """Return the columns (k, 3) of which kp, ki and kd make L of a channel as sampled, at frequencies (k,) [rad/s]."""
+    """Return the parts (k, 3) of L by kp, ki and kd.
+
+    L is that of a channel as sampled, at frequencies (k,) [rad/s].
+    """
     columns, rows = _columns(system, channel), []
     used = _used(row, columns, system)
     for column, size in zip(columns, used, strict=True):

@@ -41,7 +41,7 @@ class Program:
     high: Array
 
     def answers(self, starts: Sequence[Sequence[float]]) -> list[list[float]]:
-        """Return the gains that the starts lead to, where they converge, best first."""
+        """Return the gains to which the starts converge, best first."""
         nlp = {"x": self.x, "f": -self.objective, "g": ca.vertcat(*self.most)}
         solver = ca.nlpsol("design", "ipopt", nlp, OPTIONS)
         low, high = np.log(self.low), np.log(self.high)
@@ -54,7 +54,7 @@ class Program:
 
 
 class LoopLimits:
-    """Limits of the loop of an axis, for any feedback of one kind."""
+    """Limits of an axis' loop, for any feedback of one kind."""
 
     def __init__(self, axis: DesignAxis, requirements: DesignRequirements, value_too: bool, rate_too: bool) -> None:
         self._axis, self._requirements = axis, requirements

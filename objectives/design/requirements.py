@@ -9,17 +9,23 @@ from plant.quadrotor.sensors import SensorSpec
 
 @dataclass(frozen=True)
 class DesignRequirements:
-    """Limits that every loop keeps while its load rejection is made as large as possible.
+    """Limits that every loop keeps while its load rejection is maximized.
 
-    ms, mt: largest peak of sensitivity and complementary sensitivity; 1.7 and 1.5 leave at least 39 deg of phase, 7.7 dB of
-    gain upwards and 9.5 dB downwards (an integrating loop on an integrating plant has a margin downwards too).
-    damping: largest damping ratio of the PD part, so that the loop answers its reference as fast as it rejects disturbances;
-    the hybrid's surface slope stays below its gain, which is the same for real poles. speed: what is made large is
-    k_i kp^speed; 0 looks at slow disturbances alone, 1.5 weighs both as powers of bandwidth, wc^3 and wc^2.
-    noise: RMS of the command that sensor noise causes, as a share of what the axis can do at hover; sensors: that noise.
-    attitude_step [rad], position_step [m]: the largest error at once that a loop answers without asking for more than the axis
-    can do; as feedback on the error it bounds kp. power_share: what the power-rate term adds to the hybrid's largest
-    equivalent gain, as a share of it; 0 is a linear law.
+    Attributes:
+        ms: Largest peak of the sensitivity. 1.7, with 1.5 for mt, leaves at least 39 deg of phase, 7.7 dB of gain upwards and
+            9.5 dB downwards (an integrating loop on an integrating plant has a margin downwards too).
+        mt: Largest peak of the complementary sensitivity.
+        damping: Largest damping ratio of the PD part, so that the loop answers its reference as fast as it rejects
+            disturbances; the hybrid's surface slope stays below its gain, which is the same for real poles.
+        speed: Power in k_i kp^speed, which is made large; 0 looks at slow disturbances alone, 1.5 weighs both as powers
+            of bandwidth, wc^3 and wc^2.
+        noise: RMS of the command that sensor noise causes, as a share of what the axis can do at hover.
+        attitude_step: Largest error at once that a loop answers without asking for more than the axis can do [rad]; as
+            feedback on the error it bounds kp.
+        position_step: The same of position [m].
+        power_share: What the power-rate term adds to the hybrid's largest equivalent gain, as a share of it; 0 is a
+            linear law.
+        sensors: The sensor noise.
     """
 
     ms: float = 1.7
@@ -48,6 +54,6 @@ class DesignRequirements:
         return self.attitude_step if loop == "attitude" else self.position_step
 
     def noises(self, loop: str) -> tuple[float, float]:
-        """Return the RMS noise of the value and of the rate that the loop measures."""
+        """Return the RMS noise of the loop's measured value and rate."""
         sensors = self.sensors
         return (sensors.attitude, sensors.rate) if loop == "attitude" else (sensors.position, sensors.velocity)

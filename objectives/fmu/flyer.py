@@ -86,8 +86,9 @@ class FmuFlyer:
         every: int = 1,
         traced: Sequence[int] | Array | None = None,
     ) -> Array:
-        """Fly one candidate, gains (n,), and return every `every`-th instant (scenarios, instants, rows), rows of the flight.
+        """Fly one candidate, gains (n,), and return its trace (scenarios, instants, rows).
 
+        It has every `every`-th instant; its rows are those of the flight.
         A flight that ended early stays where it was; one of which nothing is known is NaN.
         """
         chosen = tuple(range(size(self.loop.Flight))) if traced is None else tuple(int(row) for row in traced)
@@ -132,7 +133,10 @@ class FmuFlyer:
         return self._lost(answer.why) if isinstance(answer, Refused) else answer
 
     def _lost(self, why: str) -> Flown:
-        """Return the result of a flight of which nothing is known but that it failed, as of one that diverged at once."""
+        """Return the result of a flight that failed without any data.
+
+        It is that of a flight that diverged at once.
+        """
         return Flown([*[0.0] * (self.rows - 2), NON_FINITE, 0.0], [], why)
 
 

@@ -30,9 +30,12 @@ LAW, METRIC = "LAW", "METRIC"
 class LoopDescription:
     """A loop around an FMU, for a worker that flies it.
 
-    folder: of the unpacked FMU. channels: fields of each, its law by name. metered: metrics whose accumulators run: address, name
-    and axes. code: files of the user's own that have to be read again, by digest. patience: seconds after which its parent has
-    given it up.
+    Attributes:
+        folder: Folder of the unpacked FMU.
+        channels: Fields of each channel, its law by name.
+        metered: Address, name and axes of the metrics whose accumulators run.
+        code: Files of the user's that have to be read again, by digest.
+        patience: Time after which its parent has given it up [s].
     """
 
     interface: Interface
@@ -71,7 +74,7 @@ def _metrics() -> Registry[Any]:
 
 
 def _files_of(registry: Registry[Any], entries: Sequence[Any]) -> dict[str, Path]:
-    """Return the files, by digest, of those entries that are not found by their name alone."""
+    """Return the files, by digest, of entries not bundled with the package."""
     files: dict[str, Path] = {}
     for entry in entries:
         if registry.get(entry.name) is not entry:

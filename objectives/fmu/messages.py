@@ -15,8 +15,12 @@ LENGTH = struct.Struct("<Q")
 class Fly(NamedTuple):
     """Asks for one flight; answered by `Flown`.
 
-    inputs: of its scenario. nominal, targets, limits: leaves of records. traced: rows of the flight that are noted at every
-    `every`-th instant, none for no trace.
+    Attributes:
+        inputs: Inputs of its scenario.
+        nominal: Leaves of the record.
+        targets: Leaves of the record.
+        limits: Leaves of the record.
+        traced: Rows of the flight that are noted at every `every`-th instant, none for no trace.
     """
 
     gains: np.ndarray
@@ -30,15 +34,24 @@ class Fly(NamedTuple):
 
 
 class Flown(NamedTuple):
-    """A flight that ended. result: its numbers; trace: (instants, rows); failed: what the FMU said where it ended it, else ""."""
+    """A flight that ended.
+
+    Attributes:
+        result: Its numbers.
+        trace: Rows of the flight (instants, rows).
+        failed: What the FMU said where it ended the flight, else "".
+    """
 
     result: list[float]
     trace: list[list[float]]
     failed: str
 
 
-class Linearise(NamedTuple):
-    """Asks for the slope of a plant with these constants over a control period; answered by `plant.model.slope.Slope`."""
+class Linearize(NamedTuple):
+    """Asks for a plant's slope over a control period; answered by `plant.model.slope.Slope`.
+
+    dynamics: the plant's constants.
+    """
 
     dynamics: np.ndarray
 

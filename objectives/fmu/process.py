@@ -27,7 +27,13 @@ class WorkerLostError(Exception):
 
 
 class FmuProcess:
-    """A process that flies one FMU. description: of the loop; loop: identity of the loop that it must build; file: the FMU."""
+    """A process that flies one FMU.
+
+    Args:
+        description: Description of the loop.
+        loop: Identity of the loop that it must build.
+        file: The FMU.
+    """
 
     def __init__(self, description: LoopDescription, loop: str, file: str) -> None:
         self._description, self._loop, self._file = description, loop, file

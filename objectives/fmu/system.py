@@ -11,7 +11,7 @@ import numpy as np
 
 from objectives.fmu.flyer import FmuFlyer
 from objectives.fmu.loop_description import LoopDescription, describe_loop
-from objectives.fmu.messages import Linearise, Refused
+from objectives.fmu.messages import Linearize, Refused
 from objectives.fmu.process import FmuProcess, WorkerLostError
 from objectives.plant_system import PlantSystem
 from plant.backends.identity import identity
@@ -85,7 +85,7 @@ class FmuSystem(PlantSystem):
 
     def slope(self, parameters: Any) -> "Slope":
         """Return the FMU's initial state and its derivative a period later: by body and commands."""
-        return self.ask(Linearise(np.array(flatten(resting(self.loop, parameters)[0]), dtype=float)))
+        return self.ask(Linearize(np.array(flatten(resting(self.loop, parameters)[0]), dtype=float)))
 
     def flown_slope(self, parameters: Any) -> "Slope":
         """Return the slope again: the steps of an FMU are its own."""
@@ -98,7 +98,10 @@ class FmuSystem(PlantSystem):
 
     @cached_property
     def _loop_description(self) -> tuple[LoopDescription, str]:
-        """The description of the loop for its workers, and the identity of what they must build."""
+        """The loop's description for its workers, and its identity.
+
+        They must build a loop of that identity.
+        """
         interface = self.plant.interface
         folder = unpacked(Path(self.plant.file), interface.digest)
         return describe_loop(interface, folder, self.plan, self.metered, self.timing, self.patience), identity(

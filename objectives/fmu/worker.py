@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import IO, Any
 
 from objectives.fmu.loop_description import LoopDescription, loop_of
-from objectives.fmu.messages import Flown, Fly, Linearise, Ready, Refused, receive, send
+from objectives.fmu.messages import Flown, Fly, Linearize, Ready, Refused, receive, send
 from plant.backends.identity import identity
 from plant.errors import InputError
 from plant.fmu.flying import FmuPlant, fly, result
@@ -89,7 +89,7 @@ def _flown(loop: PlantLoop, instance: Instance, order: Fly) -> Flown:
     return Flown(result(loop, flight), seen, fmu_plant.failed)
 
 
-def _slope(description: LoopDescription, loop: PlantLoop, instance: Instance, order: Linearise) -> Any:
+def _slope(description: LoopDescription, loop: PlantLoop, instance: Instance, order: Linearize) -> Any:
     # Here, because flights need no SciPy.
     from plant.fmu.slope import slope_at_start
 

@@ -1,4 +1,4 @@
-"""Stability margins of exactly the sampled loop that flies, for batches of candidates.
+"""Stability margins of exactly the sampled loop that flies, in batches.
 
     model = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle)      # hover in still air; 0.3 s
     margins = model.evaluate(gains)                       # gains rows (n, g); about 0.8 ms a candidate

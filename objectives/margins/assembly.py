@@ -1,4 +1,4 @@
-"""The matrices of a block straight from the derivatives of one instant, compiled.
+"""The matrices of a block from the derivatives of one instant, compiled.
 
 The controller's derivative has some hundred entries that are not zero; each moves few entries of a block's matrices, always in
 the same proportions. These are worked out once, from the block and the plant, so the loop of all states need not be written down
@@ -75,7 +75,10 @@ class Assembly:
 def _shares(
     rows: Array, columns: Array, row: NDArray[np.intp], column: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
-    """Entries, the places of a block's matrices, as one row, that each moves, and by how much of itself."""
+    """Return the entries, the places each moves, and their weights.
+
+    Places are those of a block's matrices, as one row; an entry moves a place by its weight times itself.
+    """
     seen = np.nonzero(np.any(rows[:, row], axis=0) & np.any(columns[column], axis=1))[0]
     moved = rows[:, row[seen]].T[:, :, None] * columns[column[seen]][:, None]
     entry, place = np.nonzero(moved.reshape(len(seen), -1))
@@ -91,7 +94,10 @@ def assemble(
     fixed: Array,
     out: Array,
 ) -> None:
-    """Fill whole (n, places) with what is fixed (places,) and the shares of some rows (n,) of entries (..., m)."""
+    """Fill `out` (n, places) with fixed (places,) and the entries' shares.
+
+    The shares are those of some rows (n,) of entries (..., m).
+    """
     for i in range(len(rows)):
         for j in range(len(fixed)):
             out[i, j] = fixed[j]

@@ -1,4 +1,7 @@
-"""Margins of one block of closed loops, one row for each candidate and amplitude: those that are asked for."""
+"""Requested margins of one block of closed loops.
+
+Each candidate and amplitude has a row.
+"""
 
 from dataclasses import dataclass
 
@@ -39,8 +42,9 @@ class BlockReadings:
 
 
 def modes_of_loops(loops: LinearLoops, requested: Fields = EVERY) -> Modes:
-    """Return the modes of loops whose terms are closed, a (n, b, b), with the inputs and outputs that margins are read from.
+    """Return the modes of loops a (n, b, b) with closed terms.
 
+    They have the inputs and outputs that margins are read from.
     Of loops that are not stable, of which no curve tells anything, there are only the poles.
     """
     inputs, outputs = (slice(None), slice(None)) if requested & TRACKING else (loops.injected, loops.command)
@@ -80,7 +84,7 @@ def read_modes(
         quantities["load_index"] = MarginAt(index, np.zeros_like(index))
     together = MarginAt(np.full(len(modes.size), np.inf), np.zeros(len(modes.size)))
     if MULTILOOP in requested and len(plant_inputs) > 1:
-        together = multiloop_margin(modes, plant_inputs, grid, h, disk.centre(skew))
+        together = multiloop_margin(modes, plant_inputs, grid, h, disk.center(skew))
     elif MULTILOOP in requested and plant_inputs:
         together = MarginAt(*[part[:, plant_inputs[0]] for part in quantities["disk"]])
     return BlockReadings(
@@ -97,12 +101,13 @@ def read_modes(
 def read_curves(
     modes: Modes, residues: Complex, grid: Array, h: float, skew: float, requested: Fields = EVERY
 ) -> dict[str, MarginAt]:
-    """Return those of the quantities of the curves T of k loops that are asked for, (n, k) each; residues (n, k, b): of T.
+    """Return the requested quantities (n, k) of the curves T of k loops.
 
+    residues (n, k, b): of T.
     Of loops that are not stable it tells nothing.
     """
     n, k, size_b = residues.shape
-    levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.centre(skew)}
+    levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.center(skew)}
     levels = {name: level for name, level in levels.items() if name in requested}
     peaks, crossed = np.ones((n, k, len(levels), 2)), np.full((n, k, 2, size_b + 2, 2), np.nan)
     heights, stable = np.array(list(levels.values())), modes.stable

@@ -1,5 +1,6 @@
-"""Gain, phase and delay margin and crossover frequency of one loop, from the crossings of its curve T (`curve`).
+"""Classical margins of one loop, from the crossings of its curve T.
 
+They are gain, phase and delay margin and the crossover frequency; `curve` has T.
 With L = -T/(1 + T): L is real and negative where T is real and above 0 or below -1, and k L passes -1 at k = (1 + T)/T.
 |L| = 1 where Re T = -1/2, and there arg L = -2 atan(2 Im T). All crossings count, since conditionally stable loops have several:
 the gain of a loop with integral action on a double integrator must neither rise nor fall too far.
@@ -19,7 +20,10 @@ LARGEST_GAIN = 1e4
 
 
 class MarginAt(NamedTuple):
-    """A margin and the frequency [rad/s] at which it is met, arrays of one shape; frequency 0 where the margin is infinite."""
+    """A margin and its frequency [rad/s], arrays of one shape.
+
+    The frequency is that at which the margin is met, 0 where the margin is infinite.
+    """
 
     value: Array
     frequency: Array
@@ -35,7 +39,10 @@ def _least(candidates: Array, frequency: Array) -> MarginAt:
 
 
 def read(real: Array, line: Array) -> dict[str, MarginAt]:
-    """Return all that follows from crossings (..., n, 2) where T is real and where Re T = -1/2, by field of `Margins`."""
+    """Return the classical margins, by field of `Margins`.
+
+    real, line: crossings (..., n, 2) where T is real and where Re T = -1/2.
+    """
     real, line = _used(real), _used(line)
     up, down = gain_margins(real)
     highest = crossover(line)
@@ -49,14 +56,18 @@ def read(real: Array, line: Array) -> dict[str, MarginAt]:
 
 
 def _used(crossings: Array) -> Array:
-    """Crossings (..., n, 2) without the rows at the end that no loop of the batch uses, at least one."""
+    """Return crossings (..., n, 2) without the unused rows at the end.
+
+    No loop of the batch uses those; at least one row stays.
+    """
     most = int(np.max(np.sum(crossings[..., 0] == crossings[..., 0], axis=-1), initial=1))
     return crossings[..., :most, :]
 
 
 def gain_margins(real: Array) -> tuple[MarginAt, MarginAt]:
-    """Factors (...) by which the loop gain may rise and by which it may fall, both 1 or more.
+    """Return the factors (...) by which the loop gain may rise or fall.
 
+    Both are 1 or more.
     real (..., n, 2): w and T where T is real, NaN in spare rows.
     """
     w, t = real[..., 0], real[..., 1]
@@ -69,7 +80,10 @@ def gain_margins(real: Array) -> tuple[MarginAt, MarginAt]:
 
 
 def phase_margin(line: Array) -> MarginAt:
-    """Least angle [rad], lag or lead, between L and -1 where |L| = 1; line (..., n, 2): w and Im T where Re T = -1/2."""
+    """Return the least angle [rad] between L and -1 where |L| = 1.
+
+    It is a lag or a lead. line (..., n, 2): w and Im T where Re T = -1/2.
+    """
     return _least(np.pi - 2.0 * np.arctan(2.0 * np.abs(line[..., 1])), line[..., 0])
 
 

@@ -1,4 +1,4 @@
-"""The nonlinear terms of linearised loops closed, each as a gain, compiled: w = g s for every candidate and amplitude.
+"""The nonlinear terms of linearized loops closed, each as a gain, compiled: w = g s for every candidate and amplitude.
 
 With s = C_s x + D_s u + D_sw w, the terms give w = (1 - g D_sw)^{-1} g (C_s x + D_s u), which is what all other rows then have
 of w. In NumPy the products of so many small matrices, and the memory between them, take three times as long.
@@ -79,7 +79,10 @@ def solve(matrix: Array, right: Array) -> None:
 
 @inlined
 def add_product(given: Array, of_terms: Array, answers: Array, start: int, out: Array) -> None:
-    """Fill found (m, p) with given (m, p) plus of_terms (m, t) times the columns of answers (t, ...) from `start` on."""
+    """Fill `out` (m, p) with given (m, p) plus of_terms times answers.
+
+    of_terms is (m, t); the columns of answers (t, ...) count from `start` on.
+    """
     for i in range(given.shape[0]):
         for j in range(given.shape[1]):
             total = given[i, j]
@@ -89,8 +92,9 @@ def add_product(given: Array, of_terms: Array, answers: Array, start: int, out: 
 
 
 def close_all(given: tuple[Array, ...], gain: Array, first: int, out: tuple[Array, ...]) -> None:
-    """Fill found with the loops given, both a, b, c and d (n, cases, ...), their terms closed by gain (n, cases, t).
+    """Fill `out` with the given loops, terms closed by gain (n, cases, t).
 
+    Both are a, b, c and d (n, cases, ...).
     first: channel from which on the terms stand. What is given once stands for every n, or for every case.
     """
     whole_a, whole_b, whole_c, whole_d = given

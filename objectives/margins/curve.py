@@ -54,7 +54,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 @inlined
 def value_and_slopes(w: float, poles: Complex, residues: Complex, h: float) -> tuple[complex, complex, complex]:
-    """T and its first and second derivative by w at z = e^{jwh}."""
+    """Return T, T' and T'', derivatives by w, at z = e^{jwh}."""
     z = complex(math.cos(w * h), math.sin(w * h))
     t = first = second = 0.0j
     for k in range(len(poles)):
@@ -73,7 +73,7 @@ def value_and_slopes(w: float, poles: Complex, residues: Complex, h: float) -> t
 def sought(
     w: float, poles: Complex, residues: Complex, h: float, kind: int, level: float
 ) -> tuple[float, float, complex, complex]:
-    """Function whose root is sought, its derivative by w, and T and its derivative."""
+    """Return the function of `root` and T, with their derivatives by w."""
     t, first, second = value_and_slopes(w, poles, residues, h)
     if kind == IMAGINARY:
         return t.imag, first.imag, t, first
@@ -98,8 +98,9 @@ def root(
     kind: int,
     level: float,
 ) -> tuple[float, complex]:
-    """Root in (low, high), and T there, by Newton's method, halving where it would leave; rising: the sign goes from - to +.
+    """Return the root in (low, high), and T there, by Newton's method.
 
+    It bisects where a step would leave the interval. rising: the sign goes from - to +.
     start: where to look first, the middle where that is not between.
     """
     w = start if low < start < high else 0.5 * (low + high)
@@ -123,7 +124,10 @@ def root(
 
 @inlined
 def resonances(first: float, last: float, poles: Complex, h: float, extra: Array) -> int:
-    """Fill in, sorted, points between two frequencies on every resonance that is too narrow for the grid; count."""
+    """Fill in points on every resonance too narrow for the grid.
+
+    They are sorted and between two frequencies; returns their number.
+    """
     n = 0
     for p in poles:
         if p.imag > 0.0:
@@ -218,7 +222,10 @@ def highest(points: Array, t: Array, poles: Complex, residues: Complex, h: float
 def crossings(
     w: Array, part: Array, poles: Complex, residues: Complex, h: float, kind: int, level: float, out: Array
 ) -> None:
-    """Fill found (n, 2) with w and the other part of T where a part of it, real or imaginary, crosses minus a level."""
+    """Fill `out` (n, 2) where a part of T crosses minus a level.
+
+    A row is w and the other part of T; parts are the real and the imaginary one.
+    """
     count = 0
     for i in range(len(w) - 1):
         rising = part[i + 1] > -level
@@ -271,8 +278,9 @@ def read_all(
     real: bool,
     line: bool,
 ) -> None:
-    """Read the stable ones of loops with poles (n, b) and residues (n, k, b) of k channels; see `read_curve`.
+    """Read stable loops with poles (n, b) and residues (n, k, b); see `read_curve`.
 
+    Each of the n has k channels; those that are not stable are left out.
     real, line: whether to look for where T is real, and for where Re T = -1/2.
     """
     kinds = range(IMAGINARY if real else REAL, REAL + 1 if line else REAL)
@@ -300,7 +308,10 @@ def highest_crossing(grid: Array, poles: Complex, residues: Complex, h: float, s
 def highest_crossings(
     grid: Array, poles: Complex, residues: Complex, stable: NDArray[np.bool_], h: float, square: float, out: Array
 ) -> None:
-    """`highest_crossing` of the stable ones of loops with poles (n, b) and residues (n, k, b), into found (n, k)."""
+    """Fill `out` (n, k) with `highest_crossing` of the stable loops.
+
+    The loops have poles (n, b) and residues (n, k, b).
+    """
     for i in range(len(poles)):
         if stable[i]:
             for j in range(residues.shape[1]):
@@ -308,5 +319,8 @@ def highest_crossings(
 
 
 def is_compiled() -> bool:
-    """Return True if this process or an earlier one has compiled this file; else the first evaluation waits some 10 s."""
+    """Return True if this file is compiled; else the first evaluation waits some 10 s.
+
+    This process or an earlier one may have compiled it.
+    """
     return cache.is_compiled(read_all) and cache.is_compiled(highest_crossings)

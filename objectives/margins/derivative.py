@@ -1,4 +1,4 @@
-"""CasADi functions of columns, with their exact derivatives, on batches held in NumPy arrays."""
+"""CasADi functions of columns with exact derivatives, on batches in NumPy arrays."""
 
 from typing import Any
 
@@ -39,8 +39,9 @@ class Batch:
 
 
 class Derivative:
-    """A CasADi function of columns with its derivative by `by`, for batches as `Batch` takes them.
+    """A CasADi function of columns with its derivative by `by`.
 
+    It takes batches as `Batch` does.
     It returns outputs (n, rows), the entries (n, m) of their derivative that are not always 0 and what is not differentiated
     (n, more). where: rows and columns of the entries; shape: rows and columns of the derivative.
     """

@@ -1,4 +1,4 @@
-"""Describing functions of the nonlinear terms of a law, worked out from the very functions that fly.
+"""Describing functions of a law's nonlinear terms, from the functions that fly.
 
 For an odd memoryless f the first harmonic of f(A sin t) is N(A) A sin t with
 
@@ -90,7 +90,10 @@ def steepest_slope(function: Callable[..., Any], constants: Any) -> Array:
 
 
 def _closer(s: Array, at: NDArray[np.intp]) -> Array:
-    """Signals (n, 1, points) about the interval `at` (n, 1) of signals, neighbours included, where a corner may stand."""
+    """Return finer signals (n, 1, points) about the interval `at` (n, 1) of signals.
+
+    Neighbors are included, where a corner may stand.
+    """
     rows = np.minimum(np.arange(len(at)), len(s) - 1)[:, None]
     low, high = (s[rows, 0, np.minimum(np.maximum(at + step, 0), s.shape[-1] - 1)][..., None] for step in (-1, 2))
     # Below rest a root is steeper without end.
@@ -99,7 +102,10 @@ def _closer(s: Array, at: NDArray[np.intp]) -> Array:
 
 
 def term_gains(terms: Sequence[Term], constants: Any, n: int, cases: tuple[Case, ...]) -> Array:
-    """Gains (n, cases, terms) that stand for nonlinear terms, each of an axis of constants for n gains rows."""
+    """Return the gains (n, cases, terms) that stand for nonlinear terms.
+
+    Each term is of an axis of constants for n gains rows.
+    """
     out = np.empty((n, len(cases), len(terms)))
     for j, term in enumerate(terms):
         of_axis = getattr(constants, term.axis)
@@ -110,7 +116,10 @@ def term_gains(terms: Sequence[Term], constants: Any, n: int, cases: tuple[Case,
 
 
 def _same(one: Any, other: Any, of_one: Any, of_other: Any) -> bool:
-    """Return True if two terms are the same function under the same constants, as on axes that share their gains."""
+    """Return True if two terms are one function under equal constants.
+
+    So are those on axes that share their gains.
+    """
     return one.nonlinearity is other.nonlinearity and all(
         np.array_equal(a, b) for a, b in zip(flatten(of_one), flatten(of_other), strict=True)
     )

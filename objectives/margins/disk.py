@@ -15,15 +15,21 @@ Array = NDArray[np.float64]
 
 
 class DiskRange(NamedTuple):
-    """Real factors of the gain from `low` to `high` and phases up to `phase` [rad] either way that a disk holds."""
+    """Real gain factors and phases [rad] that a disk holds.
+
+    Factors go from `low` to `high`, phases up to `phase` either way.
+    """
 
     low: Array
     high: Array
     phase: Array
 
 
-def centre(sigma: float) -> float:
-    """Point c such that alpha = 1/max |T + c|, with T = S - 1."""
+def center(sigma: float) -> float:
+    """Return the center c of a disk margin.
+
+    It is the point such that alpha = 1/max |T + c|, with T = S - 1.
+    """
     return 0.5 * (1.0 + sigma)
 
 

@@ -61,11 +61,14 @@ class Modes:
         return np.log(np.maximum(self.size, 1e-300))
 
     def residues(self, outputs: slice, inputs: slice) -> Complex:
-        """Residues (n, k, b) of k loops, the j-th from the j-th of some inputs to the j-th of as many outputs."""
+        """Return the residues (n, k, b) of k loops.
+
+        The j-th is from the j-th of some inputs to the j-th of as many outputs.
+        """
         return self.shown[:, outputs] * np.swapaxes(self.driven[:, :, inputs], -1, -2)
 
     def response(self, z: Complex, outputs: Sequence[int], inputs: Sequence[int]) -> Complex:
-        """Responses (n, f, o, u) from some inputs to some outputs at points z (n, f), without feedthrough."""
+        """Return responses (n, f, o, u) from inputs to outputs at z (n, f), without feedthrough."""
         inverse = 1.0 / (z[..., None] - self.poles[:, None, :])
         return self.shown[:, None, outputs] @ (inverse[..., None] * self.driven[:, None, :, inputs])
 
@@ -101,14 +104,18 @@ def _split(a: Array, b: Array, c: Array, radius: float) -> tuple[Complex, Comple
 
 
 def moved(a: Array) -> Array:
-    """Return matrices (n, b, b) with entries moved by a share of the largest, which parts dependent eigenvectors."""
+    """Return matrices (n, b, b) perturbed to part dependent eigenvectors.
+
+    Entries move by a share of the largest.
+    """
     shift = MOVED * generator(0, "margins/moved", 0).standard_normal(a.shape[-2:])
     return a + shift * np.max(np.abs(a), axis=(-2, -1), keepdims=True)
 
 
 def without_idle(a: Array, b: Array) -> Array:
-    """The matrices (n, b, b) with the pole of a state that nothing moves, like an integral of gain zero, put from 1 to 0.
+    """Return matrices (n, b, b) with the poles of idle states at 0.
 
+    Nothing moves such a state, like an integral of gain zero, and its pole is 1 in a.
     It stays what it was at the start, nothing, and must not count as a pole on the circle. b (n, b, u): all that can move it.
     """
     diagonal = np.diagonal(a, axis1=-2, axis2=-1)

@@ -1,4 +1,6 @@
-"""Signals added to the loop that flies and read from it, by standing in for a few functions that it calls.
+"""Signals added to the loop that flies, and read from it.
+
+Functions stand in for a few that it calls:
 
     speed_commands   adds thrust and torque to the rotor commands in force, behind all that the controller knows of them
     tilt_for         adds acceleration to what the position loops ask for, roll and pitch to what they ask of the attitude
@@ -49,7 +51,7 @@ def terms_of(cascade: Cascade) -> tuple[Term, ...]:
 
 
 class Signals(NamedTuple):
-    """Inputs of the linearised loop besides the state.
+    """Inputs of the linearized loop besides the state.
 
     injected v (6): added at the break point of each channel, in the unit of its command: m/s2 for x, y and z, N m for roll,
     pitch and yaw. terms w: outputs of the nonlinear terms. reference r (6): added to the set point, m and rad. A fourth, the
@@ -62,7 +64,7 @@ class Signals(NamedTuple):
 
 
 class InstantReadings(NamedTuple):
-    """Outputs of the linearised loop besides the next state.
+    """Outputs of the linearized loop besides the next state.
 
     command c (6): at the break point of each channel, without v. signals s of the nonlinear terms. values f(s): what the terms
     would give. output y (6): position [m] and roll, pitch, yaw [rad]. error e (6): output minus set point.
@@ -76,7 +78,7 @@ class InstantReadings(NamedTuple):
 
 
 class TermInjection:
-    """Functions called in place of nonlinear terms at one control instant, which give back inputs w.
+    """Stand-ins of nonlinear terms at one control instant, which return inputs w.
 
     constants: of all axes, as the laws are handed them; w: a symbol for each term; seen: s and f(s) of each term by its number.
     """

@@ -47,8 +47,9 @@ def common_period(channels: Iterable[int], rates: Sequence[Rate]) -> int:
 
 
 def rates_of(plan: LoopPlan, control_period: float) -> tuple[Rate, ...]:
-    """Return the rate of every channel at its break point, at control period h [s].
+    """Return the rate of every channel at its break point.
 
+    control_period: h [s].
     The set point of another channel changes as its channel steps, an input as any of its channels does, as many periods later as
     it is delayed. Raises InputError where it takes too many periods until all channels step at once again.
     """
@@ -95,8 +96,9 @@ def over_period(
 
 
 def lifted(phases: Sequence[LinearLoops], rates: Sequence[Rate]) -> LinearLoops:
-    """Return the loops over one common period of loops of every control period in it, terms closed.
+    """Return the loops over one common period, terms closed.
 
+    phases: loops of every control period in it.
     Its channels are the instants of the first channel in order, then those of the second and so on. Its last states are the
     values that signals v, r and load of the channels are held at.
     """
@@ -113,7 +115,10 @@ def instants_of(rates: Sequence[Rate], periods: int) -> list[range]:
 
 
 class _Moving:
-    """State, held signals and readings so far in a common period, as rows by the state at its start and all signals in it."""
+    """State, held signals and readings so far in a common period.
+
+    They are rows by the state at its start and all signals in it.
+    """
 
     def __init__(self, first: LinearLoops, rates: Sequence[Rate], periods: int) -> None:
         n, x, k = len(first.a), first.a.shape[-1], first.n_channels
@@ -150,7 +155,10 @@ class _Moving:
         return LinearLoops(*parts, n_channels=self._count, n_terms=0)
 
     def _instant(self, signal: int, k: int) -> int | None:
-        """Return the column of a signal, v, r and load of all channels in turn, where period k is one of its instants."""
+        """Return the column of a signal at period k, or None.
+
+        Signals are v, r and load of all channels in turn; None where k is not one of the signal's instants.
+        """
         number, rest = divmod(k - self._first[signal], self._every[signal])
         group, channel = divmod(signal, self._k)
         return None if rest else group * self._count + self._instants[channel][number]

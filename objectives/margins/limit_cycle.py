@@ -72,8 +72,9 @@ class _OpenBlock:
         return np.sum(np.abs(np.linalg.eigvals(_monodromy(self.closed(amplitude)))) > 1.0, axis=-1)
 
     def critical(self, amplitude: Array) -> tuple[float, Array]:
-        """Frequency [rad/s] of the pole nearest to the circle at one amplitude (terms,), and sizes of its mode's signals.
+        """Return frequency [rad/s] and signal sizes of the most critical mode.
 
+        Its pole is nearest to the circle at one amplitude (terms,).
         Poles over n control periods leave open which of n frequencies the mode has: it is that of most of the largest signal.
         """
         closed = self.closed(amplitude[None])
@@ -98,8 +99,9 @@ def _monodromy(phases: Sequence[LinearLoops]) -> Array:
 
 
 def limit_cycles(model: LoopMargins, gains: Array) -> tuple[LimitCycle, ...]:
-    """Limit cycles of all blocks under a gains row (g,), lowest amplitude first; none for linear laws.
+    """Return the limit cycles of all blocks, lowest amplitude first; none for linear laws.
 
+    gains: a gains row (g,).
     Only oscillations are reported, not the slow drift of a real pole through 1.
     """
     row = np.asarray(gains, dtype=float)
@@ -126,7 +128,10 @@ def _cycles(block: _OpenBlock, channels: tuple[str, ...]) -> list[LimitCycle]:
 
 
 def _cycle(block: _OpenBlock, channels: tuple[str, ...], low: float, high: float, stable: bool) -> LimitCycle | None:
-    """The cycle whose amplitude was found between two with all signals alike, at the signals' own ratio."""
+    """Return the limit cycle at the ratio of its signals, or None.
+
+    low, high: amplitudes between which it lies with all signals alike.
+    """
     ratio, amplitude, frequency = np.ones(len(block.terms)), 0.0, 0.0
     for _ in range(ROUNDS):
         bracket = _bracket(block, ratio, low, high, stable)

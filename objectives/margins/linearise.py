@@ -1,4 +1,4 @@
-"""The closed loop linearised about steady flight, for batches of gains: x+ = A x + B u, o = C x + D u.
+"""The closed loop linearized about steady flight, for batches of gains: x+ = A x + B u, o = C x + D u.
 
 u holds the signals v, w, r and o the readings c, s, y, e of `period`; the nonlinear terms stay open between s and w. The
 derivatives follow by the chain rule over one period, the controller's instant and then the plant steps, so they are those of the
@@ -19,8 +19,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LinearLoops:
-    """A batch of linearised loops of k channels (six, or those of one block) with w nonlinear terms left open.
+    """Linearized loops of k channels with w nonlinear terms left open.
 
+    They are a batch of loops of six channels, or of those of one block.
     a (..., x, x), b (..., x, k + w + k + k), c (..., k + w + k + k, x), d: from inputs v (k), w (w), r (k) and load (k) to
     outputs c (k), s (w), y (k), e (k); the slices of each part are given.
     """
@@ -39,7 +40,7 @@ class LinearLoops:
 
     @property
     def terms(self) -> slice:
-        """Columns of w in b and d, and rows of s in c and d."""
+        """Columns of w in b and d; rows of s in c and d."""
         return slice(self.n_channels, self.n_channels + self.n_terms)
 
     @property
@@ -85,7 +86,7 @@ class LinearLoops:
         return replace(batches[0], **parts)
 
     def expanded(self) -> "LinearLoops":
-        """The same with an axis of length 1 behind the first, for several cases of each."""
+        """The same with a second axis of length 1, for several cases."""
         return replace(self, **{name: getattr(self, name)[:, None] for name in "abcd"})
 
     def flattened(self) -> "LinearLoops":
@@ -121,8 +122,9 @@ class Plant:
     slope: Array
 
     def after(self, body: Array, speed: Array) -> Array:
-        """Bodies (n, 17) one period later, to first order in what bodies and thrusts at speeds (n, 4) are off balance.
+        """Return the bodies (n, 17) one period later, to first order.
 
+        It is first order in what bodies and thrusts at speeds (n, 4) are off balance.
         Thrust goes with the square of speed, so in thrusts the way to a balance far off is straight.
         """
         balance = self.body[-ROTORS:]
@@ -172,7 +174,7 @@ class PeriodStep:
 
 
 def chained(slope: Array, by_body: Array, by_command: Array, by_load: Array, k: int, w: int) -> LinearLoops:
-    """Return the loops of k channels and w terms over a control period: the controller's instant, then the plant.
+    """Return the loops over a control period: the controller's instant, then the plant.
 
     Args:
         slope: Derivatives (n, m + memory + readings, x + k + w + k) of the controller's instant by state, v, w and r.
@@ -199,8 +201,9 @@ def chained(slope: Array, by_body: Array, by_command: Array, by_load: Array, k: 
 def one_period(
     period: PeriodMap, state: Array, w: Array, gains: Array, setting: OperatingPoint, plant: Plant
 ) -> PeriodStep:
-    """Fly one period from states (n, x) with the terms giving w (n, terms), under gains (n, g), and differentiate it.
+    """Fly one period from states (n, x) and differentiate it.
 
+    The terms give w (n, terms), under gains (n, g).
     The plant's part is that about its balance, which all candidates share.
     """
     none = np.zeros((len(gains), N_CHANNELS))

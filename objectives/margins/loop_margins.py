@@ -1,6 +1,6 @@
 """Margins of sampled loops for batches of gains: one engine for quadrotors and plants, and for channels of any rates.
 
-A system gives its loops linearised about the trim of each vehicle, one control period after another (`Linearization`). Their
+A system gives its loops linearized about the trim of each vehicle, one control period after another (`Linearization`). Their
 nonlinear terms are closed at each amplitude. A block whose channels step together is read at its period (`block`); one of several
 rates is lifted over its common period (`lifting`) and read there (`multirate`).
 """
@@ -44,7 +44,7 @@ Phases = Sequence[LinearLoops]
 
 
 class SampledLoop(Protocol):
-    """The closed loop of a system, whatever vehicle or plant flies in it.
+    """The closed loop of a system, for any vehicle or plant.
 
     Attributes:
         channels: Names of its channels.
@@ -78,7 +78,7 @@ class TrimmedLoops(NamedTuple):
 
 
 class Linearization(Protocol):
-    """The loops of one vehicle or plant about its trim, split into blocks; rates: of all channels."""
+    """Loops of one vehicle or plant about its trim, in blocks; rates: of all channels."""
 
     blocks: tuple[Block, ...]
     rates: tuple[Rate, ...]
@@ -101,7 +101,10 @@ class Scope:
 
 
 def scope_of(requirements: Sequence[MarginRequirement], names: tuple[str, ...]) -> Scope:
-    """Return the part of an evaluation that requirements on channels of these names need."""
+    """Return the part of an evaluation that requirements need.
+
+    names: of the channels.
+    """
     requested = frozenset(field for entry in requirements for field in entry.quantity.fields)
     channels = [
         frozenset(names.index(axis) for axis in (names if entry.quantity.is_multiloop else entry.axes))
@@ -111,14 +114,19 @@ def scope_of(requirements: Sequence[MarginRequirement], names: tuple[str, ...]) 
 
 
 class Reading(NamedTuple):
-    """A linearization whose blocks are read, of each all channels or those alone that step once in its common period."""
+    """A linearization whose blocks are read.
+
+    slow_only: of each block only the channels that step once in its common period, not all.
+    """
 
     loops: Linearization
     slow_only: bool = False
 
 
 class LoopMargins(ABC):
-    """Margins of a loop for batches of gains, in the worst vehicle and amplitude.
+    """Worst-case margins of a loop for batches of gains.
+
+    The worst is taken over vehicles and amplitudes.
 
     Args:
         loop: Channels, terms and period of the loop.
@@ -185,8 +193,9 @@ class LoopMargins(ABC):
         return joined([self._read(part, everything, readings).summed(self.skew) for part in _parts(gains, CHUNK)])
 
     def limited(self, gains: Array, requirements: Sequence[MarginRequirement]) -> Array:
-        """Return the values (n, requirements) of limits on margins, those of `evaluate`, working out nothing else.
+        """Return the values (n, requirements) of limits on margins.
 
+        They are those of `evaluate`; nothing else is worked out.
         gains (n, gains). Where a loop that all of them ask for is not stable, the candidate's other loops are not looked at.
         """
         scope = scope_of(requirements, self.channels)
@@ -232,7 +241,7 @@ class LoopMargins(ABC):
                                 loops, block, picked, trimmed.phases(block, rows), term[rows][:, cases], scope
                             )
                             if slow_only:
-                                sheet.destabilise(i, block, rows, cases, read.modes.stable)
+                                sheet.destabilize(i, block, rows, cases, read.modes.stable)
                             sheet.update(i, replace(block, channels=picked), rows, cases, read)
                             if not scope.decisive.isdisjoint(block.channels):
                                 stable = read.modes.stable.reshape(np.count_nonzero(rows), -1).all(axis=1)
@@ -255,7 +264,10 @@ class LoopMargins(ABC):
     def _closed(
         self, loops: Linearization, block: Block, picked: Channels, phases: Phases, term: Array
     ) -> tuple[LinearLoops, Lifting]:
-        """Return some channels of a block over its common period, and their form; term (n, cases, terms): gains of its terms."""
+        """Return channels of a block over its common period, and their form.
+
+        term (n, cases, terms): gains of its terms.
+        """
         rates = [loops.rates[channel] for channel in picked]
         periods = common_period(block.channels, loops.rates)
         form = Lifting.of(rates, self.control_period, periods, self._loop.lowest, self._points)
@@ -273,7 +285,10 @@ class LoopMargins(ABC):
         return self._loop.constants(gains)
 
     def open_blocks(self, gains: Array) -> list[tuple[Block, Phases]]:
-        """Blocks of the first vehicle under a gains row (g,), with their loops (1, ...) in each control period, terms open."""
+        """Return the first vehicle's blocks and loops under a gains row (g,).
+
+        The loops (1, ...) are those in each control period, terms open.
+        """
         loops, everyone = self._linearizations[0], np.ones(1, dtype=bool)
         trimmed = loops.at(np.asarray(gains, dtype=float)[None])
         return [
@@ -282,8 +297,9 @@ class LoopMargins(ABC):
         ]
 
     def loop(self, gains: Array, channel: str, case: Case = SMALL, frequency: Array | None = None) -> LoopResponse:
-        """Response of one loop of the first vehicle under a gains row (g,), at frequencies (f,) [rad/s], by default the grid.
+        """Return the response of the first vehicle's loop in a channel.
 
+        gains: a gains row (g,). frequency: (f,) [rad/s], by default the grid.
         Of a channel with several instants in a common period it is the part at the frequency of the signal injected.
         """
         w = self._grid[0, 1:] if frequency is None else np.asarray(frequency, dtype=float)
@@ -332,7 +348,10 @@ class LoopMargins(ABC):
 
 
 def gains_of_terms(loop: SampledLoop, gains: Array, cases: Sequence[Case] = MIDDLE) -> Array:
-    """Return the gains (n, cases, terms) that stand for the nonlinear terms of a loop under gains rows (n, g)."""
+    """Return the equivalent gains (n, cases, terms) of a loop's nonlinear terms.
+
+    gains: gains rows (n, g).
+    """
     return term_gains(loop.terms, loop.constants(gains), len(gains), tuple(cases))
 
 
@@ -343,7 +362,10 @@ def _parts(gains: Array, size: int) -> list[Array]:
 
 
 def _requested(blocks: Sequence[Block], channels: frozenset[int]) -> list[Block]:
-    """Return the blocks of some channels, and those of which they may be images, small ones first."""
+    """Return the blocks of channels and their possible originals, small ones first.
+
+    An original is a block of which another may be an image.
+    """
     direct = [i for i, block in enumerate(blocks) if not channels.isdisjoint(block.channels)]
     images = {image for i in direct if (image := blocks[i].image) is not None}
     return sorted((blocks[i] for i in sorted({*direct, *images})), key=lambda block: len(block.into))

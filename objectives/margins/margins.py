@@ -1,4 +1,4 @@
-"""Margins of the quadrotor that flies: its loops linearised about a trim, vehicle by vehicle, for `loop_margins` to read."""
+"""Margins of the quadrotor that flies: its loops linearized about a trim, vehicle by vehicle, for `loop_margins` to read."""
 
 from collections.abc import Sequence
 from itertools import product
@@ -39,17 +39,19 @@ NOT_STEADY = "no steady flight is found under any of a few gains from their sear
 
 
 def spread_corners(vehicle: Vehicle, spread: Spread) -> tuple[Vehicle, ...]:
-    """The vehicles at the corners of a spread of mass, inertia, thrust and lag: 2 to the number of those that are spread.
+    """Return the vehicles at the corners of a spread.
 
-    The centre of mass stays in the middle: off it, thrust turns the body, but no loop's own margins change.
+    Mass, inertia, thrust and lag spread; their number is 2 to the number of those that are spread.
+    The center of mass stays in the middle: off it, thrust turns the body, but no loop's own margins change.
     """
     ends = [(middle - width, middle + width) if width > 0.0 else (middle,) for middle, width in spread.factors]
     return tuple(vary(vehicle, *corner) for corner in product(*ends))
 
 
 class MarginModel(LoopMargins):
-    """Margins of a cascade on a vehicle in a trim, as the controller with this `nominal` and timing flies it.
+    """Margins of a cascade on a vehicle in a trim.
 
+    The controller with this `nominal` and timing flies it.
     Raises InputError where there is no steady flight.
 
     Args:
@@ -126,7 +128,7 @@ class TrimLinearization:
         }
 
     def at(self, gains: Array) -> TrimmedLoops:
-        """Linearise the loops about the trims of gains rows (n, g)."""
+        """Linearize the loops about the trims of gains rows (n, g)."""
         flight = self._phases(gains)
 
         def phases(block: Block, rows: Mask) -> list[LinearLoops]:
@@ -148,7 +150,10 @@ class TrimLinearization:
         return RatePhases((point.step,), point.state, point.steady)
 
     def _blocks(self, nominal: Nominal) -> tuple[Block, ...]:
-        """Return the blocks that a few gains rows, spread over the search ranges, tell the loop to fall into."""
+        """Return the blocks of the loop under a few gains rows.
+
+        Those are spread over the search ranges.
+        """
         gains = probes(self._period.cascade)
         steps, state, steady = self._phases(gains)
         if not steady.any():

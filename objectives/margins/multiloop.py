@@ -27,7 +27,10 @@ LOWERED, ZOOMS, POINTS = 4, 4, 5
 
 
 def balanced(m: Complex) -> Array:
-    """Ln d (..., k) after sweeps that make off-diagonal row and column of each channel equally long."""
+    """Return ln d (..., k) after sweeps of balancing.
+
+    They make the off-diagonal row and column of each channel equally long.
+    """
     k = m.shape[-1]
     square = np.abs(m) ** 2 * (1.0 - np.eye(k))
     log_d = np.zeros(m.shape[:-1])
@@ -42,13 +45,19 @@ def balanced(m: Complex) -> Array:
 
 
 def scaled_norm(m: Complex, log_d: Array) -> tuple[Array, Array]:
-    """Largest singular value of D M D^-1 (...) and the gradient of its logarithm by ln d (..., k)."""
+    """Return the largest singular value (...) of D M D^-1 and a gradient.
+
+    The gradient (..., k) is that of the value's logarithm by ln d.
+    """
     u, s, v = np.linalg.svd(m * np.exp(log_d[..., :, None] - log_d[..., None, :]))
     return s[..., 0], np.abs(u[..., :, 0]) ** 2 - np.abs(v[..., 0, :]) ** 2
 
 
 def mu_upper(m: Complex) -> Array:
-    """Upper bound of the structured singular value (...) of matrices (..., k, k) for diagonal complex perturbations."""
+    """Return an upper bound (...) of mu of matrices (..., k, k).
+
+    mu is the structured singular value for diagonal complex perturbations.
+    """
     log_d = balanced(m)
     value, slope = scaled_norm(m, log_d)
     step = np.ones(value.shape)
@@ -67,12 +76,15 @@ def mu_upper(m: Complex) -> Array:
     return value
 
 
-def multiloop_margin(modes: Modes, channels: Sequence[int], grid: Array, h: float, centre: float) -> MarginAt:
-    """Disk margin alpha (n,) in some channels at once, the first inputs and outputs of the modes, and its frequency [rad/s]."""
+def multiloop_margin(modes: Modes, channels: Sequence[int], grid: Array, h: float, center: float) -> MarginAt:
+    """Return the disk margin alpha (n,) in some channels at once.
+
+    Its frequency is in rad/s; the channels are the first inputs and outputs of the modes.
+    """
 
     def matrices(w: Array) -> Complex:
         """T + c I (n, f, k, k) at frequencies (n, f)."""
-        return modes.response(np.exp(1j * w * h), channels, channels) + centre * np.eye(len(channels))
+        return modes.response(np.exp(1j * w * h), channels, channels) + center * np.eye(len(channels))
 
     rows, last = np.arange(len(modes.size)), grid.shape[1] - 1
     w = np.broadcast_to(grid[0], (len(rows), last + 1))

@@ -31,7 +31,7 @@ from objectives.margins.frequency import Modes, frequency_grid
 from objectives.margins.lifting import Rate, instants_of
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.multiloop import balanced
-from objectives.margins.results import Realisation
+from objectives.margins.results import Realization
 from objectives.margins.tracking import FOLLOWED, REJECTED
 
 Array = NDArray[np.float64]
@@ -53,8 +53,12 @@ NEWTON, SOLVED, NUDGE = 30, 1e-11, 1e-7
 class Lifting:
     """The lifted form of the loops of a block.
 
-    control_period: [s]; periods: control periods in the common period; instants: of each channel, among those of the block.
-    lowest: frequency that is looked at [rad/s]; points: of a grid.
+    Attributes:
+        control_period: Control period [s].
+        periods: Number of control periods in the common period.
+        instants: Instants of each channel, among those of the block.
+        lowest: Lowest frequency that is looked at [rad/s].
+        points: Points of a grid.
     """
 
     control_period: float
@@ -96,8 +100,9 @@ class _Part:
 def read_lifted(
     loops: LinearLoops, form: Lifting, skew: float, plant_inputs: Sequence[int], requested: Fields
 ) -> BlockReadings:
-    """Read the margins of lifted loops whose terms are closed, a (n, b, b), of the channels of a form.
+    """Read the margins of lifted loops a (n, b, b) with closed terms.
 
+    They are those of the channels of a form.
     skew: of the disks; plant_inputs: which channels are inputs of the plant.
     """
     modes = modes_of_loops(loops, EVERY)
@@ -112,7 +117,7 @@ def read_lifted(
     if MULTILOOP in requested and len(plant_inputs) == 1:
         together = MarginAt(*[part[:, plant_inputs[0]] for part in margins["disk"]])
     elif MULTILOOP in requested and plant_inputs:
-        together = _together(loops, modes, form, plant_inputs, disk.centre(skew))
+        together = _together(loops, modes, form, plant_inputs, disk.center(skew))
     each = replace(modes, size=modes.size ** (1.0 / form.periods))
     return BlockReadings(each, {name: at for name, at in margins.items() if name in requested}, together)
 
@@ -124,7 +129,7 @@ def response(loops: LinearLoops, form: Lifting, row: int, frequency: Array) -> C
     """
     instants = list(form.instants[0])
     if len(instants) == 1:
-        return Realisation(loops.a[row], loops.b[row, :, 0], loops.c[row, 0], form.period).response(frequency).t
+        return Realization(loops.a[row], loops.b[row, :, 0], loops.c[row, 0], form.period).response(frequency).t
     part = _part(loops, modes_of_loops(loops, EVERY), row, instants, instants)
     answer = _fundamental_of(part, form, 0)(frequency)
     return np.where(frequency <= np.pi / form.step(0) * (1.0 + 1e-12), answer, 0.0)
@@ -158,7 +163,7 @@ class _OfLoci:
     def __init__(self, loops: LinearLoops, modes: Modes, row: int, form: Lifting, j: int, skew: float) -> None:
         instants, k = list(form.instants[j]), loops.n_channels
         self._form, self._j = form, j
-        self._levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.centre(skew)}
+        self._levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.center(skew)}
         self._part, self._tracked, self._loaded = (
             _part(loops, modes, row, [group * k + i for i in instants], [group * k + i for i in instants])
             for group in range(3)
@@ -198,7 +203,10 @@ class _OfLoci:
 
 
 def _grid(form: Lifting, poles: Complex) -> Array:
-    """Frequencies (f,) [rad/s] from 0 to pi/H, close at both ends, where those of fast loops are folded, and at resonances."""
+    """Return the frequencies (f,) [rad/s] of a grid from 0 to pi/H.
+
+    They are close at both ends, where those of fast loops are folded, and at resonances.
+    """
     top, points = np.pi / form.period, form.points // COARSER
     near = np.geomspace(min(form.lowest, 1e-3 * top), 0.5 * top, points)
     middle, width = np.angle(poles) / form.period, -np.log(np.maximum(np.abs(poles), 1e-300)) / form.period
@@ -224,7 +232,7 @@ class _Loci:
         return np.linalg.eigvals(self.matrices(w)).astype(complex)
 
     def harmonics(self, w: float) -> Array:
-        """Frequencies (q,) within +-pi/step that a lifted signal of frequency w may be of."""
+        """Return the possible frequencies (q,) of a lifted signal at w, within +-pi/step."""
         top = np.pi / self._step
         return np.mod(w + self._turns + top, 2.0 * top) - top
 
@@ -234,21 +242,28 @@ class _Loci:
         return np.exp(1j * at[:, None] * self.harmonics(w)) / np.sqrt(len(at))
 
     def frequency(self, w: float, value: complex) -> tuple[float, complex]:
-        """Return an eigenvalue at w with the frequency of the largest part of its eigenvector."""
+        """Return the frequency of an eigenvalue at w, and the eigenvalue.
+
+        It is the frequency of the largest part of its eigenvector.
+        """
         values, vectors = np.linalg.eig(self.matrices(np.array([w]))[0])
         vector = vectors[:, np.argmin(np.abs(values - value))]
         return float(self.harmonics(w)[np.argmax(np.abs(self.waves(w).conj().T @ vector))]), value
 
     def delayed(self, w: float, delay: float) -> complex:
-        """Return det(I - (D - I) T), 0 where a delay [s] of the commands leaves an oscillation of frequency w."""
+        """Return det(I - (D - I) T) for a delay of the commands.
+
+        It is 0 where the delay [s] leaves an oscillation of frequency w.
+        """
         waves, turned = self.waves(w), np.exp(-1j * self.harmonics(w) * delay)
         late = (waves * (turned - 1.0)) @ waves.conj().T
         return complex(np.linalg.det(np.eye(len(turned)) - late @ self.matrices(np.array([w]))[0]))
 
 
 def _crossings(loci: _Loci, w: Array, t: Complex, level: float | None) -> list[tuple[float, complex]]:
-    """Frequencies in ]0, pi/H[ and eigenvalues where one is real, or where its real part is a level.
+    """Return the frequencies and eigenvalues at crossings, in ]0, pi/H[.
 
+    There an eigenvalue is real, or its real part is a level.
     The sign of the product over all eigenvalues needs no order among them.
     """
 
@@ -289,7 +304,10 @@ def _delay(loci: _Loci, base: list[float], crossed: list[tuple[float, complex]])
 
 
 def _solved(loci: _Loci, w: float, delay: float) -> float:
-    """Delay at which the determinant vanishes, by Newton's method in frequency and delay from those of the curve; or that."""
+    """Return the delay at which the determinant vanishes, or the given one.
+
+    Newton's method in frequency and delay starts from those of the curve.
+    """
     point, sizes = np.array([w, delay]), np.array([w, delay])
     for _ in range(NEWTON):
         value = loci.delayed(*point)
@@ -330,7 +348,10 @@ def _peak(height: Callable[[Array], Array], low: float, high: float) -> tuple[fl
 
 
 def _fundamental_of(part: _Part, form: Lifting, channel: int) -> Callable[[Array], Complex]:
-    """Return the function of frequencies (f,) that gives the share of a sine that comes back at its own frequency."""
+    """Return the function from frequencies (f,) to a sine's fundamental share.
+
+    That is the share of the sine that comes back at its frequency.
+    """
 
     def share(w: Array) -> Complex:
         wave = np.exp(1j * w[:, None] * form.step(channel) * np.arange(len(form.instants[channel])))
@@ -364,7 +385,7 @@ def _load_index(part: _Part, step: float) -> float:
     return float(1.0 / integral) if integral > 0.0 else 0.0
 
 
-def _together(loops: LinearLoops, modes: Modes, form: Lifting, inputs: Sequence[int], centre: float) -> MarginAt:
+def _together(loops: LinearLoops, modes: Modes, form: Lifting, inputs: Sequence[int], center: float) -> MarginAt:
     """Disk margin alpha (n,) in several inputs of the plant at once; one scale d for each input, as balances its blocks."""
     groups = [list(form.instants[j]) for j in inputs]
     members, owner = sum(groups, []), np.repeat(np.arange(len(groups)), [len(each) for each in groups])
@@ -373,7 +394,7 @@ def _together(loops: LinearLoops, modes: Modes, form: Lifting, inputs: Sequence[
         part = _part(loops, modes, row, members, members)
 
         def bound(w: Array, part: _Part = part) -> Array:
-            m = part.at(np.exp(1j * w * form.period)) + centre * np.eye(len(members))
+            m = part.at(np.exp(1j * w * form.period)) + center * np.eye(len(members))
             sums = np.stack([(np.abs(m) ** 2)[:, owner == i].sum(axis=1) for i in range(len(groups))], axis=1)
             sizes = np.sqrt(np.stack([sums[..., owner == i].sum(axis=-1) for i in range(len(groups))], axis=-1))
             d = np.exp(balanced(sizes.astype(complex)))[:, owner]

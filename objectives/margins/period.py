@@ -1,5 +1,6 @@
-"""One control period of the closed loop that flies, as CasADi functions with exact derivatives.
+"""One control period of the closed loop that flies, in CasADi.
 
+Its functions have exact derivatives.
 The controller's part is `ClosedLoop.decide` with meters that keep nothing, the plant's part the Runge-Kutta step: the model's own
 functions, rebound, with signals added and read by `injection`.
 """
@@ -67,8 +68,9 @@ NO_METERS = MeterModel(NoMeters, _keep_nothing, _keep_nothing)
 
 
 def state_type(cascade: Cascade, fitted: VehicleFeatures = BARE) -> Any:
-    """Return the record of all that one control period hands to the next; meters and status are no part of it.
+    """Return the record of the state between control periods.
 
+    It is all that one hands to the next; meters and status are no part of it.
     fitted: what the vehicle is fitted with.
     """
     parts = {
@@ -85,8 +87,9 @@ def state_type(cascade: Cascade, fitted: VehicleFeatures = BARE) -> Any:
 
 
 class PeriodMap:
-    """One control period of a cascade at a control period and plant step, of a vehicle fitted so.
+    """One control period of a cascade, of a vehicle fitted so.
 
+    Control period and plant step are those of `timing`.
     terms: its nonlinear terms. state: record type of the sampled state. Its parts are functions of batches:
 
         at_rest(body, gains, nominal, reference) -> state
@@ -128,7 +131,10 @@ class PeriodMap:
 
     @cached_property
     def decide(self) -> Derivative:
-        """Speeds, the state behind the body, then c, s, y, e, differentiated by state, v, w and r; and f(s)."""
+        """The controller's instant, differentiated by state, v, w and r.
+
+        Outputs are speeds, the state behind the body, then c, s, y, e; and f(s).
+        """
         state, v, w, r, gains, nominal, reference = columns(
             size(self.state),
             N_CHANNELS,
@@ -182,7 +188,10 @@ class PeriodMap:
 
     @cached_property
     def fly(self) -> Derivative:
-        """Body after a plant step, differentiated by body, speeds asked for and load, which adds to the accelerations."""
+        """Body after a plant step, differentiated by body, speeds and load.
+
+        Speeds are those asked for; the load adds to the accelerations.
+        """
         inputs, disturbance, constants = columns(BODY + ROTORS + N_CHANNELS, size(Disturbance), size(Dynamics))
         pushed = disturbance + ca.vertcat(ca.SX.zeros(size(Disturbance) - N_CHANNELS), inputs[BODY + ROTORS :])
         end = symbolic.rebinder(SMOOTH)(runge_kutta_step)(
@@ -196,7 +205,10 @@ class PeriodMap:
 
 
 def constants_of(cascade: Cascade, gains: Array, control_period: float) -> Any:
-    """Return the constants of all axes for gains rows (n, g), as a record whose leaves are arrays (n, 1, 1) or numbers."""
+    """Return the constants of all axes for gains rows (n, g).
+
+    The leaves of the record are arrays (n, 1, 1) or numbers.
+    """
     return array.rebinder()(cascade.prepare)(pack(cascade.Gains, gains.T[..., None, None]), control_period)
 
 
@@ -207,7 +219,7 @@ def period_map(cascade: Cascade, timing: Timing, fitted: VehicleFeatures) -> Per
 
 
 def _unclipped(control: Any) -> Any:
-    """The cascade's memory with nothing taken away by limits, to the last bit.
+    """Return the cascade's memory with exactly nothing taken away by limits.
 
     Allocation and its inverse leave rounding errors of 1e-17 there, which laws that restart an integral by them divide by.
     """
@@ -215,7 +227,7 @@ def _unclipped(control: Any) -> Any:
 
 
 def _readings(injection: SignalInjection, before: Any, after: Any, assumed: Any, goal: Reference) -> InstantReadings:
-    """Return the readings of the instant that turned the state `before` into the flight record `after`."""
+    """Return an instant's readings, from state `before` to flight record `after`."""
     plain = symbolic.rebinder()
     torque = plain(commanded_torque)(after.in_force, assumed.vehicle)
     lift = plain(rotors_sum)(after.in_force) / assumed.vehicle.mass

@@ -1,4 +1,4 @@
-"""Margins of the loops of a plant of the user's own: linearised where it rests, for `loop_margins` to read."""
+"""Margins of the loops of a plant of the user's own: linearized where it rests, for `loop_margins` to read."""
 
 from collections.abc import Sequence
 from copy import copy
@@ -59,7 +59,10 @@ class PlantMargins(LoopMargins):
         super().__init__(self._periods[0], rest, cases, skew, points)
 
     def as_flown(self) -> "PlantMargins":
-        """Return the margins of the loops whose plant moves by the Runge-Kutta steps of flights; these here are exact."""
+        """Return the margins with the plant moved by flights' Runge-Kutta steps.
+
+        The loops here are exact.
+        """
         flown = copy(self)
         flown._linearizations = [RestLinearization(period.as_flown(), self._probes) for period in self._periods]
         return flown
@@ -69,14 +72,20 @@ class PlantMargins(LoopMargins):
         return PROBED * np.pi / self.control_period
 
     def figure_frequencies(self, margins: Margins, points: int) -> Array:
-        """Return the frequencies (points,) [rad/s] at which loops with these margins are drawn, up to Nyquist."""
+        """Return the frequencies (points,) [rad/s] for drawing loops with these margins.
+
+        They go up to Nyquist.
+        """
         nyquist, crossover = np.pi / self.control_period, margins.crossover.value
         slowest = crossover[np.isfinite(crossover) & (crossover > 0.0)].min(initial=nyquist)
         return np.geomspace(min(DRAWN_FROM * nyquist, BELOW_CROSSOVER * float(slowest)), nyquist, points)
 
 
 class RestLinearization:
-    """The loops of a plant at rest, split into blocks under probes, gains rows (p, g)."""
+    """Loops of a plant at rest, split into blocks under probes.
+
+    probes: gains rows (p, g).
+    """
 
     def __init__(self, period: PlantPeriod, probes: Array) -> None:
         self._period, self.rates = period, period.rates
@@ -85,7 +94,10 @@ class RestLinearization:
         self.blocks = blocks_of(closed, np.eye(closed.a.shape[-1]))
 
     def at(self, gains: Array) -> TrimmedLoops:
-        """Linearise the loops under gains rows (n, g), any of which a plant rests under."""
+        """Linearize the loops under gains rows (n, g).
+
+        A plant rests under any gains.
+        """
         phases = self._period.phases(gains)
         everyone = np.ones(len(phases[0].a), dtype=bool)
         return TrimmedLoops(everyone, lambda block, rows: [block.part(loops.of(rows)) for loops in phases])

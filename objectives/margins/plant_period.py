@@ -1,9 +1,9 @@
-"""One control period of a plant of the user's own, linearised where the plant rests: x+ = A x + B u, o = C x + D u.
+"""One control period of a user's plant, linearized at rest: x+ = A x + B u, o = C x + D u.
 
 The controller's functions are those that fly (`plant.model.closing`), rebound to CasADi, with signals added where a command
 goes to the plant or to another channel; the plant moves by the exponential of its slope, which is exact whatever steps fly it.
 Inputs u and readings o are those of `objectives.margins.linearise`. Where channels step at several rates there is one
-linearisation for each control period of their common period.
+linearization for each control period of their common period.
 """
 
 from copy import copy
@@ -65,14 +65,15 @@ class PlantPeriod:
         ]
 
     def as_flown(self) -> "PlantPeriod":
-        """Return the same with the plant moved by the steps of its flights."""
+        """Return the same with the plant moved by its flights' steps."""
         flown = copy(self)
         flown._slope = self.system.flown_slope(self.parameters).by  # noqa: SLF001
         return flown
 
     def phases(self, gains: Array) -> list[LinearLoops]:
-        """Return the linear loops of gains rows (n, g) about rest in each control period of the common period.
+        """Return the linear loops about rest in each control period.
 
+        gains: gains rows (n, g). The control periods are those of the common period.
         Raises InputError where a law does not keep the plant at rest.
         """
         states = self._start(gains, self._body, self._nominal, self._reference)[0]
@@ -124,7 +125,10 @@ class PlantPeriod:
 
     @cached_property
     def _decide(self) -> Derivative:
-        """Commands to the plant, the next memory, then c, s, y, e, differentiated by state, v, w and r."""
+        """The controller's instant, differentiated by state, v, w and r.
+
+        Outputs are the commands to the plant, the next memory, then c, s, y, e.
+        """
         kinds, k, w = self.loop.records, len(self.channels), len(self.terms)
         state, v, terms, r, gains, nominal, reference = columns(
             size(self.state), k, w, k, size(kinds.Gains), size(kinds.Nominal), size(kinds.Reference)
@@ -187,7 +191,7 @@ LEFT_OUT = ("speed", "meters", "status", "end_time")
 
 
 class _Signals(TermInjection):
-    """Functions called in place of model functions at one control instant, and what they saw."""
+    """Stand-ins of model functions at one control instant, with recorded signals."""
 
     def __init__(self, period: PlantPeriod, constants: Any, v: list[Any], w: list[Any]) -> None:
         super().__init__(period.terms, constants, w)

@@ -22,15 +22,25 @@ Array = NDArray[np.float64]
 class MarginQuantity:
     """One margin quantity of a loop.
 
-    name: in every file. label: in tables and drawings; short: in narrow tables. unit: of files, SI, "1" for factors and ratios.
-    sense: "min" where more is better, "max" where less is. field: of the record `Margins` that it is read from. meaning: one
-    line for reports.
-
-    scale, limited: where it is shown, or limited by a study file, in another unit than that of files. digits: behind the point
-    where it is printed. low, high: between which limits have a sense, neither included, in the unit of limits; low is None where
-    no limit can be put on it. unlimited: meaning of an infinite value of a stable loop. unstable: value of a loop that is not
-    stable; open: of a channel without any loop. read(margins) -> values, where they are computed from several fields;
-    other_fields: all of these but `field`. is_multiloop: one value (n,) of all loops at once.
+    Attributes:
+        name: In every file.
+        label: In tables and drawings.
+        short: In narrow tables.
+        unit: Of files, SI, "1" for factors and ratios.
+        sense: "min" where more is better, "max" where less is.
+        field: Of the record `Margins` that it is read from.
+        meaning: One line for reports.
+        scale: Unit in which it is shown, where that is not the unit of files.
+        limited: Unit in which a study file limits it, where that is not the unit of files.
+        digits: Behind the point where it is printed.
+        low: Above which limits have a sense, in the unit of limits; None where no limit can be put on it.
+        high: Below which limits have a sense, in the unit of limits.
+        unlimited: Meaning of an infinite value of a stable loop.
+        unstable: Value of a loop that is not stable.
+        open: Value of a channel without any loop.
+        read: Function of margins that returns the values, where they are computed from several fields.
+        other_fields: All of these but `field`.
+        is_multiloop: One value (n,) of all loops at once.
     """
 
     name: str
@@ -68,7 +78,7 @@ class MarginQuantity:
         return self.unit if self.limited is None else self.limited.unit
 
     def shown(self, value: Any) -> Any:
-        """Return a value of a file in the unit in which it is drawn and printed."""
+        """Return a file's value in the unit of drawings and prints."""
         return value if self.scale is None else self.scale.shown(value)
 
     def to_limit(self, value: Any) -> Any:
@@ -80,11 +90,17 @@ class MarginQuantity:
         return value if self.limited is None else self.limited.si(value)
 
     def values(self, margins: Any) -> Array:
-        """Return the values of a record `Margins` (n, channels), or (n,) where `is_multiloop`, in the unit of files."""
+        """Return the values (n, channels) of a record `Margins`, in files' unit.
+
+        They are (n,) where `is_multiloop`.
+        """
         return getattr(margins, self.field).value if self.read is None else self.read(margins)
 
     def worst(self, values: Array, axes: Iterable[str], channels: tuple[str, ...] = AXES) -> Array:
-        """Return the number of each candidate (n,) in the worst of some axes, of values (n, channels) in any unit."""
+        """Return each candidate's value (n,) in the worst of some axes.
+
+        values: (n, channels), in any unit.
+        """
         if self.is_multiloop:
             return values
         chosen = values[:, [channels.index(axis) for axis in axes]]

@@ -14,12 +14,17 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MarginRequirement:
-    """A limit on a quantity in the worst of some axes, called `label`; limit and values are in the quantity's unit of limits.
+    """A limit on a quantity in the worst of some axes.
 
-    spread: in the worst vehicle of the spread too. amplitude: smallest amplitude of the signals of nonlinear terms, each in its
-    unit, that counts; 0 for all, vanishing ones and the steepest slope included. On vanishing signals |s|^(1/2) sign s acts as an
-    infinite gain, so a loop with it has margins from some amplitude on only, and oscillates below. in_trims: in the trims of the
-    scenarios too, not at hover alone.
+    Limit and values are in the quantity's unit of limits. On vanishing signals |s|^(1/2) sign s acts as an infinite
+    gain, so a loop with it has margins from some amplitude on only, and oscillates below.
+
+    Attributes:
+        label: Its name.
+        spread: In the worst vehicle of the spread too.
+        amplitude: Smallest amplitude of the signals of nonlinear terms, each in its unit, that counts; 0 for all,
+            vanishing ones and the steepest slope included.
+        in_trims: In the trims of the scenarios too, not at hover alone.
     """
 
     quantity: MarginQuantity

@@ -31,7 +31,7 @@ class Worst(NamedTuple):
 
 @dataclass(frozen=True)
 class Margins:
-    """Margins of n candidates in `channels`, each in the worst amplitude and vehicle.
+    """Margins of n candidates in `channels`, in the worst amplitude and vehicle.
 
     A loop that is not stable in every condition has no margin: factors 1, angles, delays and disks 0, peaks infinite. A margin is
     infinite where no crossing limits it. Nothing is ever NaN.
@@ -103,8 +103,11 @@ class LoopResponse:
 
 
 @dataclass(frozen=True)
-class Realisation:
-    """One closed loop from injected to commanded signal, T(z) = c (z I - a)^-1 b: a (x, x), b (x,), c (x,); period [s]."""
+class Realization:
+    """State-space realization of one closed loop from injected to commanded signal.
+
+    T(z) = c (z I - a)^-1 b, with a (x, x), b (x,) and c (x,); period [s].
+    """
 
     a: Array
     b: Array

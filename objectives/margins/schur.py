@@ -32,7 +32,7 @@ inlined = inliner(OPTIONS)
 
 @inlined
 def reflect(rows: Array, v: Array, scale: float, first: int) -> None:
-    """Reflect each of some vectors, rows (m, n), at v (n,), which is 0 before `first`."""
+    """Reflect vectors, rows (m, n), at v (n,), which is 0 before `first`."""
     n = len(v)
     for i in range(len(rows)):
         along = 0.0
@@ -45,7 +45,10 @@ def reflect(rows: Array, v: Array, scale: float, first: int) -> None:
 
 @inlined
 def reduce(h: Array, b: Array, c: Array) -> None:
-    """Bring a matrix h (n, n) to Hessenberg form, inputs b (u, n) and outputs c (o, n) along with it."""
+    """Reduce a matrix h (n, n) to Hessenberg form.
+
+    Inputs b (u, n) and outputs c (o, n) go along with it.
+    """
     n = len(h)
     v, along = np.zeros(n), np.empty(n)
     for k in range(n - 2):
@@ -76,7 +79,10 @@ def reduce(h: Array, b: Array, c: Array) -> None:
 
 @inlined
 def turn(rows: Array, count: int, k: int, width: int, x: float, y: float, z: float, q: float, r: float) -> None:
-    """Reflect entries k to k + width - 1 of the first `count` of some vectors, rows (m, n)."""
+    """Reflect entries of the first `count` of some vectors, rows (m, n).
+
+    The entries are k to k + width - 1.
+    """
     for i in range(count):
         p = x * rows[i, k] + y * rows[i, k + 1]
         if width == 3:
@@ -126,7 +132,10 @@ def sweep(h: Array, b: Array, c: Array, low: int, high: int, since: int) -> None
 
 @inlined
 def quasi_triangle(h: Array, b: Array, c: Array) -> bool:
-    """Bring a Hessenberg matrix h (n, n) to a quasi-triangle of 2x2 blocks, b and c along; False where that fails."""
+    """Reduce a Hessenberg matrix h (n, n) to a quasi-triangle; False where that fails.
+
+    It has 2x2 blocks; b and c go along.
+    """
     high, low, since = len(h) - 1, 0, 0
     for _ in range(SWEEPS * len(h)):
         while high > 0:
@@ -183,7 +192,7 @@ def triangle(h: Array, t: Complex, b: Complex, c: Complex) -> None:
 
 @inlined
 def turn_pair(rows: Complex, count: int, k: int, e: complex, s: float) -> None:
-    """Turn entries k and k + 1 of the first `count` of some vectors, rows (m, n)."""
+    """Rotate entries k, k + 1 of the first `count` rows (m, n)."""
     for i in range(count):
         one, other = rows[i, k], rows[i, k + 1]
         rows[i, k] = one * e + other * s
@@ -192,7 +201,7 @@ def turn_pair(rows: Complex, count: int, k: int, e: complex, s: float) -> None:
 
 @inlined
 def divided(top: complex, under: complex, least: float) -> complex:
-    """Quotient of two numbers, a divisor smaller than `least` being taken for it."""
+    """Return the quotient of two numbers; a divisor smaller than `least` counts as `least`."""
     if abs(under.real) + abs(under.imag) < least:
         return top * (1.0 / least)
     return top * under.conjugate() * (1.0 / (under.real * under.real + under.imag * under.imag))
@@ -200,7 +209,10 @@ def divided(top: complex, under: complex, least: float) -> complex:
 
 @inlined
 def right_of(t: Complex, k: int, least: float, x: Complex) -> float:
-    """Fill x (n,) with the right eigenvector of a triangle to its k-th pole, 1 at k and 0 behind; its length squared."""
+    """Fill x (n,) with a triangle's right eigenvector of its k-th pole.
+
+    It is 1 at k and 0 behind; returns its length squared.
+    """
     x[k] = 1.0
     square = 1.0
     for i in range(k - 1, -1, -1):
@@ -214,7 +226,10 @@ def right_of(t: Complex, k: int, least: float, x: Complex) -> float:
 
 @inlined
 def left_of(t: Complex, k: int, least: float, y: Complex) -> float:
-    """Fill y (n,) with the left eigenvector of a triangle to its k-th pole, 1 at k and 0 before; its length squared."""
+    """Fill y (n,) with a triangle's left eigenvector of its k-th pole.
+
+    It is 1 at k and 0 before; returns its length squared.
+    """
     n = len(t)
     for j in range(k + 1, n):
         y[j] = t[k, j]
@@ -232,12 +247,22 @@ def left_of(t: Complex, k: int, least: float, y: Complex) -> float:
 def split(
     a: Array, b: Array, c: Array, radius: float, poles: Complex, driven: Complex, shown: Complex, spread: Array
 ) -> None:
-    """Split matrices a (m, n, n) with inputs b (m, n, u) and outputs c (m, o, n) into modes.
+    """Split matrices a (m, n, n) into modes.
 
-    poles (m, n); driven (m, n, u): left eigenvectors times b; shown (m, o, n): c times right eigenvectors; a left times its right
-    eigenvector is 1, and what belongs to conjugate poles is conjugate. spread (m,): norm of the inverse of the matrix of right
-    eigenvectors of length 1, infinite for a matrix that could not be split. Of a matrix with a pole on or outside a circle of
-    some radius only the poles are found; driven and shown stay as they are, and spread is 0.
+    A left eigenvector times its right eigenvector is 1, and what belongs to conjugate poles is conjugate. Of a matrix
+    with a pole on or outside the circle only the poles are computed; driven and shown stay as they are, and spread is
+    0.
+
+    Args:
+        a: Matrices (m, n, n).
+        b: Inputs (m, n, u).
+        c: Outputs (m, o, n).
+        radius: Radius of the circle.
+        poles: Poles (m, n), filled in.
+        driven: Left eigenvectors times b (m, n, u), filled in.
+        shown: c times right eigenvectors (m, o, n), filled in.
+        spread: Norm (m,) of the inverse of the matrix of right eigenvectors of length 1, filled in; infinite for a
+            matrix that could not be split.
     """
     n, u, o = a.shape[1], b.shape[2], c.shape[1]
     h, inputs, outputs = np.empty((n, n)), np.empty((u, n)), np.empty((o, n))

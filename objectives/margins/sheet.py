@@ -41,7 +41,10 @@ class WorstCaseAccumulator:
         self._swept = np.zeros(len(channels), dtype=bool)
 
     def sweep(self, block: Block) -> None:
-        """Have the channels of a block report cases where it has terms, whether or not any candidate is entered."""
+        """Mark a block's channels to report cases where it has terms.
+
+        They report whether or not any candidate is entered.
+        """
         self._swept[list(block.channels)] |= bool(block.terms)
 
     def update(self, vehicle: int, block: Block, rows: Mask, cases: list[int], read: BlockReadings) -> None:
@@ -62,8 +65,11 @@ class WorstCaseAccumulator:
         self._together_at[spot] = np.where(value < before, by_case(read.together.frequency), self._together_at[spot])
         self._together[spot] = np.minimum(value, before)
 
-    def destabilise(self, vehicle: int, block: Block, rows: Mask, cases: list[int], stable: Mask) -> None:
-        """Take the margins from the channels of a block where a loop that they are part of is not stable; rows as in `update`."""
+    def destabilize(self, vehicle: int, block: Block, rows: Mask, cases: list[int], stable: Mask) -> None:
+        """Remove a block's margins where its loop is not stable; rows as in `update`.
+
+        It takes them from all channels that are part of the loop.
+        """
         chosen = np.nonzero(rows)[0]
         lost = np.broadcast_to(~stable.reshape(len(chosen), -1), (len(chosen), len(cases)))
         for candidate, case in zip(*np.nonzero(lost), strict=True):

@@ -18,7 +18,10 @@ Array = NDArray[np.float64]
 
 
 class SlowPosition:
-    """Steady flight of a cascade whose position loops step every `every` control periods, of a vehicle fitted so."""
+    """Steady flight of a cascade with slow position loops.
+
+    They step every `every` control periods; the vehicle is fitted so.
+    """
 
     def __init__(self, cascade: Cascade, timing: Timing, fitted: VehicleFeatures) -> None:
         plain = cascade.position.plain
@@ -35,7 +38,10 @@ class SlowPosition:
         self._demand = [names.index(f"control.acceleration.{axis}") for axis in POSITION_AXES]
 
     def at(self, gains: Array, setting: OperatingPoint, plant: Plant, secant: Callable[[], Array]) -> RatePhases:
-        """Return all control periods of a common one in steady flight of gains rows (n, g); see `find_trim`."""
+        """Return all control periods of a common one in steady flight.
+
+        gains: gains rows (n, g). See `find_trim`.
+        """
         point = find_trim(self._resting, gains, setting, plant, secant)
         state = np.zeros((len(gains), len(self._from_rest)))
         shared = self._from_rest >= 0
@@ -50,7 +56,7 @@ class SlowPosition:
 
 
 def _places(resting: PeriodMap, flown: PeriodMap) -> NDArray[np.intp]:
-    """Return for each state of the loop that is flown the one of the loop at rest, -1 where that has none."""
+    """Return each flown state's index in the loop at rest, or -1."""
     places = {name: place for place, name in enumerate(paths(resting.state))}
     return np.array([places.get(_resting_name(name), -1) for name in paths(flown.state)])
 

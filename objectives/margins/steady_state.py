@@ -40,7 +40,7 @@ class SteadyState:
 
     @cached_property
     def trim(self) -> "Trim":
-        """The trim that margins are linearised about."""
+        """The trim that margins are linearized about."""
         # Here, because a study that asks for no margins needs no CasADi.
         from objectives.margins.trim import Trim
 

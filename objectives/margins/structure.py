@@ -1,5 +1,6 @@
-"""Blocks of states, channels and terms of the linearised loop that belong together, found from its numbers.
+"""Blocks of the linearized loop, identified from its numbers.
 
+States, channels and terms of a block belong together.
 Written in sums and differences of rotors and in the attitude relative to the trim, the loop at hover falls into blocks: x with
 pitch, y with roll, z, yaw. Gains act within one channel, so what couples channels does not depend on them and the structure is
 read off once, from a few probes. States that no injected signal reaches or that no command depends on belong to no loop and are
@@ -36,8 +37,12 @@ TURNED = {"x": "y", "y": "x", "z": "z", "roll": "pitch", "pitch": "roll", "yaw":
 class Block:
     """A part of the loop that nothing else acts on.
 
-    channels: indices in CHANNELS; terms: indices of its nonlinear terms; into (b, x) and out_of (x, b): from all states to its
-    own and back. image: index of an earlier block that this one is, turned by 90 deg of yaw, wherever their gains are alike.
+    Attributes:
+        channels: Indices in CHANNELS.
+        terms: Indices of its nonlinear terms.
+        into: Matrix (b, x) from all states to those of the block.
+        out_of: Matrix (x, b) back.
+        image: Index of an earlier block that this one is, turned by 90 deg of yaw, wherever their gains are alike.
     """
 
     channels: tuple[int, ...]
@@ -77,7 +82,10 @@ def with_terms(block: Block, part: LinearLoops, term: Array) -> LinearLoops:
 
 
 def coordinates(period: PeriodMap, vehicle: Vehicle, body: Array) -> Array:
-    """Matrix (x, x) to sums and differences of rotors and to the attitude relative to that of a body (17,)."""
+    """Return the change of coordinates (x, x) for blocks.
+
+    It is to sums and differences of rotors and to the attitude relative to that of a body (17,).
+    """
     names = paths(period.state)
     change = np.eye(len(names))
     mixer = mixer_matrix(vehicle)
@@ -92,7 +100,10 @@ def coordinates(period: PeriodMap, vehicle: Vehicle, body: Array) -> Array:
 
 
 def blocks_of(closed: LinearLoops, change: Array) -> tuple[Block, ...]:
-    """Find the blocks of probes (n, ...) with closed terms, in coordinates changed by a matrix (x, x)."""
+    """Return the blocks of probes (n, ...) with closed terms.
+
+    change (x, x): matrix of the coordinates.
+    """
     back: Array = np.linalg.inv(change).astype(float)
     size = np.max(np.abs(change @ closed.a @ back), axis=0)
     _, (scale, _) = matrix_balance(size, permute=False, separate=True)
@@ -132,7 +143,10 @@ def with_images(blocks: tuple[Block, ...], loops: tuple[LinearLoops, ...]) -> tu
 
 
 def same_loops(first: LinearLoops, second: LinearLoops) -> bool:
-    """Return True if two batches of closed loops of two blocks have the same poles, and the same responses in each channel."""
+    """Return True if two blocks' closed loops have equal poles and responses.
+
+    first, second: batches of loops. The responses are those in each channel.
+    """
     if first.a.shape != second.a.shape or first.n_channels != second.n_channels:
         return False
     poles = [np.sort_complex(np.poly(a)) for loops in (first, second) for a in loops.a]
@@ -148,7 +162,10 @@ def _same_response(first: LinearLoops, second: LinearLoops, z: complex) -> bool:
 
 
 def _diagonal_responses(loops: LinearLoops, z: complex) -> NDArray[np.complex128]:
-    """Responses of the command to v, the output to r and the error to the load, of each channel, at z."""
+    """Return each channel's responses at z.
+
+    They are those of the command to v, the output to r and the error to the load.
+    """
     state = np.linalg.solve(z * np.eye(loops.a.shape[-1]) - loops.a, loops.b)
     responses = loops.c @ state + loops.d
     pairs = ((loops.command, loops.injected), (loops.output, loops.reference), (loops.error, loops.load))
@@ -160,7 +177,7 @@ def _coupled(probes: Array) -> Mask:
 
 
 def _paths_of(moves: Mask) -> Mask:
-    """Return the mask of states (columns) that reach states (rows) in any number of periods."""
+    """Return the reachability of states (rows) from states (columns) in any number of periods."""
     paths_so_far = moves | np.eye(len(moves), dtype=bool)
     for _ in range(int(np.ceil(np.log2(len(moves))))):
         paths_so_far = paths_so_far @ paths_so_far

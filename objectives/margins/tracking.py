@@ -18,8 +18,9 @@ POINTS = 50
 
 
 def bandwidth(modes: Modes, residues: Complex, grid: Array, h: float) -> Array:
-    """Highest frequency [rad/s], (n, k), at which y follows r to within -3 dB; 0 for loops that are not stable.
+    """Return the bandwidth (n, k) [rad/s]; 0 for loops that are not stable.
 
+    It is the highest frequency at which y follows r to within -3 dB.
     residues (n, k, b): from the reference of each of k channels to its output.
     """
     bandwidths = np.zeros(residues.shape[:2])
@@ -29,8 +30,9 @@ def bandwidth(modes: Modes, residues: Complex, grid: Array, h: float) -> Array:
 
 
 def load_index(modes: Modes, residues: Complex, h: float) -> Array:
-    """Load-disturbance index k_i = 1/|integral of e dt| after a unit step of the load, (n, k), in s^-3 for an acceleration.
+    """Return the load-disturbance index k_i (n, k) of k loops.
 
+    k_i = 1/|integral of e dt| after a unit step of the load, in s^-3 for an acceleration.
     For a PID loop it is the integral gain (K. J. Astrom, T. Hagglund, Advanced PID Control, ISA 2006, section 4.3). 0 for loops
     that leave a steady error or are not stable. residues (n, k, b): from the load of each of k channels to its error.
     """

@@ -1,4 +1,4 @@
-"""Steady flight: the fixed point of the one-period map about which the loop is linearised, found by Newton's method.
+"""Steady flight: the fixed point of the one-period map about which the loop is linearized, found by Newton's method.
 
 Flying at a constant velocity through a steady wind is, seen from a frame that moves along, holding a place in the wind minus the
 velocity: the plant feels its air-relative velocity only, and laws see errors. So the fixed point is sought with the place held.
@@ -76,8 +76,9 @@ class Trim:
 
 
 def mean_pole(rise: float, fall: float) -> float:
-    """Rotor pole [1/s] that acts on small oscillations of a rotor which speeds up and slows down at different rates.
+    """Return the equivalent pole [1/s] of a rotor with two rates.
 
+    It acts on small oscillations of a rotor that speeds up and slows down at different rates.
     x' = a e + b |e| with a = (rise + fall)/2, b = (rise - fall)/2, e = command - x. An oscillation e = E (sin t - r) shifts its
     own mean until a r = b mean|sin t - r|, and its first harmonic then sees a + 2 b mean(|sin t - r| sin t). That depends on no
     amplitude: 80 and 40 1/s act as 55 1/s, not as 60.
@@ -91,7 +92,7 @@ def mean_pole(rise: float, fall: float) -> float:
 
 
 def smooth_dynamics(vehicle: Vehicle) -> Dynamics:
-    """Constants of the equations of motion with one rotor pole for both directions."""
+    """Return the dynamics' constants with one rotor pole for both directions."""
     f = dynamics(vehicle)
     pole = mean_pole(f.rise, f.fall)
     return f._replace(rise=pole, fall=pole)
@@ -106,8 +107,9 @@ def setting_of(trim: Trim, nominal: Nominal, vehicle: Vehicle) -> OperatingPoint
 
 
 def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: OperatingPoint) -> Plant:
-    """The plant about the attitude and rotor speeds at which air, weight and rotors leave it at rest, whatever the gains.
+    """Return the plant about its balance of air, weight and rotors.
 
+    Its attitude and rotor speeds leave it at rest, whatever the gains.
     Raises InputError where there are none within the limits of tilt, of rotor speed and of how little lift the controller asks
     for.
     """
@@ -128,7 +130,14 @@ def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Ope
 
 @dataclass(frozen=True)
 class TrimPoint:
-    """States (n, x) of steady flight, what the terms give there (n, terms), which are steady (n,), and the period there."""
+    """Steady flight of n gains rows.
+
+    Attributes:
+        state: States (n, x).
+        w: Outputs of the nonlinear terms there (n, terms).
+        steady: Mask (n,) of the rows that are steady.
+        step: The period there.
+    """
 
     state: Array
     w: Array
@@ -137,7 +146,10 @@ class TrimPoint:
 
 
 class RatePhases(NamedTuple):
-    """The control periods of a common period in steady flight, states (n, x) at its start, and which rows are steady (n,)."""
+    """The control periods of a common period in steady flight.
+
+    state: states (n, x) at its start. steady: mask (n,) of the rows that are steady.
+    """
 
     steps: tuple[PeriodStep, ...]
     state: Array
@@ -147,8 +159,9 @@ class RatePhases(NamedTuple):
 def find_trim(
     period: PeriodMap, gains: Array, setting: OperatingPoint, plant: Plant, secant: Callable[[], Array]
 ) -> TrimPoint:
-    """Find the trim of gains rows (n, g) of a plant in balance, from where its flights start.
+    """Return the trim of gains rows (n, g) of a plant in balance.
 
+    It starts from where their flights start.
     A flight starts in balance, with every law told what it holds, so most laws are at their fixed point at once; of others
     Newton's method finds it. A row's result does not depend on the others. A row that runs away, or ends outside the limits, is
     not steady. secant() -> (n, terms): gains that stand for the nonlinear terms while their signals are at rest.
@@ -164,7 +177,10 @@ def find_trim(
 
 
 def _is_balanced(state: Array, plant: Plant) -> NDArray[np.bool_]:
-    """Return the mask of rows whose plant is where it was linearised, but for its place: at the commanded yaw in particular."""
+    """Return the mask of rows whose plant is where it was linearized.
+
+    Its place does not count; it is at the commanded yaw in particular.
+    """
     off = np.abs(state[:, :BODY] - plant.body) / (1.0 + np.abs(plant.body))
     return np.all(off[:, size(Vec3) :] < SETTLED, axis=1)
 
@@ -211,7 +227,10 @@ def _is_steady(state: Array, w: Array, step: PeriodStep) -> NDArray[np.bool_]:
 
 
 def _newton(state: Array, w: Array, step: PeriodStep, secant: Array, held: bool) -> tuple[Array, Array]:
-    """One step for x = F(x, w) and w = f(s), each f taken for a line through 0 and through where it is."""
+    """Return state and w after one step of Newton's method.
+
+    It solves x = F(x, w) and w = f(s), each f taken for a line through 0 and through where it is.
+    """
     drift, lag = step.state - state, _given(step) - w
     s = step.signals
     at_rest = np.abs(s) < AT_REST

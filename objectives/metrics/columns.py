@@ -12,6 +12,6 @@ COLUMNS: dict[str, int] = {path: column for column, path in enumerate(paths(Mete
 
 
 def unpack(shape: Any, array: NDArray[Any]) -> Any:
-    """Return a record whose leaves are views of shape (...) on the columns of an array (..., columns)."""
+    """Return a record of views (...) on the columns of an array (..., columns)."""
     assert array.shape[-1] == len(paths(shape)), f"{array.shape[-1]} columns for {len(paths(shape))} fields"
     return pack(shape, (array[..., column] for column in range(array.shape[-1])))

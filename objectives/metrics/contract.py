@@ -34,7 +34,7 @@ CHOICES = {
 
 
 def violations_of_metric(metric: Any, file: str) -> list[ContractViolation]:
-    """Return the violations of a metric, up to the first clause that has one."""
+    """Return the violations of the first clause that a metric violates."""
     for clause in (is_described, accumulator_can_fly, values_are_right):
         owner = getattr(metric, "accumulator", None) or metric
         violations = violations_of(
@@ -53,7 +53,10 @@ def check_metric(metric: Any, file: str) -> Metric:
 
 
 def is_described(metric: Any) -> Iterator[ContractViolation]:
-    """A `Metric` with a name, a symbol, a definition, and choices that there are."""
+    """Yield the violations of a metric's description.
+
+    It is a `Metric` with a name, a symbol, a definition, and choices that there are.
+    """
     if not isinstance(metric, Metric):
         yield ContractViolation("", f"METRIC is {metric!r}; it must be Metric(name=..., value=..., bound=...)")
         return
@@ -112,7 +115,10 @@ def _arguments(accumulator: Accumulator, metric: Metric) -> dict[str, int]:
 
 
 def values_are_right(metric: Metric) -> Iterator[ContractViolation]:
-    """Finite, at least 0 and at most the bound on flights inside the limits; the same when asked again."""
+    """Yield the violations of a metric's values on flights inside the limits.
+
+    They are finite, at least 0 and at most the bound, and the same when asked again.
+    """
     for view in _views(metric):
         value, bound = (_array(function(view)) for function in (metric.value, metric.bound))
         if not np.isfinite(bound).all() or not (bound > 0.0).all():

@@ -33,8 +33,9 @@ class Scores(NamedTuple):
 def evaluate(
     addresses: Sequence[MetricAddress], meters: NDArray[np.float64], context: FlightContext, kind: Any = Meters
 ) -> Scores:
-    """Return the scores (metrics, ...) of flights with these final meters (..., n), rows of a record.
+    """Return the scores (metrics, ...) of flights with final meters (..., n).
 
+    The meters are rows of a record.
     The meters of failed flights are not looked at, they may hold anything.
     """
     shape = meters.shape[:-1]

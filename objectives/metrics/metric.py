@@ -110,5 +110,5 @@ class Metric:
     origin: Origin | None = field(default=None, compare=False)
 
     def meter_name(self, axis: str = "") -> str:
-        """Return the name of its accumulator in the meters, of an axis or the flight."""
+        """Return its accumulator's name in the meters, for an axis or flight."""
         return f"own_{self.name}_{axis}" if axis else f"own_{self.name}"

@@ -36,7 +36,7 @@ def update(state: Noise, command: float, h: float) -> Noise:
 
 
 def mean_square(view: Any) -> Any:
-    """Mean square of the fast part of the commands, over instants and inputs."""
+    """Mean square of the commands' fast part, over instants and inputs."""
     return sum(noise.squares for noise in view.accumulated) / (len(view.accumulated) * view.context.periods)
 
 

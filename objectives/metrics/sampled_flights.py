@@ -74,7 +74,7 @@ def _samples(plan: Plan) -> Iterator[Sample]:
 
 
 def _axis(plan: Plan, axis: str, k: int, rng: np.random.Generator) -> tuple[Array, Array]:
-    """Return the final level as reference and an actual value within the limit."""
+    """Return the final level as reference, and a value within the limit."""
     level = getattr(plan.targets, axis).final
     size = 2.0 * _drawn(rng, plan.flights, k) - 1.0
     return level + np.zeros(plan.flights), level - _limit(plan, axis) * size

@@ -4,7 +4,7 @@ Use it for intervals of reported risks, and on paired scenarios to tell whether 
 scenarios are resampled, never instants of one flight, because instants are dependent. All candidates see the same
 resampled scenarios, so their replicates are paired as their flights are (common random numbers).
 
-Intervals are studentised where the risk has a standard error, see `objectives.risk.studentised`, and percentile intervals
+Intervals are studentized where the risk has a standard error, see `objectives.risk.studentised`, and percentile intervals
 elsewhere: B. Efron, R. J. Tibshirani, "An Introduction to the Bootstrap", Chapman & Hall, 1993, chapters 12 and 13. For
 the worst case neither is valid: no resample exceeds the largest value seen.
 """
@@ -34,7 +34,10 @@ class PairedDifference(NamedTuple):
 
 
 def interval_on(values: Values, risk: Risk, resample: Indices, confidence: float = 0.95) -> Interval:
-    """Return the interval of the risk of values (..., n) on given resamples (replicates, n) of the scenarios."""
+    """Return the interval of the risk of values (..., n) on resamples.
+
+    resample: given resamples (replicates, n) of the scenarios.
+    """
     flat = values.reshape(-1, values.shape[-1])
     return Interval(*_ends_of(flat, None, risk, resample, confidence).reshape(2, *values.shape[:-1]))
 
@@ -59,8 +62,9 @@ def replicates_on(values: Values, risk: Risk, resample: Indices) -> Values:
 
 
 def _ends_of(first: Values, second: Values | None, risk: Risk, resample: Indices, confidence: float) -> Values:
-    """Return the ends (2, rows) of the intervals of risks of first (rows, n), or of differences to second.
+    """Return the interval ends (2, rows) of risks, or of their differences.
 
+    Risks are of first (rows, n), differences to second.
     second: (rows, n), or (1, n) for what all are compared with.
     """
     rows, n = first.shape
@@ -78,7 +82,7 @@ def _ends_of(first: Values, second: Values | None, risk: Risk, resample: Indices
 
 
 def _measured(first: Values, second: Values | None, risk: Risk, part: Indices | slice) -> Iterator[MeasuredRisk]:
-    """Yield the risk of part of each row, or its difference to second's."""
+    """Yield the risk of each row's part, or its difference to second's."""
     shared = measured(second[0][part], risk) if second is not None and len(second) == 1 else None
     for i, row in enumerate(first):
         risks = measured(row[part], risk)

@@ -43,7 +43,10 @@ def upper_bound(events: int, count: int, confidence: float = 0.95) -> float:
 
 
 def flights_to_show(limit: float, confidence: float = 0.95) -> int:
-    """Return the number of event-free flights whose interval ends within a limit above 0."""
+    """Return the number of event-free flights whose interval is within a limit.
+
+    limit: above 0.
+    """
     return int(np.ceil(np.log(0.5 * (1.0 - confidence)) / np.log1p(-limit) - 1e-9)) if limit < 1.0 else 1
 
 
@@ -66,7 +69,10 @@ def binary_difference(first: Values, second: Values, risk: Risk, confidence: flo
 
 
 def share_difference(first: Counts, second: Counts, count: Counts, confidence: float = 0.95) -> Interval:
-    """Return the interval of a difference of shares from the discordant flights (...) of either."""
+    """Return the interval of a difference of shares from discordant flights.
+
+    first, second: discordant flights of either (...).
+    """
     different = np.asarray(first) + np.asarray(second)
     often = clopper_pearson(different, count, sqrt(confidence))
     mine = clopper_pearson(first, different, sqrt(confidence))

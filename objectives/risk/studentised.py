@@ -35,7 +35,10 @@ class Resampled(NamedTuple):
 
 
 class MeasuredRisk(NamedTuple):
-    """Risk (...) of samples (..., n), and its influence values (..., n), None for a risk without."""
+    """Risk (...) of samples (..., n) and its influence values (..., n).
+
+    pull: None for a risk without.
+    """
 
     risk: Values
     pull: Values | None
@@ -67,7 +70,7 @@ def standard_error(measured_risk: MeasuredRisk) -> Values:
 
 
 def ends(value: float, error: float, sampled: Resampled, confidence: float) -> tuple[float, float]:
-    """Return the ends of the interval of a risk of given value and standard error."""
+    """Return the interval ends of a risk by value and standard error."""
     tails = [0.5 * (1.0 - confidence), 0.5 * (1.0 + confidence)]
     least = ROUNDING * np.max(np.abs(sampled.drawn), axis=0)
     measurable = sampled.errors > least

@@ -1,4 +1,4 @@
-"""Results of theory as numbers that a study can require of its gains: `THEOREMS` by name."""
+"""Theorems as numbers that a study can require of its gains: `THEOREMS` by name."""
 
 from objectives.theory.levant import LEVANT
 from objectives.theory.moreno_osorio import MORENO_OSORIO

@@ -1,4 +1,4 @@
-"""Measured rate of the disturbance of each channel in the air of a scenario: the L that theorems ask for.
+"""Measured disturbance rate of each channel in a scenario's air: the L that theorems ask for.
 
 The channels are y'' = d + b0 u. d is what wind, gust and injection add to the acceleration of the vehicle hovering level, by
 the model that flies (`body_rate` of `plant.quadrotor.rigid_body` on arrays); the number is a quantile of |d(t + w) - d(t)|/w
@@ -58,7 +58,7 @@ def disturbance_rates(
 
 
 def _accelerations(spec: ScenarioSpec, vehicle: Vehicle, timing: Timing, root: int, count: int) -> Iterator[Array]:
-    """Yield the disturbance accelerations (scenarios, K, 6), as many scenarios at once as fit a block of lanes."""
+    """Yield the disturbance accelerations (scenarios, K, 6), a block of lanes at once."""
     for first in range(0, count, LANES):
         indices = range(first, min(first + LANES, count))
         inputs = sample_scenarios(spec, vehicle, timing, root, SEARCH, indices)
@@ -66,7 +66,10 @@ def _accelerations(spec: ScenarioSpec, vehicle: Vehicle, timing: Timing, root: i
 
 
 def hovering_disturbance(inputs: FlightInputs, vehicle: Vehicle) -> Array:
-    """Return the disturbance accelerations (scenarios, K, 6) of flights in which the vehicle would hover level, nose East."""
+    """Return the disturbance accelerations (scenarios, K, 6) of a hovering vehicle.
+
+    In these flights it would hover level, nose East.
+    """
     air = _from_lanes(inputs.disturbances, inputs.count)
     parts = np.zeros((size(Disturbance), *air.shape[:2]))
     parts[: air.shape[2]] = np.moveaxis(air, 2, 0)

@@ -22,13 +22,16 @@ def law_of(cascade: Cascade, axis: str) -> Law:
 
 
 def channel_gains(cascade: Cascade, axis: str, rows: Array) -> Any:
-    """Return the gains of one axis, a record of its law whose leaves are arrays (n,), from gains rows (n, gains)."""
+    """Return the gains of one axis from gains rows (n, gains).
+
+    They are a record of its law whose leaves are arrays (n,).
+    """
     return law_of(cascade, axis).Gains(*[rows[:, gain.column] for gain in gain_addresses(cascade) if gain.axis == axis])
 
 
 @dataclass(frozen=True)
 class Guarantee:
-    """A theorem on some axes of a cascade, each axis in a setting of its own."""
+    """A theorem on axes of a cascade, each in its setting."""
 
     theorem: Theorem
     cascade: Cascade

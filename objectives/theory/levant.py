@@ -1,4 +1,4 @@
-"""Levant's region of super-twisting gains, the first that was proved and the most cautious.
+"""Levant's region of super-twisting gains, the first proved and most cautious.
 
     k2 > L,   k1^2 >= 4 L (k2 + L)/(k2 - L)
 

@@ -1,4 +1,4 @@
-"""The region of super-twisting gains that a quadratic Lyapunov function certifies; also for the generalised algorithm.
+"""The region of super-twisting gains that a quadratic Lyapunov function certifies; also for the generalized algorithm.
 
 V = zeta' P zeta, zeta = (|S|^(1/2) sgn S, v + d), falls under every |d'| <= L where a linear matrix inequality in P has a
 solution; by the Kalman-Yakubovich-Popov lemma that is L |(1/2)/(s^2 + (k1/2) s + k2/2)| < 1 on the imaginary axis, so
@@ -30,5 +30,5 @@ MORENO_OSORIO = condition(
     "Moreno and Osorio's quadratic Lyapunov function",
     "Moreno, Osorio, IEEE TAC 57(4):1035-1040, 2012",
     moreno_osorio_rate,
-    generalised=True,
+    generalized=True,
 )

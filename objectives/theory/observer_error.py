@@ -1,5 +1,6 @@
-"""Exact bounds on the errors of the linear extended state observer for a disturbance of bounded rate |d'| <= L.
+"""Exact error bounds of the linear extended state observer.
 
+The disturbance has a bounded rate, |d'| <= L.
 Continuous observer, poles -wo three times (Z. Gao, ACC 2003): the impulse responses from d' to the errors e1 of y, e2 of
 y' and e3 of d are positive, so their L1 norms are their DC gains and a ramp reaches them:
 
@@ -34,7 +35,10 @@ ASSUMES = "no measurement noise; what the controller does not know of the actuat
 
 
 def cotangent(omega_o: Array, period: float) -> Array:
-    """Return c = coth(wo h/2), which is (1 + beta)/(1 - beta) of the sampled pole beta = exp(-wo h)."""
+    """Return c = coth(wo h/2).
+
+    It is (1 + beta)/(1 - beta) of the sampled pole beta = exp(-wo h).
+    """
     return 1.0 / np.tanh(0.5 * period * omega_o)
 
 

@@ -30,11 +30,15 @@ Value = Callable[[Any, Setting], Array]
 class Theorem:
     """One result that can be required of gains.
 
-    quantity: what the number is, one line; unit: with {y} for the unit of the channel. sense: "max" where less is better
-    (bounds on errors), "min" where more is (the fastest disturbance that is borne: to be held against the rate of the
-    disturbance). values: by the names of the laws that it speaks of. needs_rate: whether the number depends on
-    `Setting.rate`. measured_rate: whether it holds only where the law takes measured rates, not its observer's. assumes:
-    what must be true of the loop beyond that, one line.
+    Attributes:
+        quantity: What the number is, one line.
+        unit: Unit of the number, with {y} for the unit of the channel.
+        sense: "max" where less is better (bounds on errors), "min" where more is (the fastest disturbance that is
+            borne: to be held against the rate of the disturbance).
+        values: Functions by the names of the laws that it speaks of.
+        needs_rate: Whether the number depends on `Setting.rate`.
+        measured_rate: Whether it holds only where the law takes measured rates, not its observer's.
+        assumes: What must be true of the loop beyond that, one line.
     """
 
     name: str
@@ -58,5 +62,8 @@ class Theorem:
         return in_loop(self.unit, loop)
 
     def speaks_of(self, law: str, rate_from_observer: bool) -> bool:
-        """Return True if it applies to a law, by name, that takes the rate from its observer or as measured."""
+        """Return True if it covers a law with that source of rate.
+
+        law: its name. The rate is from its observer or as measured.
+        """
         return law in self.values and not (self.measured_rate and rate_from_observer)

@@ -38,17 +38,17 @@ def value_of(rate: Rate, term: SuperTwisting, observed: bool) -> Value:
     return value
 
 
-def values_by_law(rate: Rate, generalised: bool) -> dict[str, Value]:
-    """Return the condition for every law with a super-twisting term; with linear parts only where it is `generalised`."""
+def values_by_law(rate: Rate, generalized: bool) -> dict[str, Value]:
+    """Return the condition for every law with a super-twisting term; with linear parts only where it is `generalized`."""
     return {
         entry.name: value_of(rate, entry.super_twisting, entry.observer is not None)
         for entry in LAWS.values()
-        if entry.super_twisting is not None and (generalised or not entry.super_twisting.mu)
+        if entry.super_twisting is not None and (generalized or not entry.super_twisting.mu)
     }
 
 
-def condition(name: str, title: str, source: str, rate: Rate, generalised: bool = False) -> Theorem:
-    """Return a gain condition as a theorem; generalised: it also covers the law with linear parts, whatever their share."""
+def condition(name: str, title: str, source: str, rate: Rate, generalized: bool = False) -> Theorem:
+    """Return a gain condition as a theorem; generalized: it also covers the law with linear parts, whatever their share."""
     return Theorem(
         name=name,
         title=title,
@@ -56,7 +56,7 @@ def condition(name: str, title: str, source: str, rate: Rate, generalised: bool 
         quantity=QUANTITY,
         unit="{y}/s^3",
         sense="min",
-        values=values_by_law(rate, generalised),
+        values=values_by_law(rate, generalized),
         needs_rate=False,
         measured_rate=True,
         assumes=ASSUMES,

@@ -1,5 +1,6 @@
-"""Ultimate bound on the error of the paper's hybrid law, which does not converge to zero.
+"""Ultimate bound on the error of the paper's hybrid law.
 
+The error does not converge to zero.
 With S = e' + lambda e and the law of `plant.laws.hybrid`, S' = eps(t) - k1 |S|^(1/2) sat(S/delta) - k2 S, where eps is what
 the observer misses of the disturbance, |eps| <= E. So |S| falls until it is below the one S* >= 0 of
 

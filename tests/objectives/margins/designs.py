@@ -10,7 +10,7 @@ from objectives.margins.describing import Case
 from objectives.margins.loop_margins import SMALL
 from objectives.margins.margins import MarginModel
 from objectives.margins.period import constants_of
-from objectives.margins.results import Realisation
+from objectives.margins.results import Realization
 from objectives.margins.trim import Trim
 from plant.law_registry import LAWS
 from plant.loop import Timing
@@ -97,10 +97,10 @@ def ideal_vehicle(lag: float) -> Vehicle:
     )
 
 
-def realisation(model: MarginModel, gains: NDArray[np.float64], channel: str, case: Case = SMALL) -> Realisation:
+def realisation(model: MarginModel, gains: NDArray[np.float64], channel: str, case: Case = SMALL) -> Realization:
     """State space of a closed loop of the first vehicle under a gains row (g,), its block's channels all at one rate."""
     index, loops = model.channels.index(channel), model._linearizations[0]
     block = next(block for block in loops.blocks if index in block.channels)
     phases = loops.at(gains[None]).phases(block, np.ones(1, dtype=bool))
     closed, form = model._closed(loops, block, (index,), phases, model._term_gains(gains[None], (case,)))
-    return Realisation(closed.a[0], closed.b[0, :, 0], closed.c[0, 0], form.period)
+    return Realization(closed.a[0], closed.b[0, :, 0], closed.c[0, 0], form.period)
