@@ -70,7 +70,7 @@ def has_rotors(contest: ComparedFolder) -> bool:
 
 
 def user_names(contest: ComparedFolder) -> list[str]:
-    """Return what the study, its contenders and their plants name."""
+    """Return the names that study, contenders and plants give."""
     scenarios = [entry.scenario for entry in contest.document.compared_on]
     channels = [name for entry in contest.contenders for name in entry.channels or {}]
     return [contest.document.title, *contest.index, *contest.flown, *scenarios, *channels]

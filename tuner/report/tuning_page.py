@@ -48,7 +48,7 @@ def tuning_page(results: TuningFolder) -> Page:
 
 
 def _user_names(results: TuningFolder) -> list[str]:
-    """Return what the study and the plant name."""
+    """Return the names that study and plant give."""
     plant = results.resolved.plant
     scenarios = [str(entry.get("name", "")) for entry in results.resolved.scenario]
     signals = [fan.signal for fan in results.fans] + [loop.channel for loop in results.loops]
