@@ -44,7 +44,7 @@ def rejudge(
 ) -> CompletedRun:
     """Judge the candidates of a tuning run by another study.
 
-    Without another study, its own with overrides judges. The judgement goes into a new folder. Raises InputError where
+    Without one, the study of the run with overrides judges. The judgement goes into a new folder. Raises InputError where
     the study asks for other flights, StoreError where the run is not finished or cannot be had again.
     """
     watcher = watcher or Watcher()
