@@ -1,7 +1,7 @@
-"""Parameters that a vehicle flies at present, which an export replaces or keeps.
+"""Current parameters of a vehicle, which an export replaces or keeps.
 
-It comes from a parameter file (--previous), or from what gains.json recorded when the gains were imported. With it an export
-writes what our loops carry, leaves everything else as the vehicle has it, and can say what changes.
+They come from a parameter file (--previous), or from what gains.json recorded when the gains were imported. With them
+an export writes what our loops carry, leaves everything else as the vehicle has it, and can say what changes.
 """
 
 import re
@@ -53,7 +53,7 @@ def vehicle_parameters(
 
 
 def origin(request: ExportRequest[C], target: str) -> str | None:
-    """Return the source of the parameters on the vehicle, None where they are not known."""
+    """Return the source of the vehicle's parameters, None where it is unknown."""
     if request.previous is not None:
         return f"the previous file {plain_name(request.previous)}"
     record = request.controller.vehicle
@@ -63,12 +63,12 @@ def origin(request: ExportRequest[C], target: str) -> str | None:
 
 
 def plain_name(file: Path) -> str:
-    """Return the name of a file as it may stand in any text: letters, digits, blanks, dots, dashes and underscores."""
+    """Return a file's name for any text: letters, digits, blanks, dots, dashes and underscores."""
     return re.sub(r"[^A-Za-z0-9 ._-]", "_", file.name)[-MOST_NAME:]
 
 
 def remembered(controller: C, target: ExportTarget, given: list[str]) -> list[str]:
-    """Return the options with those of the import that the person did not give anew."""
+    """Return the given options, completed by those of the import."""
     record = controller.vehicle
     if record is None or record.target != target.name:
         return given
@@ -100,7 +100,7 @@ def describe_unmanaged(
 
 
 def previous_controller(request: Request) -> tuple[Controller, str, str]:
-    """Return the controller to go back to, the digest that its file names, and one sentence that says what it is.
+    """Return the controller to restore, its file's digest and a sentence.
 
     Raises InputError where the previous file is no gains.json.
     """
@@ -113,7 +113,7 @@ def previous_controller(request: Request) -> tuple[Controller, str, str]:
 
 
 def plant_rollback(request: PlantRequest) -> tuple[PlantRequest, str]:
-    """Return the request that would have exported the plant's gains to go back to, and a sentence about them.
+    """Return the request for the plant's gains to restore, and a sentence.
 
     Raises InputError where the previous file is no gains.json of these loops.
     """
@@ -129,6 +129,6 @@ def plant_rollback(request: PlantRequest) -> tuple[PlantRequest, str]:
 
 
 def rollback_request(request: Request) -> tuple[Request, str]:
-    """Return the request that would have exported the controller to go back to, and the sentence that says what it is."""
+    """Return the request for the controller to restore, and its sentence."""
     controller, digest, sentence = previous_controller(request)
     return replace(request, controller=controller, digest=digest, previous=None), sentence

@@ -53,8 +53,10 @@ class ExportSubject(Generic[C]):
 
     Attributes:
         controller: The gains with what they fly.
-        content: Content of their gains.json; digest: of it (64 hex digits).
-        title: Of the airframe or the plant; names: of vehicle and laws.
+        content: Content of their gains.json.
+        digest: Digest of the content (64 hex digits).
+        title: Title of the airframe or the plant.
+        names: Names of vehicle and laws.
         loops: Return a controller to be verified.
         check: Refuse a target that does not take such gains.
         bundle: Return what a target makes of a request.
@@ -122,7 +124,7 @@ def quadrotor_subject(controller: Controller, content: Row) -> ExportSubject[Con
 
 
 def plant_subject(controller: PlantController, content: Row, file: Path | None) -> ExportSubject[PlantController]:
-    """Return the gains of a plant with the content of their file, None where they stand in none."""
+    """Return a plant's gains with the content of their file; file: None where there is none."""
     system = controller.study.system
     names: LoopNames = {
         "plant": system.plant.name,
@@ -135,7 +137,7 @@ def plant_subject(controller: PlantController, content: Row, file: Path | None) 
 
 
 def check_feasible(content: Row, force: bool) -> None:
-    """Refuse gains that say themselves that they break limits of their study, unless forced."""
+    """Refuse gains marked as breaking limits of their study, unless forced."""
     study = content.get("study", {})
     if study.get("feasible", True) or force:
         return
@@ -196,7 +198,7 @@ def bundle_of(target: ExportTarget, request: Request) -> Bundle:
 
 
 def notch_texts(options: ControlOptions) -> tuple[str, ...]:
-    """Return settings by hand for notches that follow the rotors, nothing where there are none."""
+    """Return settings by hand for notches that follow the rotors, if any."""
     if not options.rpm_notches:
         return ()
     harmonics, quality, least = options.rpm_notches, options.rpm_notch_q, options.rpm_notch_min
@@ -209,7 +211,7 @@ def notch_texts(options: ControlOptions) -> tuple[str, ...]:
 
 
 def battery_texts(options: ControlOptions) -> tuple[str, ...]:
-    """Return settings by hand for the compensation of a battery's sag, nothing where there is none."""
+    """Return settings by hand for the compensation of battery sag, if any."""
     if not options.battery_compensation:
         return ()
     return (

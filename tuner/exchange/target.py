@@ -25,8 +25,10 @@ C = TypeVar("C", Controller, PlantController)
 class Option:
     """A choice that an export takes as `--set NAME=VALUE` (or, for "firmware", as --firmware).
 
-    about: meaning and unit, one line. choices: what is allowed, empty where a number is. default: taken where nothing is
-    given; None makes the option required.
+    Attributes:
+        about: Meaning and unit, one line.
+        choices: Allowed values, empty for a number.
+        default: Value where nothing is given; None makes the option required.
     """
 
     name: str
@@ -39,9 +41,12 @@ class Option:
 class ExportRequest(Generic[C]):
     """A controller to be exported.
 
-    controller: the gains with what they fly and their structure. digest: content hash of the gains.json they come from (64 hex
-    digits). settings: a value for each option of the exporter, checked. previous: file in the target's own format, or
-    gains.json for targets that hold a whole controller, with what the vehicle flies at present; None if unknown.
+    Attributes:
+        controller: The gains with what they fly and their structure.
+        digest: Content hash of the gains.json they come from (64 hex digits).
+        settings: A value for each option of the exporter, checked.
+        previous: File with what the vehicle flies at present, in the target's format, or gains.json for targets
+            that hold a complete controller; None if unknown.
     """
 
     controller: C
@@ -52,11 +57,18 @@ class ExportRequest(Generic[C]):
 
 @dataclass(frozen=True)
 class HeldParameter:
-    """One number as the target holds it.
+    """One number as the target holds it, in the target's unit.
 
-    name, unit: the target's. unrounded: before rounding; held: after rounding to the target's resolution. low, high: the range
-    that the target's documentation allows. usual: the target's default. before: what is on the vehicle, None if nobody said.
-    All in the target's unit. is_unmanaged: our loops have no such thing, so the vehicle's value stays.
+    Attributes:
+        name: The target's name.
+        unit: The target's unit.
+        unrounded: Value before rounding.
+        held: Value after rounding to the target's resolution.
+        low: Lower end of the range that the target's documentation allows.
+        high: Upper end of that range.
+        usual: The target's default.
+        before: Value on the vehicle, None if unknown.
+        is_unmanaged: Whether our loops have no such thing, so that the vehicle's value stays.
     """
 
     name: str
@@ -86,11 +98,15 @@ class GyroFilter:
 class ExportBundle(Generic[C]):
     """The result of an export.
 
-    files, rollback: relative name -> content, to be written into the export's folder; the rollback restores the previous
-    gains, or the target's defaults. held: the controller that the target holds after rounding, as one of ours, with which
-    margins and metrics are worked out again. differences: one sentence for each thing that the target adds or lacks.
-    parameters: every number written, for targets that take parameters. target_version: e.g. "PX4 1.16". gyro: low-pass of the
-    target between the gyro and these loops, where it has one. notches: whether the files set those that follow the rotors.
+    Attributes:
+        files: Relative name -> content, to be written into the export's folder.
+        rollback: The same of the files that restore the previous gains, or the target's defaults.
+        held: The controller that the target holds after rounding, as one of ours, for its margins and metrics.
+        differences: One sentence for each thing that the target adds or lacks.
+        target_version: Version of the target, e.g. "PX4 1.16".
+        parameters: Every number written, for targets that take parameters.
+        gyro: Low-pass of the target between the gyro and these loops, where it has one.
+        notches: Whether the files set those that follow the rotors.
     """
 
     files: Mapping[str, bytes]
@@ -111,8 +127,12 @@ PlantBundle: TypeAlias = ExportBundle[PlantController]
 
 @dataclass(frozen=True)
 class ImportedController:
-    """controller: what the file's gains are on the airframe; notes: one sentence for each thing taken as default or left out;
-    untouched: names in the file of what does not act in these loops.
+    """A controller read from a target's file.
+
+    Attributes:
+        controller: The file's gains on the airframe.
+        notes: One sentence for each thing taken as default or left out.
+        untouched: Names in the file that do not act in these loops.
     """
 
     controller: Controller
@@ -134,12 +154,16 @@ class Importer:
 
 @dataclass(frozen=True)
 class ExportTarget:
-    """A target of exports, and where its files can be read, a source of imports.
+    """A target of exports; where its files can be read, a source of imports.
 
-    export(request) -> Bundle raises InputError where the target cannot hold something; laws and options are checked before it
-    is called. position_laws, attitude_laws: names of the laws it takes; empty for every law. experimental: what makes it so,
-    one sentence, or "". importer: the way back, None where there is none. export_plant: the same of the controller of a plant,
-    None where the target takes none.
+    Attributes:
+        export: Return the bundle of a request; InputError where the target cannot hold something. Laws and options are
+            checked before.
+        position_laws: Names of the position laws that it takes; empty for every law.
+        attitude_laws: Names of the attitude laws that it takes; empty for every law.
+        experimental: Reason why it is experimental, one sentence, or "".
+        importer: The way back, None where there is none.
+        export_plant: Export of a plant's controller, None where the target takes none.
     """
 
     name: str

@@ -22,7 +22,7 @@ LONGEST_COMMENT = 160
 
 
 def c_comment(text: str) -> str:
-    """Return a text for the inside of a C comment, which it can neither end nor begin again."""
+    """Return a text for the inside of a C comment; it can neither end nor begin one."""
     return re.sub(r"\*(?=/)|/(?=\*)|\?(?=\?)", r"\g<0> ", one_line(text))
 
 
@@ -36,30 +36,31 @@ def c_string(text: str) -> str:
 
 
 def python_docstring(text: str) -> str:
-    """Return a text for the inside of a Python docstring, which it cannot end."""
+    """Return a text for a Python docstring, which it cannot end."""
     return one_line(text).replace("\\", "\\\\").replace('"', '\\"')
 
 
 def matlab_string(text: str) -> str:
-    """Return a text as a character vector of MATLAB and Octave, quotes included."""
+    """Return a text as character vector of MATLAB and Octave, with quotes."""
     return "'" + one_line(text).replace("'", "''") + "'"
 
 
 def parameter_comment(text: str) -> str:
-    """Return a text for the rest of a line that begins with # and a blank, in a parameter file or on a command line.
+    """Return a text for a comment line after # and a blank.
 
-    Betaflight's command line takes a question mark for a request to complete the line.
+    Such comments stand in a parameter file or on a command line. Betaflight's command line takes a question mark for a
+    request to complete the line.
     """
     return shortened(one_line(text).replace("?", "."), LONGEST_COMMENT)
 
 
 def xml_text(text: str) -> str:
-    """Return a text for the inside of an XML or HTML element, or of an attribute in double quotes."""
+    """Return a text for an XML or HTML element, or an attribute (in double quotes)."""
     return escape(one_line(text))
 
 
 def markdown(text: str) -> str:
-    """Return a text for a paragraph or a table cell of Markdown, without links, HTML or emphasis."""
+    """Return a text for Markdown, without links, HTML or emphasis; for a paragraph or a table cell."""
     return re.sub(r"[\\`*_{}\[\]<>|&~$!#]", r"\\\g<0>", one_line(text))
 
 
@@ -85,9 +86,10 @@ def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, st
 
 
 def filled(target: str, name: str, **values: object) -> str:
-    """Return a target's template with every @WORD@ in it replaced, all at once, so that nothing inside a value is replaced.
+    """Return a target's template with every @WORD@ in it replaced.
 
-    target: folder in tuner/exchange; name: of the file that is written, whose template is templates/NAME.in there.
+    All at once, so that nothing inside a value is replaced. target: folder in tuner/exchange; name: of the file that is
+    written, whose template is templates/NAME.in there.
     """
     return re.sub(r"@(\w+)@", lambda word: str(values[word[1]]), _template(target, name))
 

@@ -48,10 +48,13 @@ class Loops:
     """A controller under verification.
 
     Attributes:
-        system: What flies it; row: its gains (g,).
-        spec: Scenario that it flies; metrics: addresses of what is compared, failure among them.
+        system: System that flies it.
+        row: Its gains (g,).
+        spec: Scenario that it flies.
+        metrics: Addresses of the metrics compared, failure among them.
         limits: Return how its loops stand to limits on their margins, none where nothing rests.
-        structure: What no target may change; content: with the gains, all that rounding may change.
+        structure: What no target may change.
+        content: With the gains, all that rounding may change.
         filtered: Return the loops under a target's low-pass of the gyro.
     """
 
@@ -66,7 +69,7 @@ class Loops:
 
 
 def quadrotor_loops(controller: Controller) -> Loops:
-    """Return a quadrotor's controller in the usual flight, with the usual limits on its margins."""
+    """Return a quadrotor's loops in the usual flight, with usual margin limits."""
     system = system_of(controller)
     return Loops(
         system,
@@ -81,7 +84,7 @@ def quadrotor_loops(controller: Controller) -> Loops:
 
 
 def plant_loops(controller: PlantController) -> Loops:
-    """Return a plant's controller in the first scenario of its study, with its objectives and the usual limits."""
+    """Return a plant's loops in its study's first scenario; with its objectives and the usual limits."""
     study = controller.study
     spec = study.scenarios[0].spec
     judged = [entry.metric for entry in (*study.objectives, *(entry.objective for entry in study.constraints))]
@@ -99,7 +102,7 @@ def plant_loops(controller: PlantController) -> Loops:
 def verify_export(
     tuned: Loops, held: Loops, flights: int, watcher: Watcher, gyro: GyroFilter | None = None
 ) -> VerificationPart:
-    """Work out margins and flights of a controller as tuned and as the target holds it, which may have a low-pass of the gyro."""
+    """Compare margins and flights of a controller before and after rounding; gyro: the target's low-pass, or None."""
     assert tuned.structure == held.structure, f"an exporter turned {tuned.structure} into {held.structure}"
     after = tuned if (tuned.row, tuned.content) == (held.row, held.content) else held
     margins = margin_rows(tuned, after)
@@ -135,7 +138,7 @@ def gain_rows(tuned: Loops, held: Loops) -> list[RoundedGain]:
 
 
 def _relative(tuned: float, held: float) -> float:
-    """Return the change relative to the tuned gain, or to 1 where that is 0."""
+    """Return the change relative to the tuned gain; to 1 where that is 0."""
     return (held - tuned) / (abs(tuned) or 1.0)
 
 
@@ -169,9 +172,9 @@ def _requirements(loops: Loops) -> list[LimitRow]:
 
 
 def fly_both(tuned: Loops, held: Loops, flights: int, watcher: Watcher) -> tuple[list[RoundedMetric], tuple[int, int]]:
-    """Return mean metrics of the same flights before and after rounding, and how many are lost before and after.
+    """Return mean metrics and numbers of lost flights before and after rounding.
 
-    Means are over the flights that neither loses, none where every flight is lost.
+    Both fly the same flights. Means are over the flights that neither loses, none where every flight is lost.
     """
     first, second = _problem(tuned), _problem(held)
     if not first.flyer.cached:

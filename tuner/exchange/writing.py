@@ -23,7 +23,7 @@ LARGEST = 1e30
 
 
 class LoopNames(TypedDict, total=False):
-    """Airframe and laws of a quadrotor, or a plant and the laws of its channels."""
+    """Names of airframe and laws, or of plant and channel laws."""
 
     airframe: str
     laws: LawNames

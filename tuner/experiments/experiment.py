@@ -28,9 +28,10 @@ DRAWN = ("report.html", "figures/*")
 
 
 class Experiment(ABC, Generic[StudyT, ResultT]):
-    """An experiment on a study, in a results folder or, for kinds that allow it, in none.
+    """An experiment on a study, in a results folder or in none.
 
-    A subclass gives the stages of its kind. engine: what flies instead of this machine's cores, where the kind takes one.
+    Some kinds allow none. A subclass gives the stages of its kind. engine: what flies instead of this machine's cores,
+    where the kind takes one.
     """
 
     kind: ClassVar[str | None] = None
@@ -74,7 +75,7 @@ class Experiment(ABC, Generic[StudyT, ResultT]):
         return perf_counter() - self.begin
 
     def carry_out(self) -> ResultT:
-        """Carry out the experiment from its inputs to the sealed folder and return what was found."""
+        """Carry out the experiment, seal its folder and return the result."""
         with self._folder or nullcontext():
             self.prepare()
             if self._folder is not None:
@@ -90,7 +91,7 @@ class Experiment(ABC, Generic[StudyT, ResultT]):
 
     @classmethod
     def check(cls, study: StudyT) -> None:
-        """Refuse a study that cannot be carried out, before a folder is made; InputError names the key."""
+        """Refuse a study that cannot be carried out; InputError names the key. No folder is made before."""
 
     @classmethod
     def notes(cls, study: StudyT) -> list[str]:
@@ -106,7 +107,7 @@ class Experiment(ABC, Generic[StudyT, ResultT]):
         yield None
 
     def prepare(self) -> None:
-        """Read what is on record and build what flies, before anything is written."""
+        """Read the records and build what flies, before anything is written."""
 
     @property
     def damaged(self) -> Sequence[str]:

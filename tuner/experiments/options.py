@@ -14,8 +14,13 @@ PLACE = "**options: As of the command line."
 
 
 class RunOption(NamedTuple):
-    """An option. type: as the command line gives it; why: the reason with which kinds that do not take it refuse it, None where
-    all take it; least: smallest number allowed; flag: on the command line, by default the name.
+    """An option of a run.
+
+    Attributes:
+        type: Type as the command line gives it.
+        why: Reason with which kinds that do not take it refuse it, None where all take it.
+        least: Smallest number allowed.
+        flag: Flag on the command line, by default the name.
     """
 
     type: Any
@@ -85,7 +90,7 @@ class Options(RunOptions, ResumeOptions, total=False):
 
 
 def hints_of(form: type) -> dict[str, tuple[Any, RunOption]]:
-    """Return the options of one of the forms above by name, each with its type in Python."""
+    """Return the options of a form above by name, with Python types."""
     return {name: get_args(hint) for name, hint in get_type_hints(form, include_extras=True).items()}
 
 
@@ -99,10 +104,10 @@ def reused(options: Options | RunOptions) -> tuple[Path, ...]:
 
 
 def with_options(form: type, annotate: Callable[[str, Any, RunOption], Any]) -> Callable[[Function], Function]:
-    """Return a decorator that writes the options of a form into signature and docstring, where a function says `**options`.
+    """Return a decorator that adds a form's options to signature and docstring.
 
-    They come before the last of its other parameters; those that it names itself stay where they are. annotate: gives the type to
-    be shown, from the name, the type in Python and the option.
+    The function says `**options`. They come before the last of its other parameters; those that it names itself stay
+    where they are. annotate: gives the type to be shown, from the name, the type in Python and the option.
     """
 
     def write(function: Function) -> Function:

@@ -1,4 +1,4 @@
-"""The kinds of experiments by name, and the two doors to all of them: `run` a study, `draw` a results folder again."""
+"""The kinds of experiments by name, and functions on all: `run` a study, `draw` a results folder again."""
 
 from dataclasses import dataclass
 from importlib import import_module
@@ -62,8 +62,12 @@ EXPERIMENTS = {
 
 @dataclass(frozen=True)
 class CompletedRun:
-    """A run that came to its end. path: its folder. outcome: its results, of a type that its kind has. feasible: whether that may
-    be recommended.
+    """A completed run.
+
+    Attributes:
+        path: Its folder.
+        outcome: Its results, of a type that its kind has.
+        feasible: Whether the outcome may be recommended.
     """
 
     path: Path
@@ -91,9 +95,9 @@ def run(
     watcher: Watcher | None = None,
     **options: Unpack[RunOptions],
 ) -> CompletedRun:
-    """Run a study of any kind into a new results folder, by default results/NAME.
+    """Run a study of any kind into a new results folder.
 
-    Raises InputError, and StoreError where the folder cannot be written.
+    The default folder is results/NAME. Raises InputError, and StoreError where the folder cannot be written.
     """
     watcher, kind, reuse = watcher or Watcher(), EXPERIMENTS[study.kind], reused(options)
     for results in reuse:
@@ -126,7 +130,7 @@ def check_backend(backend: str, dask: str | None) -> None:
 
 
 def compute_as_reused(paths: tuple[Path, ...]) -> None:
-    """Go over to the arithmetic of the runs whose flights are to be taken over; StoreError where it is not to be had."""
+    """Set the arithmetic of the runs whose flights are reused; StoreError where it is not available."""
     for path in paths:
         try:
             record = read_record(path)
@@ -137,13 +141,13 @@ def compute_as_reused(paths: tuple[Path, ...]) -> None:
 
 
 def folder_kind(path: Path) -> ExperimentKind | None:
-    """Return the kind of experiment that a folder is of, by its run.json or else by its document; None where nothing tells."""
+    """Return a folder's experiment kind by run.json, or else by document; None where neither tells."""
     recorded = EXPERIMENTS.get(kind_of(path) or "")
     return recorded or next((kind for kind in EXPERIMENTS.values() if (path / kind.document).exists()), None)
 
 
 def draw(path: Path, watcher: Watcher | None = None) -> Path:
-    """Draw figures and report of a finished results folder again and return the page; StoreError where it is none."""
+    """Draw a finished folder's figures and report again, and return the page; StoreError where it is not finished."""
     kind = folder_kind(path)
     if kind is None or not (path / kind.document).exists():
         raise StoreError(f"{path} is no finished results folder: it holds no summary.json")

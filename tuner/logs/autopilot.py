@@ -1,4 +1,4 @@
-"""Messages of an autopilot's log, each kind with its own times, put on the times of the gyro."""
+"""Messages of an autopilot's log on the times of the gyro; each kind of message arrives at different times."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Logs that a Crazyflie writes to its SD card (uSD deck), of the event `fixedFrequency`.
+"""SD card logs (uSD deck) of a Crazyflie, of the event `fixedFrequency`.
 
 Little-endian: byte 0xBC; u16 version, u16 number of event types; each with u16 id, its name ended by a zero byte, u16 number of
 variables and their texts `name(c)`, where c is a letter of Python's struct; then records of u16 id, time stamp (version 1: u32 in

@@ -22,12 +22,18 @@ LOST = 1.7
 
 @dataclass(frozen=True, eq=False)
 class FlightLog:
-    """Samples of one flight.
+    """Samples of one flight; body axes FLU.
 
-    name: file name. kind: of log, as `tuner.logs.reading.READERS` has it. digest: SHA-256 of the file. time (n,) [s], rising;
-    gyro (n, 3) body rates [rad/s]; acceleration (n, 3) specific force [m/s2], +g along z at rest; command (n, 4): share of
-    full command, 0 to 1, rotors as in an airframe: front left, front right, rear left, rear right. Body axes FLU. notes: the
-    reader's assumptions and omissions.
+    Attributes:
+        name: File name.
+        kind: Kind of log, as `tuner.logs.reading.READERS` has it.
+        digest: SHA-256 of the file.
+        time: Rising times (n,) [s].
+        gyro: Body rates (n, 3) [rad/s].
+        acceleration: Specific force (n, 3) [m/s2], +g along z at rest.
+        command: Share of full command (n, 4), 0 to 1, rotors as in an airframe: front left, front right, rear left,
+            rear right.
+        notes: The reader's assumptions and omissions.
     """
 
     name: str

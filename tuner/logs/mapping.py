@@ -51,7 +51,7 @@ class Columns(_Strict):
 
 
 class Commands(_Strict):
-    """Columns of the four motor commands, and their values at no and full command."""
+    """Columns of the four motor commands; idle, full: values at no and full command."""
 
     columns: Four
     idle: float = 0.0

@@ -1,4 +1,4 @@
-"""Non-dominated candidates, the hypervolume of a front, and the rules that pick a point from it."""
+"""Non-dominated candidates, a front's hypervolume, and rules to pick its points."""
 
 from collections.abc import Mapping
 from math import isfinite

@@ -1,4 +1,4 @@
-"""The least violating candidate of a search without a feasible one, and the sentence about it."""
+"""The least violating candidate of an infeasible search, and its sentence."""
 
 import numpy as np
 

@@ -40,7 +40,7 @@ def initial_design(
 def _replace_failing(
     points: np.ndarray, rng: np.random.Generator, passes_screening: Callable[[np.ndarray], np.ndarray]
 ) -> np.ndarray:
-    """Return points (n, d), those that fail screening replaced by sampled ones that pass."""
+    """Return points (n, d) with those that fail screening replaced by passing samples."""
     points, open_rows = points.copy(), np.flatnonzero(~passes_screening(points))
     for _ in range(MAX_EXTRA_HYPERCUBES // HYPERCUBE_BATCH):
         if not len(open_rows):

@@ -28,9 +28,17 @@ class Search(Protocol):
 class Generation:
     """One generation and the state of the search after it.
 
-    points (n, d); evaluation: of these points; flights, seconds: from the start of the search; screened: candidates not
-    flown so far; flights_saved: by them; raced: candidates that a race ended early so far; flights_raced: spared by that;
-    feasible_share: of all candidates so far; hypervolume: of the front of all candidates so far, see `tuner.search.front`.
+    Attributes:
+        points: Points (n, d).
+        evaluation: Evaluation of these points.
+        flights: Number of flights from the start of the search.
+        screened: Number of candidates not flown so far.
+        flights_saved: Number of flights saved by them.
+        raced: Number of candidates that a race ended early so far.
+        flights_raced: Number of flights spared by that.
+        seconds: Time from the start of the search [s].
+        feasible_share: Feasible share of all candidates so far.
+        hypervolume: Hypervolume of the front of all candidates so far, see `tuner.search.front`.
     """
 
     number: int

@@ -30,9 +30,14 @@ class Sizes(NamedTuple):
 class Algorithm:
     """A search algorithm.
 
-    about: when to use it, one line. min_objectives, max_objectives: numbers of objectives that it supports; None: no upper end.
-    screens: it checks limits computed without flying before it proposes points. usual: its sizes; tailed: those where the first
-    flights of the usual ones would leave fewer than `IN_TAIL` of them in the tail of an objective.
+    Attributes:
+        about: When to use it, one line.
+        min_objectives: Smallest number of objectives that it supports.
+        max_objectives: Largest number of objectives that it supports, None without an upper end.
+        screens: Whether it checks limits computed without flying before it proposes points.
+        usual: Its sizes.
+        tailed: Sizes where the first flights of the usual ones would leave fewer than `IN_TAIL` of them in the tail of
+            an objective.
     """
 
     about: str

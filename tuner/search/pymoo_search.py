@@ -1,4 +1,4 @@
-"""A genetic algorithm of pymoo on the unit cube, whole generations at a time, its seed honoured.
+"""A genetic algorithm of pymoo on the unit cube; it evaluates full generations and honors its seed.
 
 J. Blank, K. Deb, "pymoo: Multi-objective optimization in Python", IEEE Access 8:89497-89509, 2020; version 0.6.
 """
@@ -21,8 +21,13 @@ from tuner.search.scaling import Scaling
 class PymooSearch:
     """A genetic algorithm of pymoo behind the interface of a search.
 
-    algorithm: of the population of `first`, points (n, d) of the first generation. seed: of all draws. scaled: the algorithm
-    measures distances between objectives, see `scaling`.
+    Args:
+        algorithm: Algorithm of the population of `first`.
+        first: Points (n, d) of the first generation.
+        n_objectives: Number of objectives.
+        n_constraints: Number of constraints.
+        seed: Seed of all draws.
+        scaled: Whether the algorithm measures distances between objectives, see `scaling`.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The searches that a study can ask for, by the names of `tuner.search.names`.
+"""Searches that a study can name, by the names of `tuner.search.names`.
 
 A search is imported when it is made: pymoo alone takes 0.5 s, and a run needs one of them.
 """

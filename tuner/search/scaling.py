@@ -10,7 +10,7 @@ from tuner.search.constraint_ranking import power_of_two
 
 
 class Scaling:
-    """Affine map of each objective, fixed by the first generation with a feasible candidate."""
+    """Affine map of objectives, fixed by the first generation with feasible candidates."""
 
     def __init__(self) -> None:
         self._low: np.ndarray | None = None

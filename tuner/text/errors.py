@@ -27,7 +27,7 @@ NEW_OBJECTS = 300_000
 
 
 class RenamedKeyWarning(FutureWarning):
-    """A key of a file under a name that a later version does not read."""
+    """A key under a name that a later version does not read."""
 
 
 def guarded(run: Callable[[], Any]) -> int:
@@ -81,7 +81,7 @@ def seldom_collected() -> Iterator[None]:
 
 @contextmanager
 def warnings_in_lines() -> Iterator[None]:
-    """Print each `RenamedKeyWarning` once, as a line of its own on standard error; a command reads a file several times."""
+    """Print each `RenamedKeyWarning` once, in a line on standard error; a command reads a file several times."""
     usual, shown = warnings.showwarning, set[str]()
 
     def show(message: Any, category: type[Warning], *rest: Any, **named: Any) -> None:
@@ -100,7 +100,7 @@ def warnings_in_lines() -> Iterator[None]:
 
 @contextmanager
 def code_announced() -> Iterator[None]:
-    """Print a line on standard error before code that a study names runs for the first time for this user."""
+    """Print a line on standard error before a study's code first runs; first for this user."""
 
     def announce(digest: str, sentence: str) -> None:
         from plant.backends.cache import cache_folder
@@ -132,7 +132,7 @@ def finished(run: Callable[[], Any]) -> int:
 
 
 def message(error: BaseException, number: int | None) -> str | None:
-    """Return the line about an error, None where it is a mistake of our own; number: of a signal, where one came before."""
+    """Return the line about an error, None for a mistake of ours; number: of a signal, where one came before."""
     notes = getattr(error, "__notes__", [])
     if number is not None or isinstance(error, KeyboardInterrupt):
         return f"Interrupted; {notes[-1]}." if notes else "Interrupted."
@@ -149,7 +149,7 @@ def message(error: BaseException, number: int | None) -> str | None:
 
 
 def let_go_of_output() -> None:
-    """Drop what standard output could not take, or the interpreter would fail at it once more when it ends."""
+    """Drop output that standard output refuses; the interpreter would fail at it once more when it ends."""
     try:
         sys.stdout.flush()
     except (OSError, ValueError):

@@ -58,7 +58,7 @@ class Fault(NamedTuple):
 
 @contextmanager
 def located(path: Path | None, key: str) -> Iterator[None]:
-    """Put a table in front of the key of an error raised inside, and name the file; None leaves the file to an outer one."""
+    """Prefix an inner error's key with a table and name the file; None leaves the file to an outer one."""
     try:
         yield
     except InputError as error:
@@ -97,7 +97,7 @@ def joined(key: str, name: str) -> str:
 
 
 def check_magnitudes(table: Any, path: Path) -> None:
-    """Refuse a number of nested tables and lists that is out of all proportion; InputError naming its key."""
+    """Refuse nested numbers (of tables and lists) beyond all proportion; InputError names the key."""
     for key, value in numbers_in(table):
         if key not in FREE:
             check_magnitude(value, path, key)
@@ -121,7 +121,7 @@ def check_magnitude(value: float, path: Path | None, key: str) -> None:
 
 
 def numbers_in(value: Any, key: str = "") -> Iterator[tuple[str, float]]:
-    """Yield dotted key and value of every number in nested tables and lists; key: of the value itself."""
+    """Yield dotted key and value of nested numbers (of tables and lists); key: of the value itself."""
     if isinstance(value, dict):
         for name, inner in value.items():
             yield from numbers_in(inner, f"{key}.{name}" if key else str(name))

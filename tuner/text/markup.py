@@ -16,7 +16,7 @@ def safe(content: str) -> Markup:
 
 
 def join(parts: Iterable[str], separator: str = "") -> Markup:
-    """Return the parts one after the other, each escaped unless it is markup."""
+    """Return the joined parts, each escaped unless it is markup."""
     return Markup(safe(separator).join(safe(part) for part in parts))
 
 

@@ -23,7 +23,7 @@ def estimate(value: float | None, low: float | None, high: float | None, signed:
 
 
 def rounded_to(value: float | None, width: float) -> str:
-    """Return a number with the digits that an interval of this width around it supports."""
+    """Return a number with the digits that its interval's width supports."""
     if value is None or not isfinite(value) or not isfinite(width):
         return significant(value)
     decimals, power = _layout(value, value, value + abs(width))
@@ -76,7 +76,7 @@ def duration(seconds: float) -> str:
 
 
 def _layout(value: float, low: float, high: float) -> tuple[int, int]:
-    """Return decimals and common power of ten of a value and its interval."""
+    """Return decimals and power of ten of a value and its interval."""
     largest = max(abs(value), abs(low), abs(high))
     if largest == 0.0:
         return 0, 0

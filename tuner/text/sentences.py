@@ -43,7 +43,7 @@ SAME = 1e-9
 
 
 def differing(pairs: Iterable[tuple[str, object, object]]) -> list[str]:
-    """Return the named pairs that differ, each as "NAME 'one' instead of 'other'"; numbers are alike within rounding."""
+    """Return the pairs that differ, each as "NAME 'one' instead of 'other'"; numbers are alike within rounding."""
     return [
         f"{name} {_value_text(one)} instead of {_value_text(other)}"
         for name, one, other in pairs

@@ -78,7 +78,7 @@ class Signals:
             raise Interrupted(number)
 
     def _retry_unraisable(self, unraisable: Any) -> None:
-        """Send a signal again that was raised where nobody could take it, such as in a destructor."""
+        """Resend a signal raised in an uncatchable place, such as a destructor."""
         if isinstance(unraisable.exc_value, Interrupted):
             self._retry(unraisable.exc_value.number)
         else:
@@ -90,7 +90,7 @@ class Signals:
 
 
 def is_swallowed(frame: FrameType | None) -> bool:
-    """Return True for a frame of an import or of a pydantic model, which would take an exception for theirs."""
+    """Return True for frames of imports or pydantic models; they would swallow an exception."""
     while frame is not None:
         if any(part in frame.f_code.co_filename for part in SWALLOWING):
             return True
@@ -106,7 +106,7 @@ def end_now(number: int, frame: FrameType | None = None) -> None:
 
 
 def end_after(seconds: float, number: int, is_wanted: Callable[[], bool]) -> None:
-    """End the process after so many seconds as if by a signal, where that is still wanted then."""
+    """End the process after `seconds` as if by a signal; if `is_wanted` then."""
     _later(seconds, lambda: is_wanted() and end_now(number))
 
 
@@ -124,7 +124,7 @@ def end_without_joining(code: int) -> NoReturn:
 
 
 def end_at_interrupts() -> None:
-    """Have Ctrl-C end this process with one line, unless somebody handles or ignores it."""
+    """Let Ctrl-C end this process with one line, unless handled or ignored."""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, end_now)
 

@@ -9,8 +9,10 @@ from tuner.text.latex import latex_table
 class Table(NamedTuple):
     """A table of texts; its first column names the rows.
 
-    title: over the table; words: heads of columns of words, which begin at the left, as numbers end at the right; marked: places
-    of rows that stand out.
+    Attributes:
+        title: Title over the table.
+        words: Heads of columns of words, which begin at the left, as numbers end at the right.
+        marked: Places of rows that stand out.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""Tables of a study file as TOML text, and their paths moved, so that a study put together from several files can stand alone."""
+"""Tables of a study file as TOML text, with paths moved; a study put together from several files can stand alone."""
 
 import json
 import re

@@ -34,7 +34,7 @@ def in_degrees(unit: str) -> Shown:
 
 
 def after_number(unit: str) -> str:
-    """Return a unit as it follows a number in a sentence, " m"; nothing for "1"."""
+    """Return a unit as it follows a number, " m"; nothing for "1"."""
     return "" if unit == "1" else f" {unit}"
 
 
@@ -49,5 +49,5 @@ def marked_up(unit: str) -> Markup:
 
 
 def bracketed(label: str, unit: str) -> str:
-    """Return "label [unit]", or the label alone where there is no unit, as plain text."""
+    """Return "label [unit]" as plain text, or the label without unit."""
     return f"{label} [{plain(unit)}]" if unit else label

@@ -5,7 +5,7 @@ from functools import cache
 
 @cache
 def version(package: str = "gainproof") -> str:
-    """Return the version of a package from its metadata, whose reader takes 20 ms to import; an export names it a dozen times."""
+    """Return a package's version from its metadata; their import takes 20 ms, and an export asks a dozen times."""
     from importlib import metadata
 
     try:

@@ -23,9 +23,14 @@ from tuner.engines.cluster.own_files import KEY, OwnFile, check_here, own_files_
 
 @dataclass(frozen=True)
 class BatchSpec:
-    """All that decides the flights of a batch but gains and index. key: `scenario_key` of it; machine: the client's report;
-    target: what it compiles for; metered: addresses of metrics whose own accumulators run; files: of the user's own that it
-    needs.
+    """All that decides the flights of a batch but gains and index.
+
+    Attributes:
+        key: `scenario_key` of the batch.
+        machine: The client's report.
+        target: Processor that the client compiles for.
+        metered: Addresses of metrics whose accumulators run.
+        files: Files of the user that it needs.
     """
 
     key: str

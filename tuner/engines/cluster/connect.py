@@ -27,7 +27,7 @@ Say = Callable[[str], None]
 
 @contextmanager
 def engine_at(where: str | None, study: TuningStudy, threads: int | None, say: Say) -> Iterator[Engine | None]:
-    """Yield the engine that --dask asks for, None where it asks for none; its connection and processes end with the context."""
+    """Yield the engine of --dask, None without; its connection and processes end with the context."""
     if where is None:
         yield None
         return
@@ -133,7 +133,7 @@ def refuse_without(client: "Client", files: Sequence[OwnFile]) -> None:
 
 
 def cluster_description(client: "Client", local: bool) -> str:
-    """Return the number of workers and threads, and the dashboard's address where there is one: here, if bokeh is."""
+    """Return the numbers of workers and threads, and any dashboard's address; a local one takes bokeh."""
     workers: dict[str, int] = client.nthreads()  # pyright: ignore[reportAssignmentType]
     try:
         link = client.dashboard_link

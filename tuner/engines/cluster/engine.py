@@ -40,7 +40,7 @@ class Part:
 
 @dataclass(frozen=True)
 class FlightBlock:
-    """Rows of a part that fly as one task, through flights counted from the first one of the stream."""
+    """Rows of a part that fly as one task; flights: counted from the first one of the stream."""
 
     part: Part
     rows: slice
@@ -71,7 +71,7 @@ class Tasks:
         future.add_done_callback(self._ended.put)
 
     def land(self) -> FlightBlock:
-        """Wait for a task to end, put its results in their place and return its block."""
+        """Wait for a task, store its results and return its block."""
         future = self._next()
         block = self._blocks[future]
         block.part.out[block.rows, block.flights] = self._watch.result(future)
@@ -94,7 +94,7 @@ class Tasks:
 
 
 class DaskEngine(Engine):
-    """The threads of all workers that a client's scheduler has, whatever their number is at the moment.
+    """All threads of a scheduler's workers, whatever their number at the moment.
 
     block: flights of a task, about; patience: seconds that the cluster may be without workers.
     """
@@ -175,7 +175,7 @@ class DaskEngine(Engine):
         return blocks
 
     def _brief(self, batch: FlightBatch) -> str:
-        """Return the key under which every worker has the brief of a batch; those that join later get it too."""
+        """Return the key of a batch's brief, which every worker has; those that join later get it too."""
         if batch not in self._sent:
             brief = brief_of(self._system, self._root, batch)
             self._client.register_plugin(BriefPlugin(brief))
@@ -193,6 +193,6 @@ class DaskEngine(Engine):
 
 
 def split(count: int, parts: int, multiple: int) -> list[slice]:
-    """Return ranges that cover 0 to `count`, at most so many of one size, a multiple, but for a shorter last one."""
+    """Split 0 to `count` into at most `parts` ranges of one size; a multiple of `multiple` but for the last one."""
     size = count if parts < 2 else -(-count // (parts * multiple)) * multiple
     return [slice(start, min(start + size, count)) for start in range(0, count, size)]

@@ -40,7 +40,7 @@ def own_files_of(system: FlownSystem, specs: Iterable[Any]) -> tuple[OwnFile, ..
 
 
 def not_here(digests: list[str]) -> list[str]:
-    """Return those of some digests whose code has not run in this process; asked of every worker."""
+    """Return the digests whose code has not run in this process; every worker calls it."""
     return [digest for digest in digests if digest not in HAVE_RUN]
 
 

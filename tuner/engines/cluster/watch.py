@@ -1,4 +1,4 @@
-"""Checks that the cluster is still there while results are waited for, and the errors where it is not."""
+"""Checks of the cluster while results are awaited, and errors without it."""
 
 import time
 from concurrent.futures import CancelledError
@@ -24,7 +24,7 @@ class Watch:
 
     @property
     def threads(self) -> int:
-        """Number of threads of all workers when they were last looked at, which is not long ago; at least one."""
+        """Number of threads of all workers, at least one; counted not long ago."""
         if time.monotonic() - self._looked > LOOK:
             self.look()
         return self._threads

@@ -22,7 +22,7 @@ BRIEFS: dict[str, bytes] = {}
 
 
 class BriefPlugin(WorkerPlugin):
-    """Brings a brief to every worker, once to each, and to those that join later."""
+    """Plugin that brings a brief to every worker: once to each, and to those that join later."""
 
     def __init__(self, brief: BatchSpec) -> None:
         self.name = f"gainproof-{brief.key}"
@@ -45,7 +45,7 @@ class Drawn:
         self._cached: OrderedDict[Hashable, FlightInputs] = OrderedDict()
 
     def inputs(self, brief: BatchSpec, system: Any, first: int, last: int) -> FlightInputs:
-        """Return the scenarios of a batch of a system from `first` to before `last`."""
+        """Return a batch's scenarios of a system, from `first` to before `last`."""
         key = (brief.key, first, last)
         with self._guard:
             lock = self._locks.setdefault(key, Lock())
@@ -96,7 +96,7 @@ _opening = Lock()
 
 
 def desk_of(key: str) -> Desk:
-    """Return the desk of a brief, built when it is asked for first."""
+    """Return the desk of a brief, built at first use."""
     with _opening:
         if key not in DESKS:
             DESKS[key] = Desk(pickle.loads(BRIEFS[key]))
@@ -104,11 +104,11 @@ def desk_of(key: str) -> Desk:
 
 
 def fly_block(key: str, gains: np.ndarray, first: int, last: int) -> np.ndarray:
-    """Fly gains rows (n, g) through the flights first..last of the batch of a brief; return results (n, flights, rows)."""
+    """Fly gains (n, g) through flights first..last of a brief's batch; return results (n, flights, rows)."""
     desk = desk_of(key)
     return desk.fly(gains, DRAWN.inputs(desk.brief, desk.system, first, last))
 
 
 def is_compiled(key: str) -> bool:
-    """Return True if a batch's kernel was in this machine's cache at first use."""
+    """Return True if a batch's kernel was cached here at first use."""
     return desk_of(key).cached

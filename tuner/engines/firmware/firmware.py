@@ -21,9 +21,10 @@ class Board(Protocol):
     """A firmware that runs; it is powered up when it is made."""
 
     def arm(self, initial: Instant, throttle: float, held: Commands) -> None:
-        """Arm it on the bench, at rest, for a flight that begins with this instant and throttle (0 to 1).
+        """Arm it at rest on the bench for an instant and throttle (0 to 1).
 
-        held: motor commands that hold the vehicle there, in its mean wind, to which a board brings its integrals if it can.
+        The flight begins there. held: motor commands that hold the vehicle there, in its mean wind, to which a board
+        brings its integrals if it can.
         """
         ...
 
@@ -38,9 +39,13 @@ class Board(Protocol):
 
 @dataclass(frozen=True)
 class Bench:
-    """What a firmware is set up on.
+    """A bench for a firmware.
 
-    binary: the program. folder: a folder for its settings. rotors: of the nominal vehicle. control_period [s].
+    Attributes:
+        binary: The program.
+        folder: A folder for its settings.
+        rotors: Rotors of the nominal vehicle.
+        control_period: Control period [s].
     """
 
     binary: Path
@@ -53,13 +58,21 @@ class Bench:
 class Firmware:
     """A firmware that can fly our plant.
 
-    name, title: short, and as people say it. target: of the export whose file it takes, file: that file. law: of the attitude
-    loops that it flies as they are. heading: model function (constants of the law, Setpoint, Measured) -> rate of yaw that the
-    pilot asks for; None where the firmware closes the heading itself and is given the angle. curve: of thrust over its motor
-    commands, see `airframes.actuation.Actuation`. check(control_period) raises InputError naming a period at which its
-    loops cannot run. program(what --binary names) -> the file of it whose digest is told. install(bench, content of the file)
-    -> what powers a board up; it raises InputError naming what the firmware refuses. lockstep: whether it is in step with
-    the plant, so that equal flights should be equal to the last bit. loses: sentences on what is rounded on the way in and out.
+    Attributes:
+        name: Short name.
+        title: Name as people say it.
+        target: Target of the export whose file it takes.
+        file: Name of that file.
+        law: Law of the attitude loops that it flies as they are.
+        heading: Model function (constants of the law, Setpoint, Measured) -> rate of yaw that the pilot asks for; None
+            where the firmware closes the heading itself and is given the angle.
+        curve: Curve of thrust over its motor commands, see `airframes.actuation.Actuation`.
+        check: check(control_period) raises InputError naming a period at which its loops cannot run.
+        program: program(argument of --binary) -> the file of it whose digest is recorded.
+        install: install(bench, content of the file) -> what powers a board up; it raises InputError naming what the
+            firmware refuses.
+        lockstep: Whether it is in step with the plant, so that equal flights should be equal to the last bit.
+        loses: Sentences on what is rounded on the way in and out.
     """
 
     name: str

@@ -17,7 +17,7 @@ from tuner.exchange.aboard import DERIVATIVE, OTHERS, VehicleParameters, vehicle
 from tuner.exchange.ardupilot import ranges
 from tuner.exchange.ardupilot.import_ import IMPORTER
 from tuner.exchange.ardupilot.map import ArduPilot
-from tuner.exchange.ardupilot.text import OLDER, SEPARATORS, modernised, read_param
+from tuner.exchange.ardupilot.text import OLDER, SEPARATORS, modernized, read_param
 from tuner.exchange.autopilot.assembly import CURVE, curve
 from tuner.exchange.autopilot.parameters import Values
 from tuner.exchange.autopilot.pid import rate_filters, rate_sources, setpoint_weights
@@ -85,7 +85,7 @@ def _vehicle_parameters(request: Request, dialect: ranges.Dialect) -> VehiclePar
 def _previous(file: Path, dialect: ranges.Dialect) -> dict[str, float]:
     values = read_param(file)
     ranges.check_names(values, dialect, file)
-    if old := modernised(values, file).renamed:
+    if old := modernized(values, file).renamed:
         message = (
             f"is a name from before Copter 4.0, which ignores those of {dialect.firmware}: update the vehicle first"
         )

@@ -12,7 +12,7 @@ from plant.quadrotor.airframes.actuation import actuation
 from tuner.exchange.aboard import DERIVATIVE
 from tuner.exchange.ardupilot.map import ArduPilot
 from tuner.exchange.ardupilot.ranges import AROUND, DIALECTS, FIRMWARES, SHORT, Dialect, check_names
-from tuner.exchange.ardupilot.text import OLDER, WHAT, Modern, modernised, read_param
+from tuner.exchange.ardupilot.text import OLDER, WHAT, Modern, modernized, read_param
 from tuner.exchange.autopilot.assembly import (
     ATTITUDE_FILTER,
     CURVE,
@@ -48,7 +48,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     check_names(plain, dialect, file)
     version = stated(file, WHAT).version
     check_version(version, dialect, file)
-    modern = modernised(plain, file)
+    modern = modernized(plain, file)
     check_age(modern, dialect, file)
     given, target = modern.values, _target(dialect, modern)
     requested, settings = settings, _timed(settings, given, file)

@@ -37,8 +37,11 @@ VERTICAL, SCALING = ("z_p", "vz_p", "az_i"), ("az_p",)
 class Dialect(ParameterSet):
     """Parameters of a version, and the units of its position loops.
 
-    roles: our name of a role -> parameter. acceleration: throttle per m/s2 for one unit of the acceleration gains. metre: the
-    integral limit of 1 m/s2; whole: integral limit of the whole throttle.
+    Attributes:
+        roles: Parameter by our name of its role.
+        acceleration: Throttle per m/s2 for one unit of the acceleration gains.
+        metre: Integral limit of 1 m/s2.
+        full_scale: Integral limit of full throttle.
     """
 
     firmware: str

@@ -95,14 +95,20 @@ FOREIGN = re.compile(
 
 @dataclass(frozen=True)
 class Modern:
-    """values: by the names of 4.6; renamed: old name -> (value, new names); unknown: unsupported old names."""
+    """Values of a parameter file under the names of 4.6.
+
+    Attributes:
+        values: Values by the names of 4.6.
+        renamed: Old name -> (value, new names).
+        unknown: Unsupported old names.
+    """
 
     values: dict[str, float]
     renamed: dict[str, tuple[float, tuple[str, ...]]]
     unknown: tuple[str, ...]
 
 
-def modernised(values: Mapping[str, float], file: Path) -> Modern:
+def modernized(values: Mapping[str, float], file: Path) -> Modern:
     """Return parameters of versions before 4.7 in names and units of 4.6.
 
     Raises InputError where a parameter stands there under its old and its new name with different values.

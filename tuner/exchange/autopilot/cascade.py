@@ -55,10 +55,19 @@ class CascadeNames(NamedTuple):
 class ParameterSet:
     """Parameters of a version of an autopilot.
 
-    target: its name in the registry; name: with the version; file: name of the file that is written. table: every parameter that
-    is written, in the order of the file. names: by axis of ours, y goes with x. carried: parameters that our loops carry;
-    scaling: others that turn our gains into its units. yaw_filter: low-pass on yaw torque [Hz]; gyro, gyro_cutoff: low-pass of
-    the gyro and its default [Hz]. native: laws of its own loops; native_table: parameters that act in those alone.
+    Attributes:
+        target: Its name in the registry.
+        name: Name with the version.
+        file: Name of the file that is written.
+        table: Every parameter that is written, in the order of the file.
+        names: Names by axis of ours, y goes with x.
+        carried: Parameters that our loops carry.
+        scaling: Other parameters that turn our gains into its units.
+        yaw_filter: Low-pass on yaw torque [Hz].
+        gyro: Low-pass of the gyro.
+        gyro_cutoff: Default of that low-pass [Hz].
+        native: Laws of its native loops.
+        native_table: Parameters that act in those alone.
     """
 
     target: str
@@ -185,7 +194,13 @@ class Autopilot(ABC):
         return values | self.written_tilt(controller.options.tilt_limit, present)
 
     def to_gains(self, values: Values, filters: Mapping[str, float], counted: bool = False) -> dict[str, Gains]:
-        """Return our gains; values: complete; filters: t_f by axis [s]; counted: D counts as inertia, else it does not enter."""
+        """Return our gains.
+
+        Args:
+            values: Complete values.
+            filters: Filter time constant t_f by axis [s].
+            counted: Whether D counts as inertia, else it does not enter.
+        """
         heavier = self.weights(values, counted)
         gains = {
             axis: pid.weighted(pid.parallel(loop, filters[axis]), 1.0 / heavier[axis])
@@ -285,8 +300,13 @@ class Autopilot(ABC):
 class ParameterFile:
     """A parameter file as read.
 
-    values: as given, by the autopilot's names. target: its name in records. loop_parameters: those that act in the loops. notes,
-    later_notes: before and after that on the added inertia. tells_period: the control period is the file's.
+    Attributes:
+        values: Values as given, by the autopilot's names.
+        target: The autopilot's name in records.
+        loop_parameters: Parameters that act in the loops.
+        notes: Notes before that on the added inertia.
+        later_notes: Notes after it.
+        tells_period: Whether the control period is the file's.
     """
 
     path: Path

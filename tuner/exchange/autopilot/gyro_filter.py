@@ -1,4 +1,4 @@
-"""The phase that a target's low-pass on the gyro takes, which rounding alone does not show.
+"""Phase lag of a target's gyro low-pass, which rounding does not show.
 
 Both autopilots filter the gyro by a second-order Butterworth low-pass, where our law has its derivative filter of first order.
 So the margins are worked out once more with our filter such that it lags at each attitude loop's crossover w as theirs does:

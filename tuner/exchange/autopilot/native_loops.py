@@ -24,10 +24,12 @@ LIKE = {"y": "x"}
 
 @dataclass(frozen=True)
 class NativeLaw:
-    """A law that is the autopilot's own loop.
+    """A law that is a native loop of the autopilot.
 
-    law: its name. names: parameter of each gain by axis, several axes may share one. scaled: gains that count in the unit of
-    output.
+    Attributes:
+        law: Name of the law.
+        names: Parameter of each gain by axis, several axes may share one.
+        scaled: Gains that count in the unit of output.
     """
 
     law: str

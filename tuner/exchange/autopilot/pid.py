@@ -1,4 +1,6 @@
-"""Our PID on an angle (or position) as a proportional loop around a PI loop on its rate, the form of most autopilots, and back.
+"""Our PID as a proportional loop around a PI loop, and back.
+
+Ours is on an angle (or position), the inner loop on its rate, the form of most autopilots.
 
 Ours, in acceleration units:        kp (r - y) + ki int (r - y) + kd (r' - y')
 Theirs, on the rate, with a outside: P (a (r - y) - y') + I int (a (r - y) - y') = (P a + I) (..) with y alone as follows:

@@ -172,7 +172,7 @@ def rollback(
 
 
 def check_level(controller: Controller, rotors: Actuation, before: Mapping[str, float]) -> None:
-    """Raise InputError where angle loops of roll and pitch differ beyond the resolution."""
+    """Raise InputError where roll and pitch angle loops differ beyond the resolution."""
     forms = loops(controller, rotors, before)
     roll, pitch = (forms[axis].outer for axis in ("roll", "pitch"))
     if nearest(LEVEL * roll) != nearest(LEVEL * pitch):

@@ -1,4 +1,4 @@
-"""The RPM filter of Betaflight as our notches that follow the rotors, and the other way round.
+"""Betaflight's RPM filter as our notches that follow the rotors, and back.
 
 It acts on vehicles whose motors answer with their speed (`dshot_bidir`). Its notches grow whole over `rpm_filter_fade_range_hz`
 (src/main/flight/rpm_filter.c); ours are whole half of their least frequency above it.
@@ -62,7 +62,7 @@ def rpm_read(
 
 
 def rpm_differences(options: ControlOptions) -> tuple[str, ...]:
-    """Return the sentence on the RPM filter's requirements, where the file sets it."""
+    """Return the sentence on the RPM filter's requirements; none where it is not set."""
     if not options.rpm_notches:
         return ()
     return (

@@ -69,7 +69,7 @@ def read_cli(file: Path, profile: int) -> dict[str, str]:
 
 
 def _agreed(others: Mapping[str, Mapping[str, str]]) -> Iterator[tuple[str, str]]:
-    """Yield settings that all rate and battery profiles share, and every value of our loops."""
+    """Yield settings common to all profiles (rate and battery) and those of our loops."""
     pairs = [pair for settings in others.values() for pair in settings.items()]
     for name, value in pairs:
         if name in TABLE or all(value == another for same, another in pairs if same == name):

@@ -134,7 +134,7 @@ def entries(cascade: Cascade) -> Entries:
 
 
 def constants_of(controller: Controller) -> Any:
-    """Constants of all loops, worked out in float64 by the laws' own `prepare`."""
+    """Return the constants of all loops, in float64 by the laws' `prepare`."""
     cascade = controller.cascade
     return cascade.prepare(pack(cascade.Gains, controller.gains), controller.control_period)
 

@@ -45,12 +45,12 @@ REAL = Option("real", "type of all numbers", ("float", "double"), "float")
 
 
 def export(request: Request) -> Bundle:
-    """Return the bundle of a quadrotor's controller, and that of the gains to go back to."""
+    """Return the bundle of a quadrotor's controller and of its rollback."""
     return _bundle(request, *rollback_request(request), files)
 
 
 def export_loops(request: PlantRequest) -> PlantBundle:
-    """Return the bundle of a plant's controller, and that of the gains to go back to."""
+    """Return the bundle of a plant's controller and of its rollback."""
 
     def files_of(part: PlantRequest, about: str) -> dict[str, bytes]:
         real, given = part.settings[REAL.name], part.controller
@@ -162,7 +162,9 @@ def export_plant(
     real: str = "float",
     name: str = "",
 ) -> tuple[Path, ...]:
-    """Write the controller of a plant's loops into a new folder, and return the files; arguments as of `plant_files`.
+    """Write a plant's controller into a new folder, and return the files.
+
+    Arguments are as of `plant_files`.
 
     Raises:
         InputError: The gains do not fit, or something has a name that C does not take.

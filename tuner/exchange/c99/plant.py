@@ -49,9 +49,10 @@ TAKEN = ("real", "status", "loop", "init", "step", "floor")
 
 @dataclass(frozen=True)
 class TunedPlant:
-    """The controller of a plant with its gains, in the order of the leaves of the loop's Gains.
+    """The controller of a plant with its gains.
 
-    Measured: the outputs that channels read. Reference: a set point for each channel that no other one commands.
+    Gains are in the order of the leaves of the loop's Gains. Measured: the outputs that channels read. Reference: a set
+    point for each channel that no other one commands.
     """
 
     system: PlantSystem
@@ -175,7 +176,7 @@ def delays(tuned: TunedPlant) -> str:
 
 
 def _with_calls(graph: Graph, plan: LoopPlan, routines: dict[str, Routine]) -> Rebinder:
-    """Rebinder to a graph, with the laws of the channels as calls, in the order in which channels step."""
+    """Return a rebinder to a graph; the channels' laws are calls, in the order in which channels step."""
     order = iter(plan.channels)
 
     def step(*arguments: Any) -> Any:
@@ -187,7 +188,7 @@ def _with_calls(graph: Graph, plan: LoopPlan, routines: dict[str, Routine]) -> R
 
 
 def c_name(text: str) -> str:
-    """Return a text as an identifier of C in lower case, a long one with digits that tell it from others of its beginning."""
+    """Return a text as a C identifier in lower case; a long one is cut and ends in digits of its hash."""
     plain = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower()
     if len(plain) > LONGEST_PREFIX:
         plain = f"{plain[: LONGEST_PREFIX - 5].rstrip('_')}_{blake2b(plain.encode(), digest_size=2).hexdigest()}"
@@ -217,7 +218,7 @@ def plant_flight(tuned: TunedPlant, real: Real, steps: int) -> Iterator[Instant]
 
 
 def _scenario(tuned: TunedPlant, steps: int) -> PlantScenario:
-    """A step of every outer channel after a tenth of the flight, with noise on all that is measured."""
+    """Return a scenario: a step of every outer channel after a tenth of the flight, and noise on all measurements."""
     plan, duration = tuned.system.plan, steps * tuned.period
     sizes = {each.name: each.limit if isfinite(each.limit) else 1.0 for each in plan.channels}
     noises = {name: sizes[each.name] for each in plan.channels for name in (each.rate_output, each.output) if name}
@@ -230,7 +231,7 @@ def _scenario(tuned: TunedPlant, steps: int) -> PlantScenario:
 
 
 def _seen(tuned: TunedPlant, body: Any, goals: Any, noise: np.ndarray, k: int) -> list[list[float]]:
-    """Return the measurements at a step, a row for each output that channels read."""
+    """Return the measurements at a step; a row for each output that channels read."""
     outputs = tuned.system.plant.Output._fields
     errors = dict(zip(outputs, noise.tolist(), strict=True))
     shown = dict(zip(outputs, flatten(body.shown), strict=True))

@@ -68,8 +68,11 @@ DECLARED = {
 def c_sources(controller: Controller, real: str = "float", prefix: str = "gainproof", digest: str = "") -> Code:
     """Write the controller in C99.
 
-    real: "float" or "double", the type of all numbers. prefix: of all names, a C identifier in lower case; the files are
-    PREFIX_controller.h and .c. digest: of the gains.json that the gains come from, `digest_of` where there is none.
+    Args:
+        controller: The controller with its gains.
+        real: "float" or "double", the type of all numbers.
+        prefix: Prefix of all names, a C identifier in lower case; the files are PREFIX_controller.h and .c.
+        digest: Digest of the gains.json that the gains come from, `digest_of` where there is none.
     """
     return write_code(quadrotor_program(controller), real, prefix, digest or digest_of(controller.gains))
 
@@ -171,7 +174,7 @@ def _check_length(style: Style) -> list[str]:
 def _bind(
     graph: Graph, controller: Controller, axes: tuple[str, ...], outer: Routine, inner: Routine, angle: Routine
 ) -> Rebinder:
-    """Rebinder to a graph, with loops as calls in the order of the axes, and the arc tangent as a call."""
+    """Return a rebinder to a graph; loops are calls in the order of the axes, and the arc tangent is one."""
     order = iter(axes)
 
     def loop(*arguments: Any) -> Any:
@@ -283,7 +286,7 @@ def _placed(reference: Reference, place: np.ndarray) -> Reference:
 
 
 def _flown(controller: Controller, body: Body, thrust: list[float]) -> Body:
-    """The body one period later, with the rotor thrusts [N] commanded over it, in a steady wind."""
+    """Return the body one period later in a steady wind; thrust: of the rotors [N], commanded over it."""
     vehicle = controller.airframe.vehicle
     speed = Rotors(*[float(np.sqrt(value / vehicle.thrust_coefficient)) for value in thrust])
     disturbance = pack(Disturbance, [0.3] * size(Disturbance))

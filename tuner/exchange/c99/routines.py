@@ -1,4 +1,4 @@
-"""The loops of a controller as static C functions, with the constants of each loop as a table."""
+"""The loops of a controller as static C functions; the constants of each loop are a table."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -70,7 +70,7 @@ def loops(routine: Routine, style: Style, gains: Mapping[str, Mapping[str, str]]
 
 
 def _fields(body: SharedRoutine) -> dict[str, str]:
-    """Member of the table for each constant, called what the constant is called or made of."""
+    """Return the table's member for each constant, named after constant or origin."""
     fields: dict[str, str] = {}
     for text in body.tables:
         plain = re.sub(r"\W+", "_", _origin(text)).strip("_").lower()

@@ -118,7 +118,7 @@ class Program:
 
 
 def digest_of(gains: Sequence[float]) -> str:
-    """Return the digest of the gains' bits, for gains that come from no file."""
+    """Return the digest of the gains' bits; for gains that come from no file."""
     return hashlib.sha256(" ".join(gain.hex() for gain in gains).encode()).hexdigest()
 
 
@@ -202,7 +202,7 @@ def _source(program: Program, style: Style) -> str:
 
 
 def gain_texts(gains: Sequence[GainAddress], row: Sequence[float]) -> dict[str, dict[str, str]]:
-    """Return value with unit of each gain, by axis or channel and name."""
+    """Return each gain's value with unit, by axis or channel and name."""
     texts: dict[str, dict[str, str]] = {}
     for gain in gains:
         name = gain.address.partition(".")[2]

@@ -20,7 +20,7 @@ class TracedFunction:
 
 
 def named(name: str, record: Any) -> Any:
-    """Return a record of floats with each leaf knowing what it is called; constants of a loop are "constants.kp"."""
+    """Return a record of floats with named leaves; constants of a loop are "constants.kp"."""
     kind = type(record)
 
     def text(path: str) -> str:

@@ -1,7 +1,7 @@
-"""The Crazyflie's own attitude loops as parameters, gain by gain, around them our PID in the form of its position loops.
+"""The Crazyflie's native attitude loops as parameters, gain by gain.
 
-What the firmware has beside them (feed-forward, D and I where ours have none) is 0 where the vehicle is not known, and stays
-as it is where it is.
+Around them is our PID in the form of its position loops. What else the firmware has (feed-forward, D and I where ours
+have none) is 0 where the vehicle is not known, and stays as it is where it is.
 """
 
 from collections.abc import Mapping

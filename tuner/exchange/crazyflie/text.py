@@ -1,4 +1,4 @@
-"""The YAML file of parameter values that the Crazyflie's Python library reads and writes.
+"""The YAML file of parameters for the Crazyflie's Python library.
 
 bitcraze/crazyflie-lib-python, cflib/localization/param_io.py: `type: persistent_param_state`, `version: '1'` (a text: a number
 is refused), and under `params` for each parameter is_stored, default_value, stored_value. `cflib.utils.param_file_helper` stores

@@ -1,1 +1,1 @@
-"""The controller as a Functional Mock-up Unit for Simulink, Dymola, OpenModelica and every other importer of FMI 2.0."""
+"""The controller as a Functional Mock-up Unit: for Simulink, Dymola, OpenModelica and other importers of FMI 2.0."""

@@ -50,7 +50,7 @@ MOCK_UP, VALUES = "gainproof.fmu", "gainproof.ssv"
 
 @dataclass(frozen=True)
 class Code:
-    """All sources of an FMU (name -> text), its GUID, and its binary or None."""
+    """All sources (name -> text), GUID and binary (or None) of an FMU."""
 
     sources: dict[str, str]
     guid: str
@@ -72,7 +72,7 @@ def fmu(request: Request) -> tuple[bytes, Code]:
 
 
 def code_of(request: Request) -> Code:
-    """Write the sources of an FMU and compile them where that can be done here."""
+    """Write the sources of an FMU and compile them where possible."""
     controller = request.controller
     exposed = variables(controller)
     generated = c_sources(controller, request.settings[REAL.name], PREFIX, request.digest)
@@ -87,7 +87,7 @@ def code_of(request: Request) -> Code:
 
 
 def guid_of(digest: str, sources: dict[str, str]) -> str:
-    """Return a GUID that changes with the gains and with every byte of code."""
+    """Return the GUID of gains and code; it changes with every byte."""
     total = hashlib.sha256(digest.encode())
     for name in sorted(sources):
         total.update(name.encode() + b"\0" + sources[name].encode() + b"\0")
@@ -102,7 +102,7 @@ def documentation(request: Request, code: Code) -> str:
 
 
 def export(request: Request) -> Bundle:
-    """Return the FMU and the SSV file, and the FMU of the controller to go back to."""
+    """Return the FMU and the SSV file, with those of the rollback."""
     mock_up, code = fmu(request)
     back, sentence = rollback_request(request)
     former, _ = fmu(back)
@@ -116,7 +116,7 @@ def export(request: Request) -> Bundle:
 
 
 def held(controller: Controller, real: str) -> Controller:
-    """Return the controller with its gains as the code's real type holds them."""
+    """Return the controller with gains in the code's real type."""
     if real == "double":
         return controller
     return replace(controller, gains=tuple(float(np.float32(gain)) for gain in controller.gains))

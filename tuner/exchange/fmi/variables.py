@@ -20,7 +20,7 @@ FACTOR = re.compile(r"(/?)\s*([A-Za-z]+|1|%)(?:\^(?:\((-?\d+(?:/\d+)?)\)|(-?\d+)
 
 
 def exponents(unit: str) -> dict[str, Fraction]:
-    """Return the exponents of kg, m, s, rad that are not 0 of a unit like "rad/s", "N m" or "rad^(1/2) s^(-3/2)"."""
+    """Return the nonzero exponents of kg, m, s, rad; of a unit like "rad/s", "N m" or "rad^(1/2) s^(-3/2)"."""
     total: dict[str, Fraction] = {}
     place = 0
     while place < len(unit):
@@ -37,9 +37,9 @@ def exponents(unit: str) -> dict[str, Fraction]:
 
 
 def base_unit(unit: str) -> dict[str, float] | None:
-    """Return the exponents as whole numbers, and the factor if there is one, by the names of attributes of a BaseUnit.
+    """Return exponents and factor, if any, by attributes of a BaseUnit.
 
-    None where an exponent is a fraction, which FMI 2.0 and SSP cannot say.
+    Exponents are integers; None where one is a fraction, which FMI 2.0 and SSP cannot say.
     """
     matched = exponents(unit)
     if any(power.denominator != 1 for power in matched.values()):
@@ -54,8 +54,15 @@ GAIN_PREFIX = "gains."
 
 @dataclass(frozen=True)
 class FmuVariable:
-    """name: in the FMU. kind: "input", "output" or "constant". unit: ours, "1" without. start: initial value. member: place
-    in the C interface, e.g. "reference.position.x"; empty for constants. about: one sentence.
+    """A variable of an FMU.
+
+    Attributes:
+        name: Name in the FMU.
+        kind: "input", "output" or "constant".
+        unit: Our unit, "1" without.
+        start: Initial value.
+        about: One sentence.
+        member: Place in the C interface, e.g. "reference.position.x"; empty for constants.
     """
 
     name: str

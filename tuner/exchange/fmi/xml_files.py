@@ -34,7 +34,7 @@ def document(root: str) -> bytes:
 
 
 def _text(value: object) -> str:
-    """Return a number so that it reads back to the same bits, a truth value as XML has it."""
+    """Return a value as XML text; numbers read back to the same bits."""
     if isinstance(value, bool):
         return "true" if value else "false"
     return repr(float(value)) if isinstance(value, float) else str(value)

@@ -51,7 +51,7 @@ def export(request: Request) -> Bundle:
 
 
 def entries(request: Request) -> dict[str, Entry]:
-    """Return dotted name -> (value, unit) of everything in the struct, in the order of the file."""
+    """Return the struct's entries (value, unit) by dotted name, in file order."""
     controller = request.controller
     vehicle, options = controller.airframe.vehicle, controller.options
     knows = nominal(vehicle, options, controller.control_period)

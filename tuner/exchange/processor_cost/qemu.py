@@ -1,7 +1,8 @@
-"""Programs for a Cortex-M4F, built with gcc and run in QEMU's model of the mps2-an386 board.
+"""Programs for a Cortex-M4F, built with gcc and run in QEMU.
 
-`build` turns C sources with a `main` into an ELF file, `run_elf` runs it and returns what it printed. Virtual time advances by
-1024 ns an instruction (`-icount shift=10`), so a run is the same to the last instruction on every machine and at every load.
+The board is QEMU's model of the mps2-an386. `build` turns C sources with a `main` into an ELF file, `run_elf` runs it
+and returns what it printed. Virtual time advances by 1024 ns an instruction (`-icount shift=10`), so a run is the same
+to the last instruction on every machine and at every load.
 """
 
 import re

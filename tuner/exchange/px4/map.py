@@ -41,7 +41,16 @@ AROUND = (
 def _rate(
     axis: str, ours: str, limit: str, p: tuple[float, float, float], i: float, d: tuple[float, float]
 ) -> list[ParameterInfo]:
-    """Return one rate loop; p: low, high, default; i: default; d: high, default."""
+    """Return one rate loop.
+
+    Args:
+        axis: Axis in the parameters' names.
+        ours: Axis in the names of our gains.
+        limit: Parameter of the integral limit.
+        p: Low, high and default value of P.
+        i: Default value of I.
+        d: High and default value of D.
+    """
     name = f"MC_{axis}RATE"
     off = "nothing: it is switched off"
     return [

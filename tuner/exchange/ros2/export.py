@@ -59,7 +59,7 @@ class AxisOutput:
 
 
 def axes_of(controller: Controller) -> dict[str, AxisOutput]:
-    """Return factor of gains to torque or force and output limits of each axis.
+    """Return each axis's factor of gains (to torque or force) and output limits.
 
     Torques: the largest that the rotors have at hover. Forces: the tilt cone at hover, and for z what the rotors and the bound on
     sinking leave beside the weight.
@@ -108,7 +108,7 @@ def refuse(controller: Controller) -> None:
 
 
 def rollback(request: Request) -> tuple[bytes, str]:
-    """Return the file that restores what was flown before, and one sentence that says what it is."""
+    """Return the file that restores the previous parameters, and its sentence."""
     if request.previous is not None and request.previous.suffix in (".yaml", ".yml"):
         return copied(request), "The rollback is a copy of the previous YAML file."
     earlier, sentence = rollback_request(request)
@@ -200,7 +200,7 @@ def differences(controller: Controller) -> tuple[str, ...]:
 
 
 def double(value: float) -> str:
-    """Return a double as YAML text that every reader takes for a double: positional, shortest exact, always with a dot."""
+    """Return a double as YAML text that every reader takes for one: positional, shortest exact, always with a dot."""
     assert isfinite(value), value
     return np.format_float_positional(value, unique=True, trim="0")
 

@@ -45,8 +45,16 @@ class FlightController:
         control_period: float,
         position_every: int = 1,
     ) -> None:
-        """position, attitude: laws; gains: in column order; vehicle: what the controller knows; control_period [s];
-        position_every: control periods between two steps of the position loops.
+        """Close the loops of the laws at their gains.
+
+        Args:
+            position: Law of the position loops.
+            attitude: Law of the attitude loops.
+            gains: Gains in column order.
+            vehicle: The vehicle as the controller models it.
+            options: Options of the controller.
+            control_period: Control period [s].
+            position_every: Control periods between two steps of the position loops.
         """
         self._cascade = close_cascade(position, attitude, position_every)
         self._nominal = nominal(vehicle, options, control_period)

@@ -1,8 +1,9 @@
-"""An airframe of ours as the parameters of RotorPy's Multirotor, and what differs between the two plants.
+"""Our airframe as parameters of RotorPy's Multirotor, and the plants' differences.
 
-Both have a rigid body, rotors of first order in speed with thrust in its square, and drag that is quadratic in airspeed at the
-centre of mass. Our drag linear in airspeed is RotorPy's rotor drag at hover: k = d / (4 w_hover), acting at the rotor hubs, which
-are therefore put at our centre of pressure. S. Folk, J. Paulos, V. Kumar, RotorPy, 2023; rotorpy/vehicles/multirotor.py, 3.0.0.
+Both have a rigid body, rotors of first order in speed with thrust in its square, and drag that is quadratic in airspeed
+at the center of mass. Our drag linear in airspeed is RotorPy's rotor drag at hover: k = d / (4 w_hover), acting at the
+rotor hubs, which are therefore put at our center of pressure. S. Folk, J. Paulos, V. Kumar, RotorPy, 2023;
+rotorpy/vehicles/multirotor.py, 3.0.0.
 """
 
 from plant.quadrotor.airframes.rules import hover_speed

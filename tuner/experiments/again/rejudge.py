@@ -1,4 +1,4 @@
-"""Judge the flights of a tuning run by other objectives, risks, limits or pick rules: nothing is searched."""
+"""Judge the flights of a tuning run anew: by other objectives, risks, limits or pick rules, without a search."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -42,9 +42,10 @@ def rejudge(
     *,
     threads: int | None = None,
 ) -> CompletedRun:
-    """Judge the candidates of a tuning run by another study, or by its own with overrides, into a new folder.
+    """Judge the candidates of a tuning run by another study.
 
-    Raises InputError where the study asks for other flights, StoreError where the run is not finished or cannot be had again.
+    Without one, the study of the run with overrides judges. The judgement goes into a new folder. Raises InputError where
+    the study asks for other flights, StoreError where the run is not finished or cannot be had again.
     """
     watcher = watcher or Watcher()
     first, judging = judging_study(path, study, overrides or {})
@@ -56,7 +57,7 @@ def rejudge(
 def judging_study(
     path: Path, study: Path | None, overrides: Mapping[str, PlainValue]
 ) -> tuple[TuningStudy, TuningStudy]:
-    """Return the study of a results folder and the one to judge it by; InputError where that asks for other flights."""
+    """Return the recorded study and the judging study; InputError where the latter asks for other flights."""
     first, record = recorded_study(path)
     check_model(path, record)
     if not (path / "summary.json").exists():
@@ -74,7 +75,7 @@ def judging_study(
 def judgement(
     path: Path, first: TuningStudy, judging: TuningStudy, folder: Folder, watcher: Watcher, threads: int | None
 ) -> JudgementRun:
-    """Return the experiment that judges the results folder `path`, of the study `first`, by another study."""
+    """Return the experiment that judges the results folder `path` (study `first`) by another study."""
     engine = recorded_engine(path, first.system, first.seed)
     experiment = JudgementRun(judging, folder, watcher, engine, threads=threads, reuse=(path,))
     problem = problem_of(first, threads, flight_store(first, None, (path,)), engine)

@@ -1,7 +1,8 @@
-"""Go on with a run of any kind where it stopped, by replay: the search is asked again and told the flights that are on record.
+"""Resume a run of any kind by replay of its search.
 
-The result is that of a run that was never interrupted, to the bit: nothing of the search's inner state is stored that could be
-stale, and a file that was damaged is flown again. For runs that were stopped, killed, ran out of disk, or shall search longer.
+The search proposes its candidates again and takes the recorded flights as results. The outcome is that of a run that
+was never interrupted, to the bit: nothing of the search's inner state is stored that could be stale, and a file that
+was damaged is flown again. For runs that were stopped, killed, ran out of disk, or shall search longer.
 """
 
 from collections.abc import Callable
@@ -34,9 +35,10 @@ def resume(path: Path, watcher: Watcher | None = None, **options: Unpack[ResumeO
 
 
 def recorded_study(path: Path) -> tuple[TuningStudy, RunRecord]:
-    """Return the study of a tuning run's folder as it was run, and go over to the run's arithmetic.
+    """Return a run's study and record, and set the run's arithmetic.
 
-    Raises StoreError where either cannot be had again, or where the folder is that of another kind.
+    The study is as it was run. Raises StoreError where study or arithmetic cannot be had again, or where the folder is
+    of another kind.
     """
     record = read_record(path)
     _refuse_others(path, record, FLOWN_AGAIN)
@@ -46,9 +48,10 @@ def recorded_study(path: Path) -> tuple[TuningStudy, RunRecord]:
 
 
 def reopen(path: Path, budget: int | None, recompute: bool = False) -> tuple[Any, Folder]:
-    """Return the study of a results folder, with another number of generations if asked for, and the folder for writing.
+    """Return the study of a results folder, and the folder for writing.
 
-    recompute: compute with this machine's arithmetic; what another recorded has other keys, so all of it is computed anew.
+    budget: another number of generations, or None. recompute: compute with this machine's arithmetic; what another
+    recorded has other keys, so all of it is computed anew.
     """
     record = read_record(path)
     _refuse_others(path, record, RESUMED)
@@ -106,6 +109,6 @@ def _any_study(record: RunRecord, file: Path) -> AnyStudy:
 
 
 def _gains_study(record: RunRecord, file: Path) -> TuningStudy:
-    """Return a study that searches gains, with its limits in the units in which the folder of a run holds them."""
+    """Return a gains study with limits in the units of its record."""
     study = load_gains_study(file, "tuner resume", as_recorded(record, file))
     return study if record.si else study.in_units_of_limits()

@@ -1,8 +1,9 @@
-"""Check that a recorded run is what this machine computes from the same study: replay, fly again, compare bits.
+"""Reproduce a recorded run on this machine and compare bits.
 
-Replayed from the recorded flights, the search must ask for the recorded candidates and value them alike; flown again, the
-candidates must give the recorded meters; judged again, the finalists must give the recorded front, gains and summary. All other
-files must be those that manifest.json tells of; of a folder of another kind that is all that is asked.
+The study is the same. Replayed from the recorded flights, the search must ask for the recorded candidates and value
+them alike; flown again, the candidates must give the recorded meters; judged again, the finalists must give the
+recorded front, gains and summary. All other files must be those that manifest.json lists; for a folder of another kind
+that is all.
 
 Margins rest on eigenvalues, whose last digits change with the way to find them: within CLOSE they count as the same, and the
 verdict tells how far they moved. All other numbers are compared to the bit.
@@ -62,11 +63,18 @@ TIMES = ("wall_seconds", "search_seconds")
 
 @dataclass(frozen=True)
 class Verdict:
-    """candidates: replayed; flown: of these, flown again; flights: made for it; difference: the first one, or None.
+    """The result of a verification.
 
-    kind: of run. finished: whether there is a front. files: that are what was written, None where there is no manifest.
-    sources_changed: whether the run was flown by other sources of the model than those at hand. margins_moved: largest distance
-    of a margin from the one recorded, in parts of itself, or of 1 where it is smaller.
+    Attributes:
+        candidates: Number of candidates replayed.
+        flown: Number of these flown again.
+        flights: Number of flights made for it.
+        finished: Whether there is a front.
+        difference: The first difference, or None.
+        kind: Kind of the run.
+        files: Number of files that are as written, None where there is no manifest.
+        sources_changed: Whether the run was flown by other sources of the model than those at hand.
+        margins_moved: Largest distance of a margin from its record, relative to it, or to 1 where it is smaller.
     """
 
     candidates: int
@@ -82,7 +90,7 @@ class Verdict:
 
     @property
     def same(self) -> bool:
-        """Whether nothing that was looked at differs, the last digits of margins aside."""
+        """Whether nothing compared differs, the last digits of margins aside."""
         return self.difference is None
 
     @property
@@ -208,7 +216,7 @@ def verify_files(path: Path, manifest: Manifest) -> Verdict:
 
 
 def named(path: Path) -> str:
-    """Return the document's name of a folder without a record of a run."""
+    """Return the kind of document in an unrecorded folder, or "folder"."""
     kind_read = kind_in(path)
     return "folder" if kind_read is None else kind_read.kind
 
@@ -279,7 +287,7 @@ def refly(
     store: FlightStore,
     watcher: Watcher,
 ) -> None:
-    """Fly candidates again on the search's scenarios and raise the first meter that differs from its record."""
+    """Fly candidates again on the search's scenarios; raise the first meter that differs from its record."""
     points = archive(generations).points if generations else np.zeros((0, len(study.space.variables)))
     made = np.concatenate([entry.evaluation.flights_each for entry in generations]) if generations else np.zeros(0)
     flights = first_batches(study)
@@ -361,7 +369,10 @@ def compare_documents(
 
 
 def with_requirements_of(stored: Any, current: PlainTable, deviation: MarginDeviation) -> PlainTable:
-    """Return a gains document with the requirements as another has them, which must be close; as it is where that has none."""
+    """Return a gains document with the requirements of its record.
+
+    The recorded ones must be close; where there are none, the document stays as it is.
+    """
     recorded = stored.get("objectives") if isinstance(stored, dict) else None
     rows = tables_in(current["objectives"])
     if not isinstance(recorded, list) or len(recorded) != len(rows):
@@ -398,7 +409,10 @@ def compare_csv(name: str, stored: str, current: str, margins: set[str], deviati
 
 
 def elsewhere(path: Path, sources_changed: bool) -> str:
-    """Say what of this machine and this version differs from those that recorded, where that could explain a difference."""
+    """Return the text on changes of machine and version since the record.
+
+    Such changes could explain a difference; the text is empty where there are none.
+    """
     try:
         then = Environment.read(path / "environment.json")
     except StoreError:

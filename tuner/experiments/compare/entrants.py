@@ -53,7 +53,7 @@ class Entrant:
 
     @property
     def why(self) -> str:
-        """Why it is compared at its point, as the end of a sentence."""
+        """Reason of its point, as the end of a sentence."""
         if self.study is None:
             return "its gains are given"
         return "recommended by its run" if self.feasible else "nearest to feasible in its run"

@@ -103,7 +103,7 @@ def contest_of(entrants: list[Entrant], base: TuningStudy) -> Contest:
 
 
 def entrant_study(entrant: Entrant, base: TuningStudy) -> TuningStudy:
-    """Return the base study with an entrant's controller in it, and its airframe; InputError where it is for another kind."""
+    """Return the base study with an entrant's controller and airframe; InputError for another kind or period."""
     if entrant.flies != base.flies:
         raise InputError(
             f"controls {entrant.flies}, and {base.path} flies {base.flies}; compare controllers of one kind",
@@ -124,9 +124,9 @@ def entrant_study(entrant: Entrant, base: TuningStudy) -> TuningStudy:
 
 
 def thinned(entrant: Entrant, objective: np.ndarray) -> Entrant:
-    """Return an entrant with at most `MOST_POINTS` points of its front, evenly along the values (n,) of an objective.
+    """Return an entrant with at most `MOST_POINTS` points of its front.
 
-    The point it recommends stays, wherever it lies.
+    They lie evenly along the values (n,) of an objective. The point it recommends stays, wherever it lies.
     """
     count = len(entrant.points)
     if count <= MOST_POINTS:
@@ -159,7 +159,7 @@ def same_objectives(entrant: Entrant, base: TuningStudy) -> bool:
 
 
 def differences(entrants: list[Entrant], contest: Contest, base: TuningStudy) -> list[str]:
-    """Return warnings about entrants tuned on other flights and about too few flights."""
+    """Return warnings about differences between entrants and about too few flights."""
     warnings = []
     for entrant in entrants:
         if entrant.study is not None and not same_flights(entrant, base):

@@ -55,10 +55,17 @@ def compare(
     watcher: Watcher | None = None,
     threads: int | None = None,
 ) -> ComparisonDocument:
-    """Fly results folders and gains files through the same scenarios and return the content of comparison.json.
+    """Fly results folders and gains files through the same scenarios.
 
-    study: whose scenarios are flown, by default that of the first results folder; seeds: flights of each scenario, by default the
-    study's held_out. out: a new folder to write the comparison to, or None. Raises InputError where they cannot be compared.
+    Returns the content of comparison.json. Raises InputError where they cannot be compared.
+
+    Args:
+        paths: Results folders and gains files.
+        study: Study of the scenarios, by default that of the first results folder.
+        seeds: Flights of each scenario, by default the study's held_out.
+        out: A new folder to write the comparison to, or None.
+        watcher: Callbacks that hear of progress.
+        threads: Threads, by default one for each core.
     """
     entrants = read_entrants(paths)
     plan = plan_comparison(entrants, base_study(entrants, study, seeds))

@@ -24,7 +24,7 @@ class Difference:
 
     @property
     def winner(self) -> int | None:
-        """The contender that the interval says is lower, or None where it holds 0."""
+        """The contender of the lower value, None where the interval holds 0."""
         if self.estimate.high < 0.0:
             return self.second
         return self.first if self.estimate.low > 0.0 else None
@@ -47,9 +47,10 @@ class Comparison:
 
 
 def compare_all(flown: Flown, quantities: tuple[Quantity, ...], root: int) -> Comparison:
-    """Put 95 % intervals over scenarios on every risk and on every paired difference, as a run's table has them.
+    """Estimate every risk and paired difference with its 95 % interval.
 
-    All contenders and quantities see the same resamples of the same flights.
+    Intervals are over scenarios, as a run's table has them. All contenders and quantities see the same resamples of the
+    same flights.
     """
     count = len(flown.scores)
     estimates: list[list[SampledValue]] = [[] for _ in range(count)]

@@ -28,7 +28,7 @@ OF_CHANNELS = (
 
 
 def step_cost(system: FlownSystem) -> StepCost:
-    """Count the operations of the laws of a system, and look up its instructions where they are packaged."""
+    """Count the operations of a system's laws, and look up packaged instructions."""
     counts = {name: step_operations(law) for name, law in system.laws.items()}
     operations = sum(len(system.axes.groups[name]) * count for name, count in counts.items())
     if not system.has_shared_laws:

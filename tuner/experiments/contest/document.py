@@ -64,7 +64,7 @@ def contest_document(result: Result, warnings: list[str]) -> ContestDocument:
 
 
 def estimate_row(result: Result, k: int, i: int) -> EstimateRow:
-    """Return a quantity of a contender, with the count behind it where it is 0 or 1."""
+    """Return a contender's estimate of a quantity; that of a share (of zeros and ones) with its count."""
     objective, estimate = result.contest.quantities[i].objective, result.comparison.estimates[k][i]
     row = EstimateRow(contender=result.names[k], quantity=objective.label, **estimate.content())
     samples = result.flown.samples(i, objective.scenario)[k]
@@ -109,7 +109,7 @@ class FlownThing(TypedDict, total=False):
 
 
 def flown_under(system: FlownSystem, name: str) -> FlownThing:
-    """Return the laws that flew and the airframe or plant of a name, in the keys of a contender."""
+    """Return laws and airframe or plant as keys of a contender."""
     laws = {loop: law.name for loop, law in system.laws.items()}
     return {"laws": LawNames(**laws), "airframe": name} if system.has_shared_laws else {"plant": name, "channels": laws}
 
@@ -157,7 +157,7 @@ def difference_row(result: Result, entry: Difference) -> DifferenceRow:
 
 
 def fronts_part(result: Result) -> FrontsPart | None:
-    """Return box and sizes of the fronts, or None where nothing was tuned."""
+    """Return box and sizes of the fronts, None where nothing was tuned."""
     volumes = result.volumes
     if volumes is None:
         return None

@@ -23,10 +23,13 @@ CHUNK = 64
 
 @dataclass(frozen=True)
 class ContestPoint:
-    """A contender at gains that fly. row: gains row (gains,). point: its name among the contender's points.
+    """A contender at gains that fly.
 
-    candidate: index in the contender's search, -1 where it comes from none. picked: values (objectives,) on other scenarios,
-    by which a point of the contender is picked; None where there are none to compare.
+    Attributes:
+        point: Its name among the contender's points.
+        row: Gains row (gains,).
+        candidate: Index in the contender's search, -1 where it comes from none.
+        picked: Values (objectives,) on other scenarios, which decide the pick; None where there are none to compare.
     """
 
     contender: Contender
@@ -46,12 +49,12 @@ class Flown:
     origin: np.ndarray
 
     def samples(self, index: int, scenario: str | None) -> np.ndarray:
-        """Return one quantity of all contenders (contenders, flights) on a scenario, or on all for None."""
+        """Return a quantity (contenders, flights) on a scenario, or on all for None."""
         return seen_scores(self.scores, index, self.origin, scenario)
 
 
 def comparison_problem(contest: Contest, contender: Contender) -> Problem:
-    """Return the problem that scores a contender's flights in every quantity of the contest, one flight task at a time."""
+    """Return the problem of a contender in every quantity of the contest; one flight task at a time."""
     system = contender.study.system
     objectives = tuple(quantity.objective for quantity in contest.quantities)
     return Problem(system, DecisionSpace((), (), tuple(contender.study.default_row)), objectives, (), contest.seed, 1)
@@ -92,7 +95,7 @@ def fly_groups(
     threads: int | None,
     on_flights_done: Callable[[int], None],
 ) -> list[Flown]:
-    """Fly groups of entries together, so that each scenario is drawn once, and return the flights of each group."""
+    """Fly groups of entries, and return the flights of each group; each scenario is drawn once."""
     flown = fly_all(contest, [entry for group in groups for entry in group], threads, on_flights_done)
     ends = np.cumsum([len(group) for group in groups])
     parts = zip(np.split(flown.scores, ends[:-1]), np.split(flown.failed, ends[:-1]), strict=True)

@@ -35,12 +35,19 @@ TAILS = (0.025, 0.975)
 
 @dataclass(frozen=True)
 class Front:
-    """The points of a contender that are feasible and non-dominated on the flights of the comparison.
+    """The feasible non-dominated points of a contender on the comparison's flights.
 
-    points: their names; candidates (n,): index in the contender's search, -1 for gains as given; gains (n, gains);
-    values, low, high (n, objectives); samples: for each objective the scores (n, flights) that count for it. picked (n,
-    objectives): the values by which a point is picked, None where there are none but those compared. lost (n,): flights of
-    the comparison that did not reach their end. broken: how many points were left out because they break a constraint.
+    Attributes:
+        points: Names of the points.
+        candidates: Indices (n,) in the contender's search, -1 for gains as given.
+        gains: Gains (n, gains).
+        values: Values (n, objectives).
+        low: Lower ends of their intervals (n, objectives).
+        high: Upper ends of their intervals (n, objectives).
+        samples: Scores (n, flights) that count for each objective.
+        picked: Values (n, objectives) by which a point is picked, None where there are none but those compared.
+        lost: Flights (n,) of the comparison that did not reach their end.
+        broken: Number of points left out because they break a constraint.
     """
 
     points: list[str]
@@ -57,7 +64,14 @@ class Front:
 
 @dataclass(frozen=True)
 class Volumes:
-    """ideal, reference (objectives,): the box; volumes: share of it for each front; differences: (first, second, share)."""
+    """Hypervolumes of the fronts.
+
+    Attributes:
+        ideal: Ideal end of the box (objectives,).
+        reference: Reference end of the box (objectives,).
+        volumes: Share of the box for each front.
+        differences: Differences of two shares as (first, second, share).
+    """
 
     ideal: np.ndarray
     reference: np.ndarray
@@ -109,7 +123,7 @@ def _picked(entries: Sequence[ContestPoint], objectives: int) -> np.ndarray | No
 
 
 def _feasible(contest: Contest, flown: Flown, drawn: np.ndarray) -> np.ndarray:
-    """Return a mask (entries,) of those that satisfy every constraint on flights, at the study's confidence."""
+    """Return a mask (entries,) of those that satisfy every constraint on flights; at the study's confidence."""
     feasible = np.ones(len(flown.scores), dtype=bool)
     labels = [quantity.label for quantity in contest.quantities]
     for entry in contest.base.constraints:
@@ -150,7 +164,10 @@ def volumes_of(fronts: list[Front], objectives: tuple[Objective, ...], origin: n
 
 
 def volume(values: np.ndarray, ideal: np.ndarray, reference: np.ndarray) -> float:
-    """Return the share of the box from ideal to reference (m,) that points (n, m) dominate; those below ideal count as on it."""
+    """Return the share of a box that points (n, m) dominate.
+
+    The box reaches from ideal to reference (m,); points below ideal count as on it.
+    """
     from moocore import hypervolume
 
     scaled = np.maximum(values - ideal, 0.0) / (reference - ideal)
@@ -182,9 +199,10 @@ def _estimate(value: float, replicates: np.ndarray) -> SampledValue:
 
 
 def best_under(fronts: list[Front], objectives: int) -> list[Best]:
-    """Return the picked points for each of two objectives at three levels of the other.
+    """Return the picks for each objective at three levels of the other.
 
-    Nothing for another number of objectives, or where a front has no values to pick by but those that are compared.
+    Nothing for a number of objectives other than 2, or where a front has no values to pick by but those that are
+    compared.
     """
     values_by_front = [front.picked for front in fronts if front.picked is not None]
     if objectives != 2 or len(values_by_front) < len(fronts) or not any(map(len, values_by_front)):

@@ -59,7 +59,7 @@ def judge_published(contest: Contest, flown: Flown, comparison: Comparison) -> l
 
 
 def published_row(entry: Published, contender: str, mean: SampledValue, values: np.ndarray) -> PublishedRow:
-    """Return a printed number beside one contender's flights, values (n,), and their mean with its interval."""
+    """Return the row of a printed number and a contender's flights; values (n,), mean: of these, with its interval."""
     low, median, high = np.quantile(values, [INSIDE[0] / 100.0, 0.5, INSIDE[1] / 100.0], axis=-1).tolist()
     percentile = percentile_of(entry.value, values)
     return PublishedRow(
@@ -90,5 +90,5 @@ def percentile_of(value: float | np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def is_inside(percentiles: np.ndarray) -> np.ndarray:
-    """Return True if a printed value is in the central 95 % of flights."""
+    """Return True for printed values in the central 95 % of flights."""
     return (percentiles >= INSIDE[0]) & (percentiles <= INSIDE[1])

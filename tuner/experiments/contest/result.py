@@ -18,10 +18,14 @@ from tuner.study.contest import Contest
 
 @dataclass(frozen=True)
 class Result:
-    """A contest with its contenders' gains, flights and what follows from them; lists run over the contenders.
+    """A contest with its contenders' gains, flights and results; lists run over the contenders.
 
-    flown: the points compared; flights: of all searches and of the comparison. fronts, best_under: empty, and volumes None,
-    where no contender was tuned.
+    Attributes:
+        flown: The points compared.
+        flights: Number of flights of all searches and of the comparison.
+        fronts: Fronts, empty where no contender was tuned.
+        volumes: Hypervolumes, None where no contender was tuned.
+        best_under: Best points under levels, empty where no contender was tuned.
     """
 
     contest: Contest

@@ -57,7 +57,7 @@ class ContestRun(Experiment[Contest, Result]):
 
     @staticmethod
     def is_feasible(result: Result) -> bool:
-        """Whether the run of every contender found a candidate that keeps every limit."""
+        """Whether every contender's run has a candidate within all limits."""
         return all(entrant.feasible for entrant in result.prepared)
 
     def resolved(self) -> PlainTable | None:
@@ -105,7 +105,7 @@ def warnings_of(result: Result) -> list[str]:
 
 
 def broken_again(result: Result) -> list[str]:
-    """Say how many points of a held-out front broke a constraint on the flights of the comparison, and count no longer."""
+    """Report held-out front points that break a constraint on the comparison's flights; they count no longer."""
     return [
         f"{entrant.contender.name}: on the confirmation flights {front.broken} of the {len(entrant.offered)} points of its "
         "held-out front violate a constraint and count no longer; raise held_out, or ask for a reserve."

@@ -105,9 +105,10 @@ def trace_table(flown: Responses, contender: str, scenario: str) -> Columns:
 
 
 def wind_table(result: Result) -> Columns | None:
-    """Return the air or the disturbance of flight 0 of every scenario as a long table.
+    """Return the air or disturbance of flight 0 in every scenario.
 
-    Columns that are zero throughout are left out, but the wind stays. None for a plant that nothing acts on.
+    A long table. Columns that are zero throughout are left out, but the wind stays. None for a plant that nothing acts
+    on.
     """
     contest, system = result.contest, result.contest.base.system
     names, shown, parts = list(system.disturbances.items()), system.loop.records.n_wind_leaves, []

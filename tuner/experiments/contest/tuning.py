@@ -26,11 +26,15 @@ GIVEN = "given"
 
 @dataclass(frozen=True)
 class TunedContender:
-    """A contender at its gains. entry: the point that is compared; why: it was picked; offered: the points of its front, None
-    where nothing was searched.
+    """A contender at its gains.
 
-    folder: of its own results, relative to that of the contest; flights: of its own run. ending: what is to be said first where
-    its run found nothing feasible, else empty.
+    Attributes:
+        entry: The point that is compared.
+        why: Reason of its pick.
+        offered: The points of its front, None where nothing was searched.
+        folder: Folder of its results, relative to that of the contest.
+        flights: Number of flights of its run.
+        ending: First sentences on a run without a feasible point, else empty.
     """
 
     entry: ContestPoint
@@ -43,7 +47,7 @@ class TunedContender:
 
     @property
     def feasible(self) -> bool:
-        """Whether the point compared may be flown, as far as its own run says."""
+        """Whether the point compared may be flown, according to its run."""
         return not self.ending
 
     @property
@@ -55,7 +59,7 @@ class TunedContender:
 def prepare(
     contest: Contest, contender: Contender, folder: Folder, watcher: Watcher, threads: int | None
 ) -> TunedContender:
-    """Tune a contender into a results folder of its own, or take its gains as given."""
+    """Tune a contender into a results folder, or take its given gains."""
     problem = comparison_problem(contest, contender)
     if not contender.tuned:
         entry = ContestPoint(contender, GIVEN, contender.study.default_row, problem)
@@ -94,7 +98,7 @@ def compared_at(outcome: Outcome) -> tuple[int, str]:
 
 
 def content_alone(contest: Contest, contender: Contender) -> PlainTable:
-    """Return a contender as the content of a study file that gives the same results when it is run alone, anywhere."""
+    """Return a contender as a study file's content; run alone, anywhere, it gives the same results."""
     home = contest.path.parent.resolve()
     return with_paths(contender.raw, lambda name: str(home / name))
 

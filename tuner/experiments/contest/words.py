@@ -28,7 +28,7 @@ def sentences(result: Result) -> list[str]:
 
 
 def objective_words(result: Result) -> Iterable[str]:
-    """Say of each objective who has the lowest value, whom the intervals put above it and whom they do not."""
+    """Rank the contenders in each objective: the lowest value, those that the intervals put above it, the others."""
     for i, quantity in enumerate(result.contest.quantities):
         if quantity.kind == "objective" and len(result.names) > 1:
             yield _ranking(result, i, quantity)
@@ -93,7 +93,7 @@ def limit_words(result: Result) -> Iterable[str]:
 
 
 def published_words(result: Result) -> Iterable[str]:
-    """Say how many printed numbers lie inside our distribution over seeds, in all and for each contender."""
+    """Count the printed numbers inside our distribution over seeds; in all and for each contender."""
     free = [cell for cell in result.published if not cell.fitted]
     fitted = [cell for cell in result.published if cell.fitted]
     if free:
@@ -136,7 +136,7 @@ def _counted(judged: ClaimRow) -> str:
 
 
 def bound_words(result: Result) -> Iterable[str]:
-    """Name the gains of recommended points that stand at an end of their range."""
+    """Name recommended gains at an end of their range."""
     for name, best_estimate in zip(result.names, result.bounds, strict=True):
         for entry in best_estimate:
             if entry.recommended:

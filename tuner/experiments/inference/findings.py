@@ -23,10 +23,14 @@ MOST_CHECKED = 12
 class Findings:
     """The findings of an inference.
 
-    settings: all settings flown; row 0 is the default. chosen: row of the inferred one; most: of the one with the most cells
-    inside; shown: rows of the front that were checked. checked: the held-out flights of the default, of the chosen, of the
-    one with the most, and of the shown, in this order. default_scores, scores (cells, flights): held-out flights of the
-    default and of the chosen.
+    Attributes:
+        settings: All settings flown; row 0 is the default.
+        chosen: Row of the inferred one.
+        most: Row of the one with the most cells inside.
+        shown: Rows of the front that were checked.
+        checked: Held-out flights of the default, the chosen, the one with the most, and the shown, in this order.
+        default_scores: Scores (cells, flights) of the default's held-out flights.
+        scores: Scores (cells, flights) of the chosen one's held-out flights.
     """
 
     inference: Inference

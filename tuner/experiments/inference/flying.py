@@ -101,7 +101,7 @@ class SettingFlyer:
         return all([self._flyer(studies[task.contender].system).cached for task in self.tasks])
 
     def _fly(self, values: np.ndarray, stream: str, first: int, scores: np.ndarray, failed: np.ndarray) -> None:
-        """Fly one setting and fill scores and failed (cells, flights), from flight `first` on."""
+        """Fly one setting and fill scores and failed (cells, flights) from flight `first` on."""
         studies = self._inference.studies(values)
         drawn: dict[FlightRange, FlightInputs] = {}
         for task in self.tasks:

@@ -57,9 +57,14 @@ def tolerance(scores: np.ndarray, published: np.ndarray) -> np.ndarray:
 class EvaluatedSettings:
     """Settings in the order they were flown.
 
-    values (n, unknowns). origin (n,): number of the generation, LOCAL_REFINEMENT for those flown around the best. median,
-    percentile (n, cells): of the flights, and where in them the published value stands. ratio, ratio_percentile (n, ratios): the
-    same of the ratios between contenders, flight by flight. failures (n, cells): share of flights that failed.
+    Attributes:
+        values: Values (n, unknowns).
+        origin: Number of the generation (n,), LOCAL_REFINEMENT for those flown around the best.
+        median: Medians of the flights (n, cells).
+        percentile: Percentile of the published value among the flights (n, cells).
+        ratio: Medians of the ratios between contenders, flight by flight (n, ratios).
+        ratio_percentile: Percentile of the published ratio among these (n, ratios).
+        failures: Share of flights that failed (n, cells).
     """
 
     values: np.ndarray

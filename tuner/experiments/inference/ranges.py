@@ -29,8 +29,15 @@ PRIOR_VARIANCE = 1.0 / 12.0
 
 @dataclass(frozen=True)
 class Range:
-    """near_low, near_high; low68, high68: see the module, in the unit of the unknown. share: of the searched range (on its
-    scale) that the wider of the two takes. at_end: whether the near range reaches an end of the searched range.
+    """The two ranges of an unknown, in its unit; see the module.
+
+    Attributes:
+        near_low: Lower end of the near range.
+        near_high: Upper end of the near range.
+        low68: Lower end of the 68 % range.
+        high68: Upper end of the 68 % range.
+        share: Share of the searched range (on its scale) that the wider of the two takes.
+        at_end: Whether the near range reaches an end of the searched range.
     """
 
     near_low: float

@@ -1,4 +1,4 @@
-"""Every setting that an inference flew, so that a resumed one flies none twice.
+"""Record of the settings that an inference flew; a resumed one flies none twice.
 
 flights/STREAM-NNNN-DIGEST.parquet: a row for each setting with its values as `unknown:NAME`, and its scores and failures, (cells,
 flights) laid flat. The name holds the digest of the file's bytes; a file that does not fit it is set aside and flown again.

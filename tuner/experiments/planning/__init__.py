@@ -1,1 +1,1 @@
-"""The cost of a run and the certainty of its figures, estimated from a few candidates that are flown first."""
+"""Cost and precision of a run, estimated from a pilot: a few candidates that are flown first."""

@@ -1,4 +1,4 @@
-"""Time, memory and disk of a run, from its counts and from what the pilot measured.
+"""Time, memory and disk of a run, from its counts and pilot.
 
 The fixed parts are those of runs of the quickstart, measured on two shared x86 cores.
 """

@@ -1,4 +1,4 @@
-"""Flights of a run and of a contest at most, counted from their studies.
+"""Largest numbers of flights of runs and contests, counted from their studies.
 
 What cannot be known before is taken at its largest: candidates that break a hard requirement, or that a race would stop early,
 are counted as flown, and the front as long as it may get.

@@ -26,10 +26,15 @@ FLIGHTS, CANDIDATES, PROBES = 64, 8, 64
 
 @dataclass(frozen=True)
 class ScenarioPilot:
-    """One scenario's share: scores (p, q, FLIGHTS) of p candidates and q quantities, failed (p, FLIGHTS).
+    """One scenario's part in the pilot of p candidates and q quantities.
 
-    block_seconds: of LANES flights on one thread, all threads being busy; draw_seconds, input_bytes: of one scenario drawn;
-    stored_bytes: of one flight in the results folder.
+    Attributes:
+        scores: Scores (p, q, FLIGHTS).
+        failed: Failures (p, FLIGHTS).
+        block_seconds: Time of LANES flights on one thread, all threads being busy [s].
+        draw_seconds: Time to draw one scenario [s].
+        input_bytes: Size of one scenario drawn.
+        stored_bytes: Size of one flight in the results folder.
     """
 
     spec: Any
@@ -43,9 +48,15 @@ class ScenarioPilot:
 
 @dataclass(frozen=True)
 class Pilot:
-    """points (p, d), the default first; worthy_share: of the ranges, as far as requirements decide it; screen_seconds: of asking
-    for the requirements of one candidate; rows: numbers that a flight ends with; plant_step: its error in the default's flights;
-    seconds: that the pilot took.
+    """The pilot of a run.
+
+    Attributes:
+        points: Points (p, d), the default first.
+        worthy_share: Share of the ranges that is flown, as far as requirements decide it.
+        screen_seconds: Time to evaluate the requirements of one candidate [s].
+        rows: Number of results of a flight.
+        plant_step: Error of the plant's step in the default's flights.
+        seconds: Time that the pilot took [s].
     """
 
     points: Array

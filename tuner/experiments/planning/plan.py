@@ -64,7 +64,7 @@ PLANS: dict[str, Callable[[Any, float, Watcher, int | None], Plan]] = {
 
 
 def _fly(study: TuningStudy, stage: str, watcher: Watcher, threads: int | None) -> tuple[Pilot, float | None]:
-    """Return the pilot of a study and the time its compilation took [s], None where it was compiled before."""
+    """Return a study's pilot and its compile time [s]; None where it was compiled before."""
     problem = problem_of(study, threads, None)
     seconds = _compile(problem, study, watcher)
     watcher.on_stage(stage, pilot_size(problem.flyer.threads) * FLIGHTS * len(study.scenarios))

@@ -1,8 +1,9 @@
-"""Widths of the 95 % intervals of a run, and scenarios that a difference takes, estimated from the flights of a pilot.
+"""Precision of a run's figures, estimated from the flights of a pilot.
 
-The pilot's flights stand for all that could be drawn. A few sets of as many flights as the run has are drawn from them, each
-scenario in the share that it has in the run, and each gets the interval that the run would report of it: the median of their
-widths is the one to expect. It goes with 1/sqrt(n), but holds for a tail of few flights too, where that does not yet.
+It gives the widths of a run's 95 % intervals, and the scenarios that a difference takes. The pilot's flights stand for
+all that could be drawn. A few sets of as many flights as the run has are drawn from them, each scenario in the share
+that it has in the run, and each gets the interval that the run would report of it: the median of their widths is the
+one to expect. It goes with 1/sqrt(n), but holds for a tail of few flights too, where that does not yet.
 
 P. J. Bickel, F. Goetze, W. R. van Zwet, "Resampling fewer than n observations", Statistica Sinica 7(1):1-31, 1997. The number of
 scenarios for a difference d is that of a two-sided test at 5 % that finds it in 80 of 100 cases, n = ((z_.975 + z_.80) s / d)^2
@@ -65,19 +66,19 @@ def percent_of(width: float | None, value: float) -> float | None:
 
 
 def counts_of(study: TuningStudy, objective: Objective, stream: str) -> list[int]:
-    """Return the number of flights of each scenario that count for an objective."""
+    """Return each scenario's number of flights that count for an objective."""
     return [getattr(entry, stream) if objective.scenario in (None, entry.spec.name) else 0 for entry in study.scenarios]
 
 
 def pooled(pilot: Pilot, index: int, counts: list[int]) -> tuple[Array, Array]:
-    """Return the pilot's scores (p, n) on scenarios with a count above 0, and how likely each flight is in the run (n,)."""
+    """Return the pilot's scores (p, n) and flight probabilities in the run (n,); without scenarios of count 0."""
     seen = [(entry.scores[:, index], count) for entry, count in zip(pilot.scenarios, counts, strict=True) if count]
     weights = np.concatenate([np.full(part.shape[1], count / part.shape[1]) for part, count in seen])
     return np.concatenate([part for part, _ in seen], axis=1), weights / weights.sum(axis=0)
 
 
 def weighed_risk(scores: Array, weights: Array, risk: Risk) -> Array:
-    """Return the risks (p,) of scores (p, n) in which flight j counts as often as its weight says, to within 5 %."""
+    """Return the risks (p,) of weighted scores (p, n), to within 5 %."""
     often = weights / weights.min(axis=0)
     times = np.ones(len(weights)) if np.allclose(often, 1.0) else np.round(PARTS * often)
     return risk.apply(np.repeat(scores, times.astype(int), axis=1))
@@ -121,5 +122,5 @@ def scenarios_needed(
 
 
 def _deviation(resampled: Array, against: Array, risk: Risk, scale: float) -> float:
-    """Return the standard deviation of a scaled candidate's risk minus the default's over resamples (r, n) and (r,)."""
+    """Return the standard deviation of a risk difference over resamples: scaled candidate (r, n) minus default (r,)."""
     return float(np.std(scale * risk.apply(resampled) - against, axis=0))

@@ -46,7 +46,12 @@ class VehicleRow(DocumentPart):
 class TrimRow(DocumentPart):
     """Steady flight in the mean wind [m/s] of a scenario; angles and thrust null where nothing balances.
 
-    tilt, tilt_limit, margin: to the limit [rad]; thrust: over the weight; held: whether the vehicle holds its place.
+    Attributes:
+        tilt: Tilt [rad].
+        tilt_limit: Limit of the tilt [rad].
+        margin: Margin to the limit [rad].
+        thrust: Thrust over the weight.
+        held: Whether the vehicle holds its place.
     """
 
     scenario: str
@@ -83,7 +88,7 @@ class UnreachedLimit(UnmetConstraint):
 
 
 class PreviewPart(DocumentPart):
-    """What a study of any kind would fly, and what is known of it without flying."""
+    """Preview of a study of any kind: its flights, and results that need none."""
 
     @property
     def is_hopeless(self) -> bool:
@@ -124,7 +129,7 @@ class StudyPreview(PreviewPart):
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether nothing looked at keeps a hard limit, or a mean wind is more than the vehicle can hold."""
+        """Whether a hard limit or mean wind is infeasible: no point examined keeps it, or the vehicle cannot hold."""
         soft = {row.label for row in self.default if not row.hard}
         lost = any(row.label not in soft for row in self.out_of_reach)
         return lost or any(not row.held for row in self.trim)
@@ -144,7 +149,7 @@ def vehicle_row(name: str, vehicle: Vehicle) -> VehicleRow:
 
 
 def trim_rows(study: Study) -> list[TrimRow]:
-    """Return the steady flight in the mean wind of each scenario that has one."""
+    """Return the steady flight of each scenario with a mean wind."""
     result = [(entry.spec.name, mean_wind_trim(entry.spec, study.system)) for entry in study.scenarios]
     return [_trim_row(name, trim) for name, trim in result if trim is not None]
 
@@ -163,7 +168,7 @@ def _trim_row(scenario: str, trim: MeanWindTrim) -> TrimRow:
 
 
 def default_rows(study: Study, diagnosis: Diagnosis) -> list[DefaultRow]:
-    """Return the default's value and verdict for each limit that needs no flights, loop by loop."""
+    """Return the default's values and verdicts for limits without flights; loop by loop."""
     row = study.default_row
     rows = zip(diagnosis.probes, diagnosis.values(row[None])[0].tolist(), diagnosis.worst_states(row), strict=True)
     return [_default_row(probe, value, state) for probe, value, state in rows]
@@ -185,7 +190,7 @@ def _default_row(probe: Probe, value: float, state: str | None) -> DefaultRow:
 
 
 def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[UnmetConstraint]:
-    """Return the limits that neither the default nor a sampled candidate satisfies, with causes."""
+    """Return limits that neither default nor sampled candidates satisfy, with causes."""
     if not study.requirements:
         return []
     searched = len(study.space.variables)
@@ -235,7 +240,7 @@ def study_preview(described: Study) -> StudyPreview:
 
 
 def plant_preview(study: PlantStudy) -> StudyPreview:
-    """Return a plant study's preview, with the default's values that need no flights."""
+    """Return a plant study's preview, with the default's values without flights."""
     values = known_values(study.screens, study.default_row[None], complete=True)[0].tolist() if study.screens else []
     return _preview(
         study,
@@ -271,7 +276,7 @@ def _preview(
 
 
 def trim_problems(trims: list[TrimRow]) -> list[str]:
-    """Return a sentence for each scenario in whose mean wind little or nothing is left of the tilt limit."""
+    """Return a sentence for each scenario with little or no tilt margin; in its mean wind."""
     return [_problem(row) for row in trims if not row.held or (row.margin or 0.0) < NARROW]
 
 

@@ -13,7 +13,7 @@ ENDS: tuple[Literal["low", "high"], ...] = ("low", "high")
 
 
 def on_bounds(study: SearchedStudy, recommended: np.ndarray, front: np.ndarray) -> list[BoundRow]:
-    """Return every variable that the recommended gains row (gains,) or a row of the front (n, gains) has near an end."""
+    """Return the variables that `recommended` (gains,) or `front` (n, gains) has near an end."""
     point = study.space.point(recommended)
     points = np.array([study.space.point(row) for row in front]).reshape(len(front), len(point))
     rows = []

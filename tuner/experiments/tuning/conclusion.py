@@ -44,7 +44,7 @@ MOST_FINALISTS, OF_TWO, TRIED = 48, 24, 6
 def conclude(
     problem: P, study: S, generations: list[Generation], watcher: Watcher, begin: float, first_warnings: list[str]
 ) -> Outcome[S, P]:
-    """Re-fly the default and the front on held-out scenarios and pick the recommended point; said: warnings so far."""
+    """Fly default and front on held-out scenarios and pick the recommended point; first_warnings: those so far."""
     tried = archive(generations)
     survivors = survivors_of(problem, study, generations, watcher)
     candidates, warnings = finalists_of(survivors, tried, study)
@@ -93,7 +93,7 @@ def conclude(
 
 
 def judged(study: SearchedStudy, finals: Finals, before: list[SearchEstimate]) -> tuple[Finalists, int, str]:
-    """Fly the finalists and return them with the row and the reason of the recommended one, which makes all flights."""
+    """Fly the finalists; return them with row and reason of the recommended one, which makes all flights."""
     flown = finals.fly()
     while True:
         finalists = judge(flown, before)
@@ -111,7 +111,7 @@ def unsettled(finalists: Finalists, tuned: int) -> np.ndarray:
 
 
 def uncertain_limits(table: list[ComparedRow]) -> list[str]:
-    """Warn of limits that the point shown keeps on confirmation flights by its values alone."""
+    """Warn of limits that the point's values alone keep on confirmation flights."""
     return [
         f"{row.label} is {significant(row.tuned.value)} [{significant(row.tuned.low)}, {significant(row.tuned.high)}] on the "
         f"confirmation flights: its value keeps {limit_text(float(row.limit or 0.0), row.unit)}, its interval reaches beyond. "
@@ -122,12 +122,12 @@ def uncertain_limits(table: list[ComparedRow]) -> list[str]:
 
 
 def completely_known(tried: Archive, generations: list[Generation]) -> Archive:
-    """Return an archive in which only those count as flown that flew through every scenario: a race ends others early."""
+    """Return an archive in which only complete candidates count as flown: through all scenarios, not ended by a race."""
     return replace(tried, flown=np.concatenate([entry.evaluation.complete for entry in generations], axis=0))
 
 
 def default_candidate(tried: Archive, study: SearchedStudy) -> int | None:
-    """Return the first candidate that is the default, None where the search did not try it."""
+    """Return the first candidate at the default, None where there is none."""
     same = np.flatnonzero(np.all(tried.points == study.space.point(study.default_row), axis=1))
     return int(same[0]) if len(same) else None
 

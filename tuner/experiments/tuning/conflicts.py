@@ -27,10 +27,13 @@ MOST_SETS = 6
 
 
 class Limit(NamedTuple):
-    """A constraint or requirement. sense: "max" or "min"; flown: whether a value is known of flown candidates only.
+    """A constraint or requirement.
 
-    automatic: key of the study that moves a limit which it does not write, see `objectives.mission`; "" for its own. scale: from
-    the unit of files, see `Requirement`.
+    Attributes:
+        sense: "max" or "min".
+        flown: Whether a value is available of flown candidates only.
+        automatic: Key of the study that moves a limit which it does not write, see `objectives.mission`; else "".
+        scale: Scale from the unit of files, see `Requirement`.
     """
 
     label: str
@@ -63,7 +66,7 @@ class Relaxation(NamedTuple):
 
 
 class LimitPrice(NamedTuple):
-    """The best value of an objective among all feasible candidates, and without one limit."""
+    """Best feasible value of an objective with and without one limit."""
 
     limit: int
     objective: int
@@ -73,11 +76,14 @@ class LimitPrice(NamedTuple):
 
 @dataclass(frozen=True)
 class Conflict:
-    """Limits that nobody kept together.
+    """Limits that no candidate satisfies together.
 
-    sets: the smallest sets of limits of which no candidate kept all, at most `MOST_SETS`. common: the least relaxation of all
-    limits by one share. single: for each limit that need only give way alone, the least that does. None, or nothing:
-    no flown candidate is near enough for a finite step.
+    None, or nothing: no flown candidate is near enough for a finite step.
+
+    Attributes:
+        sets: The smallest sets of limits of which no candidate satisfies all, at most `MOST_SETS`.
+        common: The least relaxation of all limits by one share.
+        single: The least relaxation of each limit that need only give way alone.
     """
 
     sets: tuple[tuple[int, ...], ...]
@@ -92,7 +98,7 @@ def limits_of(constraints: Sequence[Constraint], requirements: Sequence[Requirem
 
 
 def shares(tried: Archive, limits: Sequence[Limit]) -> np.ndarray:
-    """Return by which share of each limit a candidate breaks it (n, limits), infinite where that is not known."""
+    """Return the shares by which candidates break limits (n, limits); infinite where not available."""
     is_known = np.array([not limit.flown for limit in limits], dtype=bool) | tried.flown[:, None]
     split = sum(limit.flown for limit in limits)
     scale = np.array([abs(limit.limit) or 1.0 for limit in limits[:split]])
@@ -118,7 +124,7 @@ def conflict_of(tried: Archive, limits: Sequence[Limit]) -> Conflict | None:
 
 
 def conflicting_sets(is_met: np.ndarray) -> list[tuple[int, ...]]:
-    """Return the smallest sets of columns of kept (n, limits) that no row keeps all of, in order; exact, by size."""
+    """Return the smallest sets of columns that no row of `is_met` (n, limits) satisfies; exact, by size, in order."""
     patterns = np.unique(is_met, axis=0)
     for size in range(1, is_met.shape[1] + 1):
         tried = [some for some in combinations(range(is_met.shape[1]), size) if not patterns[:, some].all(axis=1).any()]
@@ -144,9 +150,10 @@ def _relaxation(broken: np.ndarray, limits: Sequence[Limit], candidate: int) -> 
 
 
 def costs_of(tried: Archive, limits: Sequence[Limit]) -> list[LimitPrice]:
-    """Return by how much the best value of each objective would fall without each limit, where it would and some are feasible.
+    """Return the price of each limit in each objective.
 
-    Of a hard requirement nothing can be said: what breaks it was not flown.
+    It is the fall of the best value without the limit, where there is one and some candidates are feasible. A hard
+    requirement has none: what breaks it was not flown.
     """
     broken = shares(tried, limits)
     feasible = np.all(broken <= 0.0, axis=1) & tried.flown
@@ -211,7 +218,7 @@ def _steps(relaxation: Relaxation, limits: Sequence[Limit]) -> str:
 
 
 def _towards(value: float, limit: Limit) -> str:
-    """Return a relaxed limit, rounded to the generous side, so that the candidate is let in as written."""
+    """Return a relaxed limit as text, rounded to admit the candidate."""
     if value == 0.0:
         return number_text(0.0, limit.unit)
     step = 10.0 ** (floor(log10(abs(value))) - 3)

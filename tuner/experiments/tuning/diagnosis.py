@@ -92,7 +92,7 @@ class Diagnosis:
         return np.concatenate([np.reshape(others, (len(others), len(gains))).T, loops], axis=1)
 
     def worst_states(self, row: Array) -> list[str | None]:
-        """Return by probe the steady state in which a gains row (gains,) is worst; None where there is one alone."""
+        """Return the worst steady state of a gains row (gains,) by probe; None where there is one state alone."""
         return [None] * len(self._others) + (self._margins.worst_states(row) if self._loops else [])
 
     @cached_property
@@ -102,10 +102,10 @@ class Diagnosis:
         return design_row(self._study, designs) if any(rows.designed for rows in designs.values()) else None
 
     def obstacles(self, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[UnmetConstraint]:
-        """Return the diagnoses of the requirements `labels`, for points (n, d) of the unit cube and their names.
+        """Return the diagnoses of requirements `labels` at points (n, d).
 
-        Of the loops of a margin those are named that none of the points keeps; where each is kept by some, the worst of the
-        closest point.
+        The points lie in the unit cube and have names. Of the loops of a margin those are named that none of the points
+        keeps; where each is kept by some, the worst of the closest point.
         """
         values = self.values(self._study.space.gains(points))
         broken = np.stack([probe.broken(values[:, i]) for i, probe in enumerate(self.probes)], axis=1)
@@ -137,9 +137,10 @@ class Diagnosis:
         )
 
     def _moved_by(self, i: int, point: Array, value: float) -> list[str]:
-        """Return the searched gains whose way through their range moves a probe from its value at a point (d,).
+        """Return the searched gains that move a probe from its value.
 
-        Where the loop is not stable the value says nothing of what would make it so: its own gains count then.
+        Each goes through its range from a point (d,). Where the loop is not stable the value says nothing of what would
+        make it so: its gains count then.
         """
         probe = self.probes[i]
         variables, places = self._study.space.variables, len(PLACES)
@@ -155,9 +156,9 @@ class Diagnosis:
         ]
 
     def _fixed(self, i: int, point: Array, value: float) -> list[GainAt]:
-        """Return the gains that a study fixes and that move a probe at a point (d,), those of its own loop if there are any.
+        """Return the fixed gains that move a probe at a point (d,).
 
-        Where the loop is not stable all of its own count.
+        Those of its loop alone, if there are any; all of these where the loop is not stable.
         """
         probe = self.probes[i]
         searched = {column for group in self._study.space.columns for column in group}
@@ -189,7 +190,7 @@ Column = tuple[Screen, int, Requirement]
 
 
 def _split(study: Study) -> tuple[list[Column], list[tuple[Requirement, MarginRequirement]]]:
-    """Return the requirements that stand as they are, by screen and column, and those on margins loop by loop."""
+    """Return requirements by screen and column, and margin requirements by loop."""
     margins = {entry.label: entry for entry in study.loop_requirements()}
     columns = [(screen, i, entry) for screen in study.screens for i, entry in enumerate(screen.requirements)]
     loops = [
@@ -212,9 +213,10 @@ def _finite(value: float) -> float | None:
 def flown_obstacle(
     study: SearchedStudy, constraint: Constraint, points: Array, values: Array, names: Sequence[str]
 ) -> UnmetConstraint:
-    """Return the diagnosis of a constraint that no flown point (n, d) satisfies, by its values (n,) there.
+    """Return the diagnosis of a constraint that no flown point satisfies.
 
-    Gains that move it are those whose rank correlation with it is no chance, the strongest first.
+    Points are (n, d), the constraint's values there (n,). Gains that move it are those whose rank correlation with it
+    is no chance, the strongest first.
     """
     best, objective = int(np.argmin(values)), constraint.objective
     return UnmetConstraint(

@@ -83,7 +83,7 @@ def ending_of(outcome: Outcome) -> list[str]:
 
 
 def _broken(outcome: Outcome) -> list[str]:
-    """Return the limits that the nearest point breaks on held-out scenarios, with its values."""
+    """Return the nearest point's broken limits on held-out scenarios, with values."""
     study, finalists, row = outcome.study, outcome.finalists, outcome.tuned
     limits, split = limits_of(study.constraints, study.requirements), len(study.constraints)
     texts = []
@@ -118,7 +118,7 @@ def _helps(outcome: Outcome) -> list[str]:
 
 
 def _broken_again(outcome: Outcome, point: str) -> list[str]:
-    """Return the text on a point that violates limits on confirmation flights alone."""
+    """Return the text on limits broken on confirmation flights alone."""
     study, broken = outcome.study, outcome.broken_again.tolist()
     limits = limits_of(study.constraints, study.requirements)
     rows = [outcome.table[len(study.objectives) + i] for i in broken]

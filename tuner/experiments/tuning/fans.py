@@ -66,7 +66,7 @@ class Fans:
             self._problem.engine.record(batch, self._recording(entry.spec, fan_flights(entry)))
 
     def of(self, gains: np.ndarray, scenario: str) -> PointFan | None:
-        """Return the fan of a gains row (g,) in a scenario, None where it was not recorded."""
+        """Return the recorded fan of gains (g,) in a scenario, or None."""
         return self._fans.get((scenario, gains.tobytes()))
 
     def _recording(self, spec: ScenarioSpec, flights: int) -> Recording:
@@ -86,10 +86,11 @@ def fan_flights(entry: Any) -> int:
 
 
 def response_table(outcome: FlightOutcome, fans: Fans | None = None) -> Columns:
-    """Return the fans of every finalist over held-out flights as one long table; fans: those recorded, the others are flown.
+    """Return every finalist's fans over held-out flights as a long table.
 
-    A row for each signal and instant: point, scenario, signal, unit, time [s], reference, low, median, high (5, 50, 95 %), worst,
-    and worst_flight, the index of that flight among the held-out ones. Values are float32: 31 points take 3 MB a scenario.
+    A row for each signal and instant: point, scenario, signal, unit, time [s], reference, low, median, high (5, 50, 95
+    %), worst, and worst_flight, the index of that flight among the held-out ones. Values are float32: 31 points take 3
+    MB a scenario. fans: those recorded, the others are flown.
     """
     table = stacked(
         point_table(fan, name, entry.spec.name)
@@ -102,7 +103,7 @@ def response_table(outcome: FlightOutcome, fans: Fans | None = None) -> Columns:
 def scenario_fans(
     outcome: FlightOutcome, spec: ScenarioSpec, count: int, recorded: Fans | None = None
 ) -> list[PointFan]:
-    """Return the fans of all finalists in one scenario over so many flights."""
+    """Return all finalists' fans in a scenario over `count` flights."""
     worst = worst_flights(outcome, spec.name).tolist()
     fans_of = [recorded.of(outcome.gains(row), spec.name) if recorded else None for row in range(len(worst))]
     inputs = drawn(outcome, spec, range(count)) if None in fans_of else None
@@ -119,13 +120,13 @@ def scenario_fans(
 
 
 def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:
-    """Return for each finalist the index (rows,) of its worst flight among the held-out ones of a scenario."""
+    """Return each finalist's worst held-out flight of a scenario by index (rows,)."""
     judge = judging_objective(outcome.study, scenario)
     return np.argmax(outcome.finalists.evaluation.samples(judge, scenario), axis=-1)
 
 
 def judging_objective(study: SearchedStudy, scenario: str) -> int:
-    """Return the number of the objective that tells which flight of a scenario is the worst: the first that counts there."""
+    """Return the index of the objective that ranks a scenario's flights: the first that counts there."""
     return next((i for i, entry in enumerate(study.objectives) if entry.scenario in (None, scenario)), 0)
 
 

@@ -20,7 +20,7 @@ DIGITS = 6
 
 
 def gains_document(outcome: FlightOutcome, summary: Summary) -> PlainTable:
-    """Return the content of gains.json for the point that a summary shows beside the default.
+    """Return the content of gains.json for the point that a summary shows.
 
     Where nothing is feasible it says so, and `tuner export` refuses it.
     """
@@ -45,7 +45,7 @@ def objective_rows(outcome: Outcome) -> list[PlainTable]:
 
 
 def objective_row(row: ComparedRow | RequiredRow) -> PlainTable:
-    """Return one line of the Default / Tuned table as gains.json holds it."""
+    """Return a row of the Default / Tuned table for gains.json."""
     keys = {"label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict"}
     state = {"state": row.tuned_state} if isinstance(row, RequiredRow) and row.tuned_state else {}
     return {**row.model_dump(include=keys), "unit": code_or_note(row.unit), **state}

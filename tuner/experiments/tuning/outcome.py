@@ -22,12 +22,15 @@ P = TypeVar("P", bound=Evaluator)
 
 @dataclass(frozen=True)
 class Outcome(Generic[S, P]):
-    """The findings of a run. candidates: archive indices of the finalists behind the default; tuned: row in the finalists, of the
-    recommended point or, where nothing is feasible, of the one that breaks least.
+    """The findings of a run.
 
-    confirmation: the default and the recommended point on scenarios that decided nothing; table and required_rows rest on them.
-    conflict: what stood in the way where nothing was feasible, obstacles: what is behind it; costs: what each limit costs where
-    something was.
+    Attributes:
+        candidates: Archive indices of the finalists behind the default.
+        tuned: Row in the finalists of the recommended point, or of the one that breaks least where nothing is feasible.
+        confirmation: The default and the recommended point on scenarios that decided nothing, for table and required_rows.
+        conflict: Conflict of the limits where nothing was feasible.
+        obstacles: Causes behind the conflict.
+        costs: Cost of each limit where something was feasible.
     """
 
     study: S
@@ -58,12 +61,12 @@ class Outcome(Generic[S, P]):
 
     @cached_property
     def broken_again(self) -> np.ndarray:
-        """Indices of the constraints that the values of `tuned` break on confirmation flights."""
+        """Indices of constraints that the values of `tuned` break on confirmation flights."""
         return np.flatnonzero(self.confirmation.violations[1, : len(self.study.constraints)] > 0.0)
 
     @property
     def flights(self) -> int:
-        """Number of flights of the search, of its survivors, of the held-out check and of the confirmation."""
+        """Number of flights of search, survivors, held-out check and confirmation."""
         return (
             self.generations[-1].flights
             + self.survivors.flights

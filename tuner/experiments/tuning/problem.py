@@ -1,4 +1,4 @@
-"""The problem that a study poses and the flights it is posed on."""
+"""The problem that a study poses, and the flights for it."""
 
 import subprocess
 import sys
@@ -72,10 +72,10 @@ def check_searched(study: TuningStudy) -> None:
 
 
 def warm_up(problem: Problem, study: TuningStudy, watcher: Watcher, folder: Path | None = None) -> None:
-    """Have what compiles, once for a combination of laws, compiled before anything is timed.
+    """Compile flights, margins and models before anything is timed.
 
-    folder: of a run that is to search; the models of its search are compiled too, and the margins, where another process may
-    read the study, by one.
+    It compiles once for a combination of laws. folder: of a run that is to search; the models of its search are
+    compiled too, and the margins, where another process may read the study, by one.
     """
     flights = not (problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0]))
     margins = bool(study.table.margin) and not curve.is_compiled()
@@ -92,16 +92,16 @@ def warm_up(problem: Problem, study: TuningStudy, watcher: Watcher, folder: Path
 
 
 def ask_margins(problem: Problem, study: TuningStudy) -> None:
-    """Ask for the margins of the default, of which nothing is kept but what was compiled."""
+    """Compute the margins of the default, only to compile them."""
     problem.excess(study.space.point(study.default_row)[None])
 
 
 @contextmanager
 def compiled_beside(folder: Path) -> Iterator[None]:
-    """Have the margins of a run in a results folder compiled by another process; at the end they are.
+    """Compile the margins of a results folder in another process.
 
-    Compiling holds Python's lock, so a thread would not do: for the quickstart 15 of 34 s are margins, on either of two cores.
-    Where the process fails, whoever needs the margins first compiles them.
+    At the end they are compiled. Compiling holds Python's lock, so a thread would not do: for the quickstart 15 of 34 s
+    are margins, on either of two cores. Where the process fails, whoever needs the margins first compiles them.
     """
     code = (
         "import sys; from pathlib import Path; from tuner.experiments.again.resume import recorded_study; "

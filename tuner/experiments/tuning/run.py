@@ -58,7 +58,7 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
 
     @classmethod
     def notes(cls, study: TuningStudy) -> list[str]:
-        """Say which search it is, how late rotors are, what a steady wind takes and which limits the study does not write."""
+        """Return notes on search, rotor lag, steady wind and automatic limits."""
         return [study.search.text, *study.notes, *automatic_limit_texts(study.automatic_limits)]
 
     @classmethod
@@ -127,7 +127,7 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
         return outcome
 
     def prepare_end(self) -> None:
-        """Import and draw what the end of the run takes, beside a search that leaves cores idle."""
+        """Import and draw what the run's end takes, on idle cores."""
         # Whatever goes wrong here goes wrong again where it is needed, and is told there.
         with suppress(Exception):
             report.prepare()
@@ -148,7 +148,7 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
         return result.feasible
 
     def write(self, result: FlightOutcome) -> None:
-        """Write documents and tables, and the report, while another process draws the figures."""
+        """Write documents, tables and report while another process draws the figures."""
         folder, watcher = self.folder, self.watcher
         with self.given_up_on_error():
             self.write_documents(result)

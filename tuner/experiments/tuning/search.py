@@ -1,4 +1,4 @@
-"""The search of a study, generation by generation, each recorded before the next one flies."""
+"""The search of a study by generations; each is recorded before the next one flies."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -29,13 +29,13 @@ from tuner.study.study import SearchedStudy, TuningStudy
 
 
 def flight_store(study: TuningStudy, folder: Folder | None, others: tuple[Path, ...] = ()) -> FlightStore:
-    """Return the flights of a study in its results folder and in others."""
+    """Return the store of a study's flights in its folder and others."""
     columns = tuple(gain.address for gain in study.system.gains)
     return FlightStore(folder, columns, others, study.system.loop.results)
 
 
 def first_points(problem: Evaluator, study: SearchedStudy, folder: Folder) -> tuple[np.ndarray, list[str]]:
-    """Return the first generation (n, d), as recorded or else made and recorded, and warnings about it."""
+    """Return the first generation (n, d) and warnings about it; made and recorded where there is none."""
     started = read_start(folder.path, len(study.space.variables))
     if started is not None and folder.keep(START):
         return started
@@ -64,7 +64,7 @@ def search(
     budget: StoppingRule,
     clock: Clock | None = None,
 ) -> list[Generation]:
-    """Run a search, whose very first candidate is the default, and record each generation."""
+    """Run a search and record each generation; its very first candidate is the default."""
     clock = clock or Clock()
     past = recorded(folder.path / "history.csv")
     each = sum(batch.count for batch in first_batches(study))
@@ -106,7 +106,10 @@ def evaluated(
     on_flights_done: Callable[[int], None] | None = None,
     fly_all: bool | np.ndarray = False,
 ) -> Evaluation:
-    """Evaluate a generation (n, d) on the search's scenarios, in a race against the best `before` it if the study asks so."""
+    """Evaluate a generation (n, d) on the search's scenarios.
+
+    If the study asks for it, in a race against the best `before` it.
+    """
     flown = first_batches(study)
     if not study.search.racing:
         return problem.evaluate(points, flown, on_flights_done, fly_all)
@@ -125,7 +128,7 @@ def champions(generations: list[Generation], objectives: int) -> Champions:
 
 
 def as_recorded(evaluation: Evaluation, past: list[ElapsedTimes], number: int) -> Evaluation:
-    """Return a replayed evaluation with the times that it took when it was flown."""
+    """Return a replayed evaluation with the recorded times."""
     before = past[number - 1] if number else ElapsedTimes(0.0, 0.0, 0.0)
     flown_record = past[number]
     return replace(

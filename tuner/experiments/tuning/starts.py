@@ -19,7 +19,7 @@ SAME = 1e-9
 
 
 def study_designs(study: Study) -> "dict[str, AxisDesign]":
-    """Return the design of every axis for a study's airframe, laws and loudest sensors; takes some 4 s, half of it imports."""
+    """Return the axes' designs for a study's airframe, laws and loudest sensors; takes some 4 s, half of it imports."""
     from objectives.design import DesignRequirements, design_axes
 
     system = study.system
@@ -63,10 +63,10 @@ STARTS: dict[str, Callable[[Any], tuple[Array, list[str]]]] = {"default": _defau
 
 
 def starting_points(study: SearchedStudy) -> tuple[Array, list[str]]:
-    """Return the starting points (k, d) that `search.initial` names, each in the study's ranges, and warnings.
+    """Return the starting points (k, d) that `search.initial` names, and warnings.
 
-    The default comes first whatever is named, because the search measures everything by it. A point that is there already is
-    left out.
+    Each lies in the study's ranges. The default comes first whatever is named, because the search measures everything
+    by it. A point that is there already is left out.
     """
     points: list[Array] = []
     warnings: list[str] = []

@@ -73,7 +73,7 @@ def summary_document(outcome: Outcome) -> Summary:
 
 
 def lost_flights(outcome: Outcome) -> list[LostFlight]:
-    """Return the lost flights of the default and of the point shown, held out and confirmation."""
+    """Return the lost flights of default and shown point; held out and confirmation."""
     study, confirmed = outcome.study, outcome.confirmation.failed
     lost = list[LostFlight]()
     for row, place in ((0, 0), (outcome.tuned, 1)):
@@ -88,7 +88,7 @@ def lost_flights(outcome: Outcome) -> list[LostFlight]:
 
 
 def search_text(outcome: Outcome) -> str:
-    """Return the search algorithm, its reason and the number of survivors of a search in stages."""
+    """Return a search's algorithm and reason; of a search in stages, its number of survivors too."""
     search, survivors = outcome.study.search, outcome.survivors
     if search.first is None:
         return search.text
@@ -116,7 +116,7 @@ def picked_on(outcome: Outcome) -> SelectionValues:
 
 
 def lost_in_search(outcome: Outcome) -> float | None:
-    """Return the share of its flights in the search that the recommended point lost, None where it was not flown there."""
+    """Return the recommended point's share of flights lost in the search; None where it was not flown there."""
     failures = np.concatenate([entry.evaluation.failures for entry in outcome.generations])
     candidate = outcome.candidates[outcome.tuned - 1]
     return float(failures[candidate]) if outcome.archive.flown[candidate] else None
@@ -160,7 +160,7 @@ def relaxation_row(relaxation: Relaxation, limits: list[Limit], default: int | N
 
 
 def cost_row(cost: LimitPrice, limits: list[Limit], objectives: tuple[Objective, ...]) -> ConstraintPrice:
-    """Return the best value of an objective that the search found with a limit and without it."""
+    """Return the best value of an objective with and without a limit."""
     objective = objectives[cost.objective]
     ends = {"with": cost.with_limit, "without": cost.without}
     return ConstraintPrice(
@@ -169,7 +169,7 @@ def cost_row(cost: LimitPrice, limits: list[Limit], objectives: tuple[Objective,
 
 
 def variable_rows(outcome: Outcome) -> list[VariableRow]:
-    """Return every decision variable with unit, range and its default and tuned value."""
+    """Return every decision variable with unit, range, default and tuned value."""
     study = outcome.study
     default, tuned = outcome.gains(0), outcome.gains(outcome.tuned)
     return [

@@ -26,9 +26,12 @@ OF_CANDIDATES = ("values", "violations", "failures", "scores", "requirements", "
 
 @dataclass(frozen=True)
 class Survivors:
-    """What survived. candidates (k,): archive indices in increasing order, the first of all among them.
+    """The survivors of a search.
 
-    evaluation: of these, on all flights of the search; flights: made for it, the first ones aside.
+    Attributes:
+        candidates: Archive indices (k,) in increasing order, the first of all among them.
+        evaluation: Evaluation of these, on all flights of the search.
+        flights: Number of flights made for it, the first ones aside.
     """
 
     candidates: np.ndarray
@@ -36,7 +39,7 @@ class Survivors:
     flights: int
 
     def finalists(self) -> np.ndarray:
-        """Return the rows (f,) of the feasible survivors that no other one dominates, or of the one that breaks limits least."""
+        """Return the rows (f,) of feasible non-dominated survivors; else that of the one that breaks limits least."""
         front = feasible_front(self.evaluation.values, self.evaluation.violations)
         return front if len(front) else np.argsort(self.evaluation.violations.sum(axis=1), kind="stable")[:1]
 
@@ -69,7 +72,7 @@ def picked(seen: Evaluation, rows: np.ndarray) -> Evaluation:
 
 
 def joined(problem: Evaluator, one: Evaluation, other: Evaluation) -> Evaluation:
-    """Return the evaluation of candidates on the flights of two, in the order of the scenarios."""
+    """Return the evaluation of candidates on the flights of two; in the order of the scenarios."""
     origin = np.concatenate([one.origin, other.origin])
     names = {name: number for number, name in enumerate(dict.fromkeys(one.origin.tolist()))}
     order = np.argsort([names[name] for name in origin.tolist()], kind="stable")
@@ -98,9 +101,10 @@ def pooled(evaluations: list[Evaluation]) -> Evaluation:
 
 
 def surviving(problem: Evaluator, seen: Evaluation, root: int) -> np.ndarray:
-    """Return the candidates (k,) that keep every limit and that no point of the front surely beats, the front among them.
+    """Return the candidates (k,) within limits that the front does not surely beat.
 
-    Where these are too many, those furthest behind are left out, and the last layer is thinned.
+    The front is among them. Where these are too many, those furthest behind are left out, and the last layer is
+    thinned.
     """
     feasible = np.flatnonzero(seen.flown & np.all(seen.violations <= 0.0, axis=1))
     if not len(feasible):
@@ -117,7 +121,7 @@ def surviving(problem: Evaluator, seen: Evaluation, root: int) -> np.ndarray:
 
 
 def layers(values: np.ndarray) -> np.ndarray:
-    """Return for each of some values (n, m) how many fronts have to be taken away before it stands on one (n,)."""
+    """Return the non-domination rank (n,) of values (n, m): the number of fronts to remove before it is on one."""
     tried, left = np.zeros(len(values), dtype=int), np.arange(len(values))
     for number in range(len(values)):
         if not len(left):

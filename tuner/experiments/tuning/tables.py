@@ -49,7 +49,7 @@ def requirement_columns(requirements: tuple[Requirement, ...], evaluation: Evalu
 
 
 def history_table(generations: list[Generation]) -> Columns:
-    """Return the progress of a search as a table, a row for each generation."""
+    """Return a search's progress as a table, a row for each generation."""
     return {
         "generation": [entry.number for entry in generations],
         "flights": [entry.flights for entry in generations],
@@ -96,9 +96,9 @@ COLUMNS = ("point", "label", "value", "low", "high", "difference", "difference_l
 
 
 def constraint_table(outcome: Outcome) -> Columns:
-    """Return the constrained quantities on held-out scenarios as a table, a row for each finalist and constraint.
+    """Return the constrained quantities on held-out scenarios as a table.
 
-    SI units, with intervals; difference: to the default, paired.
+    A row for each finalist and constraint. SI units, with intervals; difference: to the default, paired.
     """
     study, flown = outcome.study, outcome.finalists.flown
     rows = []
@@ -114,11 +114,11 @@ POINTS = 120
 
 
 def margin_table(outcome: FlightOutcome) -> Columns | None:
-    """Return a table, a row for each finalist and channel with a loop; None where no steady flight is found.
+    """Return the loops' margins as a table; None where no steady flight exists.
 
-    Columns: point, channel, stable, those of `RECORDED` in SI units (empty where no crossing limits a margin, or where the loop
-    is not stable), case (amplitude of the curve in words, empty for a linear loop), and the lists frequency [rad/s], real and
-    imag of the loop transfer function.
+    A row for each finalist and channel with a loop. Columns: point, channel, stable, those of `RECORDED` in SI units
+    (empty where no crossing limits a margin, or where the loop is not stable), case (amplitude of the curve in words,
+    empty for a linear loop), and the lists frequency [rad/s], real and imag of the loop transfer function.
     """
     try:
         model = outcome.study.margin_model()
@@ -164,9 +164,10 @@ SPECTRUM_INSTANTS = 50_000
 
 
 def spectrum_table(outcome: FlightOutcome) -> Columns | None:
-    """Return the spectra of what default and tuned gains ask of rotors or inputs as a table; None without `noise`.
+    """Return the command spectra of default and tuned gains; None without `noise`.
 
-    A row for each point, scenario and frequency [Hz]: density [1/sqrt(Hz)]. Only studies that judge by the metric `noise` ask.
+    Commands are those to rotors or inputs. A row for each point, scenario and frequency [Hz]: density [1/sqrt(Hz)].
+    Only studies that judge by the metric `noise` ask.
     """
     study = outcome.study
     judged = [*study.objectives, *[entry.objective for entry in study.constraints]]

@@ -1,6 +1,7 @@
-"""Loss of a run's objectives because the vehicle is not known better, and the number to measure next.
+"""Loss from the vehicle's uncertainty, and the number to measure next.
 
-From the held-out flights that the finalists have made: each has a vehicle of its own, drawn from the airframe's uncertainty.
+The loss is that of a run's objectives, from the held-out flights that the finalists have made: each has a vehicle of
+its own, drawn from the airframe's uncertainty.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,7 @@ from tuner.experiments.tuning.outcome import Outcome
 
 
 def uncertainty_costs(outcome: Outcome) -> list[UncertaintyCost]:
-    """Return a row for each objective that flights over an airframe's uncertainty count for; none where there are no such."""
+    """Return a row for each objective whose flights vary the airframe; none where there are no such."""
     study = outcome.study
     rows = [_cost(outcome, i) for i in range(len(study.objectives))] if outcome.feasible else []
     return [row for row in rows if row is not None]
@@ -52,7 +53,7 @@ def _cost(outcome: Outcome, i: int) -> UncertaintyCost | None:
 
 
 def _ordered(names: Sequence[str], each: Sequence[ValueOfInformation]) -> list[NumberWorth]:
-    """Return the numbers, first those that are worth most, then those that explain most."""
+    """Return the numbers in order of value, then of share explained."""
     rows = [
         NumberWorth(
             name=name,

@@ -52,7 +52,7 @@ def check_period(control_period: float) -> None:
 
 
 def bench_lines(rotors: Actuation, control_period: float) -> list[str]:
-    """Return the lines for the command line that set up the bench, without gains."""
+    """Return the command lines that set up the bench, without gains."""
     settings: dict[str, object] = {
         **SETTINGS,
         "pid_process_denom": round(control_period / GYRO_PERIOD),
@@ -62,7 +62,7 @@ def bench_lines(rotors: Actuation, control_period: float) -> list[str]:
 
 
 def install(bench: Bench, content: bytes) -> Callable[[], BetaflightBoard]:
-    """Set a board up with the bench's settings, then with the file of the gains as a person loads it."""
+    """Set up a board with the bench's settings, then the gains' file; as a person loads it."""
     text = content.decode("ascii")
     match = ANGLE_LIMIT.search(text)
     if match is None:

@@ -85,7 +85,7 @@ class BetaflightBoard:
         return {**places, "LOCKSTEP_PERIOD": str(round(1e9 * self._period))}
 
     def arm(self, initial: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:  # noqa: ARG002
-        """Wait until its sensors are calibrated, arm it level, and let it settle; raises InputError where it does not arm."""
+        """Wait until sensors are calibrated, arm level and let settle; raises InputError where it does not arm."""
         motors = (0.0, 0.0, 0.0, 0.0)
         for low, switch, duration in ((True, OFF, WAKING), (True, ON, SETTLING), (False, ON, SETTLING)):
             for _ in range(round(duration / self._period)):
@@ -138,7 +138,7 @@ class BetaflightBoard:
 
     @staticmethod
     def _ended(process: "subprocess.Popen[bytes]") -> int | None:
-        """Return the exit code of a process that has let go of its sockets, None where it goes on."""
+        """Return the exit code of a process, None where it goes on; its sockets are closed before."""
         try:
             return process.wait(ENDING)
         except subprocess.TimeoutExpired:
@@ -146,7 +146,7 @@ class BetaflightBoard:
 
 
 def attitude(angles: tuple[float, float, float]) -> tuple[float, float, float, float]:
-    """Return the quaternion w, x, y, z, nose up and clockwise positive, of our roll, pitch and yaw [rad]."""
+    """Return the quaternion w, x, y, z of our roll, pitch, yaw [rad]; nose up and clockwise are positive."""
     (cr, sr), (cp, sp), (cy, sy) = ((math.cos(0.5 * angle), math.sin(0.5 * angle)) for angle in angles)
     return (
         cr * cp * cy + sr * sp * sy,

@@ -25,7 +25,7 @@ POSITION = ("posCtlPid.", "velCtlPid.")
 
 
 def module_in(given: Path) -> Path:
-    """Return the compiled module of a folder of the build, or the file itself; raises InputError where there is none or many."""
+    """Return a build folder's compiled module, or the given file; raises InputError where there is none or many."""
     if not given.is_dir():
         return given
     modules = sorted(given.glob(MODULES))

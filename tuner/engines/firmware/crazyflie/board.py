@@ -1,4 +1,4 @@
-"""The Crazyflie's own controllers as a process that is asked at every control instant (`stabilizer.py`).
+"""The Crazyflie's controllers as a process, called at every control instant (`stabilizer.py`).
 
 It is called and answers, so it is in step by itself: it has no clock, and equal flights are equal to the last bit.
 """
@@ -55,7 +55,7 @@ class CrazyflieBoard:
             raise
 
     def arm(self, initial: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:
-        """Reset it by no thrust, then turn it by hand until its integrals hold it; raises InputError where its motors turn."""
+        """Reset it without thrust, then turn it until its integrals hold it; InputError where its motors turn."""
         still = replace(initial, rate=(0.0, 0.0, 0.0), tilt=initial.angles[:2], yaw=initial.angles[2])
         commands = self.step(still, 0.0)
         if any(commands):
@@ -122,7 +122,7 @@ class CrazyflieBoard:
 
 
 def turning(held: tuple[float, float, float, float], parameters: Mapping[str, float]) -> tuple[float, float, float]:
-    """Return rates [rad/s, our axes] that over `TURNS` periods fill the integrals with the outputs of motor commands."""
+    """Return rates [rad/s, our axes] whose integrals hold motor commands after `TURNS` periods."""
     counts = [FULL * held[place] for place in np.argsort(PLACES)]
     filled = []
     for axis, mixing, sign in zip(("roll", "pitch", "yaw"), (ROLL, PITCH, YAW), (-1.0, 1.0, -1.0), strict=True):

@@ -1,4 +1,4 @@
-"""The Crazyflie's stabilizer around its own controllers, in a process of its own: `python stabilizer.py FOLDER`.
+"""The Crazyflie's stabilizer around its controllers, as a process: `python stabilizer.py FOLDER`.
 
 Runs under the Python for which the module `cffirmware` in the folder was built, and imports nothing of this tool. First a line
 of JSON comes in, parameter -> value, and one goes out: what is refused, empty where nothing is. Then frames come in (`IN`, in the
@@ -91,7 +91,7 @@ def set_gains(library: Any, parameters: dict[str, float]) -> None:
 
 
 def set_filters(library: Any, parameters: dict[str, float]) -> None:
-    """Switch the low-passes on D on, where the parameters do, as the start of a vehicle does."""
+    """Switch on the low-passes on D as at a vehicle's start; where parameters do."""
     if parameters.get(FILTER_SWITCH):
         for name, thing in FILTERS.items():
             cutoff = ctypes.c_float(parameters[name])

@@ -33,8 +33,13 @@ BEFORE, AFTER = "before", "after"
 
 @dataclass(frozen=True)
 class Guard:
-    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line.
-    everywhere: whether it looks at every study, else at those that name it.
+    """A check that warns before or after a run.
+
+    Attributes:
+        when: `BEFORE` a run or `AFTER` it.
+        what: Subject of the check, one line.
+        message: Return the warnings on a study (before) or on an outcome (after).
+        everywhere: Whether it checks every study, else those that name it.
     """
 
     when: str

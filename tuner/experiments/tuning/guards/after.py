@@ -41,7 +41,7 @@ def _why_constant(value: float, never: Times) -> str:
 
 
 def correlated_objectives(labels: Sequence[str], values: np.ndarray) -> list[str]:
-    """Warn of pairs of objectives that rank all candidates flown, values (n, objectives), alike."""
+    """Warn of pairs of objectives that rank all candidates flown alike; values (n, objectives)."""
     if len(values) < ENOUGH:
         return []
     ranks = np.stack([places(column) for column in values.T], axis=1)
@@ -58,10 +58,16 @@ def correlated_objectives(labels: Sequence[str], values: np.ndarray) -> list[str
 def duplicate_knees(
     names: Sequence[str], tuned: int, rows: Sequence[int], low: np.ndarray, high: np.ndarray
 ) -> list[str]:
-    """Warn where other points of the front cannot be told from the recommended one.
+    """Warn where other front points do not differ from the recommended one.
 
-    names: of all finalists; rows: those on the front; low, high (finalists, objectives): the 95 % interval of the paired
-    difference to the recommended one. Two points are told apart if it leaves out 0 in any objective.
+    Two points differ if the interval leaves out 0 in any objective.
+
+    Args:
+        names: Names of all finalists.
+        tuned: Row of the recommended one.
+        rows: Rows on the front.
+        low: Lower ends (finalists, objectives) of the 95 % intervals of the paired differences to the recommended one.
+        high: Upper ends of these (finalists, objectives).
     """
     even = np.all((low <= 0.0) & (high >= 0.0), axis=1)
     alike = [names[row] for row in rows if row != tuned and even[row]]
@@ -74,7 +80,7 @@ def duplicate_knees(
 
 
 def lost_flights(lost: int, flights: int, limited: bool) -> list[str]:
-    """Warn where the recommended point lost some of its confirmation flights and nothing in the study limits that."""
+    """Warn of confirmation flights that the recommended point lost; where no limit forbids it."""
     if lost == 0 or limited:
         return []
     return [
@@ -84,7 +90,7 @@ def lost_flights(lost: int, flights: int, limited: bool) -> list[str]:
 
 
 def gains_on_bounds(bounds: Sequence[BoundRow]) -> list[str]:
-    """Warn of recommended gains that ended at an end of their range that could be moved."""
+    """Warn of recommended gains at a movable end of their range."""
     return [
         f"{entry.variable} = {entry.value:.4g} is at the {entry.end} end of its range, {entry.bound:.4g}"
         + (f", as in {100.0 * entry.share:.0f} % of the front" if entry.share > 0.0 else "")
@@ -95,8 +101,12 @@ def gains_on_bounds(bounds: Sequence[BoundRow]) -> list[str]:
 
 
 def still_rising(volumes: Sequence[float], flights: Sequence[int], resumable: bool = True) -> list[str]:
-    """Warn where a search had not come to rest, with the budget after which it would have; hypervolume and flights so far, one a
-    generation. resumable: whether the run can go on with a larger budget.
+    """Warn where a search has not converged, and estimate the budget.
+
+    Args:
+        volumes: Hypervolume so far, one a generation.
+        flights: Number of flights so far, one a generation.
+        resumable: Whether the run can go on with a larger budget.
     """
     done, share = len(volumes), last_quarter_improvement(volumes)
     if share <= TOLERANCE:

@@ -1,4 +1,4 @@
-"""Warnings that can be given before a run, some of them from the vehicle alone."""
+"""Warnings before a run, some of them from the vehicle alone."""
 
 from collections.abc import Sequence
 from math import pi
@@ -36,7 +36,7 @@ def few_scenarios(study: SearchedStudy) -> list[str]:
 
 
 def unprovable_shares(study: SearchedStudy) -> list[str]:
-    """Warn of shares that the held-out flights cannot show to keep their limit, not even without a single event."""
+    """Warn of share limits that held-out flights cannot prove; not even without a single event."""
     return [
         f"{entry.objective.label} at most {entry.most:g} cannot be shown by {have} held-out flights, not even if none is lost: "
         f"their {100.0 * entry.confidence:g} % interval ends at {high:.2g}. It takes {need:,} flights: raise held_out, or ask "
@@ -56,7 +56,7 @@ def _count(study: SearchedStudy, objective: Objective, stream: str) -> int:
 
 
 def default_elsewhere(study: Study) -> list[str]:
-    """Warn where the gains of `controller.default` were flown otherwise, or where one searched value replaces several."""
+    """Warn of `controller.default` gains flown otherwise or merged into one searched value."""
     given = study.table.controller.default
     if given is None:
         return []
@@ -86,7 +86,7 @@ def _merged(study: Study) -> list[str]:
 
 
 def unjudged_channels(held: Sequence[tuple[str, str]], free: Sequence[tuple[str, str]]) -> list[str]:
-    """Warn of channels of a plant that no objective and no limit of the study judges; each with its scenario.
+    """Warn of channels that no objective or limit of a study judges; each with its scenario.
 
     Args:
         held: Those that an automatic limit holds.
@@ -126,7 +126,7 @@ def rates_without_damping(study: Study) -> list[str]:
 
 
 def leading_yaw(study: Study, row: np.ndarray, whose: str) -> list[str]:
-    """Warn where the angular momentum of the rotors makes yaw lead below or near its crossover under a gains row (gains,)."""
+    """Warn where rotors' angular momentum makes yaw lead below or near crossover; row: gains row (gains,)."""
     system, cutoff = study.system, 2.0 * pi * study.options.yaw_torque_cutoff
     lead = yaw_lead(system.vehicle)
     if lead > FAR or 0.0 < cutoff <= NEAR * lead:
@@ -143,7 +143,10 @@ def leading_yaw(study: Study, row: np.ndarray, whose: str) -> list[str]:
 
 
 def _yaw_crossover(study: Study, row: np.ndarray) -> float:
-    """Highest gain crossover of the yaw loop [rad/s], for the signals of sliding terms at their worst; 0 for an unstable loop."""
+    """Return the highest gain crossover of the yaw loop [rad/s].
+
+    The signals of sliding terms are at their worst; 0 for an unstable loop.
+    """
     system = study.system
     model = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, Trim(hold=False))
     return float(model.evaluate(np.asarray(row, dtype=float)[None]).crossover.value[0, CHANNELS.index("yaw")])
