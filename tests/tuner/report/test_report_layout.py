@@ -77,6 +77,9 @@ def test_nothing_overlaps_or_is_cut_on_paper(browser, report):
     page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
     assert page.evaluate(OVERLAPS, BLOCKS) == []
     assert page.evaluate(CUT, PAPER) == []
+    # A box that hides what overflows cuts a column without being wider itself.
+    for box in page.query_selector_all(".wide:has(> .outcome)"):
+        assert box.evaluate("e => e.scrollWidth <= e.clientWidth"), box.inner_html()[:80]
     page.context.close()
 
 
