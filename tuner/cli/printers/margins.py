@@ -10,7 +10,7 @@ from objectives.margins.quantities import QUANTITIES, REPORTED
 from tuner.analysis.margins.limits import LIMITS
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, bound_text, unit_text
-from tuner.documents.margins import ChannelMargins, LimitRow, MarginsDocument, NotedValue, Reading
+from tuner.documents.margins import LimitRow, MarginsDocument, NotedValue, Reading
 from tuner.documents.parts import in_shown_units
 from tuner.documents.states import WORST_MARK, by_quantity, state_table
 from tuner.documents.summary import RequiredRow
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from tuner.api.margins import Margins
 
 
+PLANT_UNITS = {"load_index": "input/(output s)"}
+"""Quantity -> unit that it has for a plant, where that of a quadrotor is of accelerations."""
 SHORT_CASES = {"steepest slope": "steep", "small signals": "small"}
 
 
@@ -54,7 +56,7 @@ def margins_table(document: MarginsDocument, from_study: bool) -> TerminalTable:
     limits = {} if from_study else {limit.quantity: limit.text for limit in LIMITS}
     if limits:
         table.add_column("limit", no_wrap=True)
-    add_rows(table, document.channels, marks_of(document.requirements), limits)
+    add_rows(table, document, limits)
     return table
 
 
@@ -67,10 +69,9 @@ def about(document: MarginsDocument) -> str:
     return f"{document.laws.position} / {document.laws.attitude} on {document.airframe}{where}"
 
 
-def add_rows(
-    table: TerminalTable, channels: list[ChannelMargins], marks: dict[tuple[str, str], str], limits: dict[str, str]
-) -> None:
+def add_rows(table: TerminalTable, document: MarginsDocument, limits: dict[str, str]) -> None:
     """Add a row for each quantity; the disk margin brings along what it guarantees."""
+    channels, marks = document.channels, marks_of(document.requirements)
 
     def add(label: str, name: str, cells: list[str]) -> None:
         marked = [mark(cell, marks.get((c.channel, name))) for cell, c in zip(cells, channels, strict=True)]
@@ -79,7 +80,7 @@ def add_rows(
     add("stable", "stable", ["yes" if c.stable else "NO" for c in channels])
     for name in REPORTED:
         unit, per_unit = time_unit(name, [c.quantities[name].value for c in channels])
-        add(heading(name, unit), name, [reading(c.quantities[name], name, per_unit) for c in channels])
+        add(heading(name, unit, document), name, [reading(c.quantities[name], name, per_unit) for c in channels])
         if name == "disk":
             ranges = [c.disk_range for c in channels]
             add("  gain from", "", [shown(each.low, 2) for each in ranges])
@@ -100,9 +101,11 @@ def marks_of(requirements: list[LimitRow]) -> dict[tuple[str, str], str]:
     return marks
 
 
-def heading(name: str, unit: str) -> str:
+def heading(name: str, unit: str, document: MarginsDocument) -> str:
     """Return the name of a line of the table: a margin quantity with the unit in which it is printed."""
-    return f"{QUANTITIES[name].short}{unit_text(unit, ' [{}]')}"
+    # Inputs and outputs of a plant have units of their own, a channel each.
+    shown_unit = PLANT_UNITS.get(name, unit) if document.plant else unit
+    return f"{QUANTITIES[name].short}{unit_text(shown_unit, ' [{}]')}"
 
 
 def reading(entry: Reading, name: str, per_unit: float = 1.0) -> str:
@@ -259,5 +262,5 @@ def both_margins(margins: dict[str, MarginsDocument]) -> TerminalTable:
                 mark(reading(c.quantities[name], name, per_unit), marks[who].get((c.channel, name)))
                 for c in document.channels
             ]
-            table.add_row(heading(name, unit) if who == "default" else "", who, *cells)
+            table.add_row(heading(name, unit, document) if who == "default" else "", who, *cells)
     return table

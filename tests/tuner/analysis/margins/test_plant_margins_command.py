@@ -21,6 +21,7 @@ from tuner.analysis.margins.plant_certificates import plant_certificate_rows
 from tuner.analysis.margins.readings import plant_subject
 from tuner.api.studies import load_study
 from tuner.cli.main import app
+from tuner.cli.printers.margins import heading
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.opening import open_results
 from tuner.gains import plant_gains_document
@@ -106,3 +107,10 @@ def test_a_process_whose_output_answers_a_disturbance_at_once_has_bounds_too():
     t = np.linspace(0.0, 60.0, 60_001)
     afterwards = float(np.trapezoid(np.abs(impulse(answer, t)), t))
     assert rows[1].value is not None and 1.0 + afterwards < rows[1].value < 1.0 + 2.0 * afterwards
+
+
+def test_the_load_index_of_a_plant_has_the_units_of_its_channel():
+    motor, vehicle = (MarginsDocument.model_construct(plant=plant) for plant in ("dc_motor", None))
+    assert heading("load_index", "s^-3", motor) == "load [input/(output s)]"
+    assert heading("load_index", "s^-3", vehicle) == "load [s^-3]"
+    assert heading("phase_margin", "deg", motor) == "phase [deg]"
