@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from traceback import walk_tb
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from plant.errors import InputError, UnnamedCodeError
 from plant.input_files import MOST_TEXT, given_content
@@ -40,7 +40,7 @@ class OwnCode:
 
     file: Path
     digest: str
-    names: Mapping[str, object]
+    names: Mapping[str, Any]
 
     @property
     def origin(self) -> Origin:
@@ -162,10 +162,10 @@ def _imported(content: bytes) -> Iterator[str]:
             yield node.module.partition(".")[0]
 
 
-def _run(sources: tuple[Source, ...], digest: str) -> Mapping[str, object]:
+def _run(sources: tuple[Source, ...], digest: str) -> Mapping[str, Any]:
     """Run files in their order and return what the last one defines; each is a module that later ones can import by its name."""
     importable: dict[str, ModuleType] = {}
-    names: Mapping[str, object] = {}
+    names: Mapping[str, Any] = {}
     for source in sources:
         # By content and not by place, so that kernels of the same code are the same.
         module = ModuleType(f"own_code_{digest}_{len(importable)}")

@@ -15,6 +15,7 @@ from unittest.mock import patch
 import pytest
 
 import tuner
+from plant.texts import PlainTable
 from tests.plant.own_files import forget
 from tests.tuner.in_process import called
 from tuner.study.files import study_file
@@ -61,10 +62,10 @@ def commands(block: Block) -> list[str]:
     return lines(block) if block.language in ("sh", "console") else [block.text]
 
 
-def small_changes(study: str) -> dict[str, object]:
+def small_changes(study: str) -> PlainTable:
     """Return changes that make the search of a study small and its flights few."""
     tables = tomllib.loads(study_file(Path(study)).read_text(encoding="utf-8"))
-    changes: dict[str, object] = {"search.population": 8, "search.generations": 2}
+    changes: PlainTable = {"search.population": 8, "search.generations": 2}
     for i, scenario in enumerate(tables.get("scenario", ())):
         changes |= {f"scenario.{i}.search": 4, f"scenario.{i}.held_out": 16}
         if "plant" not in tables and scenario.get("duration", 10.0) > 2.0:
