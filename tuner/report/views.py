@@ -11,11 +11,10 @@ from tuner.documents.contest import ComparedFolder
 from tuner.documents.parts import Estimate, on_page
 from tuner.documents.summary import TableRow
 from tuner.documents.tuning import DEFAULT, SHOWN, TUNED, TuningFolder
-from tuner.documents.tuning_tables import LOOP_MARGINS
+from tuner.documents.tuning_tables import LOOP_MARGINS, Loop
 from tuner.documents.verdicts import NO_DIFFERENCE, shown_verdict
-from tuner.report.labels import plain_label
-from tuner.report.verdict_text import named
-from tuner.text.numbers import estimate, fixed, significant
+from tuner.report.labels import contest_label, named, time_unit
+from tuner.text.numbers import estimate, significant
 from tuner.text.sentences import bound_text
 from tuner.text.tables import Table
 from tuner.text.units import bracketed
@@ -38,7 +37,13 @@ def tuning_views(results: TuningFolder) -> Views:
 
 def compared_views(results: ComparedFolder[Any]) -> Views:
     """Return the tables of a contest or a comparison."""
-    return {"values": lambda: values_view(results), "differences": lambda: differences_view(results)}
+    views: dict[str, Callable[[], Table]] = {
+        "values": lambda: values_view(results),
+        "differences": lambda: differences_view(results),
+    }
+    if any(entry.folder is not None for entry in results.contenders):
+        views["margins"] = lambda: contender_margins_view(results)
+    return views
 
 
 def objectives_view(results: TuningFolder) -> Table:
@@ -95,27 +100,26 @@ def front_view(results: TuningFolder) -> Table:
 
 def margins_view(results: TuningFolder) -> Table:
     """Return the margins of each loop, of default and tuned gains."""
-    quantities = [QUANTITIES[name] for name in LOOP_MARGINS]
-    head = ("gains", "loop", *[bracketed(entry.label, _unit(entry.shown_unit)) for entry in quantities])
-    front = results.held_out_front
     roles = {DEFAULT: DEFAULT, TUNED: results.shown_as}
-    cells = [
-        (
-            roles[role],
-            loop.channel,
-            *[_reading(loop.values[entry.name], entry.shown, entry.digits) for entry in quantities],
-        )
-        for role in roles
-        for loop in results.loops
-        if front.role(loop.point) == role
+    loops = [(roles[role], loop) for role in roles for loop in _loops(results, role)]
+    return _margins_table(results.document.title, "gains", loops)
+
+
+def contender_margins_view(results: ComparedFolder[Any]) -> Table:
+    """Return the margins of each loop of the contenders that were tuned."""
+    loops = [
+        (entry.name, loop)
+        for entry in results.contenders
+        if entry.folder is not None
+        for loop in _loops(TuningFolder(results.home / entry.folder), TUNED)
     ]
-    return Table(f"{results.document.title}: margins", head, cells, head[:2])
+    return _margins_table(results.document.title, "contender", loops)
 
 
 def values_view(results: ComparedFolder[Any]) -> Table:
     """Return objectives and limited quantities of each contender."""
     judged = [row for row in results.shown.quantities if row.kind in JUDGED]
-    head = ("contender", *[bracketed(_quantity(results, row.label), row.unit) for row in judged])
+    head = ("contender", *[bracketed(contest_label(results, row.label), row.unit) for row in judged])
     cells = [
         (entry.name, *[_text(results.estimates[entry.name, row.label]) for row in judged])
         for entry in results.contenders
@@ -129,7 +133,7 @@ def differences_view(results: ComparedFolder[Any]) -> Table:
     cells = [
         (
             f"{row.second} − {row.first}",
-            bracketed(_quantity(results, row.quantity), results.quantity[row.quantity].unit),
+            bracketed(contest_label(results, row.quantity), results.quantity[row.quantity].unit),
             _text(row.estimate, signed=True),
             row.lower or shown_verdict(NO_DIFFERENCE),
         )
@@ -146,18 +150,28 @@ VIEWS: dict[str, Callable[[Any], Views]] = {
 """Kind of results -> their tables."""
 
 
+def _loops(results: TuningFolder, role: str) -> list[Loop]:
+    return [loop for loop in results.loops if results.held_out_front.role(loop.point) == role]
+
+
+def _margins_table(title: str, whose: str, loops: Sequence[tuple[str, Loop]]) -> Table:
+    """Return a table with a row for each loop, each quantity in one unit that suits all of them."""
+    head, columns = [whose, "loop"], list[list[str]]()
+    for name in LOOP_MARGINS:
+        quantity, values = QUANTITIES[name], [loop.values[name] for _, loop in loops]
+        unit, size = time_unit(name, values)
+        head.append(bracketed(quantity.label, _unit(unit)))
+        columns.append(["∞" if value is None else significant(quantity.shown(value) / size, 3) for value in values])
+    cells = [(name, loop.channel, *numbers) for (name, loop), *numbers in zip(loops, *columns, strict=True)]
+    return Table(f"{title}: margins", head, cells, head[:2])
+
+
 def _on_front(rows: Sequence[TableRow]) -> list[TableRow]:
     return [row for row in rows if row.kind in ("objective", "requirement")]
 
 
 def _title(results: TuningFolder, row: TableRow) -> str:
     return bracketed(named(results, row, short=True), row.unit)
-
-
-def _quantity(results: ComparedFolder[Any], label: str) -> str:
-    row = results.quantity[label]
-    has_rotors = any(entry.airframe is not None for entry in results.contenders)
-    return plain_label(label, row.metric, row.scenario, has_rotors, short=True)
 
 
 def _point(name: str, role: str) -> str:
@@ -171,7 +185,3 @@ def _unit(unit: str) -> str:
 def _text(entry: Estimate, signed: bool = False) -> str:
     value, ends = estimate(*entry, signed=signed)
     return value if entry.low is None else f"{value} {ends}"
-
-
-def _reading(value: float | None, shown: Callable[[float], float], digits: int) -> str:
-    return "∞" if value is None else fixed(shown(value), digits)

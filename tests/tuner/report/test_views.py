@@ -1,15 +1,26 @@
 """Tables for readers: what they hold is what the documents hold, in shown units."""
 
+from dataclasses import replace
 from math import degrees
 
 import pytest
 
 import tuner
 from plant.errors import UnknownNameError
+from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import fabricate
+from tuner.documents.contest import ContestFolder
 from tuner.documents.tuning import TuningFolder
 from tuner.documents.verdicts import shown_verdict
-from tuner.report.views import front_view, gains_view, limits_view, margins_view, objectives_view, tuning_views
+from tuner.report.views import (
+    contender_margins_view,
+    front_view,
+    gains_view,
+    limits_view,
+    margins_view,
+    objectives_view,
+    tuning_views,
+)
 
 
 @pytest.fixture(scope="module")
@@ -58,3 +69,23 @@ def test_margins_of_default_and_tuned_by_loop(results):
 def test_an_unknown_table_names_those_that_are_there(results):
     with pytest.raises(UnknownNameError, match="objectives"):
         tuner.open_results(results.home).view("frnt")
+
+
+def test_margins_of_slow_loops_have_digits_and_a_unit_that_suits_them(results, monkeypatch):
+    slow = [replace(loop, values=loop.values | {"delay_margin": 1500.0, "bandwidth": 2.5e-4}) for loop in results.loops]
+    monkeypatch.setattr(results, "loops", slow)
+    table = margins_view(results)
+    assert {row[table.head.index("delay margin [min]")] for row in table.rows} == {"25"}
+    assert {row[table.head.index("bandwidth [rad/s]")] for row in table.rows} == {"0.00025"}
+
+
+def test_contests_have_the_margins_of_their_tuned_contenders(tmp_path):
+    contest = ContestFolder(fabricate_contest(tmp_path / "contest"))
+    for i, entry in enumerate(contest.contenders):
+        object.__setattr__(entry, "folder", f"contenders/{entry.slug}" if i < 2 else None)
+    for entry in contest.contenders[:2]:
+        fabricate(contest.home / str(entry.folder))
+    table = contender_margins_view(contest)
+    names = [entry.name for entry in contest.contenders[:2]]
+    assert list(dict.fromkeys(row[0] for row in table.rows)) == names
+    assert {row[1] for row in table.rows} == {"x", "y", "z", "roll", "pitch", "yaw"}
