@@ -155,7 +155,7 @@ def _loops(results: TuningFolder, role: str) -> list[Loop]:
 
 
 def _margins_table(title: str, whose: str, loops: Sequence[tuple[str, Loop]]) -> Table:
-    """Return a table with a row for each loop, each quantity in one unit that suits all of them."""
+    """Return a table with a row for each loop: each quantity in one unit."""
     head, columns = [whose, "loop"], list[list[str]]()
     for name in LOOP_MARGINS:
         quantity, values = QUANTITIES[name], [loop.values[name] for _, loop in loops]

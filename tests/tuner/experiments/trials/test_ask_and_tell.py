@@ -99,7 +99,7 @@ def test_a_concluded_folder_is_that_of_a_tuning_run(whole):
     assert low is not None and value is not None and high is not None and low < value < high
     assert list(results.history.index) == [0, 1]
     page = (out / "report.html").read_text()
-    assert "trials that another program made" in page
+    assert "trials run by another program" in page
     for absent in ("Its responses", "Its loops", "The air that was flown", "Airframe"):
         assert absent not in page
     told: Any = report_run(out).document
