@@ -64,8 +64,9 @@ def test_the_page_never_scrolls_sideways_and_nothing_overlaps(browser, report, w
     page.context.close()
 
 
-def test_tables_of_answer_and_finalists_are_whole_on_a_wide_screen(browser, report):
-    page = opened(browser, report, 1440)
+@pytest.mark.parametrize("width", [1100, 1280, 1440])
+def test_tables_of_answer_and_finalists_are_whole_on_a_wide_screen(browser, report, width):
+    page = opened(browser, report, width)
     for box in page.query_selector_all("#finalists, .wide:has(> .outcome), .wide:has(> .states), #values .wide"):
         assert box.evaluate("e => e.scrollWidth <= e.clientWidth"), box.inner_html()[:80]
     page.context.close()
