@@ -11,6 +11,8 @@ from plant.errors import InputError
 from plant.quadrotor.closed_loop import Limits
 from plant.status import Status
 from tests.tuner.conftest import QUICKSTART
+from tuner.cli.printers.gains import print_flights
+from tuner.cli.terminal import Console
 from tuner.study import load_study
 
 SEEDS = 24
@@ -55,6 +57,18 @@ def test_one_of_them_flown_by_name_ends_as_it_did(flown, study):
     assert error[responses.time > entry.time - 0.012].max() > 1.2 - 0.06
     whole = tuner.fly(tuner.default_gains("hybrid", "ladrc"), study=study, flight=f"held-out-{_kept(flown)}")
     assert whole.document.lost == []
+
+
+def test_the_terminal_says_what_lost_flights_do_to_metrics(flown, study, capsys):
+    print_flights(flown, Console(width=160))
+    lost = flown.document.lost
+    text = capsys.readouterr().out
+    assert f"{len(lost)} of {SEEDS} flights were lost; in every metric each of them has the cost of a loss." in text
+    alone = tuner.fly(tuner.default_gains("hybrid", "ladrc"), study=study, flight=lost[0].name)
+    print_flights(alone, Console(width=160))
+    text = capsys.readouterr().out
+    # Its metrics are costs of the loss alone.
+    assert f"Lost: {lost[0].words}." in text and "travel" not in text
 
 
 def _kept(flown):

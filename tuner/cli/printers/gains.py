@@ -22,7 +22,14 @@ MOST_LOST = 10
 
 def print_flights(flown: "Flights", console: Console) -> None:
     """Print the metrics, and the median response of each axis."""
-    console.print(metrics_table(flown))
+    lost = len(flown.document.lost)
+    # Of a lost flight alone the metrics are costs of its loss, which say nothing of the response.
+    if flown.count > lost or flown.count > 1:
+        console.print(metrics_table(flown))
+    if lost and flown.count > 1:
+        console.print(
+            f"{lost:,} of {flown.count:,} flights were lost; in every metric each of them has the cost of a loss."
+        )
     print_losses(flown, console)
     print_sparks(flown, console)
 
