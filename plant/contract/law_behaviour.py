@@ -24,11 +24,15 @@ MOST_CORNERS = 128
 
 
 class Case(NamedTuple):
-    """One loop with default gains, and where the rate comes from."""
+    """One loop with default gains, and where the rate comes from.
+
+    changed: the gain that is not at its default, with its value.
+    """
 
     loop: str
     from_observer: bool
     gains: Any
+    changed: str = ""
 
     def channel(self, b0: float) -> Channel:
         """Return the channel of a gain."""
@@ -37,13 +41,25 @@ class Case(NamedTuple):
     @property
     def words(self) -> str:
         """The case in words."""
-        return f"in the {self.loop} loop with the rate {'from an observer' if self.from_observer else 'measured'}"
+        rate = "from an observer" if self.from_observer else "measured"
+        return f"in the {self.loop} loop with the rate {rate}{f' and {self.changed}' if self.changed else ''}"
 
 
 def cases(law: Law) -> Iterator[Case]:
     """Yield every case of a law."""
     for loop, from_observer in product(LOOPS, (False, True)):
         yield Case(loop, from_observer, defaults(law, loop))
+
+
+def cases_at_ends(law: Law) -> Iterator[Case]:
+    """Yield every case of a law, with default gains and with each gain at the ends of its range."""
+    for case in cases(law):
+        yield case
+        for gain in law.gains:
+            span = gain.span(case.loop)
+            for value in [end for end in (span.low, span.high) if end != span.default]:
+                gains = case.gains._replace(**{gain.name: value})
+                yield case._replace(gains=gains, changed=f"{gain.name} = {value:g}")
 
 
 def results_are_finite_records(law: Law) -> Iterator[ContractViolation]:
@@ -91,7 +107,7 @@ ROUNDED = 16.0 * float(np.finfo(float).eps)
 
 def at_rest_nothing_changes(law: Law) -> Iterator[ContractViolation]:
     """At rest without an error nothing is commanded, and the memory stays what it is, wherever that is; rounding aside."""
-    for case, place in product(cases(law), (0.0, 1.7, -300.0)):
+    for case, place in product(cases_at_ends(law), (0.0, 1.7, -300.0)):
         constants, measured, channel = law.prepare(case.gains, H), Measured(place, 0.0), case.channel(2.0)
         memory = law.start(constants, measured, 0.0)
         command, after = law.step(memory, constants, channel, Setpoint(place, 0.0, 0.0), measured, STILL, H)

@@ -1,7 +1,9 @@
 """`tuner check my_law.py` tells what a law breaks, with file and line; each way of breaking it is told as such."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -9,6 +11,8 @@ from plant.contract import law_behaviour as behaviour
 from plant.contract.law_contract import FLIES, violations_of_law
 from plant.contract.violation import ContractViolation, violations_of
 from plant.errors import InputError
+from plant.law_registry import LAWS
+from plant.laws.channel import Measured
 from plant.own_code import run_own_code
 from tests.plant.own_files import LAW, edited, line_of
 
@@ -203,7 +207,21 @@ def test_a_weighted_set_point_rests_within_rounding_and_a_share_of_a_billionth_o
     assert list(behaviour.at_rest_nothing_changes(law)) == []
     off = edited(LAW, tmp_path, *WEIGHTED, ("held + 0.3 *", "held + 0.300000001 *"), name="off.py")
     told_of = list(behaviour.at_rest_nothing_changes(run_own_code(off).names["LAW"]))
-    assert len(told_of) == 8 and all("it must command 0" in each.message for each in told_of)
+    # At both places that are not 0, with default gains and with each at the ends of its range.
+    assert len(told_of) == 2 * len(list(behaviour.cases_at_ends(law)))
+    assert all("it must command 0" in each.message for each in told_of)
+
+
+def test_a_law_that_rests_with_default_gains_alone_is_refused() -> None:
+    pid = LAWS["pid"]
+    usual = pid.defaults("attitude")["kp"]
+
+    def start(constants: Any, measured: Measured, held: float) -> Any:
+        return pid.start(constants, measured, held + 0.1 * (constants.kp - usual) * measured.value)
+
+    texts = [each.message for each in behaviour.at_rest_nothing_changes(replace(pid, start=start))]
+    assert texts and all("attitude" not in text or " and kp = " in text for text in texts)
+    assert list(behaviour.at_rest_nothing_changes(pid)) == []
 
 
 def test_an_error_inside_a_function_is_told_with_its_line(tmp_path: Path) -> None:

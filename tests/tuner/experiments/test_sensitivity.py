@@ -75,7 +75,9 @@ def test_what_a_search_would_not_fly_is_flown_and_told(tmp_path, analysed):
     found = study_sensitivity(study_problem(study, 2), study, SAMPLES)
     assert found.screened_share == 1.0 and not found.passes_screening.any()
     assert np.array_equal(found.values, analysis.values)
-    assert "100.0 % of the samples violate a hard requirement" in " ".join(sensitivity_document(study, found, 1.0).notes)
+    assert "100.0 % of the samples violate a hard requirement" in " ".join(
+        sensitivity_document(study, found, 1.0).notes
+    )
 
 
 def test_command_writes_tables_that_agree(path, analysed, tmp_path, monkeypatch, capsys):
