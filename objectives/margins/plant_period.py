@@ -181,7 +181,8 @@ class PlantPeriod:
             worst = int(np.argmax(drift.max(axis=0), axis=0))
             raise InputError(
                 f"the loop does not stay at rest: {paths(self.state)[b + worst]} changes by {drift.max():.3g} in the first "
-                "period; let rest(parameters) give a state and an input within the actuators' ranges, and the law's start hold them",
+                "period; let rest(parameters) give a state and an input within the actuators' ranges, and the start of the law "
+                "hold them",
                 key="margin",
             )
 
