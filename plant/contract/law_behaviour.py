@@ -52,7 +52,7 @@ def cases(law: Law) -> Iterator[Case]:
 
 
 def cases_at_ends(law: Law) -> Iterator[Case]:
-    """Yield every case of a law, each gain also at the ends of its range."""
+    """Yield every case, each gain also at the ends of its range."""
     for case in cases(law):
         yield case
         for gain in law.gains:

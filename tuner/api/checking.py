@@ -1,5 +1,6 @@
 """Checks of a file without flights, and judgement by a study's limits."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -10,6 +11,7 @@ from plant.fmu.description import INPUT, OUTPUT, PARAMETER
 from plant.fmu.fmu_model import looked_at
 from plant.quadrotor.airframes import load as load_airframe
 from plant.quadrotor.airframes.derived import quantities
+from plant.texts import PlainValue
 from tuner.analysis.judging.judge import check_batches, judge_gains, judgement_document, row_to_judge
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import Gains, GainsLike, as_gains
@@ -69,19 +71,22 @@ class Checked(Documented):
         return shown(f"Checked: {self.kind}", lines)
 
 
-def check(file: GainsLike, *, watcher: Watcher | None = None) -> Checked:
+def check(
+    file: GainsLike, *, changes: Mapping[str, PlainValue] | None = None, watcher: Watcher | None = None
+) -> Checked:
     """Check a file of any kind without flying.
 
     Args:
         file: A study, contest, inference or airframe (TOML), gains or a gains.json, a law, metric, reference or plant of your own
             (Python, which is run), an FMU (which is not), or the name of a shipped study.
+        changes: Values that replace those of a study, by dotted key.
         watcher: Callbacks that hear of compilation.
 
     Returns:
         What it holds; of a study trim, margins of the default, and limits that nothing can reach.
 
     Raises:
-        InputError: The file is missing or wrong.
+        InputError: The file is missing or wrong, or changes are given for another file than a study.
 
     Examples:
         >>> tuner.check("quickstart").document.vehicle.name
@@ -91,6 +96,8 @@ def check(file: GainsLike, *, watcher: Watcher | None = None) -> Checked:
     if isinstance(file, Gains):
         return validate(file)
     path = study_file(Path(file))
+    if changes and path.suffix != ".toml":
+        raise InputError("values are replaced in studies alone; leave --set out", file=path, key="changes")
     if path.is_dir():
         raise InputError(
             "this is a folder; `tuner show` tells a results folder, `tuner verify` flies it again", file=path
@@ -105,7 +112,7 @@ def check(file: GainsLike, *, watcher: Watcher | None = None) -> Checked:
     keys = set(layers[0].table)
     if kind_of_layers(layers).table is None and AIRFRAME_KEYS & keys and not {"scenario", "objective"} & keys:
         return Checked("airframe", airframe_figures(path))
-    subject = load_any(path)
+    subject = load_any(path, changes)
     if subject.kind == Study.kind and any("margin" in layer.table for layer in layers):
         announce_compilation(watcher or Watcher())
     result = preview(subject)

@@ -10,6 +10,8 @@ import typer
 from typer.core import TyperGroup
 
 import tuner as package
+from plant.errors import InputError
+from plant.texts import PlainTable, toml_table
 from tuner.experiments.options import THREADS, RunOption
 
 CODE = "--code"
@@ -197,3 +199,20 @@ def target_options(change: list[str] | None, firmware: str | None) -> list[str]:
 def set_option(about: str) -> Any:
     """Return an option --set that may be repeated."""
     return typer.Option("--set", help=about)
+
+
+StudyChanges = Annotated[list[str] | None, set_option("KEY=VALUE: override a value of the study; repeatable.")]
+
+
+def parse_changes(given: list[str] | None) -> PlainTable:
+    """Turn KEY=VALUE texts into values; a value is read as TOML, and as plain text where it is none."""
+    parsed: PlainTable = {}
+    for change in given or []:
+        key, equals, text = change.partition("=")
+        if not equals or not key:
+            raise InputError(f"given '{change}'; write KEY=VALUE, for instance search.generations=3", key="--set")
+        try:
+            parsed[key] = toml_table(f"value = {text}", Path("--set"))["value"]
+        except InputError:
+            parsed[key] = text
+    return parsed

@@ -15,10 +15,12 @@ from tuner.cli.app import (
     STUDY,
     AsJson,
     Seeds,
+    StudyChanges,
     StudyFile,
     Threads,
     app,
     found_study,
+    parse_changes,
     set_option,
     study_option,
     target_options,
@@ -124,6 +126,7 @@ def check(
         Path | None, study_option("Fly the gains and judge them by the limits of this study.")
     ] = None,
     seeds: Seeds = None,
+    change: StudyChanges = None,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
@@ -146,7 +149,7 @@ def check(
         return
     if seeds is not None:
         raise InputError("nothing is flown without --requirements; leave it out, or add --requirements", key="--seeds")
-    result = tuner.check(file, watcher=Messages())
+    result = tuner.check(file, changes=parse_changes(change), watcher=Messages())
     if result.kind == "gains":
         answer_validity(result, as_json)
         if not as_json:
@@ -162,6 +165,7 @@ def plan(
     difference: Annotated[
         float, typer.Option(help="Difference from the default to detect [%].", min=0.01, max=100.0)
     ] = 5.0,
+    change: StudyChanges = None,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
@@ -170,7 +174,9 @@ def plan(
     Example: tuner plan quickstart --difference 2
     """
     with progress(as_json) as watcher:
-        result = tuner.plan(study, difference=difference, watcher=watcher, threads=threads)
+        result = tuner.plan(
+            tuner.load_study(study, parse_changes(change)), difference=difference, watcher=watcher, threads=threads
+        )
     answer(result, as_json)
 
 

@@ -6,10 +6,8 @@ from typing import Annotated, Any
 import typer
 
 import tuner
-from plant.errors import InputError
-from plant.texts import PlainTable, toml_table
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import AsJson, Folder, StudyFile, Threads, app, option_of, set_option, study_option
+from tuner.cli.app import AsJson, Folder, StudyChanges, StudyFile, Threads, app, option_of, parse_changes, study_option
 from tuner.experiments.options import ResumeOptions, RunOptions, with_options
 from tuner.report.charts import printer
 from tuner.text.errors import BROKEN, NOTHING_FEASIBLE
@@ -21,7 +19,7 @@ def run(
     study: StudyFile,
     out: Annotated[Path | None, typer.Option(help="Results folder; must not exist. Default: results/NAME.")] = None,
     threads: Threads = None,
-    change: Annotated[list[str] | None, set_option("KEY=VALUE: override a value of the study; repeatable.")] = None,
+    change: StudyChanges = None,
     as_json: AsJson = False,
     **options: Any,
 ) -> None:
@@ -32,7 +30,7 @@ def run(
     Example: tuner run quickstart --out results/first --set search.generations=20
     """
     with printer.early():
-        loaded = tuner.load_study(study, changes(change))
+        loaded = tuner.load_study(study, parse_changes(change))
         with progress(as_json) as watcher:
             result = tuner.run(loaded, out, watcher=watcher, threads=threads, **options)
     answer(result, as_json, 0 if result.feasible else NOTHING_FEASIBLE)
@@ -75,7 +73,7 @@ def rejudge(
     results: Folder,
     out: Annotated[Path, typer.Option(help="Results folder to write; must not exist.", show_default=False)],
     study: Annotated[Path | None, study_option("Judge by this study; default: that of the run.")] = None,
-    change: Annotated[list[str] | None, set_option("KEY=VALUE: override a value of the study; repeatable.")] = None,
+    change: StudyChanges = None,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
@@ -84,19 +82,7 @@ def rejudge(
     Example: tuner rejudge results/quickstart --set objective.0.level=0.9 --out results/cvar90
     """
     with progress(as_json) as watcher:
-        result = tuner.rejudge(results, out, study=study, changes=changes(change), watcher=watcher, threads=threads)
+        result = tuner.rejudge(
+            results, out, study=study, changes=parse_changes(change), watcher=watcher, threads=threads
+        )
     answer(result, as_json, 0 if result.feasible else NOTHING_FEASIBLE)
-
-
-def changes(given: list[str] | None) -> PlainTable:
-    """Turn KEY=VALUE texts into values; a value is read as TOML, and as plain text where it is none."""
-    parsed: PlainTable = {}
-    for change in given or []:
-        key, equals, text = change.partition("=")
-        if not equals or not key:
-            raise InputError(f"given '{change}'; write KEY=VALUE, for instance search.generations=3", key="--set")
-        try:
-            parsed[key] = toml_table(f"value = {text}", Path("--set"))["value"]
-        except InputError:
-            parsed[key] = text
-    return parsed

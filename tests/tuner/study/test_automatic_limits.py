@@ -9,7 +9,7 @@ from objectives.mission import FOLLOWED, HELD
 from plant.errors import InputError, UnknownNameError
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.cli.tune import changes as overrides
+from tuner.cli.app import parse_changes as overrides
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, conflict_of, conflict_texts, limits_of
 from tuner.experiments.tuning.diagnosis import flown_obstacle, obstacle_texts
 from tuner.search.loop import Archive

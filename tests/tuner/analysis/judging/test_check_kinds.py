@@ -19,6 +19,7 @@ from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.gains import to_document
 from tuner.study import load_study
+from tuner.text.errors import BROKEN, USER_ERROR
 
 MARGINS = '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nmin = {}\n\n[[margin]]\nquantity = "gain_margin"\nmin = 1\n'
 HUMMINGBIRD = load("hummingbird")
@@ -220,3 +221,13 @@ def test_the_shipped_quickstart_is_fine(checked):
     assert code == 0 and figures["out_of_reach"] == []
     limit = atan(load_study(QUICKSTART).system.nominal.tilt_tangent)
     assert all(row["tilt"] < limit for row in figures["trim"])
+
+
+def test_check_and_plan_take_changes_of_a_study_and_of_nothing_else(monkeypatch, capsys, tmp_path):
+    code, out, _ = tuner(monkeypatch, capsys, "check", QUICKSTART, "--set", "margin.0.min=89", "--json")
+    assert code == BROKEN and "at least 89 deg" in out
+    (tmp_path / "law.py").write_text("LAW = 1\n")
+    code, _, err = tuner(monkeypatch, capsys, "check", tmp_path / "law.py", "--set", "margin.0.min=89")
+    assert code == USER_ERROR and "values are replaced in studies alone" in err
+    code, _, err = tuner(monkeypatch, capsys, "plan", QUICKSTART, "--set", "nothing.at=1")
+    assert code == USER_ERROR and "nothing" in err
