@@ -17,8 +17,8 @@ def start(sample, target):
     return Sway(sample.actual, 0.0)
 
 
-def update(kept, sample, target, t, h):
-    return Sway(sample.actual, kept.way + absolute(sample.actual - kept.previous))
+def update(state, sample, target, t, h):
+    return Sway(sample.actual, state.way + absolute(sample.actual - state.previous))
 
 
 METRIC = Metric(
