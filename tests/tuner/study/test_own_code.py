@@ -85,7 +85,7 @@ def test_recorded_flights_are_those_of_the_code_of_law_and_reference_and_of_what
             file.write("# changed\n")
         keys.append(key())
     assert keys[0] == keys[1] and len(set(keys)) == 3
-    rewritten(home.parent / "own_law" / "sway.py", ("kept.way + absolute", "kept.way + 0.5 * absolute"))
+    rewritten(home.parent / "own_law" / "sway.py", ("state.way + absolute", "state.way + 0.5 * absolute"))
     assert key() not in keys, "what a metric adds up itself is flown with"
 
 
