@@ -138,7 +138,7 @@ def plan_flight(
     check_deviation(mass, "--mass")
     check_deviation(arm, "--arm")
     target, page = exciter(to), None if report is None else new_page(Path(report))
-    heard, prior = watcher or Watcher(), load(airframe)
+    heard, prior = watcher or Watcher(), load(airframe, allow_unphysical=True)
     check_names(numbers, space_of(prior.vehicle, []))
     request = ExperimentSpec(tuple(numbers), within, radians(tilt_deg), radians(rate_deg), mass, arm)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)

@@ -134,7 +134,7 @@ def identify(
         raise InputError("takes mass and arm as the earlier logs left them; leave --mass and --arm out", key="update")
     target = None if out is None else new_airframe_file(Path(out))
     page = None if report is None else new_page(Path(report))
-    prior, heard = load(airframe), watcher or Watcher()
+    prior, heard = load(airframe, allow_unphysical=True), watcher or Watcher()
     read = read_logs(logs, mapping)
     posterior, before = _earlier(update, prior, read)
     problems = _problems(read, prior)
@@ -178,7 +178,7 @@ def check_logs(
         True
 
     """
-    prior = load(airframe)
+    prior = load(airframe, allow_unphysical=True)
     read = read_logs(logs, mapping)
     problems = _problems(read, prior)
     rows = [
