@@ -8,7 +8,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plant.errors import InputError, StoreError
+from plant.errors import InputError, StoreError, UnphysicalError
 from plant.quadrotor.airframes import Airframe, load
 from plant.quadrotor.airframes.uncertainty import Uncertainty
 from tuner.analysis.airframe_text import new_airframe_file
@@ -144,10 +144,12 @@ def identify(
         raise InputError(f"{finding.text} (or use it all the same: --force)", file=log.name)
     steps = _Steps(heard)
     fit = identify_vehicle(read, prior, mass=mass, arm=arm, earlier=posterior, on_progress=steps)
-    document = identification_document(fit, warnings_of(problems), None if target is None else str(target), before)
+    warnings = warnings_of(problems)
     if target is not None:
         title = f"{prior.title}, identified from flight logs"
         put(target.parent, target.name, identified_text(fit, title, before).encode())
+        warnings += refusals_of(target)
+    document = identification_document(fit, warnings, None if target is None else str(target), before)
     if page is not None:
         # The library that draws its charts takes a second to import.
         from tuner.report.identification_page import identification_page
@@ -189,6 +191,15 @@ def check_logs(
     return LogCheck(
         LogCheckDocument(airframe=prior.name, logs=[log_row(log) for log in read], findings=rows, usable=usable)
     )
+
+
+def refusals_of(file: Path) -> list[str]:
+    """Return why studies refuse an airframe file that was written, and the remedy; empty where they take it."""
+    try:
+        load(file)
+    except UnphysicalError as error:
+        return [f"{file.name} was written, but studies refuse it as it stands: {error.message}"]
+    return []
 
 
 def _earlier(
