@@ -182,8 +182,9 @@ def verdict(identified: Identified) -> str:
         sentences.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
     if identified.wider:
         sentences.append(f"No better known than before: {', '.join(identified.wider)}.")
-    dead_time = identified.space.numbers(identified.fit.estimate).dead_time
-    if "dead_time" in identifiable and dead_time < 0.0:
+    at = names.index("dead_time")
+    dead_time, deviation = identified.fit.estimate[at], np.sqrt(identified.fit.covariance[at, at])
+    if "dead_time" in identifiable and dead_time + QUANTILE * deviation < 0.0:
         sentences.append(
             f"dead_time is negative, {1000.0 * dead_time:.2g} ms: in the log the time stamps of the gyro lead those of the "
             "commands by more than the rotors' delay."
