@@ -52,6 +52,11 @@ class Signal(ABC):
         """Level before, level after, and time [s] of the step that it makes; equal levels where it makes none."""
         return 0.0, 0.0, 0.0
 
+    @property
+    def begin(self) -> float:
+        """Time [s] from which on it moves."""
+        return 0.0
+
 
 def _without_rate(values: Array) -> Array:
     """Return a signal (3, K) of values (K,), its rate and acceleration taken as 0."""
@@ -98,6 +103,11 @@ class Step(Signal):
         """From 0 to the size; none where it goes back."""
         return 0.0, 0.0 if self.until > 0.0 else self.size, self.time
 
+    @property
+    def begin(self) -> float:
+        """Time of the step."""
+        return self.time
+
 
 @dataclass(frozen=True)
 class Ramp(Signal):
@@ -121,6 +131,11 @@ class Ramp(Signal):
         slope = self.size / (self.until - self.time)
         climbing = (t >= self.time) & (t < self.until)
         return np.stack([slope * (np.clip(t, self.time, self.until) - self.time), slope * climbing, np.zeros(len(t))])
+
+    @property
+    def begin(self) -> float:
+        """Time at which it leaves 0."""
+        return self.time
 
 
 @dataclass(frozen=True)

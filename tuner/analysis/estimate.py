@@ -84,11 +84,19 @@ class PartsList(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """values: every number of an airframe file of frame "x". uncertainty: of them. thrust_to_weight [1]."""
+    """values: every number of an airframe file of frame "x". uncertainty: of them. thrust_to_weight [1]; thrust_of_parts: over
+    the weight, before speed_max was lowered [1].
+    """
 
     values: dict[str, Sourced]
     uncertainty: Uncertainty
     thrust_to_weight: float
+    thrust_of_parts: float
+
+    @property
+    def is_lowered(self) -> bool:
+        """True where the parts have more thrust than an airframe file may hold."""
+        return self.thrust_to_weight < self.thrust_of_parts
 
     def interval(self, name: str) -> tuple[float, float]:
         """Return the 95 % interval of a number of the uncertainty; of `arm` that of the length."""
@@ -111,7 +119,7 @@ def estimated(parts: PartsList) -> Estimate:
     limited = min(ratio, MOST_THRUST)
     full = sqrt(limited * weight / (4.0 * coefficient))
     return Estimate(
-        _values(parts, coefficient, full, lowered=limited < ratio), uncertainty(parts.hover is not None), limited
+        _values(parts, coefficient, full, lowered=limited < ratio), uncertainty(parts.hover is not None), limited, ratio
     )
 
 

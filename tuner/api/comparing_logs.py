@@ -100,7 +100,7 @@ def compare_logs(
     """
     if (gains is None) != (study is None):
         raise InputError("a prediction needs gains and a study; give both, or neither", key="--gains")
-    prior = load(airframe)
+    prior = load(airframe, allow_unphysical=True)
     logs = [airborne(log, prior) for log in read_logs([before, after], mapping)]
     predicted = {} if gains is None else _predicted(gains, study, logs[1], watcher)
     first, second = (measured(log) for log in logs)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plant.errors import InputError
+from plant.quadrotor.airframes.rules import THRUST_TO_WEIGHT
 from tuner.analysis.airframe_text import airframe_text, new_airframe_file
 from tuner.analysis.estimate import INCH, Estimate, PartsList, Propeller, estimated
 from tuner.api.frames import Documented, frame, shown
@@ -97,7 +98,7 @@ def estimate_airframe(
     source = "estimated from a parts list: propeller data, momentum theory, published airframes"
     text = airframe_text(title, "x", "+--+", estimate.values, estimate.uncertainty, source)
     put(target.parent, target.name, text.encode())
-    return EstimatedAirframe(_document(estimate, target), estimate)
+    return EstimatedAirframe(_document(estimate, target, hover), estimate)
 
 
 def propeller_of(text: str) -> Propeller:
@@ -125,12 +126,30 @@ def _check(key: str, value: float) -> None:
         raise InputError(f"given {value:g} {unit}; allowed: {low:g} to {high:g}", key=key)
 
 
-def _document(estimate: Estimate, file: Path) -> EstimateDocument:
+def _document(estimate: Estimate, file: Path, hover: float | None) -> EstimateDocument:
     rows = []
     for name in estimate.uncertainty.names:
         low, high = estimate.interval(name)
         value, unit, source = estimate.values[name]
         rows.append(EstimatedNumber(name=name, unit=unit, value=value, low=low, high=high, source=source))
+    lowered = _lowered(estimate, hover) if estimate.is_lowered else ""
     return EstimateDocument(
-        file=str(file), thrust_to_weight=estimate.thrust_to_weight, numbers=rows, verdict=VERDICT.format(file=file)
+        file=str(file),
+        thrust_to_weight=estimate.thrust_to_weight,
+        numbers=rows,
+        verdict=lowered + VERDICT.format(file=file),
+    )
+
+
+def _lowered(estimate: Estimate, hover: float | None) -> str:
+    """Return the sentence that speed_max was lowered, with its reason and remedy; hover: command, None where it is not given."""
+    cause = "These parts would lift" if hover is None else f"A hover at {hover:g} of full command means"
+    remedy = (
+        "give the motor command at hover, if you have it: --hover 0.3"
+        if hover is None
+        else "check the motor command at hover"
+    )
+    return (
+        f"{cause} {estimate.thrust_of_parts:.3g} times the weight; speed_max was lowered to "
+        f"{estimate.thrust_to_weight:.3g} times, for an airframe may have {THRUST_TO_WEIGHT[1]:g} at most: {remedy}. "
     )

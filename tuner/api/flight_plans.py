@@ -1,5 +1,6 @@
 """An experiment to fly before a vehicle is identified."""
 
+import shlex
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -26,6 +27,7 @@ from tuner.api.identifying import check_deviation, new_page
 from tuner.api.studies import StudyLike
 from tuner.documents.flight_plan import FlightPlanDocument
 from tuner.exchange.excitations import USUAL, exciter
+from tuner.logs.csv_writing import MAPPING, csv_table
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.folder import Folder
 
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 
     from tuner.report.charts.paper import Figure
 
+LOG, COLUMNS = "simulated_log.csv", "columns.toml"
+"""Files of the simulated log, and of the mapping of its columns."""
 LAW = "pid"
 """Attitude law that flies where no gains are given."""
 LIGHT_WIND = ScenarioSpec(
@@ -53,13 +57,23 @@ class FlightPlan(Documented):
     Attributes:
         document: What `tuner identify --plan --json` prints.
         made: The excitations and the simulated flights behind it.
-        folder: Where the target's files were written, None where they were not.
+        folder: Where the target's files and the simulated log were written, None where they were not.
+        airframe: The airframe as it was given, a name or a file.
 
     """
 
     document: FlightPlanDocument
     made: Experiment
     folder: Path | None = None
+    airframe: str = ""
+
+    @property
+    def trial(self) -> str:
+        """Command that identifies the vehicle from the simulated log; "" where no folder was written."""
+        if self.folder is None:
+            return ""
+        log, columns = self.folder / LOG, self.folder / COLUMNS
+        return shlex.join(["tuner", "identify", str(log), "--mapping", str(columns), "--airframe", self.airframe])
 
     @cached_property
     def table(self) -> "pd.DataFrame":
@@ -111,7 +125,7 @@ def plan_flight(
         gains: Gains that fly the vehicle; by default those of `pid` for the airframe.
         study: Study whose first scenario says what air and which sensors are met; by default a light wind.
         to: Target that flies it: "csv", "ardupilot" or "betaflight".
-        out: New folder for plan.json and the target's files.
+        out: New folder for plan.json, the target's files, and a simulated log with the mapping of its columns.
         report: Page (HTML) to write; it must not be there yet.
         watcher: Callbacks that hear of progress.
 
@@ -138,7 +152,7 @@ def plan_flight(
     check_deviation(mass, "--mass")
     check_deviation(arm, "--arm")
     target, page = exciter(to), None if report is None else new_page(Path(report))
-    heard, prior = watcher or Watcher(), load(airframe)
+    heard, prior = watcher or Watcher(), load(airframe, allow_unphysical=True)
     check_names(numbers, space_of(prior.vehicle, []))
     request = ExperimentSpec(tuple(numbers), within, radians(tilt_deg), radians(rate_deg), mass, arm)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
@@ -151,7 +165,8 @@ def plan_flight(
         files = target.files(made.excitations, simulated)
         document = flight_plan_document(made, target.name, target.notes, [] if folder is None else sorted(files))
         if folder is not None:
-            folder.write_together(files)
+            log = {LOG: csv_table(made.proof.logs[0]).encode(), COLUMNS: MAPPING.encode()}
+            folder.write_together({**files, **log})
             folder.write_json("plan.json", document)
     if page is not None:
         # The library that draws its charts takes a second to import.
@@ -159,7 +174,7 @@ def plan_flight(
         from tuner.report.page import put_page
 
         put_page(page.parent, flight_plan_page(made, document), page.name)
-    return FlightPlan(document, made, None if folder is None else folder.path)
+    return FlightPlan(document, made, None if folder is None else folder.path, str(airframe))
 
 
 def craft_of(

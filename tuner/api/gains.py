@@ -401,7 +401,7 @@ def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = A
 
     """
     cascade = close_cascade(find_law(position), find_law(attitude))
-    return gains_of(Controller.default(load_airframe(airframe), cascade), {})
+    return gains_of(Controller.default(load_airframe(airframe, allow_unphysical=True), cascade), {})
 
 
 def gains_of(controller: Controller, provenance: Mapping[str, object]) -> QuadrotorGains:

@@ -8,7 +8,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from plant.errors import InputError, StoreError
+from plant.errors import InputError, StoreError, UnphysicalError
 from plant.quadrotor.airframes import Airframe, load
 from plant.quadrotor.airframes.uncertainty import Uncertainty
 from tuner.analysis.airframe_text import new_airframe_file
@@ -134,7 +134,7 @@ def identify(
         raise InputError("takes mass and arm as the earlier logs left them; leave --mass and --arm out", key="update")
     target = None if out is None else new_airframe_file(Path(out))
     page = None if report is None else new_page(Path(report))
-    prior, heard = load(airframe), watcher or Watcher()
+    prior, heard = load(airframe, allow_unphysical=True), watcher or Watcher()
     read = read_logs(logs, mapping)
     posterior, before = _earlier(update, prior, read)
     problems = _problems(read, prior)
@@ -144,10 +144,12 @@ def identify(
         raise InputError(f"{finding.text} (or use it all the same: --force)", file=log.name)
     steps = _Steps(heard)
     fit = identify_vehicle(read, prior, mass=mass, arm=arm, earlier=posterior, on_progress=steps)
-    document = identification_document(fit, warnings_of(problems), None if target is None else str(target), before)
+    warnings = warnings_of(problems)
     if target is not None:
         title = f"{prior.title}, identified from flight logs"
         put(target.parent, target.name, identified_text(fit, title, before).encode())
+        warnings += refusals_of(target)
+    document = identification_document(fit, warnings, None if target is None else str(target), before)
     if page is not None:
         # The library that draws its charts takes a second to import.
         from tuner.report.identification_page import identification_page
@@ -178,7 +180,7 @@ def check_logs(
         True
 
     """
-    prior = load(airframe)
+    prior = load(airframe, allow_unphysical=True)
     read = read_logs(logs, mapping)
     problems = _problems(read, prior)
     rows = [
@@ -189,6 +191,15 @@ def check_logs(
     return LogCheck(
         LogCheckDocument(airframe=prior.name, logs=[log_row(log) for log in read], findings=rows, usable=usable)
     )
+
+
+def refusals_of(file: Path) -> list[str]:
+    """Return why studies refuse an airframe file that was written, and the remedy; empty where they take it."""
+    try:
+        load(file)
+    except UnphysicalError as error:
+        return [f"{file.name} was written, but studies refuse it as it stands: {error.message}"]
+    return []
 
 
 def _earlier(

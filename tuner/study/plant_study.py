@@ -24,6 +24,7 @@ from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.plant_model import PlantRecords, plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
+from plant.origin import origins
 from plant.own_code import run_own_code
 from plant.records import flatten, paths
 from plant.texts import PlainTable, PlainValue
@@ -63,7 +64,7 @@ class PlantStudy(TuningStudy):
     """A study of a plant of the user's own. code_digest: of its file and what that imports."""
 
     kind: ClassVar[str] = "plant"
-    guards: ClassVar[frozenset[str]] = frozenset(("unjudged",))
+    guards: ClassVar[frozenset[str]] = frozenset(("unjudged", "signals_after_end"))
     plant_step_key: ClassVar[str] = "plant.plant_step"
     period_key: ClassVar[str] = "control_period"
     flies: ClassVar[str] = "a plant of one's own"
@@ -168,6 +169,13 @@ class PlantStudy(TuningStudy):
             content["plant"] = {key: value for key, value in plant.items() if key not in PATHS}
         return content
 
+    @property
+    def own_code(self) -> dict[str, dict[str, str] | None]:
+        """Digests of the user's laws and metrics, by table and name; None where there are none."""
+        judged = [*self.objectives, *[entry.objective for entry in self.constraints]]
+        laws = origins(channel.law for channel in self.system.plan.channels)
+        return {"law": laws or None, "metric": origins(entry.metric.metric for entry in judged) or None}
+
     def _values(self) -> PlainTable:
         system = self.system
         parameters = dict(zip(paths(system.plant.Parameters), flatten(system.parameters), strict=True))
@@ -178,6 +186,8 @@ class PlantStudy(TuningStudy):
         plant = {"parameters": parameters, "plant_step": system.timing.plant_step, "digest": self.code_digest}
         return {
             **self.table.model_dump(mode="json", by_alias=True),
+            # By digest: where a file lies does not count.
+            **self.own_code,
             "plant": {**given, **plant, "name": system.plant.name, "title": system.plant.title},
             "search": self.search.values,
             "gains": {gain.address: self.space.base[gain.column] for gain in system.gains},

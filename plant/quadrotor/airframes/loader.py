@@ -110,9 +110,12 @@ def _judge(vehicle: Vehicle, path: Path, *, in_file: bool, by_caller: bool) -> N
     if not broken or (in_file and by_caller):
         return
     if in_file:
-        remedy = "the file says so itself: to fly it all the same, load it with allow_unphysical = true"
+        remedy = "correct the file, or write allow_unphysical = true in [airframe] of the study too, as at the top of the file"
     elif by_caller:
-        remedy = "correct the file, or have it say allow_unphysical = true as well"
+        remedy = "correct the file, or write allow_unphysical = true at its top, above all tables"
     else:
-        remedy = "correct the file, or allow it both in the file and when loading it: allow_unphysical = true"
+        remedy = (
+            "correct the file, or write allow_unphysical = true twice: at the top of the file, above all tables, and "
+            "in [airframe] of the study"
+        )
     raise UnphysicalError(f"no real airframe has these numbers: {'; '.join(broken)}. What to do: {remedy}", file=path)

@@ -10,7 +10,10 @@ from math import inf, pi, sqrt
 
 from plant.quadrotor.vehicle import Vehicle
 
-THRUST_TO_WEIGHT = (1.2, 5.0)
+THRUST_TO_WEIGHT = (1.2, 15.0)
+"""Racing quadrotors have the most: 5-inch ones of 0.5 to 0.6 kg, with four motors of 1.5 to 1.8 kgf on a bench, 10 to 14. A
+speed in rpm that was meant in rad/s is 91 times too much.
+"""
 TORQUE_RATIO = (0.02, 0.5)
 """k_m / k_f over the diameter of a propeller with this k_f. Momentum theory asks for sqrt(C_T / (2 pi^3)) over the figure of
 merit (J. G. Leishman, Principles of Helicopter Aerodynamics, chapter 2): 0.04 at the least with the C_T below.

@@ -18,6 +18,7 @@ from tuner.analysis.estimate import (
     thrust_coefficient,
     torque_ratio,
 )
+from tuner.api.estimating import estimate_airframe
 
 CRAZYFLIE = PartsList(0.027, 2.0 * 0.0397, Propeller(0.046, 0.030), 14000, 1)
 KNOWN = {
@@ -82,8 +83,26 @@ def test_more_blades_give_more_thrust_but_less_than_in_proportion():
 def test_parts_that_do_not_lift_are_refused_and_too_strong_ones_are_lowered():
     with pytest.raises(InputError, match=r"would lift 0\.19 times the weight"):
         estimated(KNOWN["f450"]._replace(mass=14.0))
-    assert estimated(KNOWN["racer5"]).thrust_to_weight == pytest.approx(4.9)
-    assert "lowered to a thrust to weight" in estimated(KNOWN["racer5"]).values["speed_max"].source
+    strong = estimated(KNOWN["racer5"]._replace(cells=8))
+    assert strong.thrust_to_weight == pytest.approx(14.7) and strong.is_lowered
+    assert "lowered to a thrust to weight" in strong.values["speed_max"].source
+    assert not estimated(KNOWN["racer5"]).is_lowered
+
+
+def test_a_hover_command_that_is_given_decides_the_thrust_of_strong_vehicles():
+    weaker, stronger = (estimated(KNOWN["racer5"]._replace(hover=hover)) for hover in (0.32, 0.28))
+    assert (weaker.thrust_to_weight, stronger.thrust_to_weight) == pytest.approx((0.32**-2, 0.28**-2))
+
+
+@pytest.mark.parametrize(
+    ("hover", "said"), [(None, "--hover 0.3"), (0.2, "A hover at 0.2 of full command means 25 times")]
+)
+def test_a_lowered_speed_is_said(hover, said, tmp_path):
+    parts = {"mass": 0.6, "wheelbase": 0.25, "propeller": "5.1x4.8x3", "kv": 2400, "cells": 8, "hover": hover}
+    verdict = estimate_airframe(tmp_path / "strong.toml", **parts).document.verdict
+    assert verdict.index(said) < verdict.index("These ranges are wide")
+    assert "speed_max was lowered to 14.7 times, for an airframe may have 15 at most" in verdict
+    assert load(tmp_path / "strong.toml").vehicle.mass == 0.6
 
 
 def test_every_vehicle_drawn_can_take_off():

@@ -12,18 +12,22 @@ import pytest
 import tuner
 from objectives.flown_system import FlightBatch
 from objectives.memory import scenario_key
+from objectives.metrics import METRICS
 from plant import own_code
 from plant.errors import InputError, UnnamedCodeError
 from plant.law_registry import LAWS
 from plant.registry import Registry
+from plant.texts import PlainTable
 from tests.plant.own_files import LAW, METRIC, REFERENCE, SWAY, edited, forget, line_of
+from tests.tuner.experiments.own_motor import write_motor
 from tuner.cli.app import with_code_first
+from tuner.documents.resolved import Resolved
 from tuner.engines.cluster.brief import brief_of, system_of
 from tuner.gains.examining import examine
 from tuner.store.folder import Folder
 from tuner.store.inputs import freeze
 from tuner.study.files import SHIPPED
-from tuner.study.kinds import load_tuning
+from tuner.study.kinds import load_gains_study, load_tuning
 from tuner.study.own_code import use, use_named
 from tuner.study.study import Study
 from tuner.text.errors import guarded
@@ -71,6 +75,25 @@ def test_the_digest_of_a_study_is_that_of_its_code_wherever_it_lies(home: Path, 
         forget()
         digests.add(own_study(home).digest())
     assert len(digests) == 4
+
+
+def test_a_study_of_a_plant_takes_a_list_of_files_by_their_digests(tmp_path: Path) -> None:
+    for file in (LAW, METRIC, SWAY):
+        shutil.copy(file, tmp_path)
+    path = write_motor(tmp_path)
+    changes: PlainTable = {
+        "metric.file": ["mae.py", "sway.py"],
+        "law.file": [LAW.name],
+        "objective.0.metric": "mae.angle",
+    }
+    study = load_gains_study(path, "test", changes)
+    resolved = Resolved.model_validate_json(json.dumps(study.resolved()))
+    origin = METRICS["mae"].origin
+    assert origin is not None and resolved.metric == {"mae": origin.digest} and resolved.law is None
+    with (tmp_path / "mae.py").open("a") as file:
+        file.write("# changed\n")
+    forget()
+    assert load_gains_study(path, "test", changes).digest() != study.digest()
 
 
 def test_recorded_flights_are_those_of_the_code_of_law_and_reference_and_of_what_a_metric_adds_up(home: Path) -> None:

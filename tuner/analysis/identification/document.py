@@ -182,6 +182,13 @@ def verdict(identified: Identified) -> str:
         sentences.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
     if identified.wider:
         sentences.append(f"No better known than before: {', '.join(identified.wider)}.")
+    at = names.index("dead_time")
+    dead_time, deviation = identified.fit.estimate[at], np.sqrt(identified.fit.covariance[at, at])
+    if "dead_time" in identifiable and dead_time + QUANTILE * deviation < 0.0:
+        sentences.append(
+            f"dead_time is negative, {1000.0 * dead_time:.2g} ms: in the log the time stamps of the gyro lead those of the "
+            "commands by more than the rotors' delay."
+        )
     return " ".join([*sentences, *prediction_words(prediction_rows(identified)), WEIGH])
 
 

@@ -18,3 +18,4 @@ def print_flight_plan(plan: "FlightPlan", console: Console) -> None:
         console.print(part)
     if plan.folder is not None:
         console.print(f"Written: {', '.join(str(plan.folder / name) for name in document.files)}.")
+        console.print(f"Try it on the simulated log: {plan.trial}")

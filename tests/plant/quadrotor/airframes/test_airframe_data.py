@@ -72,7 +72,7 @@ def test_hover_speed_and_thrust_to_weight_as_published(name: str, published: tup
 
 
 def test_rotorpy_maximum_speed_was_lowered() -> None:
-    """At its own 1500 rad/s the RotorPy set has the 10.2 that the rules refuse; the bundled file has less than 5."""
+    """At its own 1500 rad/s the RotorPy set has 10.2, which no Hummingbird has; the bundled file has less than 5."""
     vehicle = bundled("hummingbird-rotorpy")
     as_published = quantities(vehicle._replace(speed_max=1500.0))
     assert as_published["hover_speed"].value == pytest.approx(469, abs=0.5)

@@ -18,7 +18,7 @@ MUTATIONS = {
     "z beyond x + y": ({"inertia": Vec3(0.0034, 0.0034, 0.0069)}, "triangle inequality: Iz"),
     "x beyond y + z": ({"inertia": Vec3(0.0100, 0.0010, 0.0070)}, "triangle inequality: Ix"),
     "a sphere": ({"inertia": Vec3(0.0034, 0.0034, 0.0034)}, "yaw inertia"),
-    "too strong": ({"speed_max": 1200.0}, "thrust to weight"),
+    "too strong": ({"speed_max": 2100.0}, "thrust to weight"),
     "torque coefficient for its ratio": ({"torque_ratio": 2.447e-7}, "torque ratio"),
     "torque ratio in cm": ({"torque_ratio": 3.5}, "torque ratio"),
     "hovers near its limit": ({"speed_max": 549.0}, "hover speed"),
@@ -105,8 +105,17 @@ def test_permission_takes_two(tmp_path: Path, in_file: bool, by_caller: bool) ->
     if in_file and by_caller:
         assert load(path, allow_unphysical=True).vehicle.inertia.z == 0.0160
         return
-    with pytest.raises(UnphysicalError, match="triangle inequality: Iz = 0.016"):
+    with pytest.raises(UnphysicalError, match="triangle inequality: Iz = 0.016") as caught:
         load(path, allow_unphysical=by_caller)
+    remedy = str(caught.value).partition("allow_unphysical = true")[2]
+    assert ("[airframe] of the study" in remedy) is not by_caller
+    assert "top of the file" in remedy or "at its top" in remedy
+
+
+def test_racing_quadrotors_are_real() -> None:
+    """0.55 kg under four motors of 1.75 kgf: 12.7 times the weight."""
+    speed = sqrt(1.75 * 9.81 / 1.562522e-6)
+    assert not broken_rules(load("racer5").vehicle._replace(mass=0.55, speed_max=speed))
 
 
 def test_permission_is_not_needed_for_good_numbers() -> None:

@@ -38,6 +38,7 @@ from tuner.cli.printers.flight_plan import print_flight_plan
 from tuner.cli.terminal import Console
 from tuner.documents.flight_plan import FlightPlanDocument
 from tuner.exchange.excitations import EXCITERS
+from tuner.logs.reading import read_log
 
 NAME = "crazyflie-pybullet"
 AIRFRAME = load(NAME)
@@ -84,11 +85,25 @@ def test_it_is_written_for_its_target_printed_and_shown_on_a_page(plan, capsys):
     print_flight_plan(plan, Console())
     said = " ".join(capsys.readouterr().out.split())
     assert (
-        "lag_up" in said and "in the median" in said and str(plan.folder / document.files[0]) in said.replace(" ", "")
+        "Try it on the simulated log: tuner identify" in said
+        and "lag_up" in said
+        and "in the median" in said
+        and str(plan.folder / document.files[0]) in said.replace(" ", "")
     )
     page = (plan.folder.parent / "plan.html").read_text()
     assert document.verdict in page and '"excitation-roll"' in page
     assert len(plan.figure().axes) == len(document.excitations)
+
+
+def test_the_simulated_log_is_written_for_a_first_identification(plan, made):
+    (log,) = made.proof.logs
+    read = read_log(plan.folder / "simulated_log.csv", plan.folder / "columns.toml")
+    for part in ("time", "gyro", "acceleration", "command"):
+        np.testing.assert_allclose(getattr(read, part), getattr(log, part), rtol=1e-8, atol=1e-12)
+    folder = plan.folder
+    assert plan.trial == (
+        f"tuner identify {folder / 'simulated_log.csv'} --mapping {folder / 'columns.toml'} --airframe {NAME}"
+    )
 
 
 def test_the_log_of_a_simulated_flight_is_one_that_a_vehicle_would_write(made):

@@ -23,6 +23,8 @@ from tuner.analysis.identification.document import earlier_posterior, gyro_noise
 from tuner.analysis.identification.identify import GIVEN, OF_OUTPUT, airborne, identify_vehicle, wider_than_prior
 from tuner.analysis.identification.onward import identified_text, identified_values, uncertainty_of
 from tuner.analysis.identification.parameters import EarlierPosterior
+from tuner.api.gains import default_gains
+from tuner.api.identifying import check_logs, refusals_of
 from tuner.documents.identification import IdentificationDocument
 from tuner.logs.reading import read_log
 
@@ -148,6 +150,29 @@ def test_the_airframe_file_holds_the_numbers_and_the_set(crazyflie, tmp_path):
     # Both inertias follow from the same thrust, arm and mass.
     assert read.uncertainty.correlation[at["inertia.x"]][at["inertia.y"]] > 0.8
     assert read.uncertainty.correlation[at["mass"]][at["inertia.x"]] > 0.3
+
+
+def test_a_written_file_that_studies_refuse_is_announced(crazyflie, tmp_path):
+    file = tmp_path / "mine.toml"
+    file.write_text(identified_text(crazyflie, "A Crazyflie"))
+    assert refusals_of(file) == []
+    text = file.read_text()
+    speed = load(file).vehicle.speed_max
+    file.write_text(text.replace(f"speed_max = {{ value = {speed!r}", f"speed_max = {{ value = {3.0 * speed!r}"))
+    (said,) = refusals_of(file)
+    assert said.startswith("mine.toml was written, but studies refuse it as it stands: ")
+    assert "thrust to weight" in said and "allow_unphysical = true twice" in said
+    file.write_text("allow_unphysical = true\n" + file.read_text())
+    assert default_gains("pid", airframe=file).quadrotor("").airframe.vehicle.speed_max == pytest.approx(3.0 * speed)
+    assert check_logs(CRAZYFLIE, airframe=file).document.airframe == "mine"
+
+
+@pytest.mark.parametrize(("dead_time", "is_noted"), [(-0.05, True), (-1e-9, False), (0.05, False)])
+def test_a_negative_dead_time_is_explained(crazyflie, dead_time, is_noted):
+    estimate = crazyflie.fit.estimate.copy()
+    estimate[crazyflie.space.names.index("dead_time")] = dead_time
+    said = verdict(replace(crazyflie, fit=replace(crazyflie.fit, estimate=estimate)))
+    assert ("dead_time is negative, -50 ms" in said) is is_noted
 
 
 def test_a_dead_time_of_the_prior_stays_in_the_file(crazyflie, tmp_path):

@@ -19,6 +19,7 @@ from tuner.experiments.tuning.guards.before import (
     few_scenarios,
     leading_yaw,
     rates_without_damping,
+    signals_after_end,
     unjudged_channels,
     unprovable_shares,
 )
@@ -106,6 +107,9 @@ GUARDS = {
         False,
     ),
     "unjudged": Guard(BEFORE, "channels and scenarios that no objective and no limit judges", _unjudged, False),
+    "signals_after_end": Guard(
+        BEFORE, "references and disturbances that begin after the end of a flight", signals_after_end, False
+    ),
     "mission_floor": Guard(AFTER, "candidates that satisfy all limits but do not fly the mission", _idle),
     "constant_objective": Guard(
         AFTER,

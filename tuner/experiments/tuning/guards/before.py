@@ -15,6 +15,7 @@ from plant.quadrotor.nominal import yaw_lead
 from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from tuner.gains import read_gains
 from tuner.search.names import ALGORITHMS
+from tuner.study.plant_study import PlantStudy
 from tuner.study.study import SearchedStudy, Study, differences
 
 
@@ -105,6 +106,18 @@ def unjudged_channels(held: Sequence[tuple[str, str]], free: Sequence[tuple[str,
                 f'Add for instance [[objective]] metric = "rms.{channel}", scenario = "{scenario}".'
             )
     return texts
+
+
+def signals_after_end(study: PlantStudy) -> list[str]:
+    """Warn of references and disturbances that begin once the flight is over."""
+    return [
+        f'Scenario "{entry.spec.name}": {key}.{name} {"steps" if signal.kind == "step" else "begins"} at {signal.begin:g} s, '
+        f"after the end at {entry.spec.duration:g} s, so nothing of it is flown: begin it earlier, or raise duration."
+        for entry in study.scenarios
+        for key, signals in (("reference", entry.spec.references), ("disturbance", entry.spec.disturbances))
+        for name, signal in signals.items()
+        if signal.begin >= entry.spec.duration
+    ]
 
 
 # The lead of the rotors' inertia is felt where it begins below this many times the crossover of yaw: at 3 it still adds 18 deg

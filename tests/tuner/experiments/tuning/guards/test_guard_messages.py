@@ -19,6 +19,7 @@ from tuner.experiments.tuning.guards.after import (
     still_rising,
 )
 from tuner.study import load_study
+from tuner.study.kinds import load_gains_study
 
 LABELS = ["error", "travel"]
 NEVER = [[], []]
@@ -152,6 +153,7 @@ def test_the_registry_knows_when_each_speaks():
         "leading_yaw",
         "mission_floor",
         "unjudged",
+        "signals_after_end",
         "constant_objective",
         "correlated_objectives",
         "duplicate_knee",
@@ -171,6 +173,24 @@ def test_too_few_scenarios_for_the_level_are_foreseen_from_the_study_alone():
     (said,) = warnings_before_run(few)
     assert "rests on 39 search scenarios; 40 would put 8 into its tail" in said
     assert warnings_before_run(load_study(QUICKSTART, {"margin": [], "scenario.0.search": 40})) == []
+
+
+@pytest.mark.parametrize(
+    ("signal", "said"),
+    [
+        ({"kind": "step", "time": 2.0}, "steps at 2 s, after the end at 1 s"),
+        ({"kind": "ramp", "time": 1.0, "until": 2.0}, "begins at 1 s, after the end at 1 s"),
+        ({"kind": "step", "time": 0.9}, None),
+        ({"kind": "sine"}, None),
+    ],
+)
+@pytest.mark.parametrize("key", ["reference.angle", "disturbance.torque"])
+def test_signals_that_begin_after_the_end_are_named(key, signal, said):
+    changes = {"scenario.0.duration": 1.0, f"scenario.0.{key}": signal, "constraint.0.metric": "peak.angle"}
+    study = load_gains_study(QUICKSTART.parent / "dc_motor.toml", "test", changes)
+    name = study.scenarios[0].spec.name
+    texts = [text for text in warnings_before_run(study) if "after the end" in text]
+    assert [text.startswith(f'Scenario "{name}": {key} {said}') for text in texts] == [True] * (said is not None)
 
 
 def test_a_share_that_the_flights_cannot_show_is_told_with_the_flights_that_it_takes():
