@@ -14,7 +14,7 @@ from plant.quadrotor.airframes.scales import Motors, command_slope, motors_text
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.autopilot import pid
 from tuner.exchange.autopilot.assembly import CURVE, curve
-from tuner.exchange.autopilot.parameters import ParameterInfo, defaults, parameters
+from tuner.exchange.autopilot.parameters import ParameterInfo, defaults, option_changes, parameters
 from tuner.exchange.betaflight import native_loops
 from tuner.exchange.betaflight.import_ import IMPORTER
 from tuner.exchange.betaflight.map import (
@@ -87,7 +87,8 @@ def native_export(request: Request, requested: Controller, rotors: Actuation) ->
     values = {parameter.name: parameter.held for parameter in written}
     held, switches = native_loops.native_held(requested, values, rotors), native_loops.native_switches(requested)
     held = replace(held, options=replace(with_notches(requested.options, values), tilt_limit=tilt_limit(values)))
-    differences = (*pid.rate_sources(request.controller), *native_loops.native_differences(requested))
+    changes = option_changes(native_loops.NATIVE_TABLE, written) if given else ()
+    differences = (*changes, *pid.rate_sources(request.controller), *native_loops.native_differences(requested))
     written_file = bundle(request, rotors, NAME, ABOUT, native_loops.NATIVE_TABLE, switches, written, held, differences)
     return replace(written_file, notches=True)
 
