@@ -159,7 +159,7 @@ def _document(
         scenario=flight_setup.spec.name,
         flights=flights,
         steps=steps_made,
-        notes=_differing(before.controller, after.controller),
+        notes=option_notes(before.controller, after.controller),
         passed=all(step.stable and not step.short and not step.lost for step in steps_made),
     )
 
@@ -180,7 +180,7 @@ def _check_alike(before: Controller, after: Controller) -> None:
         raise InputError("both are the same gains; there is nothing to approach")
 
 
-def _differing(before: Controller, after: Controller) -> list[str]:
+def option_notes(before: Controller, after: Controller) -> list[str]:
     """Return a sentence for each difference besides gains."""
     pairs: list[tuple[str, object, object]] = [
         ("tilt_limit_deg", degrees(before.options.tilt_limit), degrees(after.options.tilt_limit)),
