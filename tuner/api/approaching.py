@@ -3,7 +3,7 @@
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import isclose
+from math import degrees, isclose
 from pathlib import Path
 from shutil import rmtree
 from typing import TYPE_CHECKING
@@ -33,6 +33,7 @@ from tuner.documents.parts import LawNames
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.folder import Folder
+from tuner.text.sentences import value_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -158,7 +159,7 @@ def _document(
         scenario=flight_setup.spec.name,
         flights=flights,
         steps=steps_made,
-        notes=_differing(before.controller, after.controller),
+        notes=option_notes(before.controller, after.controller),
         passed=all(step.stable and not step.short and not step.lost for step in steps_made),
     )
 
@@ -179,16 +180,21 @@ def _check_alike(before: Controller, after: Controller) -> None:
         raise InputError("both are the same gains; there is nothing to approach")
 
 
-def _differing(before: Controller, after: Controller) -> list[str]:
+def option_notes(before: Controller, after: Controller) -> list[str]:
     """Return a sentence for each difference besides gains."""
-    pairs = [
-        (name, getattr(before.options, name), getattr(after.options, name))
-        for name in before.options.__dataclass_fields__
+    pairs: list[tuple[str, object, object]] = [
+        ("tilt_limit_deg", degrees(before.options.tilt_limit), degrees(after.options.tilt_limit)),
+        *[
+            (name, getattr(before.options, name), getattr(after.options, name))
+            for name in before.options.__dataclass_fields__
+            if name != "tilt_limit"
+        ],
     ]
     return [
-        f"controller.{name} is {now} in what flies now and {then} in the tuned gains, which every step is judged with."
+        f"controller.{name} is {value_text(now)} in what flies now and {value_text(then)} in the tuned gains, which every step "
+        "is judged with."
         for name, now, then in pairs
-        if now != then and not (isinstance(now, float) and isclose(now, then, rel_tol=1e-3))
+        if now != then and not (isinstance(now, float) and isinstance(then, float) and isclose(now, then, rel_tol=1e-3))
     ]
 
 

@@ -45,13 +45,14 @@ SAME = 1e-9
 def differing(pairs: Iterable[tuple[str, object, object]]) -> list[str]:
     """Return the pairs that differ, each as "NAME 'one' instead of 'other'"; numbers are alike within rounding."""
     return [
-        f"{name} {_value_text(one)} instead of {_value_text(other)}"
+        f"{name} {value_text(one)} instead of {value_text(other)}"
         for name, one, other in pairs
         if not _alike(one, other)
     ]
 
 
-def _value_text(value: object) -> str:
+def value_text(value: object) -> str:
+    """Return a value of a controller: numbers with six digits."""
     return f"{value:.6g}" if isinstance(value, float) else repr(value)
 
 

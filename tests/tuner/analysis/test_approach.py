@@ -1,6 +1,7 @@
 """The way to tuned gains: its steps, the margins that fall short on it, and its folder."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,9 +9,18 @@ import pytest
 import tuner
 from plant.errors import InputError
 from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.nominal import ControlOptions
+from tests.tuner.exchange.controllers import pid
 from tests.tuner.in_process import tuner as typed
 from tuner.analysis.approach import MOST_FACTOR, MOST_STEPS, factors_between, rows_between, steps_between, steps_of_size
+from tuner.api.approaching import option_notes
 from tuner.api.gains import QuadrotorGains, gains_of
+
+
+def test_options_that_differ_are_given_in_the_units_of_a_study():
+    one, other = (replace(pid(), options=ControlOptions(tilt_limit=np.radians(angle))) for angle in (45.0, 30.0))
+    (note,) = option_notes(one, other)
+    assert note.startswith("controller.tilt_limit_deg is 45 in what flies now and 30 in the tuned gains")
 
 
 def test_gains_go_by_equal_factors_and_those_that_change_sign_by_equal_differences():

@@ -1,11 +1,15 @@
 """`tuner export` and `tuner import` from end to end, as a person runs them."""
 
 import json
+from dataclasses import replace
+from math import radians
 
 import pytest
 
 from tests.tuner.exchange.controllers import controller, pid
 from tests.tuner.in_process import tuner
+from tuner.cli.printers.export import said_of_margins
+from tuner.documents.export import RoundedMargin, VerificationPart
 from tuner.gains import read_gains, to_document
 from tuner.store.manifest import digest_of
 
@@ -105,6 +109,65 @@ def test_an_import_is_compared_with_the_vehicle_at_the_export(run, tmp_path):
     )
     assert rows["MC_ROLLRATE_D"]["kept"] and rows["MC_ROLLRATE_D"]["change"] == 0.0
     assert rows["MPC_XY_P"]["before"] is None and rows["MPC_XY_P"]["change"] is None
+
+
+def test_parameters_that_a_file_lacks_stand_at_their_defaults(run, tmp_path):
+    """They are compared with the default; what changes beside the gains comes first of the sentences."""
+    params = tmp_path / "quad.params"
+    params.write_text("1\t1\tMC_ROLLRATE_P\t0.12\t9\n1\t1\tTHR_MDL_FAC\t1\t9\n")
+    back = tmp_path / "vehicle.json"
+    own = ("--airframe", "iris", "--set", "loops=own", "--out", back)
+    assert run("import", params, "--from", "px4", *own)[0] == 0
+    given = read_gains(back)
+    options = replace(given.options, tilt_limit=radians(30.0), yaw_torque_cutoff=0.57)
+    document = to_document(replace(given, options=options), {})
+    back.write_text(json.dumps(document))
+    code, told, said = run(
+        "export", back, "--to", "px4", "--previous", params, "--flights", "2", "--out", tmp_path / "out"
+    )
+    assert code == 0, said
+    rows = {row.split()[0]: row for row in told.splitlines() if row.startswith(("MC_", "MPC_", "IMU_"))}
+    assert "3 (default)" not in rows["MC_ROLLRATE_P"] and "same" in rows["MC_ROLLRATE_P"]
+    assert "0.3 (default)" in rows["MC_RR_INT_LIM"] and "same" in rows["MC_RR_INT_LIM"]
+    assert "45 (default)" in rows["MPC_TILTMAX_AIR"] and "-33 %" in rows["MPC_TILTMAX_AIR"]
+    assert "quad.params: 2 of 34 parameters change." in " ".join(told.split())
+    (first, *_) = [row for row in told.splitlines() if row.startswith("- ")]
+    assert "MC_YAW_TQ_CUTOFF 2 (default) to 0.57 Hz, MPC_TILTMAX_AIR 45 (default) to 30 deg" in first
+
+
+def test_betaflight_is_compared_with_the_vehicle(run, tmp_path):
+    diff = tmp_path / "diff.txt"
+    diff.write_text("set p_pitch = 58\nset d_max_roll = 48\n")
+    back = tmp_path / "vehicle.json"
+    own = ("--airframe", "racer5", "--set", "loops=own", "--out", back)
+    assert run("import", diff, "--from", "betaflight", *own)[0] == 0
+    code, told, said = run(
+        "export", back, "--to", "betaflight", "--previous", diff, "--flights", "2", "--out", tmp_path / "out"
+    )
+    assert code == 0, said
+    told = " ".join(told.split())
+    for words in (
+        "d_max_roll 48 0 -100 %",
+        "p_pitch 58 58 same",
+        "p_roll 45 (default) 45 same",
+        "previous file diff.txt",
+    ):
+        assert words in told, words
+
+
+@pytest.mark.parametrize(
+    ("differing", "words"), [(0, "none changes"), (1, "1 of them changes"), (2, "2 of them change")]
+)
+def test_margins_that_change_are_counted(differing, words):
+    rows = [
+        RoundedMargin(
+            label="", quantity=None, unit="", limit=1.0, sense="min", asked=2.0, held=2.0 + (k < differing),
+            kept_asked=True, kept_held=True,
+        )
+        for k in range(3)
+    ]  # fmt: skip
+    verification = VerificationPart.model_construct(margins=rows)
+    assert f"{words} in five digits" in said_of_margins(verification)
 
 
 def test_a_hostile_file_name_stays_one_line(run, tmp_path):

@@ -73,4 +73,4 @@ def test_gains_of_another_vehicle_are_told(tmp_path):
 def test_one_value_for_several_is_told(tmp_path):
     given = controller(options=ControlOptions(delay=True, tilt_limit=radians(30.0)), yaw__k2=2.0)
     (said,) = warnings_before_run(load_study(study(tmp_path, given)))
-    assert "attitude.k2 (5, 5, 2)" in said and '"yaw.kp" = {}' in said
+    assert "attitude.k2 (5, 5, 2)" in said and '"yaw.k2" = {}' in said

@@ -244,10 +244,12 @@ def _still(simulated: SimulatedVehicle, limits: Mapping[str, float]) -> dict[str
     peaks = flown.peaks
     name, limit = max(limits.items(), key=lambda entry: peaks[entry[0]] / entry[1])
     if peaks[name] > STILL * limit or not flown.completed:
+        has_option = name in ("tilt", "rate")
         raise InputError(
-            f"air and noise alone take the {name} to {100.0 * peaks[name] / limit:.0f} % of its limit; raise the limit, or give "
+            f"air and noise alone take the {name} to {100.0 * peaks[name] / limit:.0f} % of the limit, and more than "
+            f"{100.0 * STILL:.0f} % leave no room for an experiment; {f'allow more (--{name}), or ' if has_option else ''}give "
             "gains that fly the vehicle well (--gains)",
-            key=f"--{name}" if name in ("tilt", "rate") else "--gains",
+            key=f"--{name}" if has_option else "--gains",
         )
     return peaks
 

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 VEHICLE_OPTIONS = ("others",)
 # Lag of a Butterworth low-pass of second order at low frequencies, sqrt(2)/(2 pi) of its period [1].
 SLOWNESS = 0.225
+# Relative resolution of float32.
+ROUNDING = 6e-8
+# Percentages from here on have three digits before the point.
+TWO_DIGITS = 99.5
 
 
 def print_export(made: "Exported", _: Console) -> None:
@@ -34,7 +38,7 @@ def print_export(made: "Exported", _: Console) -> None:
         say(f"Experimental: {document.experimental}")
     if document.parameters:
         console.print(parameters_table(document.parameters))
-        if any(option in document.settings for option in VEHICLE_OPTIONS):
+        if is_compared(document):
             say(said_of_before(document))
     console.print(changes_table(verification))
     say(said_of_margins(verification))
@@ -45,6 +49,13 @@ def print_export(made: "Exported", _: Console) -> None:
     for label in verification.broken:
         say(f"Broken by what the target holds: {label}")
     say(f"{made.folder}: {', '.join([*document.files, 'rollback/', 'export.json', 'gains.json'])}")
+
+
+def is_compared(document: ExportDocument) -> bool:
+    """Return true where the vehicle's parameters are given, or could be."""
+    return any(row.before is not None for row in document.parameters) or any(
+        option in document.settings for option in VEHICLE_OPTIONS
+    )
 
 
 def laws_of(document: ExportDocument) -> str:
@@ -64,19 +75,41 @@ def parameters_table(rows: list[ExportedParameter]) -> TerminalTable:
     compared = ("vehicle", "new", "change") if has_vehicle_values else ("default", "new")
     table.columns_of("name", *compared, "allowed", "unit", left=("name", "unit"), wrap=("unit",))
     for row in rows:
-        new, old = f"{row.held:.6g}", row.before if has_vehicle_values else row.usual
-        cells = ["" if old is None else f"{old:.6g}", new, *([change_text(row)] if has_vehicle_values else [])]
+        old = old_text(row) if has_vehicle_values else _number(row.usual)
+        cells = [old, f"{row.held:.6g}", *([change_text(row)] if has_vehicle_values else [])]
         table.add_row(row.name, *cells, _allowed(row), unit_text(row.unit))
     return table
 
 
+def old_text(row: ExportedParameter) -> str:
+    """Return the value on the vehicle: what its file lacks stands at the default."""
+    return f"{_number(row.usual)} (default)" if row.before is None else _number(row.before)
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.6g}"
+
+
 def change_text(row: ExportedParameter) -> str:
     """Return the change on the vehicle: nothing, a percentage, or from or to 0 as it is."""
-    if row.before is None or row.change is None:
+    old = row.usual if row.before is None else row.before
+    if old is None:
         return "not in its file"
-    if row.change == 0.0:
+    change = difference(row)
+    if change == 0.0:
         return "kept" if row.is_unmanaged else "same"
-    return f"{row.change:+.4g}" if row.before == 0.0 else f"{100.0 * row.change / abs(row.before):+.2g} %"
+    share = 100.0 * change / abs(old) if old else 0.0
+    if old == 0.0:
+        return f"{change:+.4g}"
+    return f"{share:+.2g} %" if abs(share) < TWO_DIGITS else f"{share:+.0f} %"
+
+
+def difference(row: ExportedParameter) -> float:
+    """Return the change of a parameter; of the default, to the digits of float32, where the vehicle's file lacks it."""
+    if row.change is not None:
+        return row.change
+    change = row.held - (row.usual or 0.0)
+    return 0.0 if abs(change) <= ROUNDING * abs(row.held) else change
 
 
 def said_of_before(document: ExportDocument) -> str:
@@ -87,7 +120,7 @@ def said_of_before(document: ExportDocument) -> str:
             "Compared with the defaults of the firmware: give --previous with the vehicle's own parameter file to see what "
             "changes on it, and to keep what our loops do not carry."
         )
-    changed = sum(row.change != 0.0 for row in document.parameters)
+    changed = sum(difference(row) != 0.0 for row in document.parameters)
     sentence = f"Compared with {origin}: {changed} of {len(document.parameters)} parameters change."
     return (
         sentence
@@ -144,7 +177,11 @@ def said_of_margins(verification: VerificationPart) -> str:
         return "No margins: this controller holds no steady hover."
     differing = sum(_shown(row.unrounded) != _shown(row.held) for row in rows)
     satisfied = sum(row.kept_held for row in rows)
-    changed = f"{differing} of them change in five digits, see above" if differing else "none changes in five digits"
+    changed = (
+        f"{differing} of them change{'s' if differing == 1 else ''} in five digits, see above"
+        if differing
+        else "none changes in five digits"
+    )
     return (
         f"After rounding alone the loops satisfy {satisfied} of {len(rows)} limits on margins at hover; {changed}. Rates and "
         "delays of the target, and filters of it that are none of these gains, are not in these figures."

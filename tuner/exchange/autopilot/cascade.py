@@ -33,7 +33,7 @@ from tuner.exchange.autopilot.assembly import (
     untuned_notes,
 )
 from tuner.exchange.autopilot.native_loops import LIKE, NativeLaw, flown, with_authorities
-from tuner.exchange.autopilot.parameters import ParameterInfo, Values, defaults, parameters, single
+from tuner.exchange.autopilot.parameters import ParameterInfo, Values, defaults, option_changes, parameters, single
 from tuner.exchange.target import Bundle, GyroFilter, ImportedController, Request
 from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
@@ -270,6 +270,7 @@ class Autopilot(ABC):
             rollback={self.version.file: self.rollback(request, values, present)},
             held=self.held(requested, {**before, **complete, **values}, counted),
             differences=(
+                *(() if present is None else option_changes(self.version.table, written)),
                 *describe_unmanaged(present, {name: others[name] for name in unchanged}, assumed),
                 *differences(values, complete),
             ),

@@ -94,6 +94,8 @@ Rounding = Callable[[float], float]
 Values = Mapping[str, float]
 # Name of a parameter -> value in the target's unit.
 NOTHING: Values = {}
+# Begin of a source that is an option of the controller, no gain.
+OPTIONS = "controller."
 
 
 @dataclass(frozen=True)
@@ -172,6 +174,27 @@ def _outside(entry: ParameterInfo, unrounded: float) -> str:
     unit = after_number(entry.unit)
     limit = f"at least {entry.low:g}" if entry.high == MOST else f"{entry.low:g} to {entry.high:g}"
     return f"works out at {unrounded:.6g}{unit}, allowed {limit}{unit}: change {entry.source}"
+
+
+def option_changes(table: Mapping[str, ParameterInfo], written: Collection[HeldParameter]) -> tuple[str, ...]:
+    """Return the sentence on written parameters that options change."""
+    entries = [
+        f"{one.name} {_number(old)}{' (default)' if one.before is None else ''} to {_number(one.held)}"
+        f"{after_number(one.unit)}"
+        for one in written
+        if table[one.name].source.startswith(OPTIONS)
+        and (old := one.usual if one.before is None else one.before) is not None
+        and _number(old) != _number(one.held)
+    ]
+    return (
+        (f"Beside the gains, the controller's options ([controller] of a study) change {', '.join(entries)}.",)
+        if entries
+        else ()
+    )
+
+
+def _number(value: float) -> str:
+    return f"{value:.6g}"
 
 
 def range_violation(table: Mapping[str, ParameterInfo], values: Values) -> float:

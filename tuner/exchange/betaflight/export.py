@@ -14,7 +14,7 @@ from plant.quadrotor.airframes.scales import Motors, command_slope, motors_text
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.autopilot import pid
 from tuner.exchange.autopilot.assembly import CURVE, curve
-from tuner.exchange.autopilot.parameters import ParameterInfo, defaults, parameters
+from tuner.exchange.autopilot.parameters import ParameterInfo, defaults, option_changes, parameters
 from tuner.exchange.betaflight import native_loops
 from tuner.exchange.betaflight.import_ import IMPORTER
 from tuner.exchange.betaflight.map import (
@@ -30,7 +30,15 @@ from tuner.exchange.betaflight.map import (
     to_betaflight,
 )
 from tuner.exchange.betaflight.rpm_filter import with_notches
-from tuner.exchange.betaflight.text import parse_integer, profile, read_cli, read_release, read_selected, write_cli
+from tuner.exchange.betaflight.text import (
+    parse_integer,
+    profile,
+    read_cli,
+    read_numbers,
+    read_release,
+    read_selected,
+    write_cli,
+)
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request
 from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
@@ -56,11 +64,13 @@ def export(request: Request) -> Bundle:
     rotors = actuation(requested.airframe.vehicle, curve(request.settings))
     if native_loops.NATIVE_LAW.flies_attitude(requested):
         return native_export(request, requested, rotors)
-    before = previous_parameters(request)
+    given = previous_numbers(request)
+    before = {} if request.previous is None else defaults(TABLE) | given
     check_level(requested, rotors, before)
     wanted = to_betaflight(requested, rotors, before)
     unchanged = stays(wanted, before)
-    written = parameters(TABLE, {name: wanted[name] for name in wanted if name not in unchanged}, nearest, NAME)
+    changing = {name: wanted[name] for name in wanted if name not in unchanged}
+    written = parameters(TABLE, changing, nearest, NAME, given or imported_numbers(request))
     check_rounding(written)
     held = held_controller(requested, {parameter.name: parameter.held for parameter in written}, rotors, before)
     differences = _differences(requested, written, rotors, before, unchanged, request)
@@ -70,14 +80,15 @@ def export(request: Request) -> Bundle:
 
 def native_export(request: Request, requested: Controller, rotors: Actuation) -> Bundle:
     """Return the file of Betaflight's own loops; raises InputError where a gain leaves the range of its setting."""
-    previous_parameters(request)
+    given = previous_numbers(request) or imported_numbers(request)
     wanted = {**native_loops.native_settings(requested, rotors), ANGLE_LIMIT: degrees(requested.options.tilt_limit)}
-    written = parameters(native_loops.NATIVE_TABLE, wanted, nearest, NAME)
+    written = parameters(native_loops.NATIVE_TABLE, wanted, nearest, NAME, given)
     check_rounding(written)
     values = {parameter.name: parameter.held for parameter in written}
     held, switches = native_loops.native_held(requested, values, rotors), native_loops.native_switches(requested)
     held = replace(held, options=replace(with_notches(requested.options, values), tilt_limit=tilt_limit(values)))
-    differences = (*pid.rate_sources(request.controller), *native_loops.native_differences(requested))
+    changes = option_changes(native_loops.NATIVE_TABLE, written) if given else ()
+    differences = (*changes, *pid.rate_sources(request.controller), *native_loops.native_differences(requested))
     written_file = bundle(request, rotors, NAME, ABOUT, native_loops.NATIVE_TABLE, switches, written, held, differences)
     return replace(written_file, notches=True)
 
@@ -104,7 +115,13 @@ def bundle(
     return Bundle(files, {FILE: rollback(request, table, switches, values)}, held, differences, name, written)
 
 
-def previous_parameters(request: Request) -> dict[str, float]:
+def imported_numbers(request: Request) -> Mapping[str, float]:
+    """Return a vehicle's numbers at the import, nothing without one."""
+    record = request.controller.vehicle
+    return {} if request.previous is not None or record is None or record.target != TARGET.name else record.parameters
+
+
+def previous_numbers(request: Request) -> dict[str, float]:
     """Return a vehicle's numbers from its file, nothing where none is given.
 
     Raises InputError where the file is of a release with other names, or has what no PID of ours is.
@@ -123,7 +140,7 @@ def previous_parameters(request: Request) -> dict[str, float]:
         law = "integrated yaw is another law than PID"
         message = f"given {shortened(integrated)}; {law}: set it OFF on the vehicle and give its file again"
         raise InputError(message, file=file, key="use_integrated_yaw")
-    return defaults(TABLE) | {name: parse_integer(text, name, file) for name, text in texts.items() if name in TABLE}
+    return read_numbers(texts, native_loops.NATIVE_TABLE, release, file)
 
 
 def stays(wanted: Mapping[str, float], before: Mapping[str, float]) -> tuple[str, ...]:

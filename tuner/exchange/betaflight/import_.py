@@ -53,8 +53,17 @@ from tuner.exchange.betaflight.map import (
     tilt_limit,
 )
 from tuner.exchange.betaflight.native_loops import NATIVE_LAW, NATIVE_SWITCHES, NATIVE_TABLE, native_read
+from tuner.exchange.betaflight.remainder import (
+    native_absent_note,
+    native_terms_note,
+    remaining_filters_note,
+    replaced_low_passes,
+    untouched_note,
+    untouched_settings,
+    vehicle_record,
+)
 from tuner.exchange.betaflight.rpm_filter import rpm_read
-from tuner.exchange.betaflight.text import parse_integer, profile, read_cli, read_mixer, read_release
+from tuner.exchange.betaflight.text import profile, read_cli, read_mixer, read_numbers, read_release
 from tuner.exchange.target import ImportedController, Importer, Option, number
 
 # Output per setting D and deg/s2, src/main/flight/pid.h.
@@ -75,7 +84,8 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     release = stated or RELEASES[USUAL]
     texts = renamed(read_cli(file, profile(settings)), release, stated is not None, file)
     check_law(texts, read_mixer(file), file)
-    given = {name: parse_integer(text, name, file) for name, text in texts.items() if name in TABLE}
+    numbers = read_numbers(texts, NATIVE_TABLE, stated, file)
+    given = {name: value for name, value in numbers.items() if name in TABLE}
     usual = defaults(TABLE) | {name: float(text) for name, text in release.usual.items() if name in TABLE}
     values = lower_d(usual | given, release)
     vehicle = airframe.vehicle
@@ -111,23 +121,32 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *_filters(texts),
         *tilt_note(tilt, called.get("angle_limit", "angle_limit")),
     )
-    if settings[LOOPS.name] == OUR_LOOPS:
-        return ImportedController(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
-    every = defaults(NATIVE_TABLE) | values
-    every |= {name: parse_integer(text, name, file) for name, text in texts.items() if name in NATIVE_TABLE}
+    is_native = settings[LOOPS.name] != OUR_LOOPS
+    record = vehicle_record(file, name, settings, texts, is_native)
+    untouched = untouched_settings(texts)
+    listed = untouched_note(untouched, texts)
+    if not is_native:
+        flown = replace(controller(file, airframe, gains, tilt, settings), vehicle=record)
+        return ImportedController(flown, (*notes, *listed, assumed_note(settings)), untouched)
+    every = defaults(NATIVE_TABLE) | numbers | values
     native_controller = by_default(
         airframe, close_cascade(law("pid"), law(NATIVE_LAW.law), position_every(settings)), tilt, settings
     )
     native_controller = filled(native_read(native_controller, every, texts, rotors), {}, file)
     options, notch_notes = rpm_read(native_controller.options, every, texts)
     native_notes = (
-        notes[0],
+        *notes[: 1 if stated else 2],
+        *native_absent_note(texts, usual, called, name),
+        *native_terms_note(values, called),
+        *replaced_low_passes(texts, every),
+        *remaining_filters_note(texts),
         *(note for note in (*_turning(texts, rotors), *_others(texts, release))),
         *_not_first_order(texts),
         *_other_relax(texts),
         *notch_notes,
+        *listed,
     )
-    return ImportedController(replace(native_controller, options=options), native_notes)
+    return ImportedController(replace(native_controller, options=options, vehicle=record), native_notes, untouched)
 
 
 def _not_first_order(texts: Mapping[str, str]) -> tuple[str, ...]:

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from plant.errors import InputError, shortened
-from tuner.exchange.autopilot.parameters import as_bytes, read_lines
-from tuner.exchange.betaflight.map import RELEASES, TABLE, Release
+from tuner.exchange.autopilot.parameters import ParameterInfo, as_bytes, read_lines
+from tuner.exchange.betaflight.map import NAMES, RELEASES, TABLE, Release
 from tuner.exchange.target import whole_number
 
 WHAT = "what Betaflight's command line prints for 'diff all' or 'dump all'"
@@ -20,6 +20,8 @@ OTHER_PROFILE = re.compile(r"(rate|battery_)profile\b.*")
 VERSION = re.compile(r"#\s*(\w+) / .*?\s(\d+\.\d+)(?:\.\d+\S*)?\s.*")
 MIXER = re.compile(r"mixer\s+(\w+)")
 PROFILES = 4
+# Gains with the same range in every release.
+SAME_RANGE = frozenset(name for names in NAMES.values() for name in names[:4])
 
 
 def profile(options: Mapping[str, str]) -> int:
@@ -105,6 +107,31 @@ def parse_integer(text: str, name: str, file: Path) -> float:
     if not re.fullmatch(r"[+-]?\d{1,9}", text):
         raise InputError(f"given '{shortened(text)}'; this must be a whole number", file=file, key=name)
     return float(int(text))
+
+
+def read_numbers(
+    texts: Mapping[str, str], table: Mapping[str, ParameterInfo], release: Release | None, file: Path
+) -> dict[str, float]:
+    """Return the settings of a table as numbers.
+
+    Raises InputError naming one that is no whole number, or that the firmware would not hold.
+
+    Args:
+        texts: settings of the file, by the names of 2025.12.
+        table: entries of the settings that are wanted.
+        release: that printed the file, None where it does not say.
+        file: for the message.
+    """
+    numbers = {name: parse_integer(text, name, file) for name, text in texts.items() if name in table}
+    for name, value in numbers.items():
+        low, high = table[name].low, table[name].high
+        has_range = release is None or release.current or name in SAME_RANGE
+        if has_range and not low <= value <= high:
+            message = (
+                f"given {value:.0f}; allowed {low:g} to {high:g}, beyond which the firmware stores nothing: give {WHAT}"
+            )
+            raise InputError(message, file=file, key=name)
+    return numbers
 
 
 def _enter(values: dict[str, str], name: str, value: str, file: Path) -> None:

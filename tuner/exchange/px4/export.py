@@ -14,7 +14,7 @@ from tuner.exchange.autopilot.assembly import CURVE, curve
 from tuner.exchange.autopilot.parameters import Values
 from tuner.exchange.autopilot.pid import rate_filters, rate_sources, setpoint_weights
 from tuner.exchange.px4.import_ import IMPORTER
-from tuner.exchange.px4.map import INTEGRAL_LIMITS, MODEL, PX4, THRUST_MODEL, YAW_FILTER, Px4
+from tuner.exchange.px4.map import INTEGRAL_LIMITS, LOOP_RATE, MODEL, PX4, THRUST_MODEL, USUAL_RATE, YAW_FILTER, Px4
 from tuner.exchange.px4.text import read_params
 from tuner.exchange.target import Bundle, ExportTarget, Option, Request
 from tuner.gains import Controller
@@ -42,11 +42,13 @@ def export(request: Request) -> Bundle:
     """Return the parameter file; raises InputError where the gains have no form in PX4 or leave its documented ranges."""
     vehicle = request.controller.airframe.vehicle
     px4 = Px4(PX4.flying(request.controller.cascade), vehicle, actuation(vehicle, curve(request.settings)))
+    present = vehicle_parameters(request, PX4.target, read_params)
+    rate = None if present is None else present.values.get(LOOP_RATE)
     return px4.export(
         request,
-        vehicle_parameters(request, PX4.target, read_params),
+        present,
         (f"For {PX4.name}; ranges and units are those of this version.", _geometry(px4.rotors)),
-        lambda values, complete: _differences(px4, request.controller, complete, values),
+        lambda values, complete: _differences(px4, request.controller, complete, values, rate),
     )
 
 
@@ -63,14 +65,26 @@ def _geometry(rotors: Actuation) -> str:
     )
 
 
-def _differences(px4: Px4, controller: Controller, complete: Values, values: Values) -> tuple[str, ...]:
+def _differences(
+    px4: Px4, controller: Controller, complete: Values, values: Values, rate: float | None
+) -> tuple[str, ...]:
+    """Return sentences on what PX4 adds or lacks.
+
+    Args:
+        px4: PX4 on the airframe.
+        controller: with our gains.
+        complete: every parameter.
+        values: the parameters that are written.
+        rate: rate of the loops on the vehicle [Hz], None if unknown.
+    """
+    theirs = f"{LOOP_RATE}, default {USUAL_RATE:g} Hz" if rate is None else f"{LOOP_RATE} = {rate:g} Hz on the vehicle"
     return (
         *rate_sources(controller, yaw_filter=True),
         *_of_our_pid(px4, controller, {**complete, **values}),
         f"{_thrust(px4.rotors, complete[MODEL])}; the CA_ROTORi_* on the vehicle must describe the airframe's rotors (they "
         "are in the file as a comment).",
         f"{_rates(controller)}; PX4 runs the rate loop with the gyro "
-        "(IMU_GYRO_RATEMAX, default 400 Hz), the attitude and position loops with their estimates, "
+        f"({theirs}), the attitude and position loops with their estimates, "
         "and adds their delays.",
         *_integrals(px4, complete),
         *_switched_off(values),

@@ -21,9 +21,11 @@ from tuner.exchange.autopilot.assembly import (
 )
 from tuner.exchange.autopilot.cascade import ParameterFile, cascade_for, imported
 from tuner.exchange.autopilot.parameters import Values, defaults, stated
-from tuner.exchange.px4.map import AROUND, HOVER, PX4, TABLE, Px4
+from tuner.exchange.px4.map import AROUND, HOVER, LOOP_RATE, PX4, TABLE, Px4
 from tuner.exchange.px4.text import VERSION, WHAT, read_params
-from tuner.exchange.target import ImportedController, Importer
+from tuner.exchange.target import ImportedController, Importer, number
+from tuner.gains.ranges import LONGEST, SHORTEST
+from tuner.text.sentences import SAME
 
 # Weights of yaw up to this are none, AttitudeControl.cpp.
 LEAST_WEIGHT = 1e-4
@@ -40,6 +42,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     notes = (
         f"Read as {PX4.name}, with the rotors of the airframe {airframe.name} in its CA_ROTORi_*.",
         *version_note(stated(file, WHAT).version, PX4.name, (VERSION,)),
+        *_period(given, number(settings, "control_period", SHORTEST, LONGEST, "s")),
         *absent_note(given, usual, PX4.name),
         *_scaled(values),
     )
@@ -48,8 +51,18 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *_weight(values["MC_YAW_WEIGHT"]),
         *_hover(given),
     )
-    described = ParameterFile(file, given, PX4.name, (*TABLE, *AROUND), notes, later_notes)
+    described = ParameterFile(file, given, PX4.name, (*TABLE, *AROUND), notes, later_notes, LOOP_RATE in given)
     return imported(px4, described, airframe, cascade, settings, values)
+
+
+def _period(given: Values, period: float) -> tuple[str, ...]:
+    """Return a sentence where rate and control period [s] differ."""
+    rate = given.get(LOOP_RATE, 0.0)
+    if rate <= 0.0 or abs(rate * period - 1.0) <= SAME:
+        return ()
+    return (
+        f"{LOOP_RATE} = {rate:g}: import with --set control_period={1.0 / rate:.10g}; the loops are read at {period:g} s.",
+    )
 
 
 def _scaled(values: Values) -> tuple[str, ...]:

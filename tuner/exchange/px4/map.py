@@ -89,6 +89,8 @@ TABLE = parameter_table(
 GRAVITY = 9.80665
 HOVER, MODEL, TILT = "MPC_THR_HOVER", "THR_MDL_FAC", "MPC_TILTMAX_AIR"
 THRUST_MODEL = "thrust_model"
+# Rate of the attitude loops [Hz], and its default.
+LOOP_RATE, USUAL_RATE = "IMU_GYRO_RATEMAX", 400.0
 INTEGRAL_LIMITS = {"roll": "MC_RR_INT_LIM", "pitch": "MC_PR_INT_LIM", "yaw": "MC_YR_INT_LIM"}
 # The same filter as ours, alpha = h/(h + tau).
 YAW_FILTER = "MC_YAW_TQ_CUTOFF"
@@ -143,7 +145,7 @@ PX4 = ParameterSet(
     file="gainproof.params",
     table=TABLE,
     names=NAMES,
-    carried=frozenset({name for names in NAMES.values() for name in names[:3]} | {TILT, YAW_FILTER}),
+    carried=frozenset({name for names in NAMES.values() for name in names[:3]} | {TILT, YAW_FILTER, LOOP_RATE}),
     scaling=(*(f"MC_{axis.upper()}RATE_K" for axis in ATTITUDE_AXES), MODEL, HOVER),
     yaw_filter=YAW_FILTER,
     gyro="IMU_GYRO_CUTOFF",

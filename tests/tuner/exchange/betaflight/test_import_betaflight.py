@@ -183,6 +183,8 @@ def test_derivative_counted_as_inertia(tmp_path):
     ("content", "words"),
     [
         ("set p_roll = 4.5\n", "p_roll: given '4.5'; this must be a whole number"),
+        ("set p_pitch = 580\n", "p_pitch: given 580; allowed 0 to 250"),
+        ("set dterm_lpf1_static_hz = -1\n", "dterm_lpf1_static_hz: given -1; allowed 0 to 1000"),
         ("set p_roll = nan\n", "p_roll: given 'nan'; this must be a whole number"),
         ("set p_roll = 40\nprofile 0\nset p_roll = 41\n", "p_roll: given twice, as 40 and as 41"),
         ("set angle_level_strength = 50\n", "angle_level_strength: .* now angle_p_gain"),
@@ -282,3 +284,59 @@ def test_a_gain_of_the_loops_in_two_rate_profiles_is_refused(tmp_path):
     text = "profile 0\nset p_roll = 50\nrateprofile 0\nset p_pitch = 10\nrateprofile 1\nset p_pitch = 20\n"
     with pytest.raises(InputError, match="given twice, as 10 and as 20"):
         read("betaflight", write(tmp_path, text), airframe="iris")
+
+
+OWN = """# Betaflight / STM32F7X2 (S7X2) 2025.12.1 Dec 20 2025 / 18:22:02 (77d01ba3b) MSP API: 1.47
+set gyro_lpf1_static_hz = 0
+set dyn_notch_count = 2
+set dterm_lpf1_static_hz = 80
+set motor_pwm_protocol = DSHOT600
+set failsafe_delay = 15
+profile 0
+set p_pitch = 58
+set f_pitch = 110
+set dee_roll = 40
+set d_max_roll = 48
+"""
+
+
+def test_own_loops_name_what_they_leave_out(tmp_path):
+    back = read("betaflight", write(tmp_path, OWN), "loops=own", airframe="racer5")
+    notes = "\n".join(back.notes)
+    for words in (
+        "an export switches them off: d_max_roll = 48, f_roll = 120, d_max_pitch = 46, f_pitch = 110",
+        "an export leaves: dyn_notch_count = 2.",
+        "dterm_lpf1_static_hz = 80 does not act where dterm_lpf1_dyn_min_hz is above 0, and that is 75 Hz (default)",
+        "gyro_lpf1_static_hz = 0 does not act where gyro_lpf1_dyn_min_hz is above 0, and that is 250 Hz (default)",
+        "motor_pwm_protocol = DSHOT600, failsafe_delay = 15, dee_roll = 40",
+        "Not in the file, so at the default of Betaflight 2025.12: p_roll = 45",
+    ):
+        assert words in notes, words
+    assert by_address(back.controller)["roll.d_lpf1"] == 75.0
+
+
+@pytest.mark.parametrize("loops", ["own", "pid"])
+def test_a_file_is_recorded_and_its_other_settings_are_listed(loops, tmp_path):
+    back = read("betaflight", write(tmp_path, OWN), f"loops={loops}", airframe="racer5")
+    assert back.untouched == ("motor_pwm_protocol", "failsafe_delay", "dee_roll")
+    record = back.controller.vehicle
+    assert record is not None and record.target_version == "Betaflight 2025.12"
+    assert record.parameters["f_pitch"] == 110.0 and "failsafe_delay" not in record.parameters
+    assert "dyn_notch_count" in record.untuned and "p_pitch" not in record.untuned
+
+
+def test_a_low_pass_that_does_not_follow_the_throttle_acts_as_it_is(tmp_path):
+    file = write(tmp_path, OWN.replace("set dyn_notch", "set dterm_lpf1_dyn_min_hz = 0\nset dyn_notch"))
+    back = read("betaflight", file, "loops=own", airframe="racer5")
+    assert by_address(back.controller)["roll.d_lpf1"] == 80.0
+    assert "dterm_lpf1_static_hz = 80 does not act" not in "\n".join(back.notes)
+
+
+@pytest.mark.parametrize(("loops", "is_previous"), [("own", True), ("own", False), ("pid", True)])
+def test_an_export_compares_with_the_vehicle(loops, is_previous, tmp_path):
+    file = write(tmp_path, OWN)
+    given = read("betaflight", file, f"loops={loops}", "heading_gain=3", airframe="racer5").controller
+    request = Request(given, "ab" * 32, settings_of(TARGET, ()), file if is_previous else None)
+    before = {one.name: one.before for one in TARGET.export(request).parameters}
+    assert (before["p_pitch"], before["p_roll"]) == (58.0, None)
+    assert before.get("d_max_roll", 48.0) == 48.0

@@ -146,6 +146,24 @@ def test_options_reach_the_controller(tmp_path):
         read("px4", file, "control_period=1")
 
 
+@pytest.mark.parametrize("loops", ["own", "pid"])
+def test_the_rate_of_the_loops_is_the_control_period(loops, tmp_path):
+    file = write(tmp_path, line("MC_ROLL_P", 4) + line("IMU_GYRO_RATEMAX", 800, kind=6))
+    advice = "IMU_GYRO_RATEMAX = 800: import with --set control_period=0.00125"
+    notes = "\n".join(read("px4", file, f"loops={loops}").notes)
+    assert advice in notes and "cannot carry these" not in notes
+    back = read("px4", file, f"loops={loops}", "control_period=0.00125")
+    assert "IMU_GYRO_RATEMAX" not in "\n".join(back.notes) and "our control period" not in "\n".join(back.notes)
+    usual = write(tmp_path, line("IMU_GYRO_RATEMAX", 400, kind=6), "usual.params")
+    assert "IMU_GYRO_RATEMAX" not in "\n".join(read("px4", usual, f"loops={loops}").notes)
+
+
+def test_an_export_names_the_rate_on_the_vehicle(tmp_path):
+    file = write(tmp_path, line("MC_ROLL_P", 4) + line("IMU_GYRO_RATEMAX", 800, kind=6))
+    text = "\n".join(exported(TARGET, read("px4", file, "loops=own").controller).differences)
+    assert "IMU_GYRO_RATEMAX = 800 Hz on the vehicle" in text and "default 400 Hz" not in text
+
+
 def test_importers_by_name():
     assert set(IMPORTERS) == {"px4", "ardupilot", "betaflight", "crazyflie"}
     assert all(importer(name).name == name for name in IMPORTERS)

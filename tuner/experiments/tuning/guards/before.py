@@ -80,9 +80,15 @@ def _merged(study: Study) -> list[str]:
     ]
     if not split:
         return []
+    example = next(
+        variable.addresses[place]
+        for variable, columns in zip(study.space.variables, study.space.columns, strict=True)
+        for place, column in enumerate(columns)
+        if row[column] != row[columns[0]]
+    )
     return [
         f"One value is searched where the default has several: {', '.join(split)}; tables show the first. Give axes keys of "
-        'their own in [gains], for instance "yaw.kp" = {}, to search them apart.'
+        f'their own in [gains], for instance "{example}" = {{}}, to search them apart.'
     ]
 
 
