@@ -71,7 +71,10 @@ class Probe:
         return any(abs(value - base) > least and not self.is_unstable(value) for value in values.tolist())
 
     def relief(self, values: Array, base: float) -> float:
-        """Return the largest share of the violation at a base that the values (n,) take away."""
+        """Return the largest share of a violation that values (n,) take away.
+
+        The violation is that at a base.
+        """
         before = float(self.broken(np.array([base]))[0])
         return 1.0 - float(self.broken(values).min(axis=0)) / before if before > 0.0 else 0.0
 
@@ -147,10 +150,10 @@ class Diagnosis:
         )
 
     def _moved_by(self, i: int, point: Array, value: float, least: float | None) -> list[str]:
-        """Return the searched gains that take a share of a probe's violation away; least None: all that move it.
+        """Return the searched gains that reduce a probe's violation by a share.
 
         Each goes through its range from a point (d,), alone. Where the loop is not stable the value says nothing of what
-        would make it so: its gains count then.
+        would make it so: its gains count then. least: the share; None: all that move the probe.
         """
         probe = self.probes[i]
         variables, places = self._study.space.variables, len(PLACES)
@@ -167,9 +170,9 @@ class Diagnosis:
         ]
 
     def _fixed(self, i: int, point: Array, value: float) -> list[GainAt]:
-        """Return the fixed gains that take a share of a probe's violation away at a point (d,), the strongest first.
+        """Return the fixed gains that reduce a probe's violation, the strongest first.
 
-        Those of its loop alone, if there are any; all of these where the loop is not stable.
+        They are changed at a point (d,). Those of its loop alone, if there are any; all of these where the loop is not stable.
         """
         probe = self.probes[i]
         searched = {column for group in self._study.space.columns for column in group}
