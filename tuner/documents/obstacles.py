@@ -45,10 +45,14 @@ class GainAt(DocumentPart):
 
 
 class DesignReach(DocumentPart):
-    """What a design reaches: the value (null: no bound), whether it keeps the limit, and the gains of the loop."""
+    """What a design reaches: the value (null: no bound), whether it keeps the limit, and the gains of the loop.
+
+    in_ranges: whether it keeps the limit with the searched gains alone, so that a search can start there.
+    """
 
     value: float | None
     is_satisfied: bool = Field(alias="kept")
+    in_ranges: bool = False
     gains: list[GainAt]
 
 
@@ -56,7 +60,7 @@ class UnmetConstraint(DocumentPart):
     """What stands behind a limit that no candidate keeps.
 
     loop: axis that breaks it, null where it is no margin of one loop; reached: best value (null: infinite), by point; tried:
-    candidates looked at; moved_by: searched gains that move it; fixed: gains of the loop that are not searched; automatic: key
+    candidates looked at; moved_by: searched gains that bring it nearer; fixed: gains that do and are not searched; automatic: key
     that moves the limit, "" where the study writes it.
     """
 

@@ -1,4 +1,4 @@
-"""The least violating candidate of an infeasible search, and its sentence."""
+"""The least violating candidate of an infeasible search."""
 
 import numpy as np
 
@@ -7,32 +7,26 @@ from tuner.search.loop import Archive
 from tuner.text.sentences import BOUNDS
 from tuner.text.units import after_number
 
-ADVICE = "widen the ranges of the gains, or give the search more generations."
 
+def nothing_feasible(candidates: Archive, requirements: tuple[Requirement, ...]) -> tuple[int, list[str]]:
+    """Return the least violating candidate, and a sentence on unsatisfied requirements.
 
-def nothing_feasible(candidates: Archive, requirements: tuple[Requirement, ...]) -> tuple[int, str]:
-    """Return the least violating candidate and a sentence on the obstacles.
-
-    Requirements come first, then constraints: of candidates that were not flown nothing is known of the latter.
+    Requirements come first, then constraints: of candidates that were not flown nothing is known of the latter. There is no
+    sentence where some candidate satisfies all requirements.
     """
     split = candidates.violations.shape[1] - len(requirements)
     constraints, required = candidates.violations[:, :split].sum(axis=1), candidates.violations[:, split:]
     least = int(np.lexsort((constraints, required.sum(axis=1)))[0])
     is_satisfied = required <= 0.0
     if not requirements or np.any(np.all(is_satisfied, axis=1)):
-        why = (
-            f"No candidate kept every constraint. The one that breaks them least is shown; relax a constraint, {ADVICE}"
-        )
-        return least, why
+        return least, []
     counts = [
         _count_text(requirement, candidates.requirements[:, i], is_satisfied[:, i])
         for i, requirement in enumerate(requirements)
     ]
     so = "could be offered" if candidates.flown[1:].any() else "but the default was flown"
-    return least, (
-        f"No candidate kept every requirement that is known without flying, so none {so}: {'; '.join(counts)}. The one that "
-        f"breaks them least is shown; relax a requirement, {ADVICE}"
-    )
+    why = f"No candidate kept every requirement that is known without flying, so none {so}: {'; '.join(counts)}."
+    return least, [why]
 
 
 def _count_text(requirement: Requirement, values: np.ndarray, is_satisfied: np.ndarray) -> str:

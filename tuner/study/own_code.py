@@ -128,6 +128,11 @@ def use_named(file: Path) -> None:
             use(file.parent / name)
 
 
+def code_named(content: Mapping[str, Any]) -> list[str]:
+    """Return the names of the code files in a study's content."""
+    return [Path(file).name for noun in (*TABLES, PLANT_NOUN) for file in _files_in(content.get(noun))]
+
+
 def _files_in(table: Any, key: str = "file") -> list[str]:
     """Return the files that an unchecked table of a study names."""
     given = table.get(key) if isinstance(table, dict) else None

@@ -1,7 +1,5 @@
 """Who is on the front how surely, and what picking on held-out values does to them: by hand and by simulation."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,6 @@ from objectives.risk import Risk
 from tests.objectives.risk.resampling import bootstrap_interval
 from tuner.analysis.held_out import compared_row, share_non_dominated
 from tuner.documents.parts import Estimate, SampledValue
-from tuner.experiments.tuning.conclusion import broken_by
 from tuner.search.front import non_dominated, pick
 
 
@@ -23,21 +20,6 @@ def test_the_share_of_resamples_on_the_front_by_hand():
     assert share_non_dominated(np.empty((0, 2, 4))).tolist() == []
     # Equal rows do not dominate each other.
     assert share_non_dominated(np.ones((2, 2, 5))).tolist() == [1.0, 1.0]
-
-
-@pytest.mark.parametrize(
-    ("held_out", "confirmed", "said"),
-    [
-        ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], ""),
-        ([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], "a constraint on the held-out scenarios"),
-        ([0.0, 0.0, 0.0], [0.0, 1.0, 0.0], "a constraint on the confirmation scenarios"),
-        ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], "a requirement"),
-        ([1.0, 0.0, 1.0], [0.0, 0.0, 1.0], "a constraint on the held-out scenarios and a requirement"),
-    ],
-)
-def test_what_is_broken_where(held_out, confirmed, said):
-    study = SimpleNamespace(constraints=(None, None))
-    assert broken_by(np.array(held_out), np.array(confirmed), study) == said  # pyright: ignore[reportArgumentType]
 
 
 def test_the_pick_is_flattered_on_what_it_was_picked_by_and_not_on_fresh_flights():

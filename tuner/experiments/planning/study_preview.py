@@ -82,7 +82,7 @@ class DefaultRow(DocumentPart):
 
 
 class UnreachedLimit(UnmetConstraint):
-    """A limit that neither the default nor a draw keeps; certain: nothing that is searched moves it."""
+    """A limit that neither the default nor a draw keeps; certain: no searched gain brings it nearer."""
 
     certain: bool
 

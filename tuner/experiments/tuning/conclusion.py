@@ -25,6 +25,7 @@ from tuner.experiments.tuning.ending import obstacles_of
 from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_run
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
+from tuner.experiments.tuning.rejudging import rejudge_command, upper_ends
 from tuner.experiments.tuning.survivors import Survivors, survivors_of
 from tuner.search.front import non_dominated, pick, select_subset
 from tuner.search.infeasible import nothing_feasible
@@ -56,14 +57,12 @@ def conclude(
     confirmation = problem.evaluate_gains(
         gains[[0, tuned]], confirming, watcher.on_flights_done, fly_all=True, complete=True
     )
-    if broken := broken_by(finalists.excess[tuned], confirmation.violations[1], study):
-        warnings.append(f"The point shown beside the default violates {broken}; see the table.")
     table = compare(problem, confirmation, study.seed)
     warnings += uncertain_limits(table)
     limits, fully_flown = limits_of(study.constraints, study.requirements), completely_known(tried, generations)
-    conflict = conflict_of(fully_flown, limits)
-    default = default_candidate(tried, study)
-    warnings += conflict_texts(conflict, limits, default) if conflict is not None else []
+    conflict = conflict_of(fully_flown, limits, upper_ends(problem, study, generations))
+    if conflict is not None:
+        warnings += conflict_texts(conflict, limits, default_candidate(tried, study), partial(rejudge_command, study))
     plant_step = None
     # Who makes flights here has a study of a system.
     if isinstance(problem, Problem):
@@ -139,23 +138,12 @@ def remarks(outcome: Outcome) -> list[str]:
     return cost_texts(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
 
 
-def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: SearchedStudy) -> str:
-    """Return the kind of limit that a point violates; its violations (limits,) are of both streams, "" where none."""
-    split = len(study.constraints)
-    kinds = [
-        (held_out[:split], "a constraint on the held-out scenarios"),
-        (np.where(held_out[:split] > 0.0, 0.0, confirmed[:split]), "a constraint on the confirmation scenarios"),
-        (held_out[split:], "a requirement"),
-    ]
-    return " and ".join(kind for part, kind in kinds if (part > 0.0).any())
-
-
 def finalists_of(survivors: Survivors, tried: Archive, study: SearchedStudy) -> tuple[np.ndarray, list[str]]:
     """Return the archive indices to re-fly and what to warn of."""
     warnings = warnings_before_run(study)
     if len(tried.front()) == 0:
         least, why = nothing_feasible(tried, study.requirements)
-        return np.array([least]), [*warnings, why]
+        return np.array([least]), [*warnings, *why]
     rows, values = survivors.finalists(), survivors.evaluation.values
     chosen_rows = rows[select_subset(values[rows], values[rows].max(axis=0), most_finalists(study))]
     return survivors.candidates[chosen_rows[np.argsort(values[chosen_rows, 0], kind="stable")]], warnings

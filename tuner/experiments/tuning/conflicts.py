@@ -4,7 +4,7 @@ All of it is said of the candidates that a search tried. Of a candidate that was
 are known and the constraints are not: it counts as one that does not keep them, and no relaxation is drawn from it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import ceil, floor, log10
@@ -24,6 +24,10 @@ from tuner.text.units import after_number
 
 # Smallest conflicting sets told at most: with many, the limits are hopeless one and all.
 MOST_SETS = 6
+
+
+UpperEnd = Callable[[int, int], float]
+"""Function of a candidate and of a constraint that returns the least limit which the candidate satisfies."""
 
 
 class Limit(NamedTuple):
@@ -110,8 +114,11 @@ def shares(tried: Archive, limits: Sequence[Limit]) -> np.ndarray:
     return np.where(is_known, relative, np.inf)
 
 
-def conflict_of(tried: Archive, limits: Sequence[Limit]) -> Conflict | None:
-    """Return the conflict where no candidate satisfied every limit, else None."""
+def conflict_of(tried: Archive, limits: Sequence[Limit], upper_end: UpperEnd | None = None) -> Conflict | None:
+    """Return the conflict where no candidate satisfied every limit, else None.
+
+    upper_end: by which a constraint is judged in the end; without it relaxed limits are values of candidates.
+    """
     broken = shares(tried, limits)
     if not limits or np.any(np.all(broken <= 0.0, axis=1)):
         return None
@@ -119,8 +126,8 @@ def conflict_of(tried: Archive, limits: Sequence[Limit]) -> Conflict | None:
     rows = np.flatnonzero(near)
     common = None
     if len(rows):
-        common = _relaxation(broken, limits, int(rows[np.argmin(broken[rows].max(axis=1))]))
-    return Conflict(tuple(conflicting_sets(broken <= 0.0)), common, tuple(_single(broken, limits)))
+        common = _relaxation(broken, limits, int(rows[np.argmin(broken[rows].max(axis=1))]), upper_end)
+    return Conflict(tuple(conflicting_sets(broken <= 0.0)), common, tuple(_single(broken, limits, upper_end)))
 
 
 def conflicting_sets(is_met: np.ndarray) -> list[tuple[int, ...]]:
@@ -133,20 +140,25 @@ def conflicting_sets(is_met: np.ndarray) -> list[tuple[int, ...]]:
     return []
 
 
-def _single(broken: np.ndarray, limits: Sequence[Limit]) -> list[Relaxation]:
+def _single(broken: np.ndarray, limits: Sequence[Limit], upper_end: UpperEnd | None) -> list[Relaxation]:
     tried = []
     for i in range(len(limits)):
         others = np.delete(broken, i, axis=1)
         rows = np.flatnonzero(np.all(others <= 0.0, axis=1) & np.isfinite(broken[:, i]))
         if len(rows):
-            tried.append(_relaxation(broken, limits, int(rows[np.argmin(broken[rows, i])])))
+            tried.append(_relaxation(broken, limits, int(rows[np.argmin(broken[rows, i])]), upper_end))
     return tried
 
 
-def _relaxation(broken: np.ndarray, limits: Sequence[Limit], candidate: int) -> Relaxation:
-    row = broken[candidate]
-    changes = tuple((i, limits[i].relaxed(float(row[i]))) for i in range(len(limits)) if row[i] > 0.0)
-    return Relaxation(candidate, float(row.max(axis=0)), changes)
+def _relaxation(broken: np.ndarray, limits: Sequence[Limit], candidate: int, upper_end: UpperEnd | None) -> Relaxation:
+    row, changes = broken[candidate], list[tuple[int, float]]()
+    for i in np.flatnonzero(row > 0.0).tolist():
+        value = limits[i].relaxed(float(row[i]))
+        if upper_end is not None and limits[i].flown:
+            value = max(value, upper_end(candidate, i))
+        changes.append((i, value))
+    steps = [abs(value - limits[i].limit) / (abs(limits[i].limit) or 1.0) for i, value in changes]
+    return Relaxation(candidate, max(steps), tuple(changes))
 
 
 def costs_of(tried: Archive, limits: Sequence[Limit]) -> list[LimitPrice]:
@@ -181,31 +193,54 @@ def automatic_limit_texts(automatic: Sequence[Constraint]) -> list[str]:
     return [f"Automatic limit: {limit.text}." for limit in limits_of(automatic, ())]
 
 
-def conflict_texts(conflict: Conflict, limits: Sequence[Limit], default: int | None = None) -> list[str]:
-    """Return a conflict in sentences; default: the candidate that is the default, None where it was not searched."""
-    texts = [_sets_text(conflict, limits)]
+def conflict_texts(
+    conflict: Conflict,
+    limits: Sequence[Limit],
+    default: int | None = None,
+    command: Callable[[str, str], str] | None = None,
+) -> list[str]:
+    """Return a conflict in sentences.
+
+    Args:
+        conflict: The conflict.
+        limits: All limits.
+        default: The candidate that is the default, None where it was not searched.
+        command: Function of a key and a value that returns the command which judges by another limit.
+    """
+    # Of a limit that is kept by nobody alone an obstacle tells.
+    texts = [_sets_text(conflict, limits)] if len(conflict.sets[0]) > 1 else []
     if conflict.common is None:
         return [*texts, "No flown candidate is within a finite step of the limits; widen the ranges of the gains."]
     for relaxation in sorted(conflict.single, key=lambda entry: entry.share):
-        texts.append(f"{_steps(relaxation, limits)} alone would let {_named(relaxation, default)} in.")
-    if len(conflict.common.changes) > 1:
-        share, let_in = conflict.common.share, _named(conflict.common, default)
-        size = f"{100.0 * share:.3g} %" if share <= 1.0 else f"{share:.3g} times its size"
+        texts.append(_single_text(relaxation, limits, default, command))
+    if not conflict.single and conflict.common.candidate != default:
         texts.append(
-            f"Giving way everywhere by at most {size}: {_steps(conflict.common, limits)} would let {let_in} in."
+            f"All of these together would let {_named(conflict.common, default)} in: {_steps(conflict.common, limits)}."
         )
     return texts
 
 
+def _single_text(
+    relaxation: Relaxation,
+    limits: Sequence[Limit],
+    default: int | None,
+    command: Callable[[str, str], str] | None,
+) -> str:
+    text = f"{_steps(relaxation, limits)} alone would let {_named(relaxation, default)} in"
+    ((i, value),) = relaxation.changes
+    # An automatic limit is a share of an error that the key does not tell.
+    if command is None or not limits[i].flown or limits[i].automatic:
+        return f"{text}."
+    return f"{text}: `{command(f'constraint.{i}.max', _rounded_outward(value, limits[i]))}`."
+
+
 def _named(relaxation: Relaxation, default: int | None) -> str:
     point = point_name(relaxation.candidate)
-    return f"{point}, the default itself, and nothing that was searched," if relaxation.candidate == default else point
+    return f"{point}, the default itself," if relaxation.candidate == default else point
 
 
 def _sets_text(conflict: Conflict, limits: Sequence[Limit]) -> str:
     sets = [" and ".join(limits[i].text for i in some) for some in conflict.sets]
-    if len(conflict.sets[0]) == 1:
-        return f"Kept by none of them: {'; '.join(sets)}."
     return f"Kept together by none of them: {'; or '.join(sets)}."
 
 
@@ -219,11 +254,14 @@ def _steps(relaxation: Relaxation, limits: Sequence[Limit]) -> str:
 
 def _towards(value: float, limit: Limit) -> str:
     """Return a relaxed limit as text, rounded to admit the candidate."""
+    return f"{_rounded_outward(value, limit)}{after_number(limit.unit)}"
+
+
+def _rounded_outward(value: float, limit: Limit) -> str:
     if value == 0.0:
-        return number_text(0.0, limit.unit)
+        return "0"
     step = 10.0 ** (floor(log10(abs(value))) - 3)
-    rounded = (ceil if limit.sense == "max" else floor)(value / step) * step
-    return number_text(rounded, limit.unit)
+    return f"{(ceil if limit.sense == 'max' else floor)(value / step) * step:.4g}"
 
 
 def cost_texts(

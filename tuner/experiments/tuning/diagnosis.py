@@ -30,8 +30,10 @@ Array = np.ndarray
 
 # Candidates whose loops are looked at one by one, the closest to a limit first.
 MOST_CANDIDATES = 128
-# Places of a variable in its range at which a quantity is asked again; share by which a fixed gain is changed for that.
-PLACES, STEP = (0.0, 0.25, 0.5, 0.75, 1.0), 0.8
+# Places of a variable in its range at which a quantity is asked again; factors by which a fixed gain is changed for that.
+PLACES, FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0), (0.5, 0.8, 1.25, 2.0)
+# Share of the excess over a limit that a gain has to take away alone to be named as the one that moves it.
+HELPS = 0.1
 # Change of a quantity, as a share of its limit, from which on a gain moves it.
 MOVED = 1e-3
 # Loops that a position loop flies by.
@@ -62,11 +64,19 @@ class Probe:
         return self.loop is not None and worst
 
     def moves(self, values: Array, base: float) -> bool:
-        """Return True if any of the values (n,) differs significantly from a base."""
+        """Return True if any of the values (n,) differs significantly from a base; one of an unstable loop does not."""
         if not isfinite(base):
             return bool(np.isfinite(values).any(axis=0))
         least = MOVED * (abs(self.requirement.limit) or 1.0)
-        return bool((~np.isfinite(values) | (np.abs(values - base) > least)).any(axis=0))
+        return any(abs(value - base) > least and not self.is_unstable(value) for value in values.tolist())
+
+    def relief(self, values: Array, base: float) -> float:
+        """Return the largest share of a violation that values (n,) take away.
+
+        The violation is that at a base.
+        """
+        before = float(self.broken(np.array([base]))[0])
+        return 1.0 - float(self.broken(values).min(axis=0)) / before if before > 0.0 else 0.0
 
 
 class Diagnosis:
@@ -120,7 +130,10 @@ class Diagnosis:
         return rows
 
     def _obstacle(self, i: int, point: Array, value: float, name: str, tried: int) -> UnmetConstraint:
-        required, moved = self.probes[i].requirement, self._moved_by(i, point, value)
+        required, moved = self.probes[i].requirement, self._moved_by(i, point, value, HELPS)
+        fixed = [] if moved else self._fixed(i, point, value)
+        if not moved and not fixed:
+            moved = self._moved_by(i, point, value, None)
         return UnmetConstraint(
             label=required.label,
             loop=self.probes[i].loop,
@@ -131,16 +144,16 @@ class Diagnosis:
             point=name,
             tried=tried,
             moved_by=moved,
-            fixed=[] if moved else self._fixed(i, point, value),
+            fixed=fixed,
             design=self._design(i),
             automatic="",
         )
 
-    def _moved_by(self, i: int, point: Array, value: float) -> list[str]:
-        """Return the searched gains that move a probe from its value.
+    def _moved_by(self, i: int, point: Array, value: float, least: float | None) -> list[str]:
+        """Return the searched gains that reduce a probe's violation by a share.
 
-        Each goes through its range from a point (d,). Where the loop is not stable the value says nothing of what would
-        make it so: its gains count then.
+        Each goes through its range from a point (d,), alone. Where the loop is not stable the value says nothing of what
+        would make it so: its gains count then. least: the share; None: all that move the probe.
         """
         probe = self.probes[i]
         variables, places = self._study.space.variables, len(PLACES)
@@ -152,38 +165,43 @@ class Diagnosis:
         return [
             variable.name
             for variable, row in zip(variables, values, strict=True)
-            if probe.moves(row, value) or owned & set(variable.addresses)
+            if owned & set(variable.addresses)
+            or (probe.moves(row, value) if least is None else probe.relief(row, value) >= least)
         ]
 
     def _fixed(self, i: int, point: Array, value: float) -> list[GainAt]:
-        """Return the fixed gains that move a probe at a point (d,).
+        """Return the fixed gains that reduce a probe's violation, the strongest first.
 
-        Those of its loop alone, if there are any; all of these where the loop is not stable.
+        They are changed at a point (d,). Those of its loop alone, if there are any; all of these where the loop is not stable.
         """
         probe = self.probes[i]
         searched = {column for group in self._study.space.columns for column in group}
-        gains = [gain for gain in self._addresses if gain.column not in searched]
+        gains = [gain for gain in self._addresses if gain.column not in searched and not gain.info.airframe]
         row = self._study.space.gains(point[None])[0]
-        changed = np.repeat(row[None], len(gains), axis=0)
+        changed = np.repeat(row[None], len(gains) * len(FACTORS), axis=0)
         for k, gain in enumerate(gains):
-            changed[k, gain.column] *= STEP
-        values = self.values(changed)[:, i]
+            changed[k * len(FACTORS) : (k + 1) * len(FACTORS), gain.column] *= FACTORS
+        values = self.values(changed)[:, i].reshape(len(gains), len(FACTORS))
+        relief = {gain: probe.relief(one, value) for gain, one in zip(gains, values, strict=True)}
         owned = probe.is_unstable(value)
-        moving = [
-            gain
-            for gain, one in zip(gains, values, strict=True)
-            if probe.moves(np.array([one]), value) or (owned and gain.axis in probe.axes)
-        ]
+        moving = [gain for gain in gains if relief[gain] >= HELPS or (owned and gain.axis in probe.axes)]
+        moving.sort(key=lambda gain: -relief[gain])
         return [_value(gain, row) for gain in [gain for gain in moving if gain.axis == probe.loop] or moving]
 
     def _design(self, i: int) -> DesignReach | None:
         if self.designed is None:
             return None
-        value = self.values(self.designed[None])[:, i]
+        space = self._study.space
+        rows = np.stack([self.designed, space.gains(space.point(self.designed)[None])[0]])
+        value = self.values(rows)[:, i]
         own_gains = [gain for gain in self._addresses if gain.axis == self.probes[i].loop]
-        is_met = bool(self.probes[i].broken(value)[0] <= 0.0)
-        reached = self.probes[i].requirement.in_file(_finite(float(value[0])))
-        return DesignReach(value=reached, kept=is_met, gains=[_value(gain, self.designed) for gain in own_gains])
+        is_met, in_ranges = (self.probes[i].broken(value) <= 0.0).tolist()
+        return DesignReach(
+            value=self.probes[i].requirement.in_file(_finite(float(value[0]))),
+            kept=is_met,
+            in_ranges=in_ranges,
+            gains=[_value(gain, self.designed) for gain in own_gains],
+        )
 
 
 Column = tuple[Screen, int, Requirement]
@@ -280,8 +298,15 @@ def _moves_text(rows: UnmetConstraint) -> str:
     if rows.moved_by:
         return f"Searched gains that move it: {', '.join(rows.moved_by)}."
     if rows.fixed:
-        return f"No searched gain moves it; it is decided by gains that this study fixes: {_listed(rows.fixed)}."
+        return _fixed_text(rows.fixed, "it" if rows.loop is None else "this loop")
     return "No searched gain is seen to move it."
+
+
+def _fixed_text(fixed: Sequence[GainAt], decided: str) -> str:
+    keys = ", ".join(f'"{entry.gain}" = {{}}' for entry in fixed)
+    if len(fixed) == 1:
+        return f"{_listed(fixed)} is fixed by the study and decides {decided}: write {keys} to search it."
+    return f"{_listed(fixed)} are fixed by the study and decide {decided}: write {keys} to search them."
 
 
 def _design_text(design: DesignReach, rows: UnmetConstraint) -> str:
@@ -289,7 +314,7 @@ def _design_text(design: DesignReach, rows: UnmetConstraint) -> str:
     own_gains = f" with {_listed(design.gains)}" if design.gains else ""
     if not design.is_satisfied:
         return f"{reached}{own_gains}, which is not enough either: the limit asks more than this design gives."
-    if rows.moved_by:
+    if design.in_ranges:
         return f'{reached}{own_gains}: let the search start there, search.initial = ["default", "design"].'
     return f"{reached}{own_gains}: give these gains a range in [gains], or these values."
 

@@ -11,6 +11,7 @@ from tuner.documents.summary import INFEASIBLE, NOTHING, ComparedRow
 from tuner.experiments.tuning.conflicts import Conflict, Limit, limits_of
 from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, flown_obstacle, obstacle_texts
 from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.rejudging import rejudge_command
 from tuner.search.loop import Archive, Generation, point_name
 from tuner.study.study import SearchedStudy, Study
 from tuner.text.numbers import significant
@@ -113,7 +114,7 @@ def _helps(outcome: Outcome) -> list[str]:
     confidence = 100.0 * max(study.constraints[i].confidence for i in broken)
     return [
         f"By its values it satisfies them all, but not with {confidence:g} % confidence: an interval reaches beyond. More "
-        "held_out flights narrow it; `tuner rejudge FOLDER --set confidence=0 --out NEW` judges by the values alone."
+        f"held_out flights narrow it; `{rejudge_command(study, 'confidence', '0')}` judges by the values alone."
     ]
 
 
@@ -128,7 +129,7 @@ def _broken_again(outcome: Outcome, point: str) -> list[str]:
         f"violates {'; '.join(values)} on these, so no gains are recommended. Its gains are in {INFEASIBLE}, for study and "
         "not to be flown."
     )
-    return [head, *[_rejudged(limits[i], i, row) for i, row in zip(broken, rows, strict=True)]]
+    return [head, *[_rejudged(study, limits[i], i, row) for i, row in zip(broken, rows, strict=True)]]
 
 
 def _shown(row: ComparedRow) -> str:
@@ -136,13 +137,13 @@ def _shown(row: ComparedRow) -> str:
     return f"{value} [{low}, {high}]" if row.tuned_count is None else f"{row.tuned_count.words} flights"
 
 
-def _rejudged(limit: Limit, index: int, row: ComparedRow) -> str:
+def _rejudged(study: SearchedStudy, limit: Limit, index: int, row: ComparedRow) -> str:
     key = limit.automatic or f"constraint.{index}.max"
     smaller = f"a smaller {key} picks a point that lies further from this limit, and " if limit.limit > 0.0 else ""
     # An automatic limit is a share of an error that the key does not tell.
     larger = "a larger one" if limit.automatic else f"one of about {significant(row.tuned.high, 2)} or more"
     return (
-        f"`tuner rejudge FOLDER --set {key}=VALUE --out NEW` judges the flights already flown by another limit: {smaller}"
+        f"`{rejudge_command(study, key, 'VALUE')}` judges the flights already flown by another limit: {smaller}"
         f"{larger} has room for this point."
     )
 

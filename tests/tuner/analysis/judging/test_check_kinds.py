@@ -157,6 +157,27 @@ def test_a_limit_that_nothing_searched_moves_is_hopeless_before_any_flight(check
     assert "in the yaw loop reaches" in out and "`tuner design` reaches" in out
 
 
+def test_the_fixed_gains_that_decide_a_loop_are_named_and_no_searched_one_that_can_only_upset_it(
+    checked, told, tmp_path
+):
+    """A position loop at the fast end of its range upsets every loop below it, and mends the margin of none."""
+    gains = '"roll.k1" = 20.0\n"yaw.lambda" = 30.0\n"yaw.omega_o" = 12.0\n"yaw.k1" = 30.0\n"position.omega_c" = { low = 0.5, high = 60 }'
+    path = write(tmp_path, changed('"roll.k1" = 20.0', gains) + MARGINS.format(35).replace("attitude", "yaw"))
+    study = load_study(path)
+    system, margin, wind = study.system, "phase_margin(yaw)", Vec3(study.scenarios[0].spec.air.wind_speed, 0.0, 0.0)
+    model = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, Trim(wind=wind))
+    fastest = study.space.point(study.default_row)
+    fastest[[entry.name for entry in study.space.variables].index("position.omega_c")] = 1.0
+    assert model.evaluate(study.space.gains(fastest[None])).phase.value[0, AXES.index("yaw")] == 0.0
+    _, figures, _ = checked(path)
+    found = next(entry for entry in figures["out_of_reach"] if entry["label"] == margin)
+    assert found["reached"] > radians(20.0) and found["moved_by"] == []
+    assert {"yaw.k1", "yaw.lambda"} <= {entry["gain"] for entry in found["fixed"]}
+    _, out = told(path)
+    problem = out[out.index(f"Problem: {margin}") :].replace("\n", " ")
+    assert "fixed by the study and decide this loop: write " in problem and '"yaw.k1" = {}' in problem
+
+
 def test_a_limit_that_no_draw_keeps_is_hopeless_although_gains_move_it(checked, tmp_path):
     code, figures, _ = checked(write(tmp_path, STUDY + MARGINS.format(89).replace("attitude", "roll")))
     assert figures["out_of_reach"] and not any(entry["certain"] for entry in figures["out_of_reach"])

@@ -113,10 +113,13 @@ def test_the_loop_is_named_with_what_it_reaches_and_what_design_reaches(ran):
     told = next(line for line in out.splitlines() if "in the yaw loop" in line)
     assert (
         f"{np.degrees(found['reached']):.4g} deg" in told
-        and "No searched gain moves it" in told
+        and "Searched gains" not in told
         and "yaw.k1 = 30" in told
+        and '"yaw.k1" = {}' in told
     )
     assert f"`tuner design` reaches {np.degrees(found['design']['value']):.4g} deg" in told
+    # The gains that it reaches it with are not searched.
+    assert not found["design"]["in_ranges"] and "let the search start there" not in told
 
 
 def test_json_says_so_too_and_a_resume_ends_alike(ran, tmp_path, monkeypatch, capsys):

@@ -21,7 +21,7 @@ def test_without_requirements_the_constraints_decide():
     found = archive(np.array([[3.0, 0.0], [0.5, 1.0], [1.5, 0.0]]), np.empty((3, 0)), (), [True] * 3)
     least, why = nothing_feasible(found, ())
     assert least == 1  # the first of two that break by 1.5 in all
-    assert why.startswith("No candidate kept every constraint. ") and "relax a constraint" in why
+    assert why == []
 
 
 def test_kept_requirements_come_before_constraints():
@@ -29,17 +29,17 @@ def test_kept_requirements_come_before_constraints():
     found = archive(np.array([[0.0], [9.0], [4.0]]), known, (BOUND, RATE), [False, True, True])
     least, why = nothing_feasible(found, (BOUND, RATE))
     assert least == 2
-    assert why.startswith("No candidate kept every constraint. ")
+    assert why == []
 
 
 def test_every_requirement_is_told_with_how_close_the_search_came():
     known = np.array([[9.0, 12.0], [4.0, 3.0], [2.0, 6.0]])
     found = archive(np.zeros((3, 1)), known, (BOUND, RATE), [True, False, True])
-    least, why = nothing_feasible(found, (BOUND, RATE))
+    least, (why,) = nothing_feasible(found, (BOUND, RATE))
     # Broken by 3.5 + 0, 1 + 0.7 and 0 + 0.4 limits.
     assert least == 2
     assert "so none could be offered: bound at most 2 rad was kept by 1 of 3 candidates, closest 2 rad; " in why
-    assert "rate at least 10 was kept by 1 of 3 candidates, closest 12. " in why
+    assert "rate at least 10 was kept by 1 of 3 candidates, closest 12." in why
 
 
 @pytest.mark.parametrize(
@@ -47,4 +47,4 @@ def test_every_requirement_is_told_with_how_close_the_search_came():
 )
 def test_whether_anything_was_flown_is_said(flown, said):
     known = np.array([[5.0], [4.0]])
-    assert said in nothing_feasible(archive(np.zeros((2, 1)), known, (BOUND,), flown), (BOUND,))[1]
+    assert said in nothing_feasible(archive(np.zeros((2, 1)), known, (BOUND,), flown), (BOUND,))[1][0]

@@ -69,6 +69,8 @@ def _lost(outcome: Outcome) -> list[str]:
 
 
 def _on_bounds(outcome: Outcome) -> list[str]:
+    if not outcome.feasible:
+        return []
     front = outcome.finalist_rows[outcome.finalists.non_dominated]
     return after.gains_on_bounds(on_bounds(outcome.study, outcome.gains(outcome.tuned), front))
 
@@ -79,7 +81,7 @@ def _idle(outcome: Outcome) -> list[str]:
     broken = outcome.archive.violations > 0.0
     others = np.delete(broken, columns, axis=1).any(axis=1)
     idle = np.sum(broken[:, columns].any(axis=1) & ~others & outcome.archive.flown, axis=0)
-    return after.idle_candidates(int(idle))
+    return after.idle_candidates(int(idle), len(outcome.archive.points))
 
 
 def _unjudged(study: PlantStudy) -> list[str]:

@@ -14,6 +14,8 @@ Times = Sequence[float]
 SAME, PERFECT = 1e-9, 0.999
 # Candidates from which on a perfect correlation is no accident: ten ranks agree by chance once in 3.6 million.
 ENOUGH = 10
+# Share of all candidates from which on those that do not fly the mission are told of.
+MANY = 0.5
 
 
 def constant_objectives(labels: Sequence[str], values: np.ndarray, never: Sequence[Times]) -> list[str]:
@@ -131,13 +133,8 @@ def _continuation(budget: int, resumable: bool) -> str:
     return f"Continue: `tuner resume` with --budget {budget}."
 
 
-def idle_candidates(idle: int) -> list[str]:
-    """Warn of candidates that satisfied all but the automatic limits on tracking."""
-    if idle == 0:
+def idle_candidates(idle: int, tried: int) -> list[str]:
+    """Warn where most candidates satisfied all but the automatic limits on tracking."""
+    if idle <= MANY * tried:
         return []
-    who = (
-        "1 candidate met every limit except tracking and counts"
-        if idle == 1
-        else f"{idle} candidates met every limit except tracking and count"
-    )
-    return [f"{who} as infeasible."]
+    return [f"{idle} of {tried} candidates satisfied every limit except tracking and count as infeasible."]

@@ -137,10 +137,11 @@ def test_a_recommended_point_that_loses_flights_is_told_unless_the_study_limits_
     assert lost_flights(0, 32, limited=False) == lost_flights(3, 32, limited=True) == []
 
 
-def test_idle_candidates_are_counted():
-    assert idle_candidates(0) == []
-    assert idle_candidates(1) == ["1 candidate met every limit except tracking and counts as infeasible."]
-    assert idle_candidates(3)[0].startswith("3 candidates met")
+def test_idle_candidates_are_counted_where_they_are_most():
+    assert idle_candidates(17, 35) == [] == idle_candidates(0, 1)
+    assert idle_candidates(18, 35) == [
+        "18 of 35 candidates satisfied every limit except tracking and count as infeasible."
+    ]
 
 
 def test_the_registry_knows_when_each_speaks():

@@ -1,0 +1,46 @@
+"""Judging recorded flights by another limit: the command and a sufficient value."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from objectives.problem import Constraint, Evaluator
+from plant.seeds import generator
+from tuner.analysis.final_flights import FRONT_REPLICATES
+from tuner.experiments.tuning.conflicts import UpperEnd
+from tuner.experiments.tuning.survivors import pooled
+from tuner.search.loop import Generation
+from tuner.study.own_code import code_named
+from tuner.study.searched import SearchedStudy
+
+
+def rejudge_command(study: SearchedStudy, key: str, value: str) -> str:
+    """Return the command that judges recorded flights by another limit."""
+    code = "".join(f" --code FOLDER/inputs/{name}" for name in code_named(study.content))
+    return f"tuner rejudge FOLDER{code} --set {key}={value} --out NEW"
+
+
+def upper_ends(problem: Evaluator, study: SearchedStudy, generations: Sequence[Generation]) -> UpperEnd:
+    """Return the upper ends of constraints on the flights of a search."""
+    seen = pooled([entry.evaluation for entry in generations])
+
+    def upper_end(candidate: int, i: int) -> float:
+        constraint = study.constraints[i]
+        scores = seen.scores[candidate, len(problem.objectives) + i]
+        name = constraint.objective.scenario
+        return upper_end_of(constraint, scores if name is None else scores[seen.origin == name], study.seed)
+
+    return upper_end
+
+
+def upper_end_of(constraint: Constraint, samples: np.ndarray, root: int) -> float:
+    """Return the least limit that samples (flights,) satisfy.
+
+    They satisfy it at the confidence of the constraint.
+    """
+    objective = constraint.objective
+    if constraint.confidence == 0.0 or objective.risk.name == "worst":
+        return float(objective.risk.apply(samples))
+    count = len(samples)
+    draws = generator(root, "bootstrap/relaxed", 0).integers(count, size=(FRONT_REPLICATES, count), dtype=np.intp)
+    return float(objective.interval(samples, draws, constraint.confidence).high)
