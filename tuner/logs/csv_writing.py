@@ -1,4 +1,4 @@
-"""A flight log as a CSV table, with the mapping of its columns."""
+"""Writing of flight logs as CSV tables, with the mapping of columns."""
 
 import numpy as np
 

@@ -27,7 +27,11 @@ WAY = "state.way + absolute(sample.actual - state.previous)"
 WRONG_ACCUMULATOR = {
     "an if": (WAY, "state.way if sample.actual > 0 else 0.0", "write select"),
     "other mathematics": ("absolute(sample", "abs(sample", "write absolute"),
-    "arguments": ("def update(state, sample, target, t, h):", "def update(state, sample, target, t):", "it must take 5"),
+    "arguments": (
+        "def update(state, sample, target, t, h):",
+        "def update(state, sample, target, t):",
+        "it must take 5",
+    ),
     "no record": ("Accumulator(Sway,", "Accumulator(tuple,", "write class Sway(NamedTuple)"),
     "no numbers": ("way: float", "way: str", "with numbers"),
     "bound": ("2.0 * view.limit", "view.limit", "is exceeded 2 times"),
