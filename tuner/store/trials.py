@@ -7,6 +7,7 @@ of a line at the end of a file, which is not read and which the next writer take
 import json
 import os
 from collections.abc import Sequence
+from math import isclose
 from pathlib import Path
 from typing import TypedDict, TypeVar
 
@@ -17,6 +18,8 @@ from plant.input_files import MOST_TABLE, read_input
 from plant.output_files import open_in_place
 from tuner.store.document import DocumentPart
 
+# Relative difference of a variable that rounding makes on its way through the unit cube.
+ROUNDING = 1e-13
 REQUESTS_FILE, RESULTS_FILE = "asked.jsonl", "told.jsonl"
 
 
@@ -52,6 +55,15 @@ class Answer(DocumentPart):
     reason: str = ""
 
 
+def is_same(one: Trial, other: Trial) -> bool:
+    """Return true for trials that are equal but for rounding."""
+    return (
+        one.model_copy(update={"variables": {}}) == other.model_copy(update={"variables": {}})
+        and one.variables.keys() == other.variables.keys()
+        and all(isclose(value, other.variables[name], rel_tol=ROUNDING) for name, value in one.variables.items())
+    )
+
+
 Line = TypeVar("Line", bound=DocumentPart)
 
 
@@ -73,7 +85,7 @@ class TrialRecord:
         """Note trials as asked for; StoreError where other ones were asked for under the same id."""
         for trial in trials:
             before = self.trials.get(trial.id)
-            if before is not None and before != trial:
+            if before is not None and not is_same(before, trial):
                 raise StoreError(
                     f"{self._folder / REQUESTS_FILE}: {trial.id} was asked for with other values than this version or machine "
                     f"asks for; go on with the version that {self._folder / 'environment.json'} names, or begin anew with "

@@ -12,7 +12,7 @@ from objectives.metrics.metric import Metric
 from objectives.problem import Evaluator, FlightBatch
 from plant.quadrotor.scenarios import SEARCH
 from tuner.search.loop import point_name
-from tuner.store.trials import Answer, Trial, TrialRecord
+from tuner.store.trials import ROUNDING, Answer, Trial, TrialRecord
 from tuner.study.trials import FAILED, TrialStudy
 
 Array = np.ndarray
@@ -88,8 +88,13 @@ class TrialProblem(Evaluator):
             candidate=candidate,
             scenario=name,
             seed=self._study.trial_seed(stream, scenario),
-            variables=dict(zip(self._study.names, row.tolist(), strict=True)),
+            variables=dict(zip(self._study.names, self._unrounded(row).tolist(), strict=True)),
         )
+
+    def _unrounded(self, row: Array) -> Array:
+        """Return the default in place of its rounded row."""
+        default = self._study.default_row
+        return default if np.allclose(row, default, rtol=ROUNDING, atol=0.0) else row
 
     def _name(self, row: Array, stream: str) -> str:
         """Return the name of a candidate: its number, or "default" outside of the search."""

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError, StoreError
-from tests.tuner.experiments.trials.bench import SAME, bowls, concluded, content, line, made, noisy
+from tests.tuner.experiments.trials.bench import BOWLS, SAME, TITLE, bowls, concluded, content, line, made, noisy
 from tests.tuner.store.faults import AFTER, FULL, Faults
 from tuner.api.results import TuningResults, open_results
 from tuner.api.run_report import report_run
@@ -269,6 +269,19 @@ def test_trials_asked_for_otherwise_are_refused(tmp_path):
     asked.write_text(asked.read_text().replace('"x": 1.5', '"x": 1.25'))
     with pytest.raises(StoreError, match="p0000-search-000 was asked for with other values"):
         ask(study, out)
+
+
+def test_the_defaults_trials_have_its_very_values(tmp_path):
+    """On a logarithmic scale 0.1 to 10 the default 0.5 comes back from the unit cube as 0.49999999999999994."""
+    former, out = "low = -1.0\nhigh = 1.0\ndefault = 0.5", tmp_path / "out"
+    logarithmic = 'low = 0.1\nhigh = 10.0\nscale = "log"\ndefault = 0.5'
+    assert former in BOWLS
+    study = bowls(tmp_path, text=TITLE + BOWLS.replace(former, logarithmic))
+    assert ask(study, out).trials[0].variables == {"x": 1.5, "y": 0.5}
+    # Runs of former versions hold the other number, and go on.
+    asked = out / "asked.jsonl"
+    asked.write_text(asked.read_text().replace('"y": 0.5}', '"y": 0.49999999999999994}'))
+    assert ask(study, out).trials[0].id == "p0000-search-000"
 
 
 def test_the_files_compared_here_are_written(whole):
