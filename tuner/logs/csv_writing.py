@@ -1,4 +1,4 @@
-"""A flight log as a CSV table, with the mapping of its columns."""
+"""A flight log as a CSV table, with its mapping."""
 
 import numpy as np
 
