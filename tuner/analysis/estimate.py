@@ -84,13 +84,13 @@ class PartsList(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """Numbers of an airframe estimated from its parts.
+    """An estimated airframe.
 
     Attributes:
         values: Every number of an airframe file of frame "x".
-        uncertainty: Of the values.
-        thrust_to_weight: Of the values [1].
-        thrust_of_parts: Over the weight, before speed_max was lowered [1].
+        uncertainty: Of these numbers.
+        thrust_to_weight: At speed_max [1].
+        thrust_of_parts: The same before speed_max was lowered [1].
     """
 
     values: dict[str, Sourced]
@@ -100,7 +100,7 @@ class Estimate(NamedTuple):
 
     @property
     def is_lowered(self) -> bool:
-        """True where parts give more thrust than an airframe file may hold."""
+        """True where speed_max was lowered to what a file may hold."""
         return self.thrust_to_weight < self.thrust_of_parts
 
     def interval(self, name: str) -> tuple[float, float]:

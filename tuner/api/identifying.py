@@ -194,7 +194,7 @@ def check_logs(
 
 
 def refusals_of(file: Path) -> list[str]:
-    """Return the refusal of a written airframe file by studies; empty where they take it."""
+    """Return the reason and the remedy where studies refuse an airframe file."""
     try:
         load(file)
     except UnphysicalError as error:

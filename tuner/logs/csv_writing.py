@@ -1,4 +1,4 @@
-"""Writing of flight logs as CSV tables, with the mapping of columns."""
+"""A flight log as a CSV table, with its mapping."""
 
 import numpy as np
 
