@@ -23,9 +23,9 @@ from tuner.experiments.tuning.conflicts import (
 )
 from tuner.experiments.tuning.ending import obstacles_of
 from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_run
+from tuner.experiments.tuning.next_commands import rejudge_command, upper_ends
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
-from tuner.experiments.tuning.rejudging import rejudge_command, upper_ends
 from tuner.experiments.tuning.survivors import Survivors, survivors_of
 from tuner.search.front import non_dominated, pick, select_subset
 from tuner.search.infeasible import nothing_feasible
