@@ -293,9 +293,13 @@ class RulingRow(_WithInterval):
 
 
 class ClaimRow(DocumentPart):
-    """A sentence put to the test, its verdict, and the comparisons behind it."""
+    """A sentence put to the test, its verdict, and the comparisons behind it.
+
+    basis: quantities of the claim, and by how much others differ at the points compared.
+    """
 
     text: str
+    basis: str = ""
     better: str
     than: list[str]
     verdict: Verdict

@@ -99,10 +99,19 @@ def closest(values: np.ndarray) -> int:
     return int(np.argmin(np.square(normalize(values)).sum(axis=1)))
 
 
+TIED = {
+    "knee": "two points have no knee",
+    "closest": "two points are equally close to the best value of every objective at once",
+}
 PICKS = {
     "knee": (knee, "knee of the held-out front"),
     "closest": (closest, "point of the held-out front closest to the best value of every objective at once"),
 }
+
+
+def is_tied(values: np.ndarray) -> bool:
+    """Return True for two points (2, m) that `PICKS` cannot tell apart."""
+    return len(values) == 2 and bool(np.ptp(normalize(values).sum(axis=1)) == 0.0)
 
 
 def pick(rule: str, values: np.ndarray, names: list[str]) -> tuple[int, str]:
@@ -111,6 +120,8 @@ def pick(rule: str, values: np.ndarray, names: list[str]) -> tuple[int, str]:
     rule: as `resolved_rule` returns it.
     """
     if rule in PICKS:
+        if is_tied(values):
+            return int(np.argmin(values[:, 0])), f"{TIED[rule]}, so the one with the smaller {names[0]} is taken"
         choose, why = PICKS[rule]
         return choose(values), why
     if rule.startswith(WEIGHTED):

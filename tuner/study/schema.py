@@ -329,7 +329,8 @@ class PickTable(StrictTable):
     """[pick]: rule that picks the recommended point of the front."""
 
     rule: str = "knee"
-    """Rule of choice: "knee", "closest", "min:METRIC" or "weights"."""
+    """Rule of choice: "knee", "closest", "min:METRIC" or "weights". Two points have no knee and are equally close: of them the
+    one with the smaller first objective is taken."""
     weights: dict[str, Any] = Field(default={})
     """Weight of each objective, where the rule is "weights"."""
 

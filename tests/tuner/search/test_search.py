@@ -64,6 +64,17 @@ def test_picks_do_not_depend_on_units(scale, shift):
         pick("min:nothing", values, names)
 
 
+@pytest.mark.parametrize("rule", ["knee", "closest"])
+def test_of_two_points_the_one_with_the_smaller_first_objective_is_taken_and_why_is_said(rule):
+    values, names = np.array([[3.0, 1.0], [2.0, 7.0]]), ["itae", "travel"]
+    row, why = pick(rule, values, names)
+    assert row == 1 and why.startswith("two points ") and why.endswith("so the one with the smaller itae is taken")
+    assert pick(rule, values[::-1], names)[0] == 0
+    # Three objectives tell two points apart, and so does a rule that looks at one.
+    assert pick(rule, np.array([[3.0, 1.0, 1.0], [2.0, 7.0, 7.0]]), [*names, "yaw"])[0] == 0
+    assert pick("min:travel", values, names) == (0, "smallest travel")
+
+
 LABELS, ADDRESSES = ["mean(rms.x)", "worst(rms.x)", "mean(travel)"], ["rms.x", "rms.x", "travel"]
 RULES = [
     ("knee", {}, "knee"),

@@ -108,7 +108,7 @@ def show_study(preview: StudyPreview) -> None:
     most = "at most " if preview.stop == CONVERGED else ""
     for key in FIGURES:
         if key in preview.model_fields_set:
-            table.add_row(key, f"{most if key == 'search_flights' else ''}{shown(getattr(preview, key))}")
+            table.add_row(key, f"{most if key == 'search_flights' else ''}{shown(_figure(preview, key))}")
     if preview.vehicle is not None:
         table.add_row("vehicle", vehicle_text(preview.vehicle))
     table.add_row("plant step", preview.plant_step.words)
@@ -117,11 +117,22 @@ def show_study(preview: StudyPreview) -> None:
     console.print(table)
     for text in preview.notes:
         console.print(text)
-    if preview.default:
+    if preview.default and not isinstance(preview.requirements, dict):
         console.print(default_table(preview.default))
     for text in preview.problems:
         console.print(f"Problem: {text}", style="red")
     console.warn(preview.warnings)
+
+
+def _figure(preview: StudyPreview, key: str) -> Any:
+    """Return a figure of a preview; requirements of a plant with limits and the default's values."""
+    if key == "requirements" and isinstance(preview.requirements, dict):
+        return [_requirement_text(in_shown_units(row)) for row in preview.default]
+    return getattr(preview, key)
+
+
+def _requirement_text(row: DefaultRow) -> str:
+    return f"{row.label} {bound_text(row)}{unit_text(row.unit, ' {}')} (default {_cell(row)})"
 
 
 PREVIEWS: dict[type, Callable[..., None]] = {StudyPreview: show_study}

@@ -4,6 +4,8 @@ A claim survives where every interval lies on its side of zero. A printed number
 the distribution over seeds that the same experiment has here.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from tuner.documents.contest_document import ClaimRow, PublishedRow, RulingRow
@@ -11,14 +13,21 @@ from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.comparison import Comparison
 from tuner.experiments.contest.flying import Flown
 from tuner.study.contest import Claim, Contest, Published
+from tuner.text.numbers import per_cent
+from tuner.text.sentences import listing
 
 SURVIVES, FAILS, UNDECIDED = "survives", "fails", "undecided"
 # A printed number is "inside" where it lies between these percentiles of the flights.
 INSIDE = (2.5, 97.5)
+# Share from which on another objective is told beside a claim; quantities of a claim that are listed at most.
+LARGE, MOST_LABELS = 0.2, 3
 
 
-def judge_claims(contest: Contest, comparison: Comparison) -> list[ClaimRow]:
-    """Judge every claim of a contest: opponents in turn, quantities within."""
+def judge_claims(contest: Contest, comparison: Comparison, is_tuned: bool = False) -> list[ClaimRow]:
+    """Judge every claim of a contest: opponents in turn, quantities within.
+
+    is_tuned: whether a search found the points compared.
+    """
     labels = [quantity.label for quantity in contest.quantities]
     names = [contender.name for contender in contest.contenders]
     judged = []
@@ -28,8 +37,37 @@ def judge_claims(contest: Contest, comparison: Comparison) -> list[ClaimRow]:
             for objective in claim.objectives:
                 difference = comparison.difference(better, names.index(name), labels.index(objective.label))
                 rows.append(ruling(name, objective.label, difference))
-        judged.append(judged_claim(claim, rows))
+        basis = claim_basis(claim, other_differences(contest, comparison, claim), is_tuned)
+        judged.append(judged_claim(claim, rows, basis))
     return judged
+
+
+def other_differences(contest: Contest, comparison: Comparison, claim: Claim) -> dict[str, float]:
+    """Return the shares by which other objectives of a claim's contenders differ; those above `LARGE`.
+
+    A share is of the larger value, and the largest of all opponents.
+    """
+    names = [contender.name for contender in contest.contenders]
+    claimed = {objective.label for objective in claim.objectives}
+    better, differing = comparison.estimates[names.index(claim.better)], dict[str, float]()
+    for i, quantity in enumerate(contest.quantities):
+        if quantity.kind != "objective" or quantity.label in claimed:
+            continue
+        pairs = [(better[i].value, comparison.estimates[names.index(name)][i].value) for name in claim.than]
+        share = max(abs(one - other) / (max(abs(one), abs(other)) or 1.0) for one, other in pairs)
+        if share > LARGE:
+            differing[quantity.label] = share
+    return differing
+
+
+def claim_basis(claim: Claim, differing: Mapping[str, float], is_tuned: bool) -> str:
+    """Return the quantities of a claim, and other objectives that differ."""
+    labels = [objective.label for objective in claim.objectives]
+    text = f"in {listing(labels)}" if len(labels) <= MOST_LABELS else f"in {len(labels)} quantities"
+    up_to = "" if len(claim.than) == 1 else "up to "
+    if differing:
+        return f"{text}, at points whose {listing(f'{name} differs by {up_to}{per_cent(s)}' for name, s in differing.items())}"
+    return f"{text}, at the points compared" if is_tuned else text
 
 
 def ruling(than: str, quantity: str, gap: SampledValue) -> RulingRow:
@@ -38,11 +76,13 @@ def ruling(than: str, quantity: str, gap: SampledValue) -> RulingRow:
     return RulingRow(than=than, quantity=quantity, difference=gap.value, low=gap.low, high=gap.high, verdict=verdict)
 
 
-def judged_claim(claim: Claim, rows: list[RulingRow]) -> ClaimRow:
+def judged_claim(claim: Claim, rows: list[RulingRow], basis: str = "") -> ClaimRow:
     """Return a claim with its rulings: it survives if every one does, fails if any does, and is undecided otherwise."""
     verdicts = [row.verdict for row in rows]
     verdict = FAILS if FAILS in verdicts else UNDECIDED if UNDECIDED in verdicts else SURVIVES
-    return ClaimRow(text=claim.text, better=claim.better, than=list(claim.than), verdict=verdict, rows=rows)
+    return ClaimRow(
+        text=claim.text, basis=basis, better=claim.better, than=list(claim.than), verdict=verdict, rows=rows
+    )
 
 
 def judge_published(contest: Contest, flown: Flown, comparison: Comparison) -> list[PublishedRow]:

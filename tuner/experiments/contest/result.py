@@ -76,7 +76,7 @@ def judge_contest(contest: Contest, prepared: list[TunedContender], groups: list
         volumes=volumes_of(fronts, objectives, flown.origin, contest.seed) if fronts else None,
         best_under=best_under(fronts, len(objectives)) if fronts else [],
         published=judge_published(contest, flown, comparison),
-        claims=judge_claims(contest, comparison),
+        claims=judge_claims(contest, comparison, bool(fronts)),
         costs=[step_cost(system) for system in systems],
         bounds=[
             on_bounds(entrant.contender.study, entrant.entry.row, np.array([entry.row for entry in entrant.offered]))

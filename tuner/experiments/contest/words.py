@@ -122,7 +122,8 @@ def _inside(cells: list[PublishedRow]) -> int:
 def claim_words(result: Result) -> Iterable[str]:
     """Say which claims hold."""
     for judged in result.claims:
-        yield f'The claim "{judged.text}" {_VERDICT[judged.verdict]}: {_counted(judged)}.'
+        basis = f" {judged.basis}" if judged.basis else ""
+        yield f'The claim "{judged.text}" {_VERDICT[judged.verdict]}{basis}: {_counted(judged)}.'
 
 
 _VERDICT = {SURVIVES: "survives", FAILS: "fails", UNDECIDED: "is undecided"}

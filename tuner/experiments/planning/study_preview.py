@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
-from objectives.requirements import known_values
+from objectives.requirements import Requirement, known_values
 from plant.quadrotor.airframes.derived import quantities
 from plant.quadrotor.vehicle import Vehicle
 from plant.seeds import generator
@@ -17,7 +17,7 @@ from tuner.documents.parts import NumberWithUnit, PlantStep
 from tuner.documents.plan import AutomaticLimit
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
-from tuner.experiments.tuning.diagnosis import Diagnosis, Probe, obstacle_texts
+from tuner.experiments.tuning.diagnosis import Diagnosis, obstacle_texts
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.experiments.tuning.problem import problem_of
 from tuner.search.initial_design import latin_hypercube
@@ -171,14 +171,13 @@ def default_rows(study: Study, diagnosis: Diagnosis) -> list[DefaultRow]:
     """Return the default's values and verdicts for limits without flights; loop by loop."""
     row = study.default_row
     rows = zip(diagnosis.probes, diagnosis.values(row[None])[0].tolist(), diagnosis.worst_states(row), strict=True)
-    return [_default_row(probe, value, state) for probe, value, state in rows]
+    return [_default_row(probe.requirement, probe.loop, value, state) for probe, value, state in rows]
 
 
-def _default_row(probe: Probe, value: float, state: str | None) -> DefaultRow:
-    limit = probe.requirement
+def _default_row(limit: Requirement, loop: str | None, value: float, state: str | None) -> DefaultRow:
     row = DefaultRow(
         label=limit.label,
-        loop=probe.loop,
+        loop=loop,
         value=limit.in_file(value) if isfinite(value) else None,
         unit=limit.unit,
         sense=limit.sense,
@@ -252,6 +251,9 @@ def plant_preview(study: PlantStudy) -> StudyPreview:
             entry.label: value if isfinite(value) else None
             for entry, value in zip(study.requirements, values, strict=True)
         },
+        default=[
+            _default_row(entry, None, value, None) for entry, value in zip(study.requirements, values, strict=True)
+        ],
     )
 
 

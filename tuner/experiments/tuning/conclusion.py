@@ -1,5 +1,6 @@
 """Conclusion of a search on flights that it never saw: finalists, the recommended point, warnings."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
@@ -23,13 +24,13 @@ from tuner.experiments.tuning.conflicts import (
 )
 from tuner.experiments.tuning.ending import obstacles_of
 from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_run
+from tuner.experiments.tuning.next_commands import rejudge_command, upper_ends
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
-from tuner.experiments.tuning.rejudging import rejudge_command, upper_ends
 from tuner.experiments.tuning.survivors import Survivors, survivors_of
 from tuner.search.front import non_dominated, pick, select_subset
 from tuner.search.infeasible import nothing_feasible
-from tuner.search.loop import Archive, Generation, archive
+from tuner.search.loop import Archive, Generation, archive, point_name
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.study.searched import SearchedStudy
 from tuner.study.tuning_study import TuningStudy
@@ -53,7 +54,8 @@ def conclude(
     gains = finalist_gains(problem, study, tried, candidates)
     watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in flown))
     finals = Finals(problem, gains, flown, partial(best_row, study), study.seed, watcher.on_flights_done)
-    finalists, tuned, why = judged(study, finals, survivors.seen([0, *candidates.tolist()]))
+    names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
+    finalists, tuned, why = judged(study, finals, survivors.seen([0, *candidates.tolist()]), names)
     confirmation = problem.evaluate_gains(
         gains[[0, tuned]], confirming, watcher.on_flights_done, fly_all=True, complete=True
     )
@@ -91,12 +93,14 @@ def conclude(
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
 
 
-def judged(study: SearchedStudy, finals: Finals, before: list[SearchEstimate]) -> tuple[Finalists, int, str]:
+def judged(
+    study: SearchedStudy, finals: Finals, before: list[SearchEstimate], names: Sequence[str]
+) -> tuple[Finalists, int, str]:
     """Fly the finalists; return them with row and reason of the recommended one, which makes all flights."""
     flown = finals.fly()
     while True:
         finalists = judge(flown, before)
-        tuned, why = recommend(study, finalists)
+        tuned, why = recommend(study, finalists, names)
         rows = np.flatnonzero(~flown.complete & unsettled(finalists, tuned))
         if not len(rows):
             return finalists, tuned, why
@@ -156,27 +160,41 @@ def most_finalists(study: SearchedStudy) -> int:
     return min(max(study.search.candidates // TRIED, OF_TWO), MOST_FINALISTS)
 
 
-def recommend(study: SearchedStudy, finalists: Finalists) -> tuple[int, str]:
+def recommend(study: SearchedStudy, finalists: Finalists, names: Sequence[str]) -> tuple[int, str]:
     """Return the row of the recommended finalist and why: the pick rule, among those that beat the default everywhere."""
     values = finalists.evaluation.values
     rows = np.flatnonzero(finalists.non_dominated)
     if len(rows) == 0:
         least = int(np.argmin(finalists.excess[1:].sum(axis=1))) + 1
         return least, "no finalist satisfies every constraint on the held-out scenarios; this one violates them least"
-    return picked(study, values, rows)
+    row, why = picked(study, values, rows)
+    among = better_rows(values, rows)
+    pair = among if len(among) == 2 else rows
+    if len(pair) == 2:
+        (other,) = pair[pair != row].tolist()
+        why = f"{why}; the other point is {names[other]}"
+    return row, why
+
+
+def better_rows(values: np.ndarray, front: np.ndarray) -> np.ndarray:
+    """Return the rows of a front that beat the default everywhere; none does: all.
+
+    values (rows, objectives): of all, the default first.
+    """
+    beating = front[np.all(values[front] < values[0], axis=1)]
+    return beating if len(beating) else front
 
 
 def picked(study: SearchedStudy, values: np.ndarray, front: np.ndarray) -> tuple[int, str]:
     """Return the pick rule's row of a front, and why; values (rows, objectives): of all, the default first."""
-    beating = front[np.all(values[front] < values[0], axis=1)]
-    among = beating if len(beating) else front
+    among = better_rows(values, front)
     chosen, why = pick(study.pick, values[among], [objective.label for objective in study.objectives])
-    where = (
-        "among points better than the default in every objective"
-        if len(beating)
-        else "though no point is better than the default in every objective"
-    )
-    return int(among[chosen]), f"{why}, {where}"
+    row = int(among[chosen])
+    if not np.all(values[row] < values[0]):
+        return row, f"{why}, though no point is better on held-out flights than the default in every objective"
+    if len(among) == 1:
+        return row, "the only point that is better on held-out flights than the default in every objective"
+    return row, f"{why}, among points better on held-out flights than the default in every objective"
 
 
 def best_row(study: SearchedStudy, values: np.ndarray, feasible: np.ndarray) -> int:

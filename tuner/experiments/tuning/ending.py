@@ -1,20 +1,27 @@
 """The end of a run: gains to recommend, or nothing that keeps every limit; every other part of the tool asks here."""
 
 from collections.abc import Sequence
+from math import ceil, floor, log10
 from typing import cast
 
 import numpy as np
 
 from objectives.problem import Evaluator
+from plant.quadrotor.scenarios import HELD_OUT
+from tuner.analysis.lost_flights import named_losses
 from tuner.documents.obstacles import UnmetConstraint
 from tuner.documents.summary import INFEASIBLE, NOTHING, ComparedRow
 from tuner.experiments.tuning.conflicts import Conflict, Limit, limits_of
 from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, flown_obstacle, obstacle_texts
+from tuner.experiments.tuning.next_commands import fly_command, rejudge_command, upper_end_of
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.rejudging import rejudge_command
+from tuner.experiments.tuning.problem import batches
 from tuner.search.loop import Archive, Generation, point_name
 from tuner.study.study import SearchedStudy, Study
 from tuner.text.numbers import significant
+
+# Lost flights told by name at most.
+MOST_LOST = 3
 
 
 def contender_ending(name: str, point: str, obstacles: Sequence[UnmetConstraint] = ()) -> list[str]:
@@ -80,7 +87,8 @@ def ending_of(outcome: Outcome) -> list[str]:
     tried = len(outcome.candidates)
     who = "the one finalist does not satisfy" if tried == 1 else f"none of the {tried} finalists satisfies"
     head = f"{NOTHING} on held-out scenarios: {who} every limit there, {about}"
-    return [head, f"{point} violates {'; '.join(_broken(outcome))}.", *_helps(outcome), *_default(outcome)]
+    violated = f"{point} violates {'; '.join(_broken(outcome))}."
+    return [head, violated, *_lost(outcome, point), *_helps(outcome), *_default(outcome)]
 
 
 def _broken(outcome: Outcome) -> list[str]:
@@ -116,6 +124,36 @@ def _helps(outcome: Outcome) -> list[str]:
         f"By its values it satisfies them all, but not with {confidence:g} % confidence: an interval reaches beyond. More "
         f"held_out flights narrow it; `{rejudge_command(study, 'confidence', '0')}` judges by the values alone."
     ]
+
+
+def _lost(outcome: Outcome, point: str) -> list[str]:
+    """Return the nearest point's lost flights, and commands for them."""
+    study, row, flown = outcome.study, outcome.tuned, outcome.finalists.flown
+    limited = [
+        i
+        for i, entry in enumerate(study.constraints)
+        if entry.objective.metric.metric.name == "failure" and outcome.finalists.excess[row, i] > 0.0
+    ]
+    if not limited:
+        return []
+    lost = named_losses(outcome.problem, outcome.gains(row), batches(study, HELD_OUT), flown.failed[row], "")
+    if not lost:
+        return []
+    names = "; ".join(entry.words for entry in lost[:MOST_LOST])
+    more = int(flown.failed[row].sum(axis=0)) - len(lost[:MOST_LOST])
+    column = len(study.objectives) + limited[0]
+    enough = upper_end_of(study.constraints[limited[0]], outcome.finalists.evaluation.scores[row, column], study.seed)
+    fly, rejudge = fly_command(study, lost[0]), rejudge_command(study, f"constraint.{limited[0]}.max", _ceiled(enough))
+    return [
+        f"{point} lost {names}{f' and {more} more' if more > 0 else ''}. `{fly}` draws the first; "
+        f"`{rejudge}` judges by a limit that has room for the lost."
+    ]
+
+
+def _ceiled(share: float) -> str:
+    """Return a share with two digits, rounded up."""
+    step = 10.0 ** (floor(log10(share)) - 1)
+    return f"{ceil(share / step) * step:.2g}"
 
 
 def _broken_again(outcome: Outcome, point: str) -> list[str]:

@@ -68,7 +68,9 @@ def claims(contest: ComparedFolder) -> Markup:
 def _claim(contest: ComparedFolder, claim: ClaimRow) -> Markup:
     text = claim.text or f"{claim.better} is better"
     counts = [(sum(row.verdict == kind for row in claim.rows), name) for kind, name in COUNTS.items()]
-    rests = f"paired comparisons: {', '.join(f'{number} {name}' for number, name in counts if number)}"
+    names = {label: contest_label(contest, label) for label in contest.quantity}
+    basis = f"{in_plain_words(claim.basis, names)}; " if claim.basis else ""
+    rests = f"{basis}paired comparisons: {', '.join(f'{number} {name}' for number, name in counts if number)}"
     head = element(
         "summary", _verdict(claim.verdict), element("span", text, class_="claim-text"), element("small", rests)
     )

@@ -172,6 +172,12 @@ def claims_of(better, than, indices) -> Any:
 def test_a_claim_survives_fails_or_is_undecided(better, than, verdict):
     found = compare_all(flown(), QUANTITIES, 1)
     (judged,) = judge_claims(claims_of(better, than, [0]), found)
+    # By hand: of the other objectives those that differ by more than a fifth of the larger value.
+    for i, quantity in enumerate(QUANTITIES):
+        values = {name: found.estimates["abc".index(name)][i].value for name in "abc"}
+        share = max(abs(values[better] - values[name]) / max(values[better], values[name]) for name in than)
+        is_other = i > 0 and quantity.kind == "objective"
+        assert (f"{quantity.label} differs by" in judged.basis) == (is_other and share > 0.2)
     verdicts = [ruling.verdict for ruling in judged.rows]
     for ruling in judged.rows:
         expected = found.difference("abc".index(better), "abc".index(ruling.than), 0)

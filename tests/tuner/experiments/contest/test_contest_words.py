@@ -12,7 +12,7 @@ from objectives.risk import Risk
 from tuner.documents.contest_document import BoundRow, StepCost
 from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.comparison import Comparison, Difference
-from tuner.experiments.contest.judging import judged_claim, published_row, ruling
+from tuner.experiments.contest.judging import claim_basis, judged_claim, published_row, ruling
 from tuner.experiments.contest.tuning import compared_at
 from tuner.experiments.contest.words import (
     bound_words,
@@ -79,6 +79,22 @@ def test_a_claim_is_told_with_its_counts():
     assert text == (
         'The claim "A is best" fails: of 3 paired comparisons 1 for it, 1 against it and 1 without a decision.'
     )
+
+
+def test_a_claim_names_its_quantity_and_the_objectives_that_are_apart():
+    pair = Claim("A", ("B",), (TRAVEL,), "A is best")
+    assert claim_basis(pair, {}, is_tuned=False) == "in mean(travel)"
+    assert claim_basis(pair, {}, is_tuned=True) == "in mean(travel), at the points compared"
+    told = "in mean(travel), at points whose error differs by 52 % and noise differs by 21 %"
+    assert claim_basis(pair, {"error": 0.5227, "noise": 0.21}, is_tuned=True) == told
+    several = Claim("A", ("B", "C"), (TRAVEL,) * 4, "A is best")
+    assert claim_basis(several, {"error": 0.5}, is_tuned=False) == (
+        "in 4 quantities, at points whose error differs by up to 50 %"
+    )
+    judged = judged_claim(pair, [ruling("B", "mean(travel)", SampledValue(-1.0, -2.0, -0.5))], "in mean(travel)")
+    assert list(claim_words(result(claims=[judged]))) == [
+        'The claim "A is best" survives in mean(travel): of 1 paired comparisons 1 for it.'
+    ]
 
 
 def bound(variable, end, at, value, recommended, natural):

@@ -21,7 +21,7 @@ from tuner.experiments.tuning.conflicts import (
     limits_of,
     shares,
 )
-from tuner.experiments.tuning.rejudging import rejudge_command, upper_end_of
+from tuner.experiments.tuning.next_commands import rejudge_command, upper_end_of
 from tuner.search.loop import Archive
 
 SATURATION = Constraint(Objective(parse("saturation"), Risk("mean")), 0.02)

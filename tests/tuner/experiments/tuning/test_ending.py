@@ -23,8 +23,10 @@ from tuner.api.run_report import report_run
 from tuner.cli.main import _invoke
 from tuner.cli.printers.run_report import print_run_report
 from tuner.cli.terminal import Console
+from tuner.documents.parts import LostFlight
 from tuner.documents.summary import GAINS, INFEASIBLE, NOTHING
 from tuner.documents.tuning import TuningFolder
+from tuner.experiments.tuning import ending
 from tuner.experiments.tuning.ending import ending_of
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.report.tuning_page import tuning_page
@@ -275,3 +277,36 @@ def test_a_limit_that_confirmation_flights_break_is_told_with_what_helps(tmp_pat
     )
     assert "mean(failure) at most 0 with 1 of 32 flights" in head
     assert "`tuner rejudge FOLDER --set constraint.0.max=VALUE --out NEW`" in helps and "0.16 or more" in helps
+
+
+def test_lost_flights_that_leave_nothing_feasible_are_named_with_the_commands_that_go_on(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
+    outcome = run_small(tmp_path / "run", search__generations=1)
+    column, row = len(outcome.study.objectives), 1
+    assert outcome.study.constraints[0].objective.label == "mean(failure)"
+    excess, failed = outcome.finalists.excess.copy(), outcome.finalists.flown.failed.copy()
+    scores = outcome.finalists.flown.scores.copy()
+    failed[row, [3, 5, 6, 7]] = scores[row, column, [3, 5, 6, 7]] = 1.0
+    excess[row, 0] = 4.0 / failed.shape[1]
+    flown = replace(outcome.finalists.flown, failed=failed, scores=scores)
+    finalists = replace(outcome.finalists, flown=flown, excess=excess, feasible=np.zeros(len(excess), dtype=bool))
+    names, scenario = [f"held-out-{i}" for i in (3, 5, 6, 7)], outcome.study.scenarios[0].spec.name
+    lost = [
+        LostFlight(
+            name=name, scenario=scenario, stream="held-out", index=int(name[-1]), time=1.5, cause="tilt", limit="80 deg"
+        )
+        for name in names
+    ]
+    monkeypatch.setattr(ending, "named_losses", lambda *_: lost)
+    _, violated, told = ending_of(replace(outcome, finalists=finalists, tuned=row))
+    assert "mean(failure) at most 0" in violated
+    assert all(f"{name} ({scenario}): tilt after 1.5 s, limit 80 deg" in told for name in names[:3])
+    assert "and 1 more" in told and names[3] not in told
+    fly = f"`tuner fly FOLDER/infeasible.json --study FOLDER/inputs/{outcome.study.path.stem}.toml --flight held-out-3 --plot lost.png`"
+    assert fly in told
+    (number,) = re.findall(r"`tuner rejudge FOLDER --set constraint\.0\.max=(\S+) --out NEW`", told)
+    share = float(number)
+    # With this limit the same flights satisfy it at the confidence of the study.
+    problem = outcome.problem
+    problem.constraints = (replace(problem.constraints[0], most=share), *problem.constraints[1:])
+    assert replace(flown).excess(0)[row] == 0.0 and share < 1.2 * (flown.estimate(column)[2][row])

@@ -206,3 +206,17 @@ def test_check_tells_how_the_plant_is_stepped_and_how_far_its_margins_are_off(wr
     assert any(line.startswith("Search: ") for line in lines) and any(
         line.startswith("Automatic limit") for line in lines
     )
+
+
+def test_check_prints_the_limit_of_a_margin_beside_the_defaults_value(written, monkeypatch, capsys):
+    study = written / "margins.toml"
+    study.write_text((written / "motor.toml").read_text() + '\n[[margin]]\nquantity = "phase_margin"\nmin = 110\n')
+    _, out, _ = tuner(monkeypatch, capsys, "check", study, "--json")
+    values = json.loads(out)["requirements"]
+    assert values["phase_margin"] < 110.0
+    _, out, _ = tuner(monkeypatch, capsys, "check", study)
+    (line,) = [line for line in out.splitlines() if line.startswith("requirements")]
+    ms, phase = (f"{values[name]:.3g}" for name in ("ms", "phase_margin"))
+    assert line.split(maxsplit=1)[1].strip() == (
+        f"ms max 2 (default {ms}), phase_margin min 110 deg (default {phase} !)"
+    )

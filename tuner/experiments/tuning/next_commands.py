@@ -1,4 +1,4 @@
-"""Judging recorded flights by another limit: the command and a sufficient value."""
+"""Commands after a run without feasible gains, and sufficient limits."""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,8 @@ import numpy as np
 from objectives.problem import Constraint, Evaluator
 from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES
+from tuner.documents.parts import LostFlight
+from tuner.documents.summary import INFEASIBLE
 from tuner.experiments.tuning.conflicts import UpperEnd
 from tuner.experiments.tuning.survivors import pooled
 from tuner.search.loop import Generation
@@ -16,8 +18,21 @@ from tuner.study.searched import SearchedStudy
 
 def rejudge_command(study: SearchedStudy, key: str, value: str) -> str:
     """Return the command that judges recorded flights by another limit."""
-    code = "".join(f" --code FOLDER/inputs/{name}" for name in code_named(study.content))
-    return f"tuner rejudge FOLDER{code} --set {key}={value} --out NEW"
+    return f"tuner rejudge FOLDER{_code(study)} --set {key}={value} --out NEW"
+
+
+def fly_command(study: SearchedStudy, flight: LostFlight) -> str:
+    """Return the command that repeats a lost flight."""
+    scenario = [entry.spec.name for entry in study.scenarios].index(flight.scenario)
+    which = f" --scenario {scenario}" if scenario else ""
+    return (
+        f"tuner fly FOLDER/{INFEASIBLE}{_code(study)} --study FOLDER/inputs/{study.path.stem}.toml{which} "
+        f"--flight {flight.name} --plot lost.png"
+    )
+
+
+def _code(study: SearchedStudy) -> str:
+    return "".join(f" --code FOLDER/inputs/{name}" for name in code_named(study.content))
 
 
 def upper_ends(problem: Evaluator, study: SearchedStudy, generations: Sequence[Generation]) -> UpperEnd:
