@@ -193,7 +193,7 @@ def check_fmu(file: Path) -> Checked:
 
 def airframe_figures(file: Path) -> Row:
     """Return figures of a vehicle; what is wrong with its file is an error that names the key."""
-    airframe = load_airframe(file)
+    airframe = load_airframe(file, allow_unphysical=True)
     numbers = {name: {"value": entry.value, "unit": entry.unit} for name, entry in quantities(airframe.vehicle).items()}
     return {
         "kind": "airframe",

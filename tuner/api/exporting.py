@@ -174,7 +174,9 @@ def import_gains(
     if out is not None and Path(out).exists():
         raise taken(Path(out))
     importer = find_importer(source)
-    imported = importer.read(Path(parameters), load(airframe), settings_of(importer, texts(options)))
+    imported = importer.read(
+        Path(parameters), load(airframe, allow_unphysical=True), settings_of(importer, texts(options))
+    )
     gains = gains_of(imported.controller, {})
     if out is not None:
         gains = replace(gains, path=write_new(Path(out), gains.document, parents=True))

@@ -112,7 +112,10 @@ def _judge(vehicle: Vehicle, path: Path, *, in_file: bool, by_caller: bool) -> N
     if in_file:
         remedy = "correct the file, or write allow_unphysical = true in [airframe] of the study too, as at the top of the file"
     elif by_caller:
-        remedy = "correct the file, or write allow_unphysical = true at its top, above all tables"
+        remedy = (
+            "correct the file, or write allow_unphysical = true at its top, above all tables, as in [airframe] of a study "
+            "that flies it"
+        )
     else:
         remedy = (
             "correct the file, or write allow_unphysical = true twice: at the top of the file, above all tables, and "

@@ -199,6 +199,8 @@ def test_an_airframe_is_checked_as_one(checked, told, tmp_path):
     path.write_text(path.read_text().replace("mass = { value = 0.698", "mass = { value = 698"))
     code, _, err = checked(path)
     assert code == 2 and "own.toml" in err and "thrust" in err
+    path.write_text("allow_unphysical = true\n" + path.read_text())
+    assert checked(path)[0] == 0
 
 
 def test_gains_are_checked_as_gains(checked, told, tmp_path):
