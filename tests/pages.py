@@ -58,7 +58,7 @@ def lines(block: Block) -> list[str]:
 
 
 def commands(block: Block) -> list[str]:
-    """Return what of a block is typed: lines of a shell, or a piece of Python as one."""
+    """Return the typed commands of a block: lines of a shell, or a piece of Python as one."""
     return lines(block) if block.language in ("sh", "console") else [block.text]
 
 

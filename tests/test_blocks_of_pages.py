@@ -32,7 +32,7 @@ NOT_RUN = {
     r"python docs/ask_and_tell": "needs Gymnasium or RotorPy from a registry",
     r"^    (@property|FinalistColumn)": "lines for a file of the tool",
 }
-"""What of the pages is not typed, with the reason; all else is."""
+"""Commands of the pages that are not typed, with the reason; all others are."""
 ELSEWHERE = {"docs/cluster.md"}
 """Pages whose commands tests/tuner/engines/cluster/test_cluster_document.py types, with this machine for the others."""
 OMITTED = re.compile("|".join(NOT_RUN), re.MULTILINE)
@@ -41,7 +41,7 @@ GIVEN = {
     "studies": "studies",
     "docs": "docs/ask_and_tell",
 }
-"""What a reader has before a page begins, by a word of the page: a log, files of a clone; and vehicles' parameter files."""
+"""Files of a reader before a page begins, by a word of the page: a log, files of a clone, parameter files of vehicles."""
 SLOW = {
     "README.md",
     "docs/examples/iron.md",
@@ -184,7 +184,7 @@ def test_the_airframe_of_the_tutorial_is_one(tmp_path):
     ("page", "name"), [("add_a_law", "pid_plain.py"), ("add_a_metric", "mae.py"), ("add_a_metric", "sway.py")]
 )
 def test_user_code_of_a_page_is_that_of_the_shipped_study(page, name):
-    """Which tests/tuner/experiments/again/test_own_code_run.py runs."""
+    """It is run by tests/tuner/experiments/again/test_own_code_run.py."""
     assert file_of(f"docs/how_to/{page}.md", name) == (ROOT / "studies/own_law" / name).read_text(encoding="utf-8")
 
 

@@ -187,8 +187,8 @@ def costs(folder: Path) -> Iterator[str]:
         yield f"| {law} | {loops:.0f} | {step:.0f} |"
 
 
-def worth(folder: Path) -> Iterator[str]:
-    """Return what a run says of the value of better knowledge of the vehicle."""
+def value_of_information(folder: Path) -> Iterator[str]:
+    """Yield the sentences of a run on the value of better knowledge of the vehicle."""
     command = [sys.executable, "-m", "tuner", "show", "results/mine"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200"}
     printed = subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True, text=True).stdout
@@ -327,7 +327,7 @@ TABLES: tuple[Table | Listing, ...] = (
         ),
         *MINE, corner="on 128 flights, each with a vehicle of the set",
     ),
-    Listing("docs/log_to_gains.md", "worth", worth, MINE),
+    Listing("docs/log_to_gains.md", "worth", value_of_information, MINE),
     tuned(
         "docs/examples/iron.md", "iron",
         (

@@ -45,7 +45,7 @@ class GainAt(DocumentPart):
 
 
 class DesignReach(DocumentPart):
-    """What a design reaches: the value (null: no bound), whether it keeps the limit, and the gains of the loop.
+    """Reach of a design: the value (null: no bound), whether it satisfies the limit, and the gains of the loop.
 
     in_ranges: whether it keeps the limit with the searched gains alone, so that a search can start there.
     """

@@ -36,11 +36,15 @@ from tuner.text.units import plain
 # Candidates kept at most; beyond, they are thinned evenly.
 MOST_CANDIDATES = 6000
 INFEASIBLE, SEARCHED, START = 0, 1, 2
+LimitedQuantities = tuple[list[TableRow], np.ndarray]
+"""Limited quantities that differ among finalists, and their values (finalists, quantities)."""
 
 
-def explorer_data(results: TuningFolder, charts: dict[str, WebPanel], arrays: Arrays) -> dict[str, object]:
+def explorer_data(
+    results: TuningFolder, limited: LimitedQuantities, charts: dict[str, WebPanel], arrays: Arrays
+) -> dict[str, object]:
     """Return the document; no number in it is NaN or infinite."""
-    limits, limited = limited_quantities(results)
+    limits, values = limited
     return {
         "tuned": results.tuned,
         "called": results.called,
@@ -48,10 +52,10 @@ def explorer_data(results: TuningFolder, charts: dict[str, WebPanel], arrays: Ar
         "gains_name": results.document.gains_file,
         "objectives": [_objective(results, i) for i in range(len(results.objectives))],
         "variables": [_variable(entry, results.addresses[entry.name]) for entry in results.variables],
-        "limits": [_limit(results, row, limited[:, i]) for i, row in enumerate(limits)],
+        "limits": [_limit(results, row, values[:, i]) for i, row in enumerate(limits)],
         "quantities": quantity_texts(results),
         "columns": [entry.about for entry in FINALIST_COLUMNS if entry.heading],
-        "points": [_point(results, row, limited[row]) for row in range(len(results.held_out_front.points))],
+        "points": [_point(results, row, values[row]) for row in range(len(results.held_out_front.points))],
         "candidates": _candidates(results),
         "layers": _layers(results),
         "margins": margin_heads(results) if results.loops else None,
@@ -81,7 +85,7 @@ def _about(results: TuningFolder, entry: TableRow) -> dict[str, JsonValue]:
     }
 
 
-def limited_quantities(results: TuningFolder) -> tuple[list[TableRow], np.ndarray]:
+def limited_quantities(results: TuningFolder) -> LimitedQuantities:
     """Return limited quantities that differ among finalists, and their values (finalists, quantities).
 
     NaN: infinite, as a margin that no crossing limits, or not known.

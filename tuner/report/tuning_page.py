@@ -27,7 +27,8 @@ def tuning_page(results: TuningFolder) -> Page:
         *filter(None, [front_probability_panel(results)]),
         *progress_panels(results.progress),
     ]
-    limits, _ = limited_quantities(results)
+    limited = limited_quantities(results)
+    limits, _ = limited
     charts = {panel.key: to_web(panel, arrays) for panel in [*responses, *loops, *trust]}
     page = Page(
         kind="tuning report",
@@ -42,7 +43,7 @@ def tuning_page(results: TuningFolder) -> Page:
             Section("trust", "Reliability", trust_section(results, grid(trust, "trust-grid"))),
             Section("provenance", "Provenance", provenance_section(results)),
         ),
-        data=explorer_data(results, charts, arrays),
+        data=explorer_data(results, limited, charts, arrays),
     )
     return page if results.has_rotors else neutral_page(page, _user_names(results))
 

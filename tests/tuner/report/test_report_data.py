@@ -18,7 +18,7 @@ from tuner.documents.tuning import TuningFolder
 from tuner.report import write_report
 from tuner.report.charts.loops import gain_of, phase_of
 from tuner.report.charts.web import Arrays, finite, quantised
-from tuner.report.explorer_data import explorer_data
+from tuner.report.explorer_data import explorer_data, limited_quantities
 from tuner.report.tuning_charts import LEAST, MOST, instants, kept_points
 from tuner.text.numbers import MISSING, significant
 
@@ -249,6 +249,7 @@ def test_a_gain_margin_is_a_factor_in_files_and_a_level_on_the_page(tmp_path):
     assert (shown.unit, is_level(shown)) == ("dB", True)
     found = [shown.limit, shown.default.value, shown.tuned.value, shown.difference.value]
     assert found == pytest.approx([6.0206, 3.52183, 12.0412, 8.51937], abs=1e-4)
-    quantities: Any = explorer_data(TuningFolder(folder), {}, Arrays())["quantities"]
+    results = TuningFolder(folder)
+    quantities: Any = explorer_data(results, limited_quantities(results), {}, Arrays())["quantities"]
     entry = quantities[-1]
     assert (entry["unit"], entry["limit"]) == ("dB", "min 6.0206")
