@@ -4,8 +4,8 @@
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 import numpy as np
@@ -21,7 +21,7 @@ from objectives.requirements import (
     further_values,
     hard_excess,
     known_values,
-    known_violations,
+    requirement_excess,
     requirements_of,
     worth_flying,
 )
@@ -106,7 +106,7 @@ class Evaluation:
 
     Attributes:
         values: Objectives (n, objectives) in the metrics' units.
-        violations: Of constraints and requirements (n, constraints + requirements), 0 where they are met.
+        excess: Over constraints and requirements (n, constraints + requirements), below 0 where there is slack.
         failures: Share of flights that did not complete (n,).
         scores: The per-flight metrics that all of it came from (n, quantities, flights).
         origin: Name of the scenario of each flight (flights,).
@@ -120,7 +120,7 @@ class Evaluation:
     """
 
     values: np.ndarray
-    violations: np.ndarray
+    excess: np.ndarray
     failures: np.ndarray
     scores: np.ndarray
     origin: np.ndarray
@@ -130,6 +130,11 @@ class Evaluation:
     failed: np.ndarray | None = None
     screening_seconds: float = 0.0
     flight_seconds: float = 0.0
+
+    @property
+    def violations(self) -> np.ndarray:
+        """Violations of constraints and requirements (n, constraints + requirements), 0 where they are met."""
+        return np.maximum(self.excess, 0.0)
 
     @property
     def flights_each(self) -> np.ndarray:
@@ -164,6 +169,27 @@ class Evaluation:
     def samples(self, index: int, scenario: str | None) -> np.ndarray:
         """Return one quantity of the flights that count for it (n, flights); scenario: a name, or None for all."""
         return seen_scores(self.scores, index, self.origin, scenario)
+
+
+# Fields of an evaluation that have a row for each candidate.
+OF_CANDIDATES = ("values", "excess", "failures", "scores", "requirements", "flown")
+
+
+def concatenate_evaluations(evaluations: Sequence[Evaluation]) -> Evaluation:
+    """Return evaluations of several candidates on the same flights as one."""
+    if len(evaluations) == 1:
+        return evaluations[0]
+    rows = {name: np.concatenate([getattr(entry, name) for entry in evaluations], axis=0) for name in OF_CANDIDATES}
+    failed = [entry.failed for entry in evaluations if entry.failed is not None]
+    counted = [entry.flights_each for entry in evaluations]
+    return replace(
+        evaluations[0],
+        **rows,
+        counted=None if all(entry.counted is None for entry in evaluations) else np.concatenate(counted),
+        failed=np.concatenate(failed) if len(failed) == len(evaluations) else None,
+        screening_seconds=sum(entry.screening_seconds for entry in evaluations),
+        flight_seconds=sum(entry.flight_seconds for entry in evaluations),
+    )
 
 
 def seen_scores(scores: np.ndarray, index: int, origin: np.ndarray, scenario: str | None) -> np.ndarray:
@@ -282,7 +308,9 @@ class Evaluator(ABC):
         n = len(self.objectives)
         return Evaluation(
             values=risks[:, :n],
-            violations=np.concatenate([self.broken(risks), known_violations(self.requirements, limited)], axis=1),
+            excess=np.concatenate(
+                [self.constraint_excess(risks), requirement_excess(self.requirements, limited)], axis=1
+            ),
             failures=lost.mean(axis=-1),
             scores=all_scores,
             origin=names,
@@ -293,10 +321,9 @@ class Evaluator(ABC):
             flight_seconds=self.now() - screened,
         )
 
-    def broken(self, risks: np.ndarray) -> np.ndarray:
-        """Return the excess of risks (n, quantities) over constraints (n, constraints), at least 0."""
-        most = np.array([constraint.most for constraint in self.constraints])
-        return np.maximum(risks[:, len(self.objectives) :] - most, 0.0)
+    def constraint_excess(self, risks: np.ndarray) -> np.ndarray:
+        """Return the excess of risks (n, quantities) over constraints (n, constraints): below 0 where there is slack."""
+        return risks[:, len(self.objectives) :] - np.array([constraint.most for constraint in self.constraints])
 
     def risks(self, scores: np.ndarray, origin: np.ndarray) -> np.ndarray:
         """Return the risk of every quantity (n, quantities) of scores (n, quantities, flights); NaN without flights.

@@ -20,7 +20,7 @@ import numpy as np
 
 from objectives.flown_system import FlightBatch
 from objectives.problem import Evaluation, Evaluator
-from objectives.requirements import known_values, known_violations, worth_flying
+from objectives.requirements import known_values, requirement_excess, worth_flying
 from objectives.risk.joint import resampled_scenarios, within
 from plant.seeds import generator
 
@@ -102,7 +102,7 @@ class Race:
             start += batch.count
 
     def _settle(self, stage: int, running: Array, root: int) -> None:
-        hopeless = self.problem.broken(self.problem.risks(self.scores[running], self.track.origin())) > 0.0
+        hopeless = self.problem.constraint_excess(self.problem.risks(self.scores[running], self.track.origin())) > 0.0
         self.settled[running] = hopeless.any(axis=1)
         seen, open_rows = self.track.seen(stage), running[~self.settled[running]]
         if not len(open_rows) or not len(self.champions.values):
@@ -190,8 +190,8 @@ def race(
     problem.spare(len(points) * track.flights - int(counted.sum(axis=0)), on_flights_done)
     return Evaluation(
         values=risks[:, : len(problem.objectives)],
-        violations=np.concatenate(
-            [problem.broken(risks), known_violations(problem.requirements, screening_values)], axis=1
+        excess=np.concatenate(
+            [problem.constraint_excess(risks), requirement_excess(problem.requirements, screening_values)], axis=1
         ),
         failures=failures,
         scores=run.scores,

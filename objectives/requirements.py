@@ -180,12 +180,12 @@ def _answers(screens: tuple[Screen, ...], gains: Array, analysis: Callable[[Scre
     return np.concatenate(parts, axis=1)
 
 
-def known_violations(requirements: tuple[Requirement, ...], values: Array) -> Array:
-    """Return the violations (n, requirements) of values (n, requirements)."""
-    broken = np.zeros_like(values)
+def requirement_excess(requirements: tuple[Requirement, ...], values: Array) -> Array:
+    """Return the excess (n, requirements) of values (n, requirements): below 0 where there is slack."""
+    excess = np.zeros_like(values)
     for i, requirement in enumerate(requirements):
-        broken[:, i] = requirement.violations(values[:, i])
-    return broken
+        excess[:, i] = requirement.excess(values[:, i])
+    return excess
 
 
 def hard_excess(requirements: tuple[Requirement, ...], values: Array) -> Array:
@@ -197,4 +197,4 @@ def hard_excess(requirements: tuple[Requirement, ...], values: Array) -> Array:
 def worth_flying(requirements: tuple[Requirement, ...], values: Array) -> NDArray[np.bool_]:
     """Return the candidates (n,) that keep every hard requirement."""
     hard = [i for i, requirement in enumerate(requirements) if requirement.hard]
-    return np.all(known_violations(requirements, values)[:, hard] <= 0.0, axis=1)
+    return np.all(requirement_excess(requirements, values)[:, hard] <= 0.0, axis=1)

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from objectives.problem import Evaluation, Evaluator, seen_scores
-from objectives.requirements import known_violations
+from objectives.requirements import requirement_excess
 from objectives.risk import PairedDifference, Risk, replicates_on, within
 from objectives.risk.joint import resampled_scenarios
 from plant.seeds import generator
@@ -54,10 +54,10 @@ class FinalFlights:
         """The values of every row."""
         n = len(self.problem.objectives)
         risks = np.stack([self.value(i) for i in range(self.scores.shape[1])], axis=1)
-        broken = known_violations(self.problem.requirements, self.requirements)
+        over = requirement_excess(self.problem.requirements, self.requirements)
         return Evaluation(
             values=risks[:, :n],
-            violations=np.concatenate([self.problem.broken(risks), broken], axis=1),
+            excess=np.concatenate([self.problem.constraint_excess(risks), over], axis=1),
             failures=np.where(self.complete, self.failed.mean(axis=1), self.failed[:, self.early].mean(axis=1)),
             scores=self.scores,
             origin=self.origin,
@@ -192,7 +192,7 @@ class FinalFlights:
     def _sound(self) -> Array:
         """The complete rows that satisfy all constraints, or else all complete rows."""
         complete = np.flatnonzero(self.complete)
-        broken = self.problem.broken(self.problem.risks(self.scores[complete], self.origin))
+        broken = self.problem.constraint_excess(self.problem.risks(self.scores[complete], self.origin))
         sound = complete[np.all(broken <= 0.0, axis=1)]
         return sound if len(sound) else complete
 

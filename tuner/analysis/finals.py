@@ -18,7 +18,7 @@ import numpy as np
 
 from objectives.flown_system import FlightBatch
 from objectives.problem import Evaluator, Problem
-from objectives.requirements import known_values, known_violations
+from objectives.requirements import known_values, requirement_excess
 from objectives.risk import replicates_on
 from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES, FinalFlights, dominates
@@ -149,7 +149,7 @@ def limits_kept(flights: FinalFlights) -> tuple[Array, Array]:
     A share that is allowed to be 0 alone is left to `decisive` as long as it is 0: no number of flights would settle it.
     """
     problem, m = flights.problem, len(flights.problem.objectives)
-    are_met = np.all(known_violations(problem.requirements, flights.requirements) <= 0.0, axis=1)
+    are_met = np.all(requirement_excess(problem.requirements, flights.requirements) <= 0.0, axis=1)
     keeps, is_open = np.repeat(are_met[:, None], FRONT_REPLICATES, axis=1), np.zeros(len(are_met), dtype=bool)
     for i, entry in enumerate(problem.constraints):
         samples, drawn, risk = flights.seen(m + i, early=True)
@@ -166,8 +166,8 @@ def decisive(flights: FinalFlights, choose: Choose) -> Array:
     """Return the stopped rows (k,) whose further flights decide the choice."""
     problem, m = flights.problem, len(flights.problem.objectives)
     values = np.stack([flights.value(i) for i in range(len(problem.quantities))], axis=1)
-    keeps = np.all(known_violations(problem.requirements, flights.requirements) <= 0.0, axis=1)
-    keeps &= np.all(problem.broken(values) <= 0.0, axis=1)
+    keeps = np.all(requirement_excess(problem.requirements, flights.requirements) <= 0.0, axis=1)
+    keeps &= np.all(problem.constraint_excess(values) <= 0.0, axis=1)
     stopped = np.flatnonzero(keeps & ~flights.complete)
     if not len(stopped):
         return stopped

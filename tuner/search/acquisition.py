@@ -16,9 +16,12 @@ from tuner.search.gaussian_process import Posterior
 from tuner.search.sobol import Sobol
 
 Array = np.ndarray
-# Distance of the reference point beyond the default, relative to that of the default from the front's best values; and its least
-# distance from these.
-MARGIN, MIN_EDGE = 0.1, 2.0
+# Distance of the reference point beyond the default, relative to that of the default from the front's best values; its least
+# distance from these, in spreads of the objective, where nobody gives it, and where the study does.
+MARGIN, MIN_EDGE, SMALLEST_EDGE = 0.1, 2.0, 1e-6
+# Weight of the box's further part. Over 13 published problems 0.15 leads 0.05 on 7 and trails on 1; with 1 three objectives of the
+# tool's own problems end at 0.78 and 0.87 of the best known up to the default, with 0.15 at 0.85 and 0.87.
+FURTHER_WEIGHT = 0.15
 
 
 def sample_directions(count: int, objectives: int, rng: np.random.Generator) -> Array:
@@ -72,21 +75,43 @@ def mean_improvement(samples: Array, directions: Array, best: Array) -> Array:
 class ReferenceBox:
     """Box in which hypervolume is measured: from a front's best values to a reference point.
 
-    The reference is a tenth beyond the default, as in `front.hypervolume`, or beyond the median of the front where that is worse.
+    Of each objective it has a nearer part, to a tenth beyond the default, or beyond the median of the front where that is worse,
+    and a further one, to a tenth beyond the worst of the front and its foreseen ends. The further part counts less: what is
+    worse than the default is of less use, but a front that is cut off at a good default is not searched at all beyond it.
+    (Weighted hypervolume: E. Zitzler, D. Brockhoff, L. Thiele, EMO 2007, pages 862-876.)
 
     Args:
         front: objectives (k, m) of the non-dominated points.
         default: objectives (m,) of the default; None where it failed.
+        reference: reference point (m,) that is given; NaN where there is none.
     """
 
-    def __init__(self, front: Array, default: Array | None) -> None:
+    def __init__(self, front: Array, default: Array | None, reference: Array) -> None:
         self._low = front.min(axis=0)
         anchor = np.maximum(np.median(front, axis=0), front.max(axis=0) if default is None else default)
-        self._edges = np.maximum((1.0 + MARGIN) * (anchor - self._low), MIN_EDGE)
+        self._near = self._edge(anchor)
+        given = ~np.isnan(reference)
+        self._near[given] = np.maximum(reference[given] - self._low[given], SMALLEST_EDGE)
+        self._is_given, self._reach = given, front.max(axis=0)
+
+    def _edge(self, anchor: Array) -> Array:
+        return np.maximum((1.0 + MARGIN) * (anchor - self._low), MIN_EDGE)
+
+    def extend(self, ends: Array, worst: Array) -> None:
+        """Extend it to the ends (m, m) of a foreseen front, at most to the worst values (m,) so far.
+
+        An end has the least value of one objective (payoff table: R. Benayoun et al., Mathematical Programming 1:366-375, 1971).
+        """
+        self._reach = np.maximum(self._reach, np.minimum(ends.max(axis=0), worst))
 
     def normalize(self, values: Array) -> Array:
         """Return objectives (..., m) normalized: 1 at the front's best values, 0 at the reference point."""
-        return 1.0 - (values - self._low) / self._edges
+        beyond = np.where(self._is_given, 0.0, np.maximum(self._edge(self._reach) - self._near, 0.0))
+        length = self._near + FURTHER_WEIGHT * beyond
+        ahead = values - self._low
+        # Past a reference point that is given nothing counts.
+        slope = np.where(self._is_given, 1.0, FURTHER_WEIGHT)
+        return 1.0 - (np.minimum(ahead, self._near) + slope * np.maximum(ahead - self._near, 0.0)) / length
 
 
 class HypervolumeImprovement:
@@ -99,12 +124,22 @@ class HypervolumeImprovement:
     """
 
     def __init__(self, samples: Array, front: Array, directions: Array) -> None:
-        self._samples, self._directions = samples, directions
+        self._samples, self._front, self._directions = samples, front, directions
         self._best = np.tile(hypervolume_scalarization(front, directions).max(axis=0), (len(samples), 1))
 
     def evaluate(self, rows: Array) -> Array:
         """Return the acquisition values (r,) of candidates, given by row."""
         return mean_improvement(np.ascontiguousarray(self._samples[:, rows]), self._directions, self._best)
+
+    @property
+    def n_front(self) -> int:
+        """Number of points of the front."""
+        return len(self._front)
+
+    def of_objective(self, index: int) -> "HypervolumeImprovement":
+        """Return the expected improvement of one objective by itself."""
+        front = self._front[:, [index]]
+        return HypervolumeImprovement(self._samples[:, :, [index]], front, np.ones((1, 1)))
 
     def add_pending(self, row: int) -> None:
         """Add a candidate to the pending points, with its sampled objectives."""

@@ -60,15 +60,32 @@ def fit_hyperparameters(points: Array, targets: Array, start: Hyperparameters | 
     first = start or Hyperparameters.prior(points.shape[1])
     if np.ptp(targets) == 0.0:
         return first
-    rows = np.unique(np.linspace(0, len(points) - 1, MAX_FIT_POINTS).astype(int))
-    targets = standardize(targets[rows])[0]
+    subset, targets, _ = fit_data(points, targets)
     low = np.append(np.full(points.shape[1], -log(LENGTHS[1])), log(NOISES[0]))
     high = np.append(np.full(points.shape[1], -log(LENGTHS[0])), log(NOISES[1]))
-    subset = np.ascontiguousarray(points[rows])
-    evaluations = MAX_FIRST_EVALUATIONS if start is None else MAX_EVALUATIONS
-    return Hyperparameters(
-        minimize_bfgs(lambda logs: negative_log_posterior(logs, subset, targets), first.logs, low, high, evaluations)
-    )
+
+    def function(logs: Array) -> tuple[float, Array]:
+        return negative_log_posterior(logs, subset, targets)
+
+    if start is None:
+        return Hyperparameters(minimize_bfgs(function, first.logs, low, high, MAX_FIRST_EVALUATIONS))
+    # An earlier optimum of few points may be a local one: the prior's mean is a second start.
+    starts = (start, Hyperparameters.prior(points.shape[1]))
+    optima = [minimize_bfgs(function, entry.logs, low, high, MAX_EVALUATIONS) for entry in starts]
+    return Hyperparameters(min(optima, key=lambda logs: function(logs)[0]))
+
+
+def fit_data(points: Array, targets: Array) -> tuple[Array, Array, float]:
+    """Return the points and standardized targets that a fit rests on, and the standard deviation of these targets."""
+    rows = np.unique(np.linspace(0, len(points) - 1, MAX_FIT_POINTS).astype(int))
+    standardized, _, std = standardize(targets[rows])
+    return np.ascontiguousarray(points[rows]), standardized, std
+
+
+def mean_log_density(points: Array, targets: Array, hyperparameters: Hyperparameters) -> float:
+    """Return the log posterior density of targets (n,) for each of them: up to a constant."""
+    subset, standardized, std = fit_data(points, targets)
+    return -negative_log_posterior(hyperparameters.logs, subset, standardized)[0] / len(subset) - log(std)
 
 
 def minimize_bfgs(

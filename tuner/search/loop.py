@@ -7,20 +7,23 @@ from typing import Protocol
 
 import numpy as np
 
-from objectives.problem import Evaluation
+from objectives.evaluator import Evaluation, concatenate_evaluations
 from tuner.search.convergence import StoppingRule
 from tuner.search.front import feasible_front, hypervolume
 
 
 class Search(Protocol):
-    """A search over the unit cube, a whole generation at a time."""
+    """A search over the unit cube, a generation or a part of one at a time."""
 
     def ask(self) -> np.ndarray:
-        """Return the next generation (n, d)."""
+        """Return the next points (n, d): first a whole generation, later one or a part of one."""
         ...
 
     def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Record the objectives (n, m) and constraint violations (n, c) of the pending generation."""
+        """Record the objectives (n, m) and constraint violations (n, c) of the pending points.
+
+        Violations are signed: below 0 where there is slack.
+        """
         ...
 
 
@@ -85,20 +88,26 @@ def search_generations(
     evaluate: Callable[[np.ndarray], Evaluation],
     rule: StoppingRule,
     now: Callable[[], float] | None = None,
+    complete: Callable[[Evaluation], Evaluation] | None = None,
 ) -> Iterator[Generation]:
     """Yield the generations of a search until its stopping rule is met.
 
     The first candidate of all is the baseline of the hypervolume.
-    now: seconds since the start of the search, measured here unless given.
+
+    Args:
+        search: The search, at its beginning.
+        evaluate: Points (n, d) that are asked for -> their evaluation.
+        rule: Number of generations.
+        now: Seconds since the start of the search, measured here unless given.
+        complete: Evaluation of a whole generation -> the one that is recorded, itself unless given.
     """
     begin = perf_counter()
     clock = now or (lambda: perf_counter() - begin)
     done: list[Generation] = []
     flights = screened = saved = raced = spared = 0
     while not rule.is_met([record.hypervolume for record in done]):
-        points = search.ask()
-        evaluation = evaluate(points)
-        search.tell(evaluation.values, evaluation.violations)
+        points, evaluation = ask_generation(search, evaluate, len(done[0].points) if done else 1)
+        evaluation = complete(evaluation) if complete else evaluation
         flights += evaluation.flights
         screened += int(np.sum(~evaluation.flown, axis=0))
         saved += evaluation.flights_saved
@@ -111,6 +120,19 @@ def search_generations(
         record = replace(draft, feasible_share=float(feasible), hypervolume=volume)
         done.append(record)
         yield record
+
+
+def ask_generation(
+    search: Search, evaluate: Callable[[np.ndarray], Evaluation], population: int
+) -> tuple[np.ndarray, Evaluation]:
+    """Return the points (n, d) of the next generation and their evaluation, n at least the population."""
+    points, evaluations, count = [], [], 0
+    while count < population:
+        points.append(search.ask())
+        evaluations.append(evaluate(points[-1]))
+        search.tell(evaluations[-1].values, evaluations[-1].excess)
+        count += len(points[-1])
+    return np.concatenate(points), concatenate_evaluations(evaluations)
 
 
 def point_name(candidate: int) -> str:

@@ -25,14 +25,23 @@ def run(name, objectives, problem, dimensions=4, population=POPULATION, generati
     """Return points, values and violations of all generations (generations, n, ...)."""
     first = started(dimensions, population) if first is None else first
     n_constraints = problem(first)[1].shape[1]
-    search = SEARCHES[name](first, objectives, n_constraints, seed)
-    done = []
-    for _ in range(generations):
-        points = search.ask()
-        values, violations = problem(points)
-        search.tell(values, violations)
-        done.append((points, values, violations))
+    return run_generations(SEARCHES[name](first, objectives, n_constraints, seed), problem, len(first), generations)
+
+
+def run_generations(search, problem, population, generations):
+    """Return points, values and violations of a search's generations (generations, n, ...)."""
+    done = [ask_generation(search, problem, population) for _ in range(generations)]
     return tuple(np.stack(part, axis=0) for part in zip(*done, strict=True))
+
+
+def ask_generation(search, problem, population):
+    """Return points, values and violations of the next generation, which a search may ask for in parts."""
+    parts = []
+    while sum(len(part[0]) for part in parts) < population:
+        points = search.ask()
+        parts.append((points, *problem(points)))
+        search.tell(*parts[-1][1:])
+    return tuple(np.concatenate(part) for part in zip(*parts, strict=True))
 
 
 def bowls(objectives):

@@ -4,13 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from objectives.problem import Constraint, Evaluator
+from objectives.evaluator import Constraint, Evaluator, concatenate_evaluations
 from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES
 from tuner.documents.parts import LostFlight
 from tuner.documents.summary import INFEASIBLE
 from tuner.experiments.tuning.conflicts import UpperEnd
-from tuner.experiments.tuning.survivors import pooled
 from tuner.search.loop import Generation
 from tuner.study.own_code import code_named
 from tuner.study.searched import SearchedStudy
@@ -37,7 +36,7 @@ def _code(study: SearchedStudy) -> str:
 
 def upper_ends(problem: Evaluator, study: SearchedStudy, generations: Sequence[Generation]) -> UpperEnd:
     """Return the upper ends of constraints on the flights of a search."""
-    seen = pooled([entry.evaluation for entry in generations])
+    seen = concatenate_evaluations([entry.evaluation for entry in generations])
 
     def upper_end(candidate: int, i: int) -> float:
         constraint = study.constraints[i]

@@ -71,20 +71,25 @@ def search(
     watcher.on_stage(SEARCHING, budget.generations * study.search.population * each)
     problem.spared = watcher.on_flights_skipped
     generations: list[Generation] = []
+    flights_before = problem.flights_made
 
     def evaluate(points: np.ndarray) -> Evaluation:
         # The very first candidate is the default: all others are measured by it, so it flies whatever it breaks.
-        default, number = np.arange(len(points)) == 0 if not generations else False, len(generations)
-        before = problem.flights_made
-        evaluation = evaluated(problem, study, points, generations, watcher.on_flights_done, default)
-        if number < len(past) and problem.flights_made == before:
+        default = np.arange(len(points)) == 0 if not generations else False
+        return evaluated(problem, study, points, generations, watcher.on_flights_done, default)
+
+    def complete(evaluation: Evaluation) -> Evaluation:
+        nonlocal flights_before
+        number = len(generations)
+        if number < len(past) and problem.flights_made == flights_before:
             evaluation = as_recorded(evaluation, past, number)
             clock.at_least(past[number].seconds)
         if problem.memory:
             problem.memory.commit(f"{SEARCH}-{number:04d}")
+        flights_before = problem.flights_made
         return evaluation
 
-    for record in search_generations(algorithm, evaluate, budget, clock.now):
+    for record in search_generations(algorithm, evaluate, budget, clock.now, complete):
         generations.append(record)
         table = generation_table(study, generations, record)
         folder.write_tables(

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from objectives.problem import Evaluation, Evaluator
+from objectives.evaluator import OF_CANDIDATES, Evaluation, Evaluator, concatenate_evaluations
 from objectives.racing import beaten_by
 from tuner.analysis.held_out import SearchEstimate
 from tuner.experiments.tuning.problem import remaining_batches
@@ -20,8 +20,6 @@ from tuner.study.study import SearchedStudy
 
 # Candidates that make all flights at most: as many as are finalists.
 MOST_SURVIVORS = 48
-# Fields of an evaluation that have a row for each candidate.
-OF_CANDIDATES = ("values", "violations", "failures", "scores", "requirements", "flown")
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ def survivors_of(
     problem: Evaluator, study: SearchedStudy, generations: list[Generation], watcher: Watcher
 ) -> Survivors:
     """Fly what survives the search through the rest of its flights; where every candidate flew all of them, all survive."""
-    seen = pooled([entry.evaluation for entry in generations])
+    seen = concatenate_evaluations([entry.evaluation for entry in generations])
     if study.search.first is None:
         return Survivors(np.arange(len(seen.values)), seen, 0)
     tried, flown = archive(generations), remaining_batches(study)
@@ -68,7 +66,8 @@ def survivors_of(
 
 def picked(seen: Evaluation, rows: np.ndarray) -> Evaluation:
     """Return the evaluation of some of the candidates."""
-    return replace(seen, **{name: getattr(seen, name)[rows] for name in (*OF_CANDIDATES, "counted")}, failed=None)
+    fields = {name: getattr(seen, name)[rows] for name in OF_CANDIDATES}
+    return replace(seen, **fields, counted=None if seen.counted is None else seen.counted[rows], failed=None)
 
 
 def joined(problem: Evaluator, one: Evaluation, other: Evaluation) -> Evaluation:
@@ -78,26 +77,19 @@ def joined(problem: Evaluator, one: Evaluation, other: Evaluation) -> Evaluation
     order = np.argsort([names[name] for name in origin.tolist()], kind="stable")
     scores = np.ascontiguousarray(np.concatenate([one.scores, other.scores], axis=-1)[..., order])
     risks, m = problem.risks(scores, origin[order]), len(problem.objectives)
-    broken = np.concatenate([problem.broken(risks), one.violations[:, len(problem.constraints) :]], axis=1)
+    excess = np.concatenate([problem.constraint_excess(risks), one.excess[:, len(problem.constraints) :]], axis=1)
     made = one.scores.shape[-1], other.scores.shape[-1]
     failures = (made[0] * one.failures + made[1] * other.failures) / sum(made)
     return replace(
         one,
         values=risks[:, :m],
-        violations=broken,
+        excess=excess,
         failures=failures,
         scores=scores,
         origin=origin[order],
         counted=None,
         failed=None,
     )
-
-
-def pooled(evaluations: list[Evaluation]) -> Evaluation:
-    """Return the evaluations of several generations as one."""
-    parts = {name: np.concatenate([getattr(entry, name) for entry in evaluations], axis=0) for name in OF_CANDIDATES}
-    counted = np.concatenate([entry.flights_each for entry in evaluations], axis=0)
-    return replace(evaluations[0], **parts, counted=counted, failed=None)
 
 
 def surviving(problem: Evaluator, seen: Evaluation, root: int) -> np.ndarray:

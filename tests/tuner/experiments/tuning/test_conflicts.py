@@ -9,7 +9,7 @@ import pytest
 
 from objectives.metrics import parse
 from objectives.problem import Constraint, Objective
-from objectives.requirements import Requirement, known_violations
+from objectives.requirements import Requirement, requirement_excess
 from objectives.risk import Risk
 from tuner.experiments.tuning.conflicts import (
     MOST_SETS,
@@ -36,7 +36,7 @@ def archive(rows, values=None, flown=None):
     """An archive of rows (saturation, failure, phase margin, ms)."""
     table = np.array(rows, dtype=float)
     broken = np.maximum(table[:, :2] - [0.02, 0.0], 0.0)
-    violations = np.concatenate([broken, known_violations(REQUIREMENTS, table[:, 2:])], axis=1)
+    violations = np.concatenate([broken, np.maximum(requirement_excess(REQUIREMENTS, table[:, 2:]), 0.0)], axis=1)
     n = len(table)
     flown = np.ones(n, dtype=bool) if flown is None else np.array(flown)
     values = np.zeros((n, 2)) if values is None else np.array(values, dtype=float)

@@ -268,7 +268,7 @@ def test_a_limit_that_confirmation_flights_break_is_told_with_what_helps(tmp_pat
     violations[1, 0] = 1.0 / 32
     scores = outcome.confirmation.scores.copy()
     scores[1, len(outcome.study.objectives), 7] = 1.0
-    lost = replace(outcome.confirmation, violations=violations, scores=scores)
+    lost = replace(outcome.confirmation, excess=violations, scores=scores)
     broken = replace(outcome, confirmation=lost, table=compare(outcome.problem, lost, 1))
     assert not broken.feasible
     head, helps = ending_of(broken)

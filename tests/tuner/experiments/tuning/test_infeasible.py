@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from objectives.requirements import Requirement, known_violations
+from objectives.requirements import Requirement, requirement_excess
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive
 
@@ -12,7 +12,7 @@ RATE = Requirement("rate", "a rate", "1", 10.0, "min", hard=False)
 
 
 def archive(constraints, known, requirements, flown):
-    violations = np.concatenate([constraints, known_violations(requirements, known)], axis=1)
+    violations = np.concatenate([constraints, np.maximum(requirement_excess(requirements, known), 0.0)], axis=1)
     n = len(constraints)
     return Archive(np.zeros((n, 1)), np.zeros((n, 2)), violations, known, np.array(flown))
 
