@@ -25,6 +25,8 @@ Array = np.ndarray
 Acquisition = HypervolumeImprovement | FeasibilityAcquisition
 # Points of the pool, and how many of them fill the cube; the others lie around the best points so far.
 N_CANDIDATES, N_GLOBAL = 512, 128
+# Least number of points of the pool for each point of a generation.
+CANDIDATES_PER_PICK = 2
 # Of these, those that stay for the choice, and of them those whose perturbations replace the others.
 N_SHORTLIST, N_PARENTS = 192, 32
 # Joint samples of the objectives over the pool, and directions in which a front of two objectives is measured and one of more: in
@@ -79,6 +81,7 @@ class BayesianOptimization:
         self._fits: dict[str, tuple[int, Hyperparameters]] = {}
         self._sobol = Sobol(first.shape[1], generator(seed, "search/gaussian_process/pool", 0))
         self._batch, self._generation = len(first), 0
+        self._n_candidates = max(N_CANDIDATES, CANDIDATES_PER_PICK * self._batch)
         self._pending: Array | None = first.copy()
 
     def ask(self) -> Array:
@@ -118,8 +121,8 @@ class BayesianOptimization:
         probability = probability_of_feasibility(computed, pool) * probability_of_feasibility(flown, pool)
         values = acquisition(pool, jointly=False).evaluate(np.arange(len(pool)))
         order = np.argsort(-values * probability, kind="stable")
-        offspring = perturb(pool[order[:N_PARENTS]], N_CANDIDATES - N_SHORTLIST, rng)
-        pool = self._new(np.concatenate([pool[order[:N_SHORTLIST]], offspring]))
+        offspring = perturb(pool[order[:N_PARENTS]], self._n_candidates - N_SHORTLIST, rng)
+        pool = self._enough(self._new(np.concatenate([pool[order[:N_SHORTLIST]], offspring])))
         feasibility = FeasibilityProbabilities(pool, probability_of_feasibility(flown, pool), self._screens)
         return pool[select_batch(acquisition(pool, jointly=True), feasibility, self._batch)]
 
@@ -130,8 +133,16 @@ class BayesianOptimization:
         total = (np.maximum(self._violations, 0.0) / violation_scales(self._violations)).sum(axis=1)
         best = np.union1d(front, np.lexsort((depth, total))[:N_INCUMBENTS])
         return self._new(
-            np.concatenate([self._sobol.random(N_GLOBAL), perturb(self._points[best], N_CANDIDATES - N_GLOBAL, rng)])
+            np.concatenate(
+                [self._sobol.random(N_GLOBAL), perturb(self._points[best], self._n_candidates - N_GLOBAL, rng)]
+            )
         )
+
+    def _enough(self, pool: Array) -> Array:
+        """Return a pool (p, d) with points of the cube added until it has a generation."""
+        while len(pool) < self._batch:
+            pool = self._new(np.concatenate([pool, self._sobol.random(self._batch)]))
+        return pool
 
     def _new(self, pool: Array) -> Array:
         """Return the points (p, d) that were never evaluated, each once."""
