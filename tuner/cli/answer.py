@@ -4,11 +4,16 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import import_module
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import typer
 
+import tuner
 from tuner.search.watcher import Watcher
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 PRINTERS = {
     "Approach": "approach:print_approach",
@@ -39,8 +44,36 @@ PRINTERS = {
 """Type of what was found -> module of `tuner.cli.printers` and function; a module is imported when it has something to print."""
 
 
+class RunAnswer:
+    """The answer of a run: printed once, as soon as its documents are written."""
+
+    def __init__(self, as_json: bool) -> None:
+        self._as_json, self._is_printed = as_json, False
+
+    def print_folder(self, folder: Path, flights_made: int | None, console: "Console | None" = None) -> None:
+        """Print the answer of a folder whose report may still be missing."""
+        results = tuner.open_results(folder)
+        results.flights_made = flights_made
+        print_result(results, self._as_json, console)
+        self._is_printed = True
+
+    def end(self, result: Any, code: int) -> None:
+        """Print the answer unless that is done, and end with an exit code."""
+        if not self._is_printed:
+            print_result(result, self._as_json)
+        leave_with(code)
+
+
 class Messages(Watcher):
-    """Watcher that prints on standard error, for commands with machine-readable output."""
+    """Watcher that prints on standard error, for commands with machine-readable output; answer: of a run."""
+
+    def __init__(self, answer: RunAnswer | None = None) -> None:
+        self._answer = answer
+
+    def on_answer(self, folder: Path, flights_made: int | None) -> None:
+        """Print it."""
+        if self._answer is not None:
+            self._answer.print_folder(folder, flights_made)
 
     def on_message(self, text: str) -> None:
         """Print it."""
@@ -48,25 +81,38 @@ class Messages(Watcher):
 
 
 @contextmanager
-def progress(as_json: bool, quiet: bool = False) -> Iterator[Watcher]:
-    """Yield what shows the progress of a command: a display on the terminal, or beside JSON messages alone, none if quiet."""
+def progress(as_json: bool, quiet: bool = False, answer: RunAnswer | None = None) -> Iterator[Watcher]:
+    """Yield what shows the progress of a command: a display on the terminal, or beside JSON messages alone, none if quiet.
+
+    answer: of a run, which is printed before report and figures are drawn.
+    """
     if as_json:
-        yield Watcher() if quiet else Messages()
+        yield Watcher() if quiet else Messages(answer)
         return
     from tuner.cli.display import TerminalWatcher
 
-    with TerminalWatcher() as watcher:
+    with TerminalWatcher(answer=answer) as watcher:
         yield watcher
 
 
 def answer(result: Any, as_json: bool, code: int = 0) -> None:
     """Print what was found and end; code: the exit code."""
-    if as_json:
-        print(result.json)
-    else:
-        from tuner.cli.terminal import Console
+    print_result(result, as_json)
+    leave_with(code)
 
-        module, name = PRINTERS[type(result).__name__].split(":")
-        getattr(import_module(f"tuner.cli.printers.{module}"), name)(result, Console())
+
+def print_result(result: Any, as_json: bool, console: "Console | None" = None) -> None:
+    """Print a result as JSON or for a person; console: a new one by default."""
+    if as_json:
+        print(result.json, flush=True)
+        return
+    from tuner.cli.terminal import Console
+
+    module, name = PRINTERS[type(result).__name__].split(":")
+    getattr(import_module(f"tuner.cli.printers.{module}"), name)(result, console or Console())
+
+
+def leave_with(code: int) -> None:
+    """End with an exit code other than 0."""
     if code:
         raise typer.Exit(code)

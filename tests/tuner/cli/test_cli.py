@@ -9,6 +9,7 @@ import pytest
 from typer.main import get_group
 from typer.testing import CliRunner
 
+from plant.errors import StoreError
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
@@ -154,6 +155,28 @@ def test_run_fly_report_one_after_the_other(tmp_path, tuner):
     (folder / "report.html").unlink()
     assert tuner("report", folder).returncode == 0
     assert (folder / "report.html").stat().st_size > 1_000_000
+
+
+@pytest.mark.parametrize("as_json", [[], ["--json"]])
+def test_the_answer_of_a_run_is_printed_before_its_report_is_written(tmp_path, tuner, monkeypatch, as_json):
+    def broken(*_):
+        raise StoreError("no page today")
+
+    monkeypatch.setattr("tuner.report.write_report", broken)
+    small = {
+        "search.population": 8,
+        "search.generations": 1,
+        "scenario.0.search": 4,
+        "scenario.0.held_out": 16,
+        "margin": "[]",
+    }
+    changes = [word for key, value in small.items() for word in ("--set", f"{key}={value}")]
+    done = tuner("run", QUICKSTART, "--out", tmp_path / "out", *changes, *as_json)
+    assert done.returncode == 2 and "no page today" in done.stderr
+    if as_json:
+        assert json.loads(done.stdout)["title"].startswith("Quickstart")
+    else:
+        assert f"Results in {tmp_path / 'out'}: report.html, gains.json (" in done.stdout.replace("\n", "")
 
 
 def test_bad_input_is_one_line_on_stderr(tmp_path, tuner):
