@@ -90,12 +90,12 @@ def within_limits(flight: SteadyFlight, nominal: Nominal) -> NDArray[np.bool_]:
 def _step(x: Array, off: Array, f: Dynamics, wind: Array, yaw: float, hover: Array) -> Array:
     """Newton's step (n, 6), shortened where it would turn too far."""
     sizes = np.concatenate([np.ones((len(x), 2)), np.repeat(hover[:, None], 4, axis=1)], axis=1)
-    slope = np.empty((len(x), 6, 6))
-    for i in range(6):
-        moved = np.zeros_like(x)
-        moved[:, i] = STEP * sizes[:, i]
-        ahead, back = _pushed(x + moved, f, wind, yaw), _pushed(x - moved, f, wind, yaw)
-        slope[:, :, i] = (ahead - back) / (2.0 * STEP)
+    moved = STEP * sizes * np.eye(6)[:, None]
+    # All at once: of a single vehicle each call takes as long as of a hundred.
+    tried = np.concatenate([x + moved, x - moved]).reshape(-1, 6)
+    everywhere = pack(Dynamics, [np.tile(leaf, 12) for leaf in flatten(f)])
+    ahead, back = _pushed(tried, everywhere, np.tile(wind, (12, 1)), yaw).reshape(2, 6, len(x), 6)
+    slope = np.ascontiguousarray(np.moveaxis((ahead - back) / (2.0 * STEP), 0, -1))
     step = _solved(slope, off)
     turn = np.abs(step[:, :2]).max(axis=1)
     return step * sizes * np.minimum(1.0, LARGEST_TURN / np.maximum(turn, 1e-300))[:, None]
