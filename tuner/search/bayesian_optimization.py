@@ -234,6 +234,7 @@ class FeasibilityProbabilities:
         self._pool, self._flown, self._screens = pool, flown, screens
         self.is_selectable = np.ones(len(pool), dtype=bool)
         self.is_checked = np.full(len(pool), not screens)
+        self._latest: list[tuple[list[ConstraintModel], Array, Array]] = [([], np.zeros(0), np.zeros(0))] * len(screens)
         self.probability = flown * self._computed()
 
     def check(self, order: Array, needed: int) -> None:
@@ -263,8 +264,16 @@ class FeasibilityProbabilities:
         product = np.ones(len(self._pool))
         for level, screen in enumerate(self._screens):
             rows = np.full(len(product), True) if level else ~self.is_checked
-            product[rows] *= probability_of_feasibility(screen.models, self._pool[rows])
+            product[rows] *= self._probability(level, screen.models, rows)
         return product
+
+    def _probability(self, level: int, models: list[ConstraintModel], rows: Array) -> Array:
+        """Return the probability of satisfying an analysis at some rows (p,); models change when its analysis is asked."""
+        models_before, rows_before, probability = self._latest[level]
+        if models is not models_before or not np.array_equal(rows, rows_before):
+            probability = probability_of_feasibility(models, self._pool[rows])
+            self._latest[level] = models, rows, probability
+        return probability
 
 
 class ObjectiveModels:
