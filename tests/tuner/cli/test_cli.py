@@ -79,6 +79,13 @@ NOT_FOR_A_RUN = (
     "cvxpy",
     "control",
     "numba.cpython.heapq",
+    "jsonschema",
+    "scipy.sparse",
+    "scipy.spatial",
+    "plotly.graph_objs",
+    "fontTools",
+    "PIL",
+    "tuner.report.charts.paper",
     "tuner.experiments.contest.run",
     "tuner.experiments.inference.run",
     "tuner.experiments.trials.run",
@@ -93,6 +100,23 @@ def test_a_run_imports_nothing_heavy_that_it_does_without(tmp_path):
     assert done.returncode in (0, NOTHING_FEASIBLE), done.stderr
     assert (tmp_path / "out" / "report.html").exists()
     assert done.stderr.splitlines()[-1] == "imported: []"
+
+
+def test_margins_import_nothing_of_scipy_nor_what_writes_results(small_run):
+    heavy = (
+        *NOT_FOR_A_RUN[:3],
+        "pyarrow",
+        "scipy.linalg",
+        "scipy.special",
+        "numpy.f2py",
+        "plotly",
+        "moocore",
+        "rich.progress",
+    )
+    code = PLAIN_RUN.replace("{heavy}", repr(heavy)).replace('"run"', '"margins"')
+    command = [sys.executable, "-c", code, str(small_run[1])]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.stderr.splitlines()[-1] == "imported: []", done.stderr
 
 
 @pytest.mark.parametrize("what", LISTINGS)
