@@ -4,6 +4,8 @@ R. James, J. Langou, B. R. Lowery, "On matrix balancing and eigenvector computat
 does it. SciPy has that too, but `scipy.linalg` takes 0.13 s to import.
 """
 
+from math import sqrt
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +23,8 @@ def balancing_scale(matrix: Array) -> Array:
     while not is_settled:
         is_settled = True
         for i in range(len(scale)):
-            factor = _factor(float(np.linalg.norm(balanced[:, i])), float(np.linalg.norm(balanced[i])))
+            column, row = balanced[:, i], balanced[i]
+            factor = _factor(sqrt(float(column @ column)), sqrt(float(row @ row)))
             if factor != 1.0:
                 scale[i] *= factor
                 balanced[i] /= factor
