@@ -18,8 +18,14 @@ Mask = NDArray[np.bool_]
 class WorstCaseAccumulator:
     """Values (n, vehicles, cases, channels) by quantity; they start as those of channels without a loop.
 
-    control_period: [s]; requested: fields of `Margins` that are kept, the others of which stay empty. is_located: whether
-    frequencies, cases, vehicles and growth are kept too; else those of the sum are 0.
+    Args:
+        n: Number of candidates.
+        vehicles: Number of vehicles.
+        cases: Amplitudes of the nonlinear terms.
+        control_period: [s].
+        requested: Fields of `Margins` that are kept; the others stay empty.
+        channels: Names of the channels.
+        is_located: Whether frequencies, cases, vehicles and growth are kept too; else those of the sum are 0.
     """
 
     def __init__(

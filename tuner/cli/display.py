@@ -9,7 +9,7 @@ from time import perf_counter
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TaskID, TextColumn
 from rich.text import Text
 
-from tuner.cli.answer import RunAnswer
+from tuner.cli.printing import RunAnswer
 from tuner.cli.terminal import Console
 from tuner.search.loop import Generation
 from tuner.search.watcher import CHECKING, COMPARING, REFINING, StartedStudy, Watcher

@@ -6,8 +6,9 @@ from typing import Annotated, Any
 import typer
 
 import tuner
-from tuner.cli.answer import RunAnswer, answer, progress
+from tuner.cli.answer import answer, progress
 from tuner.cli.app import AsJson, Folder, StudyChanges, StudyFile, Threads, app, option_of, parse_changes, study_option
+from tuner.cli.printing import RunAnswer
 from tuner.experiments.options import ResumeOptions, RunOptions, with_options
 from tuner.report.charts import printer
 from tuner.text.errors import BROKEN, NOTHING_FEASIBLE

@@ -139,7 +139,7 @@ class BayesianOptimization:
         )
 
     def _enough(self, pool: Array) -> Array:
-        """Return a pool (p, d) with points of the cube added until it has a generation."""
+        """Return a pool (p, d) of at least a generation."""
         while len(pool) < self._batch:
             pool = self._new(np.concatenate([pool, self._sobol.random(self._batch)]))
         return pool
