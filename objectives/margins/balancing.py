@@ -1,4 +1,4 @@
-"""Diagonal scaling of a matrix by powers of two that makes its norms alike.
+"""Diagonal scaling of a matrix by powers of two.
 
 R. James, J. Langou, B. R. Lowery, "On matrix balancing and eigenvector computation", arXiv:1401.5766, 2014, as LAPACK's dgebal
 does it. SciPy has that too, but `scipy.linalg` takes 0.13 s to import.
@@ -34,7 +34,7 @@ def balancing_scale(matrix: Array) -> Array:
 
 
 def _factor(column: float, row: float) -> float:
-    """Return the factor of a column, whose inverse is that of its row, from their norms."""
+    """Return the factor of a column, the inverse of its row's."""
     if column == 0.0 or row == 0.0:
         return 1.0
     factor, before = 1.0, column + row

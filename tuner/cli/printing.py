@@ -9,7 +9,7 @@ import typer
 import tuner
 
 if TYPE_CHECKING:
-    from rich.console import Console
+    from tuner.cli.terminal import Console
 
 PRINTERS = {
     "Approach": "approach:print_approach",
