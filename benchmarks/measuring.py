@@ -17,8 +17,6 @@ from statistics import median
 from time import perf_counter, process_time
 from typing import Any, NamedTuple
 
-from tuner.store.environment import processor
-
 RESULTS = Path(__file__).parent / "results"
 
 
@@ -65,6 +63,9 @@ def versions(*names: str) -> dict[str, str]:
 
 def machine() -> dict[str, Any]:
     """Return what a figure was measured on."""
+    # The environments of peers, whose workers measure too, have no pydantic.
+    from tuner.store.environment import processor
+
     return {
         "processor": processor(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),

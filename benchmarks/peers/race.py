@@ -17,10 +17,14 @@ LEAST_PERIODS = 5
 
 @dataclass
 class Runner:
-    """A contestant's process; results of each batch in the order of the rounds, or the reason why there are none."""
+    """A contestant's process; results of each batch in the order of the rounds, or the reason why there are none.
+
+    messages: file of its standard error.
+    """
 
     contestant: Contestant
     process: subprocess.Popen[str]
+    messages: Path
     rounds: dict[int, list[dict[str, Any]]] = field(default_factory=dict)
     failed: dict[int, str] = field(default_factory=dict)
 
@@ -28,16 +32,18 @@ class Runner:
     def begin(cls, contestant: Contestant, python: str, course: Path, scratch: Path) -> "Runner":
         """Start the process."""
         command = [python, "-m", "benchmarks.peers.worker", contestant.name, str(course), str(scratch)]
-        process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-            cwd=ROOT,
-            env=worker_environment(),
-        )
-        return cls(contestant, process)
+        messages = scratch / f"{contestant.name}.messages"
+        with messages.open("w") as stderr:
+            process = subprocess.Popen(
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=stderr,
+                text=True,
+                cwd=ROOT,
+                env=worker_environment(),
+            )
+        return cls(contestant, process, messages)
 
     def fly(self, batch: int, periods: int) -> None:
         """Fly a batch once and keep what it took."""
@@ -45,13 +51,22 @@ class Runner:
         try:
             self.process.stdin.write(json.dumps({"batch": batch, "periods": periods}) + "\n")
             self.process.stdin.flush()
-            answer = json.loads(self.process.stdout.readline() or '{"error": "the process ended"}')
-        except (BrokenPipeError, ValueError) as error:
+            line = self.process.stdout.readline()
+            answer = json.loads(line) if line else {"error": self._last_message()}
+        except BrokenPipeError:
+            answer = {"error": self._last_message()}
+        except ValueError as error:
             answer = {"error": str(error)}
         if "error" in answer:
             self.failed[batch] = answer["error"]
         else:
             self.rounds.setdefault(batch, []).append(answer)
+
+    def _last_message(self) -> str:
+        """Return the last line that a process that ended wrote to standard error."""
+        self.process.wait(timeout=60)
+        lines = self.messages.read_text(errors="replace").strip().splitlines()
+        return lines[-1] if lines else f"the process ended with code {self.process.returncode}"
 
     def end(self) -> None:
         """Close the process."""

@@ -80,9 +80,11 @@ def _shares(
     Places are those of a block's matrices, as one row; an entry moves a place by its weight times itself.
     """
     seen = np.nonzero(np.any(rows[:, row], axis=0) & np.any(columns[column], axis=1))[0]
-    moved = rows[:, row[seen]].T[:, :, None] * columns[column[seen]][:, None]
-    entry, place = np.nonzero(moved.reshape(len(seen), -1))
-    return seen[entry], place, moved.reshape(len(seen), -1)[entry, place]
+    left, right = rows[:, row[seen]].T, columns[column[seen]]
+    is_moved = (left != 0.0)[:, :, None] & (right != 0.0)[:, None]
+    entry, place = np.nonzero(is_moved.reshape(len(seen), -1))
+    at_row, at_column = np.divmod(place, columns.shape[1])
+    return seen[entry], place, left[entry, at_row] * right[entry, at_column]
 
 
 def assemble(

@@ -130,7 +130,7 @@ def read_curves(
     margins = {name: MarginAt(peaks[..., j, 1], peaks[..., j, 0]) for j, name in enumerate(levels)}
     if "disk" in margins:
         margins["disk"] = MarginAt(1.0 / margins["disk"].value, margins["disk"].frequency)
-    margins |= classical.read(crossed[:, :, curve.IMAGINARY], crossed[:, :, curve.REAL])
+    margins |= classical.read(crossed[:, :, curve.IMAGINARY], crossed[:, :, curve.REAL], requested)
     return {name: at for name, at in margins.items() if name in requested}
 
 

@@ -8,6 +8,7 @@ the gain of a loop with integral action on a double integrator must neither rise
 Valid for stable closed loops. No crossing gives an infinite margin.
 """
 
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,9 @@ Array = NDArray[np.float64]
 
 # Gain factors beyond 80 dB count as none: at the ends of the curve, where T is 0 or -1, rounding makes up crossings of 140 dB.
 LARGEST_GAIN = 1e4
+
+FIELDS = ("gain_up", "gain_down", "phase", "delay", "crossover")
+"""Fields of `Margins` that are read here."""
 
 
 class MarginAt(NamedTuple):
@@ -38,21 +42,22 @@ def _least(candidates: Array, frequency: Array) -> MarginAt:
     return MarginAt(value.reshape(candidates.shape[:-1]), at_value.reshape(candidates.shape[:-1]))
 
 
-def read(real: Array, line: Array) -> dict[str, MarginAt]:
-    """Return the classical margins, by field of `Margins`.
+def read(real: Array, line: Array, requested: Collection[str] = FIELDS) -> dict[str, MarginAt]:
+    """Return the requested classical margins, by field of `Margins`.
 
     real, line: crossings (..., n, 2) where T is real and where Re T = -1/2.
     """
-    real, line = _used(real), _used(line)
-    up, down = gain_margins(real)
-    highest = crossover(line)
-    return {
-        "gain_up": up,
-        "gain_down": down,
-        "phase": phase_margin(line),
-        "delay": delay_margin(line),
-        "crossover": MarginAt(highest, highest),
-    }
+    real, line, margins = _used(real), _used(line), dict[str, MarginAt]()
+    if "gain_up" in requested or "gain_down" in requested:
+        margins["gain_up"], margins["gain_down"] = gain_margins(real)
+    if "phase" in requested:
+        margins["phase"] = phase_margin(line)
+    if "delay" in requested:
+        margins["delay"] = delay_margin(line)
+    if "crossover" in requested:
+        highest = crossover(line)
+        margins["crossover"] = MarginAt(highest, highest)
+    return margins
 
 
 def _used(crossings: Array) -> Array:

@@ -36,7 +36,7 @@ VANISHING, REST = 1e-100, 1e-9
 # Signals between which slopes are taken in search of the steepest. About it they are taken again, so many times between so many
 # points: from 15 % of the signal apart down to 2e-7, where what lies between costs 1e-7 of the slope and rounding 1e-9.
 SLOPE_GRID = np.concatenate([[-REST, REST], np.geomspace(1e-6, 1e2, 385)])
-SLOPE_ZOOMS, SLOPE_POINTS = 6, 25
+SLOPE_ZOOMS, SLOPE_SHARES = 6, np.linspace(0.0, 1.0, 25)
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def _closer(s: Array, at: NDArray[np.intp]) -> Array:
     low, high = (s[rows, 0, np.minimum(np.maximum(at + step, 0), s.shape[-1] - 1)][..., None] for step in (-1, 2))
     # Below rest a root is steeper without end.
     low = np.maximum(low, REST)
-    return low + (high - low) * np.linspace(0.0, 1.0, SLOPE_POINTS)
+    return low + (high - low) * SLOPE_SHARES
 
 
 def term_gains(terms: Sequence[Term], constants: Any, n: int, cases: tuple[Case, ...]) -> Array:

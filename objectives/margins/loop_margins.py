@@ -190,7 +190,7 @@ class LoopMargins(ABC):
         """
         everything = Scope(EVERY, frozenset(range(len(self.channels))), frozenset())
         readings = [[Reading(each)] for each in self._linearizations]
-        return joined([self._read(part, everything, readings).summed(self.skew) for part in _parts(gains, CHUNK)])
+        return joined([self._read(part, everything, readings, True).summed(self.skew) for part in _parts(gains, CHUNK)])
 
     def limited(self, gains: Array, requirements: Sequence[MarginRequirement]) -> Array:
         """Return the values (n, requirements) of limits on margins.
@@ -207,14 +207,16 @@ class LoopMargins(ABC):
             [
                 np.stack([entry.values(margins) for entry in requirements], axis=1)
                 for part in _parts(gains, CHUNK if scope.fields >= {MULTILOOP} else LARGE_CHUNK)
-                for margins in [self._read(part, scope, readings).summed(self.skew)]
+                for margins in [self._read(part, scope, readings, False).summed(self.skew)]
             ],
             axis=0,
         )
 
-    def _read(self, gains: Array, scope: Scope, readings: Sequence[Sequence[Reading]]) -> WorstCaseAccumulator:
+    def _read(
+        self, gains: Array, scope: Scope, readings: Sequence[Sequence[Reading]], is_located: bool
+    ) -> WorstCaseAccumulator:
         sheet = WorstCaseAccumulator(
-            len(gains), len(readings), self.cases, self.control_period, scope.fields, self.channels
+            len(gains), len(readings), self.cases, self.control_period, scope.fields, self.channels, is_located
         )
         if not len(gains):
             return sheet

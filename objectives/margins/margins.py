@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from itertools import product
+from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +37,8 @@ Mask = NDArray[np.bool_]
 PROBES, FILTER_PROBES = 4, 16
 # Frequencies [rad/s] from which on loops are drawn, and at which they are compared.
 DRAWN_FROM, PROBED = 0.05, np.array([0.3, 2.0, 11.0, 60.0])
+_LATEST_TERM_GAINS: WeakKeyDictionary[Any, tuple[tuple[bytes, tuple[Case, ...]], Array]] = WeakKeyDictionary()
+"""The last gains of terms of each control period: gains rows and cases, and the array."""
 NOT_STEADY = "no steady flight is found under any of a few gains from their search ranges"
 
 
@@ -91,6 +95,14 @@ class MarginModel(LoopMargins):
         is_coarse = slow is not None and not exact
         coarse = [TrimLinearization(prompt, self.trim, nominal, each) for each in self.vehicles if is_coarse]
         super().__init__(prompt, loops, cases, skew, points, coarse)
+
+    def _term_gains(self, gains: Array, cases: Sequence[Case]) -> Array:
+        # They depend on no trim, and candidates are looked at in one trim after the other.
+        key, latest = (gains.tobytes(), tuple(cases)), _LATEST_TERM_GAINS.get(self._loop)
+        if latest is None or latest[0] != key:
+            latest = key, gains_of_terms(self._loop, gains, cases)
+            _LATEST_TERM_GAINS[self._loop] = latest
+        return latest[1]
 
     def probe_frequencies(self) -> Array:
         """Return the frequencies [rad/s] at which loops are compared."""

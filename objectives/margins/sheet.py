@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.block import BlockReadings
+from objectives.margins.block import MULTILOOP, BlockReadings
 from objectives.margins.describing import Case
 from objectives.margins.period import CHANNELS
-from objectives.margins.quantities import LOOP_QUANTITIES
+from objectives.margins.quantities import LOOP_QUANTITIES, MarginQuantity
 from objectives.margins.results import Margins, Worst, worst
 from objectives.margins.structure import Block
 
@@ -18,7 +18,14 @@ Mask = NDArray[np.bool_]
 class WorstCaseAccumulator:
     """Values (n, vehicles, cases, channels) by quantity; they start as those of channels without a loop.
 
-    control_period: [s]; requested: fields of `Margins` that are kept, the others of which stay empty.
+    Args:
+        n: Number of candidates.
+        vehicles: Number of vehicles.
+        cases: Amplitudes of the nonlinear terms.
+        control_period: [s].
+        requested: Fields of `Margins` that are kept; the others stay empty.
+        channels: Names of the channels.
+        is_located: Whether frequencies, cases, vehicles and growth are kept too; else those of the sum are 0.
     """
 
     def __init__(
@@ -29,10 +36,13 @@ class WorstCaseAccumulator:
         control_period: float,
         requested: frozenset[str],
         channels: tuple[str, ...] = CHANNELS,
+        is_located: bool = True,
     ) -> None:
+        self._is_located = is_located
         shape = (n, vehicles, len(cases), len(channels))
         self._cases, self._control_period, self._channels = cases, control_period, channels
         shapes = {entry.field: shape if entry.field in requested else (0, *shape[1:]) for entry in LOOP_QUANTITIES}
+        self._has_multiloop = MULTILOOP in requested
         self._requested = [entry for entry in LOOP_QUANTITIES if entry.field in requested]
         self._value = {entry.field: np.full(shapes[entry.field], entry.open) for entry in LOOP_QUANTITIES}
         self._frequency = {entry.field: np.zeros(shapes[entry.field]) for entry in LOOP_QUANTITIES}
@@ -57,9 +67,13 @@ class WorstCaseAccumulator:
         spot = np.ix_(chosen, np.array([vehicle]), every, np.array(block.channels))
         for name, at in read.quantities.items():
             self._value[name][spot] = by_case(at.value)
-            self._frequency[name][spot] = by_case(at.frequency)
+            if self._is_located:
+                self._frequency[name][spot] = by_case(at.frequency)
         self._stable[spot] = by_case(read.modes.stable)
-        self._growth[spot] = by_case(read.modes.growth / self._control_period)
+        if self._is_located:
+            self._growth[spot] = by_case(read.modes.growth / self._control_period)
+        if not self._has_multiloop:
+            return
         spot = np.ix_(chosen, np.array([vehicle]), every, np.array([0]))
         value, before = by_case(read.together.value), self._together[spot]
         self._together_at[spot] = np.where(value < before, by_case(read.together.frequency), self._together_at[spot])
@@ -98,10 +112,7 @@ class WorstCaseAccumulator:
     def summed(self, skew: float) -> Margins:
         """The worst over vehicles and cases; a channel without nonlinear terms reports case -1."""
         case = np.where(self._swept[:, None], np.arange(len(self._cases)), -1)
-        of_loops = {
-            entry.field: worst(self._value[entry.field], self._frequency[entry.field], entry.sense, case)
-            for entry in LOOP_QUANTITIES
-        }
+        of_loops = {entry.field: self._worst(entry, case) for entry in LOOP_QUANTITIES}
         together = worst(self._together, self._together_at, "min", case.max(axis=0, keepdims=True))
         return Margins(
             cases=self._cases,
@@ -115,3 +126,12 @@ class WorstCaseAccumulator:
             ),
             **of_loops,
         )
+
+    def _worst(self, entry: MarginQuantity, case: NDArray[np.intp]) -> Worst:
+        """Return a quantity in the worst condition; case (channels, cases): index to report."""
+        value = self._value[entry.field]
+        if self._is_located and len(value):
+            return worst(value, self._frequency[entry.field], entry.sense, case)
+        extreme = np.min(value, axis=(1, 2)) if entry.sense == "min" else np.max(value, axis=(1, 2))
+        nowhere = np.zeros(extreme.shape, dtype=np.intp)
+        return Worst(extreme, np.zeros(extreme.shape), nowhere, nowhere)

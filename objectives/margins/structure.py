@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import matrix_balance
 
+from objectives.margins.balancing import balancing_scale
 from objectives.margins.closing import close_terms
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.period import BODY, CHANNELS, PeriodMap
@@ -106,7 +106,7 @@ def blocks_of(closed: LinearLoops, change: Array) -> tuple[Block, ...]:
     """
     back: Array = np.linalg.inv(change).astype(float)
     size = np.max(np.abs(change @ closed.a @ back), axis=0)
-    _, (scale, _) = matrix_balance(size, permute=False, separate=True)
+    scale = balancing_scale(size)
     into, out_of = np.asarray(change / scale[:, None]), np.asarray(back * scale)
     moves = _coupled(into @ closed.a @ out_of)
     driven, seen = _coupled(into @ closed.b), _coupled(closed.c @ out_of)

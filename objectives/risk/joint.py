@@ -25,4 +25,8 @@ def within(drawn: Indices, origin: np.ndarray, scenario: str | None) -> Indices:
     if scenario is None:
         return drawn
     places = np.flatnonzero(origin == scenario)
-    return np.searchsorted(places, drawn[:, places])
+    if len(places) == len(origin):
+        return drawn
+    index = np.zeros(len(origin), dtype=np.intp)
+    index[places] = np.arange(len(places))
+    return index[drawn[:, places]]

@@ -1,5 +1,6 @@
 """The numpy backend: the model on arrays, one element a flight. The oracle of the others, and for plots of a single law."""
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,7 @@ NAMES: dict[str, Any] = {
 }
 
 
+@cache
 def rebinder() -> Rebinder:
-    """Return a rebinder to NumPy ufuncs."""
+    """Return the rebinder to NumPy ufuncs."""
     return Rebinder(NAMES)

@@ -23,7 +23,6 @@ from tuner.api import AIRFRAME, POSITION_LAW
 from tuner.api.flight_setup import FlightSetup, plant_setup, quadrotor_setup
 from tuner.api.frames import frame, shown
 from tuner.api.studies import StudyLike, plant_study, study_in, tuning_study
-from tuner.documents.opening import gains_file
 from tuner.gains import Controller, TunedLoops, plant_gains_document, to_document
 from tuner.gains import read_gains as read_controller
 from tuner.gains.parsing import parsed
@@ -357,7 +356,12 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
         {'position': 'ladrc', 'attitude': 'hybrid'}
 
     """
-    path = gains_file(Path(path))
+    path = Path(path)
+    if path.is_dir():
+        # Documents of all kinds of folders, which a file alone needs not.
+        from tuner.documents.opening import gains_file
+
+        path = gains_file(path)
     document = parsed(path)
     if document.get("format") not in (PLANT_FORMAT, VARIABLES_FORMAT):
         return QuadrotorGains(document, path, controller=read_controller(path, airframe))

@@ -28,7 +28,6 @@ from tuner.api.gains import GainsLike, as_gains, default_gains
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.parts import NumberWithUnit
-from tuner.exchange.processor_cost.measure import measure_cost
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher
 from tuner.store.document import DocumentPart
@@ -370,7 +369,13 @@ def cost_row(controller: Controller, measure: bool) -> CostRow:
     """Return the cost of a controller with its laws and its period; measured where asked for, or where the table has none."""
     position, attitude = controller.cascade.position.name, controller.cascade.attitude.name
     packaged = None if measure else tabled(position, attitude)
-    cost = measure_cost(controller) if packaged is None else packaged
+    if packaged is None:
+        # Compilers and an emulator of the processor, which margins need not.
+        from tuner.exchange.processor_cost.measure import measure_cost
+
+        cost = measure_cost(controller)
+    else:
+        cost = packaged
     return CostRow(
         position=position,
         attitude=attitude,

@@ -3,44 +3,23 @@
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import import_module
+from pathlib import Path
 from typing import Any
 
-import typer
-
+from tuner.cli.printing import RunAnswer, leave_with, print_result
 from tuner.search.watcher import Watcher
-
-PRINTERS = {
-    "Approach": "approach:print_approach",
-    "Checked": "check:print_checked",
-    "ComparisonResults": "compare:print_compared",
-    "Confirmation": "confirmation:print_confirmation",
-    "ContestResults": "contest:print_contest",
-    "Cost": "gains:print_costs",
-    "Design": "margins:print_design",
-    "EstimatedAirframe": "identification:print_estimate",
-    "Exported": "export:print_export",
-    "FlightPlan": "flight_plan:print_flight_plan",
-    "Flights": "gains:print_flights",
-    "Identification": "identification:print_identification",
-    "Imported": "export:print_import",
-    "InferenceResults": "inference:print_inference",
-    "Judgement": "check:print_judgement",
-    "LogComparison": "identification:print_log_comparison",
-    "LogCheck": "identification:print_log_check",
-    "Margins": "margins:print_margins",
-    "Plan": "planning:print_plan",
-    "RunReport": "run_report:print_run_report",
-    "Sensitivity": "planning:print_sensitivity",
-    "Theory": "gains:print_theory",
-    "TuningResults": "tuning:print_tuning",
-    "Verdict": "tuning:print_verdict",
-}
-"""Type of what was found -> module of `tuner.cli.printers` and function; a module is imported when it has something to print."""
 
 
 class Messages(Watcher):
-    """Watcher that prints on standard error, for commands with machine-readable output."""
+    """Watcher that prints on standard error, for commands with machine-readable output; answer: of a run."""
+
+    def __init__(self, answer: RunAnswer | None = None) -> None:
+        self._answer = answer
+
+    def on_answer(self, folder: Path, flights_made: int | None) -> None:
+        """Print it."""
+        if self._answer is not None:
+            self._answer.print_folder(folder, flights_made)
 
     def on_message(self, text: str) -> None:
         """Print it."""
@@ -48,25 +27,21 @@ class Messages(Watcher):
 
 
 @contextmanager
-def progress(as_json: bool, quiet: bool = False) -> Iterator[Watcher]:
-    """Yield what shows the progress of a command: a display on the terminal, or beside JSON messages alone, none if quiet."""
+def progress(as_json: bool, quiet: bool = False, answer: RunAnswer | None = None) -> Iterator[Watcher]:
+    """Yield what shows the progress of a command: a display on the terminal, or beside JSON messages alone, none if quiet.
+
+    answer: of a run, which is printed before report and figures are drawn.
+    """
     if as_json:
-        yield Watcher() if quiet else Messages()
+        yield Watcher() if quiet else Messages(answer)
         return
     from tuner.cli.display import TerminalWatcher
 
-    with TerminalWatcher() as watcher:
+    with TerminalWatcher(answer=answer) as watcher:
         yield watcher
 
 
 def answer(result: Any, as_json: bool, code: int = 0) -> None:
     """Print what was found and end; code: the exit code."""
-    if as_json:
-        print(result.json)
-    else:
-        from tuner.cli.terminal import Console
-
-        module, name = PRINTERS[type(result).__name__].split(":")
-        getattr(import_module(f"tuner.cli.printers.{module}"), name)(result, Console())
-    if code:
-        raise typer.Exit(code)
+    print_result(result, as_json)
+    leave_with(code)

@@ -9,6 +9,7 @@ from time import perf_counter
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TaskID, TextColumn
 from rich.text import Text
 
+from tuner.cli.printing import RunAnswer
 from tuner.cli.terminal import Console
 from tuner.search.loop import Generation
 from tuner.search.watcher import CHECKING, COMPARING, REFINING, StartedStudy, Watcher
@@ -69,10 +70,14 @@ class PaceColumn(ProgressColumn):
 
 
 class TerminalWatcher(Watcher):
-    """Shows a run: a live display on a terminal, one line for each event elsewhere. Use as a context manager."""
+    """Shows a run: a live display on a terminal, one line for each event elsewhere. Use as a context manager.
 
-    def __init__(self, console: Console | None = None) -> None:
+    answer: of a run, printed before its report and figures are drawn.
+    """
+
+    def __init__(self, console: Console | None = None, answer: RunAnswer | None = None) -> None:
         self._console = console = console or Console()
+        self._answer = answer
         self._live = console.is_terminal
         self._progress = Progress(
             SpinnerColumn(),
@@ -166,6 +171,11 @@ class TerminalWatcher(Watcher):
     def on_warning(self, text: str) -> None:
         """Print it."""
         self._console.print(text, style="yellow")
+
+    def on_answer(self, folder: Path, flights_made: int | None) -> None:
+        """Print it."""
+        if self._answer is not None:
+            self._answer.print_folder(folder, flights_made, self._console)
 
     def on_writing(self, part: str) -> None:
         """Say what is being written."""

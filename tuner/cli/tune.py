@@ -8,6 +8,7 @@ import typer
 import tuner
 from tuner.cli.answer import answer, progress
 from tuner.cli.app import AsJson, Folder, StudyChanges, StudyFile, Threads, app, option_of, parse_changes, study_option
+from tuner.cli.printing import RunAnswer
 from tuner.experiments.options import ResumeOptions, RunOptions, with_options
 from tuner.report.charts import printer
 from tuner.text.errors import BROKEN, NOTHING_FEASIBLE
@@ -29,11 +30,12 @@ def run(
 
     Example: tuner run quickstart --out results/first --set search.generations=20
     """
+    answered = RunAnswer(as_json)
     with printer.early():
         loaded = tuner.load_study(study, parse_changes(change))
-        with progress(as_json) as watcher:
+        with progress(as_json, answer=answered) as watcher:
             result = tuner.run(loaded, out, watcher=watcher, threads=threads, **options)
-    answer(result, as_json, 0 if result.feasible else NOTHING_FEASIBLE)
+    answered.end(result, 0 if result.feasible else NOTHING_FEASIBLE)
 
 
 @app.command()
@@ -43,9 +45,10 @@ def resume(results: Folder, as_json: AsJson = False, **options: Any) -> None:
 
     Example: tuner resume results/quickstart --budget 30
     """
-    with printer.early(), progress(as_json) as watcher:
+    answered = RunAnswer(as_json)
+    with printer.early(), progress(as_json, answer=answered) as watcher:
         result = tuner.resume(results, watcher=watcher, **options)
-    answer(result, as_json, 0 if result.feasible else NOTHING_FEASIBLE)
+    answered.end(result, 0 if result.feasible else NOTHING_FEASIBLE)
 
 
 @app.command()
@@ -81,8 +84,9 @@ def rejudge(
 
     Example: tuner rejudge results/quickstart --set objective.0.level=0.9 --out results/cvar90
     """
-    with progress(as_json) as watcher:
+    answered = RunAnswer(as_json)
+    with progress(as_json, answer=answered) as watcher:
         result = tuner.rejudge(
             results, out, study=study, changes=parse_changes(change), watcher=watcher, threads=threads
         )
-    answer(result, as_json, 0 if result.feasible else NOTHING_FEASIBLE)
+    answered.end(result, 0 if result.feasible else NOTHING_FEASIBLE)

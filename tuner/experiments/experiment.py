@@ -62,6 +62,8 @@ class Experiment(ABC, Generic[StudyT, ResultT]):
         self.threads = options.get("threads")
         self.engine = engine
         self._folder = folder
+        self.on_documents: Callable[[ResultT], None] = lambda _: None
+        """Called when the documents that hold the answer are written."""
 
     @property
     def folder(self) -> Folder:
@@ -141,6 +143,7 @@ class Experiment(ABC, Generic[StudyT, ResultT]):
     def write(self, result: ResultT) -> None:
         """Write documents and tables, then figures and report."""
         self.write_documents(result)
+        self.on_documents(result)
         self.draw(self.folder.path, self.watcher)
         self.folder.written(*DRAWN)
 

@@ -115,7 +115,12 @@ def run(
 
 
 def completed(experiment: Experiment[Any, Any], kind: ExperimentKind) -> CompletedRun:
-    """Carry out an experiment and return it with its folder."""
+    """Carry out an experiment and return it with its folder; its watcher hears of the answer once it is written."""
+
+    def announce(result: Any) -> None:
+        experiment.watcher.on_answer(experiment.folder.path, getattr(result, "flights_made", None))
+
+    experiment.on_documents = announce
     result = experiment.carry_out()
     return CompletedRun(experiment.folder.path, kind, result, experiment.is_feasible(result))
 

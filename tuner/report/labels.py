@@ -2,15 +2,18 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from objectives.margins.quantities import QUANTITIES
 from objectives.metrics.registry import METRICS
 from objectives.risk import RISKS
-from tuner.documents.contest import ComparedFolder
 from tuner.documents.summary import ComparedRow, RequiredRow, TableRow
-from tuner.documents.tuning import TuningFolder
 from tuner.text.neutral import Neutral
 from tuner.text.numbers import significant
+
+if TYPE_CHECKING:
+    from tuner.documents.contest import ComparedFolder
+    from tuner.documents.tuning import TuningFolder
 
 _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
 _LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
@@ -55,7 +58,7 @@ def plain_label(label: str, metric: str, scenario: str | None = None, rotors: bo
     return ", ".join(part for part in parts if part)
 
 
-def contest_label(contest: ComparedFolder, label: str, short: bool = True) -> str:
+def contest_label(contest: "ComparedFolder", label: str, short: bool = True) -> str:
     """Return a quantity of a contest in plain words."""
     row = contest.quantity.get(label)
     if row is None:
@@ -64,19 +67,19 @@ def contest_label(contest: ComparedFolder, label: str, short: bool = True) -> st
     return plain_label(label, row.metric, scenario, has_rotors(contest), short)
 
 
-def has_rotors(contest: ComparedFolder) -> bool:
+def has_rotors(contest: "ComparedFolder") -> bool:
     """Return True where quadrotors flew, False for plants of the user."""
     return any(entry.airframe for entry in contest.contenders)
 
 
-def user_names(contest: ComparedFolder) -> list[str]:
+def user_names(contest: "ComparedFolder") -> list[str]:
     """Return the names that study, contenders and plants give."""
     scenarios = [entry.scenario for entry in contest.document.compared_on]
     channels = [name for entry in contest.contenders for name in entry.channels or {}]
     return [contest.document.title, *contest.index, *contest.flown, *scenarios, *channels]
 
 
-def names_of(results: TuningFolder) -> dict[str, str]:
+def names_of(results: "TuningFolder") -> dict[str, str]:
     """Return the compared quantities of a run in plain words, by label."""
     return {row.label: named(results, row, short=True) for row in results.quantities}
 
@@ -102,7 +105,7 @@ def plain_margin(label: str) -> str:
     return f"{QUANTITIES[match[1]].label}{f' of {loop}' if loop else ''}"
 
 
-def named(results: TuningFolder, row: ComparedRow | RequiredRow, short: bool = False) -> str:
+def named(results: "TuningFolder", row: ComparedRow | RequiredRow, short: bool = False) -> str:
     """Return a row in plain words, with its scenario among several."""
     if row.kind == "requirement":
         return plain_margin(row.label)

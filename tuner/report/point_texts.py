@@ -77,6 +77,7 @@ def point_texts(results: TuningFolder, row: int) -> PointTexts:
     front = results.held_out_front
     name = front.points[row]
     ends = zip(*(values[row].tolist() for values in (front.held_out, front.low, front.high)), strict=True)
+    units = margin_units(results)
     return {
         "state": _state(results, row),
         "faults": ", ".join(_faults(results, row)),
@@ -87,7 +88,7 @@ def point_texts(results: TuningFolder, row: int) -> PointTexts:
             for variable, value in zip(results.variables, front.gains[row].tolist(), strict=True)
         ],
         "quantities": [_judged(entry) for entry in results.rows_of(row)],
-        "loops": [_loop(loop, margin_units(results)) for loop in results.loops if loop.point == name],
+        "loops": [_loop(loop, units) for loop in results.loops if loop.point == name],
     }
 
 

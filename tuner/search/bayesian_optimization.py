@@ -26,6 +26,8 @@ Array = np.ndarray
 Acquisition = HypervolumeImprovement | FeasibilityAcquisition
 # Points of the pool, and how many of them fill the cube; the others lie around the best points so far.
 N_CANDIDATES, N_GLOBAL = 512, 128
+# Least number of points of the pool for each point of a generation.
+CANDIDATES_PER_PICK = 2
 # Of these, those that stay for the choice, and of them those whose perturbations replace the others.
 N_SHORTLIST, N_PARENTS = 192, 32
 # Batch while few points are known, and number of points up to which: the models learn most from the first points, and a batch
@@ -86,6 +88,7 @@ class BayesianOptimization:
         self._scales: dict[int, tuple[int, OutputScale]] = {}
         self._sobol = Sobol(first.shape[1], generator(seed, "search/gaussian_process/pool", 0))
         self._population, self._n_batches = len(first), 0
+        self._n_candidates = max(N_CANDIDATES, CANDIDATES_PER_PICK * len(first))
         self._pending: Array | None = first.copy()
 
     def ask(self) -> Array:
@@ -117,8 +120,8 @@ class BayesianOptimization:
         else:
             values = self._feasibility(pool, [*computed, *flown], rng).evaluate(np.arange(len(pool)))
         order = np.argsort(-values * probability, kind="stable")
-        offspring = perturb(pool[order[:N_PARENTS]], N_CANDIDATES - N_SHORTLIST, rng)
-        pool = self._new(np.concatenate([pool[order[:N_SHORTLIST]], offspring]))
+        offspring = perturb(pool[order[:N_PARENTS]], self._n_candidates - N_SHORTLIST, rng)
+        pool = self._enough(self._new(np.concatenate([pool[order[:N_SHORTLIST]], offspring])))
         feasibility = FeasibilityProbabilities(pool, probability_of_feasibility(flown, pool), self._screens)
         if objectives:
             return pool[self._select_improving(objectives.joint_improvement(pool), feasibility)]
@@ -176,8 +179,16 @@ class BayesianOptimization:
         total = (np.maximum(self._violations, 0.0) / violation_scales(self._violations)).sum(axis=1)
         best = np.union1d(front, np.lexsort((depth, total))[:N_INCUMBENTS])
         return self._new(
-            np.concatenate([self._sobol.random(N_GLOBAL), perturb(self._points[best], N_CANDIDATES - N_GLOBAL, rng)])
+            np.concatenate(
+                [self._sobol.random(N_GLOBAL), perturb(self._points[best], self._n_candidates - N_GLOBAL, rng)]
+            )
         )
+
+    def _enough(self, pool: Array) -> Array:
+        """Return a pool (p, d) of at least a generation."""
+        while len(pool) < self._batch:
+            pool = self._new(np.concatenate([pool, self._sobol.random(self._batch)]))
+        return pool
 
     def _new(self, pool: Array) -> Array:
         """Return the points (p, d) that were never evaluated, each once."""
@@ -271,6 +282,7 @@ class FeasibilityProbabilities:
         self._pool, self._flown, self._screens = pool, flown, screens
         self.is_selectable = np.ones(len(pool), dtype=bool)
         self.is_checked = np.full(len(pool), not screens)
+        self._latest: list[tuple[list[ConstraintModel], Array, Array]] = [([], np.zeros(0), np.zeros(0))] * len(screens)
         self.probability = flown * self._computed()
 
     def check(self, order: Array, needed: int) -> None:
@@ -300,8 +312,16 @@ class FeasibilityProbabilities:
         product = np.ones(len(self._pool))
         for level, screen in enumerate(self._screens):
             rows = np.full(len(product), True) if level else ~self.is_checked
-            product[rows] *= probability_of_feasibility(screen.models, self._pool[rows])
+            product[rows] *= self._probability(level, screen.models, rows)
         return product
+
+    def _probability(self, level: int, models: list[ConstraintModel], rows: Array) -> Array:
+        """Return the probability of satisfying an analysis at some rows (p,); models change when its analysis is asked."""
+        models_before, rows_before, probability = self._latest[level]
+        if models is not models_before or not np.array_equal(rows, rows_before):
+            probability = probability_of_feasibility(models, self._pool[rows])
+            self._latest[level] = models, rows, probability
+        return probability
 
 
 class DeterministicConstraints:

@@ -66,6 +66,12 @@ class Watcher:
     def on_generation(self, record: "Generation", total: int) -> None:
         """Called after each generation of a search; total: of generations."""
 
+    def on_answer(self, folder: "Path", flights_made: int | None) -> None:
+        """Called when the documents of a run are in its folder.
+
+        Report and figures follow. flights_made: None where nobody counted.
+        """
+
     def on_writing(self, part: str) -> None:
         """Called before a part of the results is written, such as "figures"."""
 

@@ -43,9 +43,10 @@ def arrow_column(values: Any, with_nulls: bool = True) -> pa.Array:
 
 def in_codes(texts: Sequence[str] | np.ndarray) -> pa.Array:
     """Return texts as codes of the distinct texts, in alphabetical order."""
-    names = sorted(set(texts))
+    listed = texts.tolist() if isinstance(texts, np.ndarray) else texts
+    names = sorted(set(listed))
     code = {text: i for i, text in enumerate(names)}
-    return coded(np.fromiter((code[text] for text in texts), np.min_scalar_type(-len(names)), len(texts)), names)
+    return coded(np.fromiter(map(code.__getitem__, listed), np.min_scalar_type(-len(names)), len(listed)), names)
 
 
 def coded(codes: np.ndarray, categories: Sequence[str]) -> pa.Array:

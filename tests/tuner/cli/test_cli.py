@@ -9,6 +9,7 @@ import pytest
 from typer.main import get_group
 from typer.testing import CliRunner
 
+from plant.errors import StoreError
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
@@ -78,6 +79,13 @@ NOT_FOR_A_RUN = (
     "cvxpy",
     "control",
     "numba.cpython.heapq",
+    "jsonschema",
+    "scipy.sparse",
+    "scipy.spatial",
+    "plotly.graph_objs",
+    "fontTools",
+    "PIL",
+    "tuner.report.charts.paper",
     "tuner.experiments.contest.run",
     "tuner.experiments.inference.run",
     "tuner.experiments.trials.run",
@@ -92,6 +100,23 @@ def test_a_run_imports_nothing_heavy_that_it_does_without(tmp_path):
     assert done.returncode in (0, NOTHING_FEASIBLE), done.stderr
     assert (tmp_path / "out" / "report.html").exists()
     assert done.stderr.splitlines()[-1] == "imported: []"
+
+
+def test_margins_import_nothing_of_scipy_nor_what_writes_results(small_run):
+    heavy = (
+        *NOT_FOR_A_RUN[:3],
+        "pyarrow",
+        "scipy.linalg",
+        "scipy.special",
+        "numpy.f2py",
+        "plotly",
+        "moocore",
+        "rich.progress",
+    )
+    code = PLAIN_RUN.replace("{heavy}", repr(heavy)).replace('"run"', '"margins"')
+    command = [sys.executable, "-c", code, str(small_run[1])]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.stderr.splitlines()[-1] == "imported: []", done.stderr
 
 
 @pytest.mark.parametrize("what", LISTINGS)
@@ -154,6 +179,28 @@ def test_run_fly_report_one_after_the_other(tmp_path, tuner):
     (folder / "report.html").unlink()
     assert tuner("report", folder).returncode == 0
     assert (folder / "report.html").stat().st_size > 1_000_000
+
+
+@pytest.mark.parametrize("as_json", [[], ["--json"]])
+def test_the_answer_of_a_run_is_printed_before_its_report_is_written(tmp_path, tuner, monkeypatch, as_json):
+    def broken(*_):
+        raise StoreError("no page today")
+
+    monkeypatch.setattr("tuner.report.write_report", broken)
+    small = {
+        "search.population": 8,
+        "search.generations": 1,
+        "scenario.0.search": 4,
+        "scenario.0.held_out": 16,
+        "margin": "[]",
+    }
+    changes = [word for key, value in small.items() for word in ("--set", f"{key}={value}")]
+    done = tuner("run", QUICKSTART, "--out", tmp_path / "out", *changes, *as_json)
+    assert done.returncode == 2 and "no page today" in done.stderr
+    if as_json:
+        assert json.loads(done.stdout)["title"].startswith("Quickstart")
+    else:
+        assert f"Results in {tmp_path / 'out'}: report.html, gains.json (" in done.stdout.replace("\n", "")
 
 
 def test_bad_input_is_one_line_on_stderr(tmp_path, tuner):

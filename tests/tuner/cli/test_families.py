@@ -6,7 +6,7 @@ import inspect
 import pytest
 
 import tuner
-from tuner.cli import answer, main
+from tuner.cli import main, printing
 from tuner.cli.app import app
 from tuner.store.document import DocumentPart
 
@@ -16,9 +16,9 @@ def test_every_command_is_registered_by_a_family():
     assert homes == {family.__name__ for family in main.FAMILIES}
 
 
-@pytest.mark.parametrize("kind", answer.PRINTERS)
+@pytest.mark.parametrize("kind", printing.PRINTERS)
 def test_the_printer_of_an_answer_is_there(kind):
-    module, name = answer.PRINTERS[kind].split(":")
+    module, name = printing.PRINTERS[kind].split(":")
     printer = getattr(importlib.import_module(f"tuner.cli.printers.{module}"), name)
     assert next(iter(inspect.signature(printer).parameters.values())).annotation == kind
 
@@ -34,4 +34,4 @@ def test_what_the_library_returns_has_a_printer():
                 if issubclass(value, DocumentPart):
                     continue
                 kinds.add(name)
-    assert kinds - {"ComparedResults", "Results"} <= set(answer.PRINTERS)
+    assert kinds - {"ComparedResults", "Results"} <= set(printing.PRINTERS)

@@ -267,6 +267,16 @@ def test_a_pool_has_no_point_twice():
     assert len(np.unique(np.concatenate([pool, points]), axis=0)) == len(pool) + 8
 
 
+@pytest.mark.parametrize(("dimensions", "known"), [(1, []), (2, [half_known])])
+def test_a_generation_larger_than_the_usual_pool_is_chosen(dimensions, known):
+    # All that is best lies in a corner, where perturbed points are clipped to the same one.
+    search = BayesianOptimization(started(dimensions, 600), 1, 0, 1, known)
+    for _ in range(3):
+        points = search.ask()
+        assert len(np.unique(points, axis=0)) == 600
+        search.tell(points.sum(axis=1, keepdims=True), np.zeros((600, 0)))
+
+
 def test_a_longer_analysis_is_asked_about_few_points_and_nothing_is_asked_for_that_breaks_it():
     counts = [0, 0]
 

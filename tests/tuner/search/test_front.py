@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from tuner.search.front import hypervolume, select_subset
+from tuner.search.front import FEW, hypervolume, non_dominated, select_subset
 
 ONE = np.ones(2)
 
@@ -53,3 +53,15 @@ def test_the_best_of_each_objective_stay():
 
 def test_a_short_front_stays_as_it_is():
     assert select_subset(dented(5), ONE, 5).tolist() == [0, 1, 2, 3, 4]
+
+
+@pytest.mark.parametrize("objectives", [1, 2, 3])
+@pytest.mark.parametrize("count", [1, FEW, FEW + 1, 200])
+def test_what_nothing_dominates_is_left_and_equal_points_stay(count, objectives):
+    values = np.random.default_rng(count).integers(0, 6, size=(count, objectives)).astype(float)
+    values[0] = np.inf
+    dominated = [
+        any(all(other <= one) and any(other < one) for j, other in enumerate(values) if j != i)
+        for i, one in enumerate(values)
+    ]
+    assert non_dominated(values).tolist() == [not is_dominated for is_dominated in dominated]

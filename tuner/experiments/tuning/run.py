@@ -172,6 +172,7 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
         self.drawing.begin(self.results)
         folder.remove(gains_name(not result.feasible))
         folder.write_json(gains_name(result.feasible), gains_document(result, summary))
+        self.on_documents(result)
         self.watcher.on_writing("responses")
         spectra = spectrum_table(result)
         if spectra is not None:

@@ -1,0 +1,77 @@
+"""The printers of answers, and the early answer of a run."""
+
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+import tuner
+
+if TYPE_CHECKING:
+    from tuner.cli.terminal import Console
+
+PRINTERS = {
+    "Approach": "approach:print_approach",
+    "Checked": "check:print_checked",
+    "ComparisonResults": "compare:print_compared",
+    "Confirmation": "confirmation:print_confirmation",
+    "ContestResults": "contest:print_contest",
+    "Cost": "gains:print_costs",
+    "Design": "margins:print_design",
+    "EstimatedAirframe": "identification:print_estimate",
+    "Exported": "export:print_export",
+    "FlightPlan": "flight_plan:print_flight_plan",
+    "Flights": "gains:print_flights",
+    "Identification": "identification:print_identification",
+    "Imported": "export:print_import",
+    "InferenceResults": "inference:print_inference",
+    "Judgement": "check:print_judgement",
+    "LogComparison": "identification:print_log_comparison",
+    "LogCheck": "identification:print_log_check",
+    "Margins": "margins:print_margins",
+    "Plan": "planning:print_plan",
+    "RunReport": "run_report:print_run_report",
+    "Sensitivity": "planning:print_sensitivity",
+    "Theory": "gains:print_theory",
+    "TuningResults": "tuning:print_tuning",
+    "Verdict": "tuning:print_verdict",
+}
+"""Type of what was found -> module of `tuner.cli.printers` and function; a module is imported when it has something to print."""
+
+
+def print_result(result: Any, as_json: bool, console: "Console | None" = None) -> None:
+    """Print a result as JSON or for a person; console: a new one by default."""
+    if as_json:
+        print(result.json, flush=True)
+        return
+    from tuner.cli.terminal import Console
+
+    module, name = PRINTERS[type(result).__name__].split(":")
+    getattr(import_module(f"tuner.cli.printers.{module}"), name)(result, console or Console())
+
+
+def leave_with(code: int) -> None:
+    """End with an exit code other than 0."""
+    if code:
+        raise typer.Exit(code)
+
+
+class RunAnswer:
+    """The answer of a run: printed once, as soon as its documents are written."""
+
+    def __init__(self, as_json: bool) -> None:
+        self._as_json, self._is_printed = as_json, False
+
+    def print_folder(self, folder: Path, flights_made: int | None, console: "Console | None" = None) -> None:
+        """Print the answer of a folder whose report may still be missing."""
+        results = tuner.open_results(folder)
+        results.flights_made = flights_made
+        print_result(results, self._as_json, console)
+        self._is_printed = True
+
+    def end(self, result: Any, code: int) -> None:
+        """Print the answer unless it was printed, and end with a code."""
+        if not self._is_printed:
+            print_result(result, self._as_json)
+        leave_with(code)
