@@ -64,7 +64,7 @@ def shown(given: object) -> str:
 
 
 def with_paths(table: PlainTable, move: Callable[[str], str]) -> PlainTable:
-    """Return a study's content with every path in it put through `move`: of airframes, default gains, references, own code."""
+    """Return a study's content with every path put through `move`: of airframes, gains, starts, references, own code."""
     result = deepcopy(table)
     holders = [result, *tables_in(result.get("contender"))]
     for holder, key in [
@@ -73,6 +73,7 @@ def with_paths(table: PlainTable, move: Callable[[str], str]) -> PlainTable:
         *[(entry.get("reference"), "path") for entry in tables_in(result.get("scenario"))],
         *[(holder.get(table), "file") for holder in holders for table in ("law", "metric", "reference", "plant")],
         *[(holder.get("plant"), "fmu") for holder in holders],
+        *[(holder.get("search"), "starts") for holder in holders],
     ]:
         given = holder.get(key) if isinstance(holder, dict) else None
         if isinstance(holder, dict) and isinstance(given, str):

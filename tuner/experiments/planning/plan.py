@@ -96,7 +96,7 @@ def plan_document(study: TuningStudy, pilot: Pilot, compile_seconds: float | Non
         ),
         flights=flights_of(study),
         seconds=seconds_of(study, pilot, compile_seconds),
-        search=study.search.text,
+        search=" ".join([study.search.text, *study.start_texts]),
         memory_bytes=memory_of(study, pilot),
         disk_bytes_at_most=disk_of(study, pilot),
         difference_percent=100.0 * share,

@@ -107,7 +107,7 @@ def trials_preview(study: TrialStudy) -> TrialsPreview:
         constraints=[f"{entry.objective.label} at most {entry.most:g}" for entry in study.constraints],
         search_trials_at_most=flights.search_at_most,
         trials_at_most=flights.total_at_most,
-        search=study.search.text,
+        search=" ".join([study.search.text, *study.start_texts]),
         digest=study.digest(),
         warnings=warnings_before_run(study),
     )

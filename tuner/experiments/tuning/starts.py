@@ -1,4 +1,7 @@
-"""Starting points of a search: the default, by which everything is measured, and points known to be good before flying."""
+"""Starting points of a search: the default, by which everything is measured, and points known to be good before flying.
+
+Points of earlier runs fill at most half of the first generation, so that a search that they mislead has a Latin hypercube left.
+"""
 
 from collections.abc import Callable
 from dataclasses import fields
@@ -8,6 +11,7 @@ import numpy as np
 
 from plant.quadrotor.sensors import SensorSpec
 from plant.records import flatten
+from tuner.study.starts import merged_points
 from tuner.study.study import SearchedStudy, Study
 
 if TYPE_CHECKING:
@@ -78,3 +82,33 @@ def starting_points(study: SearchedStudy) -> tuple[Array, list[str]]:
         else:
             warnings.append(f'The starting point "{name}" is one that the search starts from anyway.')
     return np.array(points), warnings
+
+
+def earlier_points(
+    study: SearchedStudy, starts: Array, most: int, passes_screening: Callable[[Array], Array] | None = None
+) -> tuple[Array, list[str]]:
+    """Return the points (k, d) of earlier runs for the first generation, and a warning where limits leave some out.
+
+    Args:
+        study: Names the runs.
+        starts: Points (s, d) that the search starts from anyway.
+        most: Largest number of points.
+        passes_screening: Points (n, d) -> mask (n,) of those worth a flight; None for all.
+    """
+    points = _without_repetitions(merged_points(study.search.starts, study.space), starts)
+    is_screened = passes_screening is not None and len(points) > 0
+    passing = passes_screening(points) if is_screened else np.ones(len(points), dtype=bool)
+    taken, broken = points[passing][:most], int(np.sum(~passing, axis=0))
+    if not broken or len(taken) == most:
+        return taken, []
+    left = f"{len(taken)} remain" if len(taken) else "the search starts without them"
+    return taken, [f"{broken} of the {len(points)} points of earlier runs break limits known without flying: {left}."]
+
+
+def _without_repetitions(points: Array, starts: Array) -> Array:
+    """Return the points (n, d) that are neither among the starts (s, d) nor repeat an earlier one."""
+    kept: list[Array] = []
+    for point in points:
+        if all(np.abs(point - other).max(initial=0.0) > SAME for other in (*starts, *kept)):
+            kept.append(point)
+    return np.array(kept).reshape(-1, starts.shape[1])
