@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 import tuner
+from plant.texts import PlainTable
 from tuner.cli.answer import answer, progress
 from tuner.cli.app import AsJson, Folder, StudyChanges, StudyFile, Threads, app, option_of, parse_changes, study_option
 from tuner.experiments.options import ResumeOptions, RunOptions, with_options
@@ -20,6 +21,12 @@ def run(
     out: Annotated[Path | None, typer.Option(help="Results folder; must not exist. Default: results/NAME.")] = None,
     threads: Threads = None,
     change: StudyChanges = None,
+    starts: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--starts", help="Start the search from an earlier run, or a gains.json, of the same laws; repeatable."
+        ),
+    ] = None,
     as_json: AsJson = False,
     **options: Any,
 ) -> None:
@@ -30,7 +37,8 @@ def run(
     Example: tuner run quickstart --out results/first --set search.generations=20
     """
     with printer.early():
-        loaded = tuner.load_study(study, parse_changes(change))
+        named: PlainTable = {"search.starts": list(map(str, starts))} if starts else {}
+        loaded = tuner.load_study(study, parse_changes(change) | named)
         with progress(as_json) as watcher:
             result = tuner.run(loaded, out, watcher=watcher, threads=threads, **options)
     answer(result, as_json, 0 if result.feasible else NOTHING_FEASIBLE)

@@ -13,10 +13,10 @@ from objectives.margins.requirement import MarginRequirement
 from objectives.problem import Constraint, Objective
 from objectives.requirements import Requirement
 from plant.input_files import read_input_text
-from plant.texts import PlainTable
+from plant.texts import PlainTable, PlainValue
 from tuner.search.convergence import StoppingRule
 from tuner.search.names import CONVERGED, GENERATIONS
-from tuner.study.schema import CONFIDENCE, StartTable
+from tuner.study.schema import CONFIDENCE
 from tuner.study.starts import EarlierGains, StartSet, start_sets
 from tuner.text.input_errors import located
 
@@ -214,6 +214,11 @@ class SearchedStudy:
         return replace(self, search=replace(self.search, starts=sets)) if sets else self
 
     @property
+    def start_tables(self) -> list[PlainValue]:
+        """Entries of search.starts that hold the points themselves."""
+        return [entry.table.model_dump() for entry in self.search.starts]
+
+    @property
     def start_texts(self) -> list[str]:
         """Sentences on the points of earlier runs that the search starts from."""
         return [text for entry in self.search.starts for text in entry.texts(self.space)]
@@ -240,11 +245,7 @@ class SearchedStudy:
 
         Paths are relative to its folder.
         """
-        starts = (
-            {"starts": [StartTable(**entry.content()) for entry in self.search.starts]}
-            if self.table.search.starts
-            else {}
-        )
+        starts = {"starts": [entry.table for entry in self.search.starts]} if self.table.search.starts else {}
         search = self.table.search.model_copy(update={**self.search.sizes, **starts})
         return self.table.model_copy(update={"search": search}).model_dump(mode="json", exclude_unset=True)
 
@@ -263,7 +264,7 @@ class SearchedStudy:
 
         Defaults, airframe numbers and measured limits are included.
         """
-        starts = {"starts": [entry.content() for entry in self.search.starts]} if self.search.starts else {}
+        starts = {"starts": self.start_tables} if self.search.starts else {}
         search = {**self.search.values, **starts, "why": self.search.why}
         return {**self._values(), "search": search, "digest": self.digest()}
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from objectives.decisions import DecisionSpace, Variable
 from plant.errors import InputError, UnknownNameError
-from plant.texts import PlainTable
 from tuner.search.front import select_subset
 from tuner.study.earlier_front import FrontTable, gains_file_of, read_front
 from tuner.study.schema import StartTable
@@ -58,13 +57,10 @@ class StartSet:
         ]
         return np.array(rows)
 
-    def values(self, space: DecisionSpace) -> list[list[float]]:
-        """Return the values (n, d) that the search starts from."""
-        return space.values(self.units(space)).tolist()
-
-    def content(self) -> PlainTable:
-        """Return the entry of search.starts that holds the points themselves."""
-        return {"origin": self.origin, "points": [dict(point) for point in self.points]}
+    @property
+    def table(self) -> StartTable:
+        """The entry of search.starts that holds the points themselves."""
+        return StartTable(origin=self.origin, points=[dict(point) for point in self.points])
 
     def texts(self, space: DecisionSpace) -> list[str]:
         """Return sentences on the origin, on gains it lacks and on clipped points."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from plant.quadrotor.sensors import SensorSpec
 from plant.records import flatten
+from plant.seeds import generator
 from tuner.study.starts import merged_points
 from tuner.study.study import SearchedStudy, Study
 
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
     from objectives.design import AxisDesign
 
 Array = np.ndarray
+Screening = Callable[[Array], Array]
+# Standard deviations of the steps from a point that fails pre-screening, shortest first, and draws for each.
+WIDTHS, DRAWS = (0.01, 0.03, 0.1), 32
 # Coordinates of the unit cube that differ by less than this are the same point.
 SAME = 1e-9
 
@@ -85,9 +89,12 @@ def starting_points(study: SearchedStudy) -> tuple[Array, list[str]]:
 
 
 def earlier_points(
-    study: SearchedStudy, starts: Array, most: int, passes_screening: Callable[[Array], Array] | None = None
+    study: SearchedStudy, starts: Array, most: int, passes_screening: Screening | None = None
 ) -> tuple[Array, list[str]]:
     """Return the points (k, d) of earlier runs for the first generation, and a warning where limits leave some out.
+
+    A point that fails pre-screening is moved to the nearest one found that passes: the best points of a front stand at
+    limits, and those of another vehicle or wind lie a little elsewhere.
 
     Args:
         study: Names the runs.
@@ -96,13 +103,37 @@ def earlier_points(
         passes_screening: Points (n, d) -> mask (n,) of those worth a flight; None for all.
     """
     points = _without_repetitions(merged_points(study.search.starts, study.space), starts)
-    is_screened = passes_screening is not None and len(points) > 0
-    passing = passes_screening(points) if is_screened else np.ones(len(points), dtype=bool)
-    taken, broken = points[passing][:most], int(np.sum(~passing, axis=0))
-    if not broken or len(taken) == most:
+    if passes_screening is None or not len(points):
+        return points[:most], []
+    passing = passes_screening(points)
+    moved = nearest_passing(points[:most], passing[:most], generator(study.seed, "search/starts", 0), passes_screening)
+    rest = points[most:][passing[most:]]
+    taken = np.concatenate([moved, rest])[:most]
+    lost = min(most, len(points)) - len(taken)
+    if not lost:
         return taken, []
-    left = f"{len(taken)} remain" if len(taken) else "the search starts without them"
-    return taken, [f"{broken} of the {len(points)} points of earlier runs break limits known without flying: {left}."]
+    count = f"{lost} of {min(most, len(points))}"
+    return taken, [f"Starting points left out for limits known without flying, which nothing near keeps: {count}."]
+
+
+def nearest_passing(points: Array, passing: Array, rng: np.random.Generator, passes_screening: Screening) -> Array:
+    """Return points (k, d) with each that fails moved to the nearest drawn one that passes; left out where none does.
+
+    passing (n,): which of the points (n, d) pass as they are.
+    """
+    found: dict[int, Array] = {i: points[i] for i in np.flatnonzero(passing).tolist()}
+    for width in WIDTHS:
+        missing = [i for i in range(len(points)) if i not in found]
+        if not missing:
+            break
+        steps = width * rng.standard_normal((len(missing), DRAWS, points.shape[1]))
+        drawn = np.clip(points[missing][:, None] + steps, 0.0, 1.0)
+        passes = passes_screening(drawn.reshape(-1, points.shape[1])).reshape(len(missing), DRAWS)
+        distances = np.where(passes, np.square(drawn - points[missing][:, None]).sum(axis=2), np.inf)
+        for row, i in enumerate(missing):
+            if passes[row].any():
+                found[i] = drawn[row, int(np.argmin(distances[row]))]
+    return np.array([found[i] for i in sorted(found)]).reshape(-1, points.shape[1])
 
 
 def _without_repetitions(points: Array, starts: Array) -> Array:
