@@ -117,7 +117,7 @@ def flights_to(run: dict[str, Any], share: float) -> float:
 def table(runs: list[dict[str, Any]]) -> str:
     """Return the medians and every seed as a table."""
     lines = [
-        f"| target | start | flights to {ENOUGH:.0%} of the best known: median (each seed) | share at the end: median (each seed) |",
+        f"| target | start | flights to {ENOUGH:.0%} of the best known: median (each seed) | share at the end: median (each) |",
         "|---|---|---|---|",
     ]
     for target, start in dict.fromkeys((run["target"], run["start"]) for run in runs):

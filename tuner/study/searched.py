@@ -12,11 +12,13 @@ from objectives.decisions import DecisionSpace
 from objectives.margins.requirement import MarginRequirement
 from objectives.problem import Constraint, Objective
 from objectives.requirements import Requirement
+from plant.errors import InputError
 from plant.input_files import read_input_text
 from plant.texts import PlainTable, PlainValue
 from tuner.search.convergence import StoppingRule
 from tuner.search.names import CONVERGED, GENERATIONS
 from tuner.study.schema import CONFIDENCE
+from tuner.study.shipped_fronts import ShippedFront
 from tuner.study.starts import EarlierGains, StartSet, start_sets
 from tuner.text.input_errors import located
 
@@ -207,10 +209,16 @@ class SearchedStudy:
         """Return the gains of a file that mean the same here; InputError where none does."""
         raise NotImplementedError
 
+    def shipped_front(self) -> ShippedFront:
+        """Return the front that comes with the tool; InputError where there is none."""
+        raise InputError(
+            "fronts of quadrotors' laws alone come with the tool; name a results folder, or leave starts out"
+        )
+
     def with_starts(self) -> Self:
         """Return the study with the starting points that search.starts names; InputError where one cannot be read."""
         with located(self.path, "search"):
-            sets = start_sets(self.table.search.starts, self.path.parent, self.space, self.earlier_gains)
+            sets = start_sets(self.table.search.starts, self.path.parent, self.space, self)
         return replace(self, search=replace(self.search, starts=sets)) if sets else self
 
     @property

@@ -4,12 +4,12 @@ A study names results folders and gains.json files; what it takes from them beco
 without them.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, zip_longest
 from math import isfinite
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -18,7 +18,10 @@ from plant.errors import InputError, UnknownNameError
 from tuner.search.front import select_subset
 from tuner.study.earlier_front import FrontTable, gains_file_of, read_front
 from tuner.study.schema import StartTable
+from tuner.study.shipped_fronts import ShippedFront
+from tuner.text.input_errors import located
 from tuner.text.sentences import listing
+from tuner.text.toml_text import SHIPPED
 
 Point = Mapping[str, float]
 # Points of a front that a study keeps: more than half of any first generation that is flown with a model.
@@ -37,8 +40,16 @@ class EarlierGains(NamedTuple):
     factors: Mapping[str, float]
 
 
-Match = Callable[[Path], EarlierGains]
-"""Reads a gains file; raises InputError where none of its gains means the same in the study."""
+class GainsSource(Protocol):
+    """A study that says which gains mean the same in it; InputError where none does."""
+
+    def earlier_gains(self, file: Path) -> EarlierGains:
+        """Return the gains of a file."""
+        ...
+
+    def shipped_front(self) -> ShippedFront:
+        """Return the front that comes with the tool."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -104,33 +115,38 @@ def merged_points(sets: Sequence[StartSet], space: DecisionSpace) -> np.ndarray:
 
 
 def start_sets(
-    entries: Sequence[str | StartTable], folder: Path, space: DecisionSpace, match: Match
+    entries: Sequence[str | StartTable], folder: Path, space: DecisionSpace, study: GainsSource
 ) -> tuple[StartSet, ...]:
     """Return the starting points that entries of search.starts name.
 
     Args:
-        entries: Paths, from the folder of the study or from the working directory, or points by themselves.
+        entries: Paths, from the folder of the study or from the working directory, the name of what comes with the tool, or
+            points by themselves.
         folder: Of the study.
         space: Searched gains.
-        match: Says which gains of a file mean the same in the study.
+        study: Says which gains mean the same in it.
 
     Raises:
         InputError: With the key inside [search].
     """
     if not space.variables:
         return ()
-    return tuple(_start_set(entry, f"starts[{i}]", folder, space, match) for i, entry in enumerate(entries))
+    return tuple(_start_set(entry, f"starts[{i}]", folder, space, study) for i, entry in enumerate(entries))
 
 
-def _start_set(entry: str | StartTable, key: str, folder: Path, space: DecisionSpace, match: Match) -> StartSet:
+def _start_set(entry: str | StartTable, key: str, folder: Path, space: DecisionSpace, study: GainsSource) -> StartSet:
     if isinstance(entry, StartTable):
         return _given_set(entry, key, space)
+    if entry == SHIPPED:
+        with located(None, key):
+            front = study.shipped_front()
+        return StartSet(front.origin, tuple(_point(space, point, dict.fromkeys(point, 1.0)) for point in front.points))
     path = folder / entry if (folder / entry).exists() else Path(entry)
     if not path.exists():
         message = f"there is no results folder or gains.json {entry}; the path is relative to the study file or to this folder"
         raise InputError(message, key=key)
     try:
-        points = _points_of(path, space, match)
+        points = _points_of(path, space, study.earlier_gains(gains_file_of(path)))
     except InputError as error:
         raise InputError(f"{path}: {error}" if error.file is None else str(error), key=key) from None
     return StartSet(entry, points)
@@ -149,9 +165,8 @@ def _given_set(table: StartTable, key: str, space: DecisionSpace) -> StartSet:
     return StartSet(table.origin, tuple(table.points))
 
 
-def _points_of(path: Path, space: DecisionSpace, match: Match) -> tuple[Point, ...]:
+def _points_of(path: Path, space: DecisionSpace, gains: EarlierGains) -> tuple[Point, ...]:
     """Return the points of a results folder or gains.json for a study; best spread first."""
-    gains = match(gains_file_of(path))
     if not path.is_dir():
         points = [_point(space, gains.values, gains.factors)]
         rows = np.zeros(1, dtype=int)

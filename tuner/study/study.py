@@ -31,6 +31,7 @@ from tuner.study.margins import margin_requirement, nominal_margins
 from tuner.study.processor_cost.cost import gains_rows, tabled
 from tuner.study.schema import StudyTable
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords, usual_keys
+from tuner.study.shipped_fronts import ShippedFront, shipped_front
 from tuner.study.starts import EarlierGains
 from tuner.study.trim import hover_of, steady_states, trim_entry, trim_texts
 from tuner.study.tuning_study import TuningStudy
@@ -192,6 +193,10 @@ class Study(TuningStudy):
             if gain.loop in same
         }
         return EarlierGains(given, factors)
+
+    def shipped_front(self) -> ShippedFront:
+        """Return the front of its laws that comes with the tool; InputError where there is none."""
+        return shipped_front(self.system.cascade.attitude.name, self.system.cascade.position.name)
 
     def gains_document(self, row: np.ndarray, parts: PlainTable) -> PlainTable:
         """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""

@@ -8,6 +8,8 @@ from copy import deepcopy
 from plant.texts import PlainTable, PlainValue
 
 Table = Mapping[str, PlainValue]
+SHIPPED = "shipped"
+"""Entry of search.starts that is no path: the front that comes with the tool."""
 
 
 def toml_text(table: Table) -> str:
@@ -79,7 +81,7 @@ def with_paths(table: PlainTable, move: Callable[[str], str]) -> PlainTable:
         if isinstance(holder, dict) and isinstance(given, str):
             holder[key] = move(given)
         elif isinstance(holder, dict) and isinstance(given, list):
-            holder[key] = [move(entry) if isinstance(entry, str) else entry for entry in given]
+            holder[key] = [move(entry) if isinstance(entry, str) and entry != SHIPPED else entry for entry in given]
     return result
 
 

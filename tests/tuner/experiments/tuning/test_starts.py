@@ -112,7 +112,8 @@ def test_killed_and_resumed_without_the_earlier_run(earlier, tmp_path, threads):
 def test_the_option_names_runs_and_the_preview_tells_them(earlier, tmp_path, monkeypatch, tuner):
     monkeypatch.chdir(tmp_path)
     sets = [part for key, value in SMALL.items() for part in ("--set", f"{key}={json.dumps(value)}")]
-    text = f"The search starts from earlier ({len((earlier / "front.csv").read_text().splitlines()) - 2} points)."
+    points = len((earlier / "front.csv").read_text().splitlines()) - 2
+    text = f"The search starts from earlier ({points} points)."
     named = ("--set", 'search.starts=["earlier"]')
     assert text in " ".join(tuner("check", QUICKSTART, *sets, *named).stdout.split())
     assert text in " ".join(tuner("plan", QUICKSTART, *sets, *named).stdout.split())
