@@ -129,6 +129,8 @@ def sections(document: Document, schema: Row, path: str, about: str = "") -> Ite
             named = "" if "oneOf" in held["additionalProperties"] else ".NAME"
             inner.append((table, f"[{place}{named}]", held["description"]))
         else:
+            if table := table_among_entries(document, held):
+                inner.append((table, f"[[{place}]]", ""))
             section.keys[key] = {**held, "required": key in schema.get("required", ())}
     if section.keys:
         yield section
@@ -149,6 +151,12 @@ def table_of_any_keys(document: Document, schema: Row) -> Row | None:
     if not isinstance(entry, dict):
         return None
     tables = [document.followed(part) for part in entry.get("oneOf", [entry]) if document.is_table(part)]
+    return tables[0] if tables else None
+
+
+def table_among_entries(document: Document, schema: Row) -> Row | None:
+    """Return the table that an entry of a list may be beside a text, None where it may not."""
+    tables = [document.followed(part) for part in schema.get("items", {}).get("oneOf", ()) if document.is_table(part)]
     return tables[0] if tables else None
 
 

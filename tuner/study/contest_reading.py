@@ -58,7 +58,7 @@ def contest_from_table(path: Path, table: PlainTable, layers: tuple[Layer, ...] 
 
 
 def with_starts(table: PlainTable, contenders: Sequence[Contender]) -> PlainTable:
-    """Return the content of a contest with the points that each contender starts from, in place of where they were read."""
+    """Return a contest's content with the starting points of each contender."""
     search = table.get("search")
     shared = (
         {"search": {key: value for key, value in search.items() if key != "starts"}} if isinstance(search, dict) else {}

@@ -1,4 +1,4 @@
-"""The front in the results folder of an earlier run, as far as another study starts from it."""
+"""Front of an earlier run, read for another study."""
 
 import csv
 from collections.abc import Sequence
@@ -100,10 +100,10 @@ def _addresses(file: Path) -> dict[str, tuple[str, ...]]:
     entries: list[PlainTable] = (
         [entry for entry in variables if isinstance(entry, dict)] if isinstance(variables, list) else []
     )
-    found = {str(entry.get("name")): entry.get("addresses") for entry in entries}
-    if not found or not all(isinstance(addresses, list) for addresses in found.values()):
+    by_name = {str(entry.get("name")): entry.get("addresses") for entry in entries}
+    if not by_name or not all(isinstance(addresses, list) for addresses in by_name.values()):
         raise InputError(f"is damaged: it lists no searched gains; {GIVE_FINISHED}", file=file, key="variables")
-    return {name: tuple(map(str, addresses)) for name, addresses in found.items() if isinstance(addresses, list)}
+    return {name: tuple(map(str, addresses)) for name, addresses in by_name.items() if isinstance(addresses, list)}
 
 
 def read_variables(file: Path) -> dict[str, float]:
@@ -113,8 +113,8 @@ def read_variables(file: Path) -> dict[str, float]:
         raise InputError("holds no values of trials; give that of a run of trials", file=file, key="format")
     gains = document.get("gains")
     entries = gains.items() if isinstance(gains, dict) else ()
-    values = {name: entry.get("value") for name, entry in entries if isinstance(entry, dict)}
-    found = {name: float(value) for name, value in values.items() if isinstance(value, int | float)}
-    if not found or len(found) < len(values):
+    given = {name: entry.get("value") for name, entry in entries if isinstance(entry, dict)}
+    values = {name: float(value) for name, value in given.items() if isinstance(value, int | float)}
+    if not values or len(values) < len(given):
         raise InputError(f"is damaged: it holds no values; {GIVE_FINISHED}", file=file, key="gains")
-    return found
+    return values

@@ -305,7 +305,7 @@ class OwnCodeTable(StrictTable):
 
 
 class StartTable(StrictTable):
-    """An entry of search.starts with the points themselves, as a run keeps those that it starts from."""
+    """[[search.starts]]: points by themselves, as the inputs of a run hold them."""
 
     origin: str = "the study"
     """Words on where the points come from."""

@@ -39,8 +39,10 @@ class StudyScenario:
 class SearchSpec:
     """Settings of the search.
 
-    first: flights of each scenario that every candidate makes, None for all; those that survive make the others. why: this search
-    is asked for, in words. starts: points of earlier runs for the first generation.
+    Attributes:
+        first: Flights of each scenario that every candidate makes, None for all; those that survive make the others.
+        why: Reason of the choice, in words.
+        starts: Points of earlier runs for the first generation.
     """
 
     algorithm: str
@@ -249,7 +251,7 @@ class SearchedStudy:
 
     @property
     def content(self) -> PlainTable:
-        """The content of the file, with overrides, the chosen search and its starting points.
+        """The content of the file, with overrides, search and starting points.
 
         Paths are relative to its folder.
         """

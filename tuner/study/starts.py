@@ -74,7 +74,7 @@ class StartSet:
         return StartTable(origin=self.origin, points=[dict(point) for point in self.points])
 
     def texts(self, space: DecisionSpace) -> list[str]:
-        """Return sentences on the origin, on gains it lacks and on clipped points."""
+        """Return sentences on origin, lacking gains and clipped points."""
         number = len(self.points)
         texts = [f"The search starts from {self.origin} ({number} {'point' if number == 1 else 'points'})."]
         lacking = [each.name for each in space.variables if not any(each.name in point for point in self.points)]
@@ -175,8 +175,8 @@ def _points_of(path: Path, space: DecisionSpace, gains: EarlierGains) -> tuple[P
         points = [_point(space, front.gains(row), gains.factors) for row in range(len(front.rows))]
         rows = spread_order(front)
     if not any(points):
-        here = listing([each.name for each in space.variables])
-        raise InputError(f"it searched none of the gains of this study ({here}); give a run that did")
+        searched = listing([each.name for each in space.variables])
+        raise InputError(f"it searched none of the gains of this study ({searched}); give a run that did")
     return tuple(points[row] for row in rows)
 
 
@@ -191,13 +191,13 @@ def spread_order(front: FrontTable) -> np.ndarray:
 
 
 def _point(space: DecisionSpace, values: Mapping[str, float], factors: Mapping[str, float]) -> Point:
-    """Return the values of variables, each that of its first gain that is known."""
+    """Return the values of variables, each from its first gain at hand."""
     point = dict[str, float]()
     for variable in space.variables:
-        known = [address for address in variable.addresses if address in values and address in factors]
-        if known:
-            value = values[known[0]] * factors[known[0]]
+        addresses = [address for address in variable.addresses if address in values and address in factors]
+        if addresses:
+            value = values[addresses[0]] * factors[addresses[0]]
             if not isfinite(value):
-                raise InputError(f"its {known[0]} is {value}, which is no gain; give an undamaged folder")
+                raise InputError(f"its {addresses[0]} is {value}, which is no gain; give an undamaged folder")
             point[variable.name] = value
     return point

@@ -186,9 +186,11 @@ class Study(TuningStudy):
             gain.address: value
             for gain, value in zip(gain_addresses(controller.cascade), controller.gains, strict=True)
         }
-        here = {gain.address: value for gain, value in zip(self.system.gains, self.default_row.tolist(), strict=True)}
+        default = {
+            gain.address: value for gain, value in zip(self.system.gains, self.default_row.tolist(), strict=True)
+        }
         factors = {
-            gain.address: _authority(given, gain) / _authority(here, gain)
+            gain.address: _authority(given, gain) / _authority(default, gain)
             for gain in self.system.gains
             if gain.loop in same
         }

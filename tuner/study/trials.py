@@ -161,9 +161,9 @@ class TrialStudy(SearchedStudy):
         """Return the values of a gains.json of trials by variable; InputError where it has none of these variables."""
         values = read_variables(file)
         if not set(values) & set(self.names):
-            here = listing(self.names)
+            names = listing(self.names)
             message = (
-                f"its variables are {listing(values)}, those of this study {here}; give a run of the same variables"
+                f"its variables are {listing(values)}, those of this study {names}; give a run of the same variables"
             )
             raise InputError(message, file=file, key="gains")
         return EarlierGains(values, dict.fromkeys(values, 1.0))

@@ -91,7 +91,7 @@ def starting_points(study: SearchedStudy) -> tuple[Array, list[str]]:
 def earlier_points(
     study: SearchedStudy, starts: Array, most: int, passes_screening: Screening | None = None
 ) -> tuple[Array, list[str]]:
-    """Return the points (k, d) of earlier runs for the first generation, and a warning where limits leave some out.
+    """Return earlier points (k, d) for the first generation, and warnings.
 
     A point that fails pre-screening is moved to the nearest one found that passes: the best points of a front stand at
     limits, and those of another vehicle or wind lie a little elsewhere.
@@ -117,13 +117,13 @@ def earlier_points(
 
 
 def nearest_passing(points: Array, passing: Array, rng: np.random.Generator, passes_screening: Screening) -> Array:
-    """Return points (k, d) with each that fails moved to the nearest drawn one that passes; left out where none does.
+    """Return passing points (k, d): each, or the nearest of draws around it.
 
-    passing (n,): which of the points (n, d) pass as they are.
+    passing (n,): which of the points (n, d) pass as they are. A point that has no passing draw is left out.
     """
-    found: dict[int, Array] = {i: points[i] for i in np.flatnonzero(passing).tolist()}
+    result: dict[int, Array] = {i: points[i] for i in np.flatnonzero(passing).tolist()}
     for width in WIDTHS:
-        missing = [i for i in range(len(points)) if i not in found]
+        missing = [i for i in range(len(points)) if i not in result]
         if not missing:
             break
         steps = width * rng.standard_normal((len(missing), DRAWS, points.shape[1]))
@@ -132,14 +132,14 @@ def nearest_passing(points: Array, passing: Array, rng: np.random.Generator, pas
         distances = np.where(passes, np.square(drawn - points[missing][:, None]).sum(axis=2), np.inf)
         for row, i in enumerate(missing):
             if passes[row].any():
-                found[i] = drawn[row, int(np.argmin(distances[row]))]
-    return np.array([found[i] for i in sorted(found)]).reshape(-1, points.shape[1])
+                result[i] = drawn[row, int(np.argmin(distances[row]))]
+    return np.array([result[i] for i in sorted(result)]).reshape(-1, points.shape[1])
 
 
 def _without_repetitions(points: Array, starts: Array) -> Array:
-    """Return the points (n, d) that are neither among the starts (s, d) nor repeat an earlier one."""
-    kept: list[Array] = []
+    """Return the points (k, d) that repeat neither starts (s, d) nor each other."""
+    distinct: list[Array] = []
     for point in points:
-        if all(np.abs(point - other).max(initial=0.0) > SAME for other in (*starts, *kept)):
-            kept.append(point)
-    return np.array(kept).reshape(-1, starts.shape[1])
+        if all(np.abs(point - other).max(initial=0.0) > SAME for other in (*starts, *distinct)):
+            distinct.append(point)
+    return np.array(distinct).reshape(-1, starts.shape[1])
