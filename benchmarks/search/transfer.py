@@ -18,6 +18,7 @@ import numpy as np
 from benchmarks.measuring import RESULTS, machine, write_json
 from benchmarks.search.problems import FINALISTS, OVERRIDES, ROOT, Course, finalists
 from benchmarks.search.race import Step, tool_steps
+from plant.seeds import generator
 from tuner.experiments.tuning.run import TuningRun
 from tuner.experiments.tuning.search import first_generation
 from tuner.search import bayesian_optimization
@@ -48,12 +49,10 @@ TARGETS = {
     "vehicle": Target(QUICKSTART, {"airframe.name": "iris"}, "iris in place of hummingbird"),
     "reference": Target(ROOT / "studies/figure_eight.toml", {}, "figure eight in place of steps"),
 }
-STARTS = {
-    "usual": lambda population: 0,
-    "half": lambda population: population // 2,
-    "all": lambda population: population - 1,
-}
-"""Points of the earlier front in the first generation, by name."""
+STARTS = ("usual", "earlier", "misled")
+"""A search as it is without starts; from the earlier front; from points of a corner of the ranges, which lead nowhere."""
+# Points of the corner, and its width as a share of each range.
+CORNER, WIDTH = 12, 0.2
 
 
 class Judge(Course):
@@ -75,11 +74,27 @@ def earlier_run(folder: Path, seed: int) -> Path:
     return folder
 
 
-def fronts(judge: Judge, study: Study, most: int) -> Iterator[tuple[int, np.ndarray]]:
+def corner(study: Study, seed: int) -> list[dict[str, float]]:
+    """Return points of a corner of the ranges, another one for each seed."""
+    draw = generator(seed, "benchmarks/corner", 0)
+    low = (1.0 - WIDTH) * draw.integers(2, size=len(study.space.variables))
+    rows = study.space.values(low + WIDTH * draw.uniform(size=(CORNER, len(low))))
+    names = [variable.name for variable in study.space.variables]
+    return [dict(zip(names, row, strict=True)) for row in rows.tolist()]
+
+
+def starts_of(start: str, judge: Judge, seed: int, earlier: Path) -> list[Any]:
+    """Return the entries of search.starts of a kind of start."""
+    if start == "misled":
+        return [{"origin": "a corner", "points": corner(judge.study({}), seed)}]
+    return [str(earlier)] if start == "earlier" else []
+
+
+def fronts(judge: Judge, study: Study) -> Iterator[tuple[int, np.ndarray]]:
     """Yield flights and held-out front (k, m) after each generation of a search."""
     problem = judge.problem(study)
     told: list[Step] = []
-    for step in tool_steps(problem, study, first_generation(problem, study, most)[0]):
+    for step in tool_steps(problem, study, first_generation(problem, study)[0]):
         told = [step] if step.survivors else [*told, step]
         points, values, violations = (np.concatenate(part) for part in zip(*[each[:3] for each in told], strict=True))
         yield step.flights, judge.front(finalists(points, values, violations))
@@ -90,9 +105,9 @@ def measure(name: str, earlier: dict[int, Path], starts: list[str]) -> list[dict
     judge, runs = Judge(TARGETS[name]), list[dict[str, Any]]()
     curves: list[list[tuple[int, np.ndarray]]] = []
     for seed, folder in earlier.items():
-        study = judge.study({"seed": seed, "search.starts": [str(folder)]})
         for start in starts:
-            curves.append(list(fronts(judge, study, STARTS[start](study.search.population))))
+            study = judge.study({"seed": seed, "search.starts": starts_of(start, judge, seed, folder)})
+            curves.append(list(fronts(judge, study)))
             runs.append({"target": name, "seed": seed, "start": start})
             print(name, seed, start, hypervolume(curves[-1][-1][1], judge.default), flush=True)
     best = best_known(curves, judge.default)

@@ -57,7 +57,7 @@ class SearchSpec:
 
     @property
     def most_starts(self) -> int:
-        """Largest number of points of earlier runs in the first generation."""
+        """Largest number of points of earlier runs in the first generation; half as many lie around them."""
         return self.population // 2
 
     @property

@@ -1,6 +1,7 @@
 """Starting points of a search: the default, by which everything is measured, and points known to be good before flying.
 
-Points of earlier runs fill at most half of the first generation, so that a search that they mislead has a Latin hypercube left.
+Points of earlier runs fill at most half of the first generation and points around them a quarter, from which a model learns where
+the front goes; a Latin hypercube is left for a search that they mislead. `benchmarks/results/transfer.md` measures the shares.
 """
 
 from collections.abc import Callable
@@ -22,6 +23,8 @@ Array = np.ndarray
 Screening = Callable[[Array], Array]
 # Standard deviations of the steps from a point that fails pre-screening, shortest first, and draws for each.
 WIDTHS, DRAWS = (0.01, 0.03, 0.1), 32
+# Standard deviation of the steps around points of a front, and range of the blends between two of them.
+AROUND, BLENDS = 0.1, (-0.25, 1.25)
 # Coordinates of the unit cube that differ by less than this are the same point.
 SAME = 1e-9
 
@@ -114,6 +117,19 @@ def earlier_points(
         return taken, []
     count = f"{lost} of {min(most, len(points))}"
     return taken, [f"Starting points left out for limits known without flying, which nothing near keeps: {count}."]
+
+
+def surrounding_points(
+    points: Array, count: int, rng: np.random.Generator, passes_screening: Screening | None
+) -> Array:
+    """Return at most `count` points (k, d) between and around points (n, d) that pass screening."""
+    if not len(points):
+        return points
+    ends = points[rng.integers(len(points), size=(count * DRAWS, 2))]
+    blend = rng.uniform(*BLENDS, size=(count * DRAWS, 1))
+    steps = AROUND * rng.standard_normal((count * DRAWS, points.shape[1]))
+    drawn = np.clip(ends[:, 0] + blend * (ends[:, 1] - ends[:, 0]) + steps, 0.0, 1.0)
+    return drawn[:count] if passes_screening is None else drawn[passes_screening(drawn)][:count]
 
 
 def nearest_passing(points: Array, passing: Array, rng: np.random.Generator, passes_screening: Screening) -> Array:

@@ -10,7 +10,7 @@ from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART, SMALL, run_small
 from tests.tuner.experiments.again.killing import CHANGES, compare, finish, killed, result_of, run_arguments
 from tuner.experiments.tuning import starts
-from tuner.experiments.tuning.starts import earlier_points, nearest_passing
+from tuner.experiments.tuning.starts import earlier_points, nearest_passing, surrounding_points
 from tuner.search.initial_design import latin_hypercube
 from tuner.study import load_study
 from tuner.study.starts import merged_points
@@ -23,14 +23,17 @@ def earlier(small_run, tmp_path):
     return shutil.copytree(small_run[1], tmp_path / "earlier", ignore=shutil.ignore_patterns("flights", "figures"))
 
 
-def test_half_of_the_first_generation_comes_from_the_run_and_the_rest_is_a_hypercube(earlier, tmp_path, no_figures):
+def test_half_of_the_first_generation_comes_from_the_run_a_quarter_lies_around_and_the_rest_is_a_hypercube(
+    earlier, tmp_path, no_figures
+):
     outcome = run_small(tmp_path / "run", search__starts=[str(earlier), {"points": POINTS}], search__generations=1)
     study, first = outcome.study, outcome.generations[0].points
     wanted = merged_points(study.search.starts, study.space)[:4]
     assert len(wanted) == 4 == study.search.most_starts
     assert np.array_equal(first[0], study.space.point(study.default_row)) and np.array_equal(first[1:5], wanted)
-    drawn = latin_hypercube(3, first.shape[1], generator(study.seed, "search/initial", 0))
-    assert np.array_equal(first[5:], drawn)
+    around = surrounding_points(wanted, 2, generator(study.seed, "search/around", 0), None)
+    drawn = latin_hypercube(1, first.shape[1], generator(study.seed, "search/initial", 0))
+    assert np.array_equal(first[5:7], around) and np.array_equal(first[7:], drawn)
     assert f"The search starts from {earlier} " in json.loads((tmp_path / "run" / "summary.json").read_text())["search"]
 
 
@@ -49,6 +52,25 @@ def test_the_default_and_repetitions_are_not_flown_twice():
     default = study.space.point(study.default_row)[None]
     taken, texts = earlier_points(study, default, 4)
     assert texts == [] and np.array_equal(taken, merged_points(study.search.starts, study.space)[[1, 3]])
+
+
+def test_points_around_lie_between_points_and_near_them():
+    ends = np.array([[0.3, 0.5], [0.7, 0.5]])
+    drawn = surrounding_points(ends, 400, np.random.default_rng(1), None)
+    assert drawn.shape == (400, 2) and np.all((drawn >= 0.0) & (drawn <= 1.0))
+    # Across the line steps alone, 0.1 wide; along it a point of either, or what a blend of both over 1.5 of 0.4 adds.
+    assert np.std(drawn[:, 1]) == pytest.approx(0.1, rel=0.15) and np.mean(drawn, axis=0) == pytest.approx(
+        0.5, abs=0.02
+    )
+    assert 0.2 < np.std(drawn[:, 0]) < 0.3
+
+
+def test_points_around_keep_the_limits_and_none_comes_from_nothing():
+    ends = np.array([[0.45, 0.5], [0.5, 0.45]])
+    drawn = surrounding_points(ends, 20, np.random.default_rng(1), inside)
+    assert len(drawn) == 20 and inside(drawn).all()
+    assert surrounding_points(ends[:0], 20, np.random.default_rng(1), inside).shape == (0, 2)
+    assert len(surrounding_points(ends, 20, np.random.default_rng(1), lambda points: points[:, 0] < -1.0)) == 0
 
 
 def inside(points):
