@@ -50,9 +50,9 @@ TARGETS = {
     "reference": Target(ROOT / "studies/figure_eight.toml", {}, "figure eight in place of steps"),
 }
 STARTS = ("usual", "earlier", "misled")
-"""A search as it is without starts; from the earlier front; from points of a corner of the ranges, which lead nowhere."""
-# Points of the corner, and its width as a share of each range.
-CORNER, WIDTH = 12, 0.2
+"""A search as it is without starts; from the earlier front; from points around a random one that keeps the margins."""
+# Points around the random one, and standard deviation of their steps.
+CLUSTER, STEP = 12, 0.05
 
 
 class Judge(Course):
@@ -74,19 +74,21 @@ def earlier_run(folder: Path, seed: int) -> Path:
     return folder
 
 
-def corner(study: Study, seed: int) -> list[dict[str, float]]:
-    """Return points of a corner of the ranges, another one for each seed."""
-    draw = generator(seed, "benchmarks/corner", 0)
-    low = (1.0 - WIDTH) * draw.integers(2, size=len(study.space.variables))
-    rows = study.space.values(low + WIDTH * draw.uniform(size=(CORNER, len(low))))
-    names = [variable.name for variable in study.space.variables]
+def cluster(judge: Judge, seed: int) -> list[dict[str, float]]:
+    """Return points around a random one that keeps the margins, another one for each seed."""
+    study, draw = judge.study({}), generator(seed, "benchmarks/cluster", 0)
+    space = study.space
+    drawn = draw.uniform(size=(2000, len(space.variables)))
+    middle = drawn[judge.problem(study).worth_flying(drawn)][0]
+    rows = space.values(np.clip(middle + STEP * draw.standard_normal((CLUSTER, len(middle))), 0.0, 1.0))
+    names = [variable.name for variable in space.variables]
     return [dict(zip(names, row, strict=True)) for row in rows.tolist()]
 
 
 def starts_of(start: str, judge: Judge, seed: int, earlier: Path) -> list[Any]:
     """Return the entries of search.starts of a kind of start."""
     if start == "misled":
-        return [{"origin": "a corner", "points": corner(judge.study({}), seed)}]
+        return [{"origin": "a random place", "points": cluster(judge, seed)}]
     return [str(earlier)] if start == "earlier" else []
 
 
