@@ -30,7 +30,6 @@ from tuner.study import Study, load_study
 
 SEEDS = (2025, 2026, 2027, 2028, 2029)
 ENOUGH = 0.95
-STEPS = {"kind": "steps", "x": 1.5, "y": 0.5, "z": -0.5, "yaw_deg": 0.0, "time": 0.5}
 QUICKSTART = ROOT / "studies/quickstart.toml"
 
 
@@ -47,7 +46,14 @@ TARGETS = {
         QUICKSTART, {"scenario.0.air.intensity": 5.0, "scenario.0.spread.mass": 0.15}, "5 m/s of wind at 20 ft"
     ),
     "vehicle": Target(QUICKSTART, {"airframe.name": "iris"}, "iris in place of hummingbird"),
-    "reference": Target(ROOT / "studies/figure_eight.toml", {}, "figure eight in place of steps"),
+    "reference": Target(
+        QUICKSTART,
+        {"scenario.0.reference": {"kind": "figure_eight", "size": 2.0, "period": 8.0}},
+        "a figure eight in place of steps",
+    ),
+    "study": Target(
+        ROOT / "studies/figure_eight.toml", {}, "another study: reference, objective, limits, ranges and wind"
+    ),
 }
 STARTS = ("usual", "earlier", "misled")
 """A search as it is without starts; from the earlier front; from points around a random one that keeps the margins."""

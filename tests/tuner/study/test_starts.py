@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError, UnknownNameError
+from plant.law_registry import law
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.experiments.contest.contest_text import CONTEST
 from tests.tuner.experiments.trials.bench import BOWLS, TITLE, bowls
@@ -15,8 +16,9 @@ from tests.tuner.study.loading import load_contest
 from tuner.study import load_study
 from tuner.study.earlier_front import FrontTable
 from tuner.study.kinds import load_any
+from tuner.study.shipped_fronts import shipped_fronts
 from tuner.study.starts import MOST_POINTS, spread_order
-from tuner.text.toml_text import toml_text
+from tuner.text.toml_text import toml_text, with_paths
 
 ANGLE = QUICKSTART.parent / "dc_motor.toml"
 
@@ -307,3 +309,48 @@ def test_starts_of_all_contenders_are_kept_by_each(tmp_path):
 def test_an_unknown_variable_is_the_error_of_names():
     with pytest.raises(UnknownNameError):
         load_study(QUICKSTART, {"search.starts": [{"points": [{"roll.lambda": 4.0}]}]})
+
+
+PAIRS = list(shipped_fronts())
+
+
+@pytest.mark.parametrize("pair", PAIRS, ids="/".join)
+def test_a_shipped_front_lies_in_the_usual_ranges_of_its_laws(pair):
+    attitude, position = pair
+    gains = {
+        f"{loop}.{gain.name.rstrip('_')}": {}
+        for loop, name in zip(("attitude", "position"), pair, strict=True)
+        for gain in law(name).gains
+    }
+    laws = {"controller.attitude": attitude, "controller.position": position, "gains": gains}
+    study = load_study(QUICKSTART, {**SMALL, **laws, "search.starts": ["shipped"]})
+    (found,) = study.search.starts
+    assert len(found.points) == 8 and all(set(point) == set(gains) for point in found.points)
+    assert study.start_texts == [f"The search starts from the shipped front of {attitude}/{position} (8 points)."]
+
+
+def test_pairs_of_the_quickstart_and_of_pid_are_shipped():
+    assert {("hybrid", "ladrc"), ("pid", "pid"), ("ladrc", "ladrc")} <= set(PAIRS)
+
+
+def test_a_pair_without_a_shipped_front_is_refused():
+    with pytest.raises(InputError, match="no front of px4/pid comes with the tool; there are those of .*hybrid/ladrc"):
+        load_study(
+            QUICKSTART,
+            {
+                "controller.attitude": "px4",
+                "controller.position": "pid",
+                "gains": {"tilt.p": {}},
+                "search.starts": ["shipped"],
+            },
+        )
+
+
+def test_no_front_of_plants_is_shipped():
+    with pytest.raises(InputError, match="fronts of quadrotors' laws alone come with the tool"):
+        load_any(ANGLE, {"search.starts": ["shipped"]})
+
+
+def test_shipped_is_no_path():
+    table = {"search": {"starts": ["shipped", "results/first"]}}
+    assert with_paths(table, lambda path: f"moved/{path}")["search"] == {"starts": ["shipped", "moved/results/first"]}
