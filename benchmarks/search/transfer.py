@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.measuring import RESULTS, machine, write_json
-from benchmarks.search.problems import FINALISTS, OVERRIDES, ROOT, Course, finalists
+from benchmarks.search.problems import FINALISTS, HERE, OVERRIDES, ROOT, Course, finalists
 from benchmarks.search.race import Step, tool_steps
 from plant.seeds import generator
 from tuner.experiments.tuning.run import TuningRun
@@ -51,12 +51,13 @@ TARGETS = {
         {"scenario.0.reference": {"kind": "figure_eight", "size": 2.0, "period": 8.0}},
         "a figure eight in place of steps",
     ),
+    "three": Target(HERE / "studies/three.toml", {}, "another study: three objectives, gust, 8 gains"),
     "study": Target(
         ROOT / "studies/figure_eight.toml", {}, "another study: reference, objective, limits, ranges and wind"
     ),
 }
-STARTS = ("usual", "earlier", "misled")
-"""A search as it is without starts; from the earlier front; from points around a random one that keeps the margins."""
+STARTS = ("usual", "earlier", "shipped", "misled")
+"""Without starts; from the earlier front; from the one that comes with the tool; from points around a random one."""
 # Points around the random one, and standard deviation of their steps.
 CLUSTER, STEP = 12, 0.05
 
@@ -95,7 +96,7 @@ def starts_of(start: str, judge: Judge, seed: int, earlier: Path) -> list[Any]:
     """Return the entries of search.starts of a kind of start."""
     if start == "misled":
         return [{"origin": "a random place", "points": cluster(judge, seed)}]
-    return [str(earlier)] if start == "earlier" else []
+    return {"usual": [], "earlier": [str(earlier)], "shipped": ["shipped"]}[start]
 
 
 def fronts(judge: Judge, study: Study) -> Iterator[tuple[int, np.ndarray]]:
