@@ -117,6 +117,22 @@ class ContenderRow(DocumentPart):
         return {"attitude": self.laws.attitude, "position": self.laws.position} if self.laws else self.channels or {}
 
 
+class RungRow(DocumentPart):
+    """A contender at a rung of successive halving, from which some go on.
+
+    generations, flights: of its search so far; feasible: a candidate keeps all limits; share: of the common box that its front of
+    search flights dominates.
+    """
+
+    rung: int
+    contender: str
+    generations: int
+    flights: int
+    feasible: bool
+    share: float
+    goes_on: bool
+
+
 class QuantityRow(DocumentPart):
     """A number that is compared; smaller is better; limit: what it must not exceed."""
 
@@ -328,6 +344,7 @@ class _Outcome(DocumentPart):
     best_under: list[BestUnder]
     published: list[PublishedRow]
     claims: list[ClaimRow] = []
+    rungs: list[RungRow] = []
     words: list[str]
     warnings: list[str]
 

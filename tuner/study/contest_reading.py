@@ -22,6 +22,7 @@ from tuner.study.contest_schema import (
     PublishedTable,
 )
 from tuner.study.contest_terms import check_alike, terms_of
+from tuner.study.halving import Halving
 from tuner.study.layers import REPLACED, Layer, depth, laid_over, merged, merged_layers
 from tuner.study.messages import translated
 from tuner.study.reading import put
@@ -54,7 +55,27 @@ def contest_from_table(path: Path, table: PlainTable, layers: tuple[Layer, ...] 
         published = tuple(judge.published(i, entry) for i, entry in enumerate(added.published))
         claims = tuple(judge.claim(i, entry, published) for i, entry in enumerate(added.claim))
     study, content = contenders[0].study, with_starts(table, contenders)
-    return Contest(path, str(table.get("title")), study.description, study.seed, contenders, published, claims, content)
+    with located(path, "halving"):
+        halving = _halving(added, contenders)
+    title = str(table.get("title"))
+    return Contest(path, title, study.description, study.seed, contenders, published, claims, content, halving=halving)
+
+
+def _halving(added: ContestTable, contenders: Sequence[Contender]) -> Halving | None:
+    """Return the halving of a contest; InputError where its contenders cannot be dropped."""
+    if added.halving is None:
+        return None
+    if added.published or added.claim:
+        raise InputError("contenders that a number or a claim is about cannot be dropped; leave [halving] out")
+    given = [contender.name for contender in contenders if not contender.tuned]
+    if given:
+        raise InputError(
+            f"nothing is searched for '{given[0]}', so that no search of it can be judged; leave [halving] out"
+        )
+    if added.halving.finalists >= len(contenders):
+        message = f"given {added.halving.finalists}; allowed: fewer than the {len(contenders)} contenders"
+        raise InputError(message, key="finalists")
+    return Halving(**added.halving.model_dump())
 
 
 def with_starts(table: PlainTable, contenders: Sequence[Contender]) -> PlainTable:

@@ -8,6 +8,7 @@ from typing import cast
 from plant.errors import InputError
 from plant.texts import PlainValue
 from tuner.study.build import study_from_table
+from tuner.study.choices import choices_from_layers
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import contest_from_layers
 from tuner.study.files import check_file_name
@@ -56,6 +57,7 @@ def _of_one_file(build: Callable[[Path, Mapping[str, PlainValue]], AnyStudy]) ->
 STUDY_KINDS = (
     StudyKind(Inference.kind, "an inference", "unknown", inference_from_layers),
     StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
+    StudyKind(Contest.kind, "a study with choices", "choices", choices_from_layers),
     StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", _of_one_file(plant_study_from_table)),
     StudyKind(TrialStudy.kind, "a study whose trials another program makes", "trials", trials_from_layers),
     StudyKind(Study.kind, "a study", None, _of_one_file(study_from_table)),

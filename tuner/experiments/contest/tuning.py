@@ -64,10 +64,7 @@ def prepare(
     if not contender.tuned:
         entry = ContestPoint(contender, GIVEN, contender.study.default_row, problem)
         return TunedContender(entry, "its gains are given", None, None, 0, [])
-    place = f"contenders/{contender.slug}"
-    alone = content_alone(contest, contender)
-    folder.write_text(f"{place}.toml", toml_text(alone))
-    study = study_at(folder.path / f"{place}.toml", contender, alone)
+    study, place = contender_study(contest, contender, folder), place_of(contender)
     outcome = TuningRun(study, Folder.open_or_create(folder.path / place), watcher, threads=threads).carry_out()
     folder.written(f"{place}/{MANIFEST}")
 
@@ -81,6 +78,18 @@ def prepare(
     compared = entry_of(chosen)
     ending = () if outcome.feasible else tuple(contender_ending(contender.name, compared.point, outcome.obstacles))
     return TunedContender(compared, why, offered, place, outcome.flights, outcome.warnings, ending)
+
+
+def place_of(contender: Contender) -> str:
+    """Return the folder of a contender's results, relative to that of the contest."""
+    return f"contenders/{contender.slug}"
+
+
+def contender_study(contest: Contest, contender: Contender, folder: Folder) -> TuningStudy:
+    """Write the study file of a contender into the folder of the contest, and return it."""
+    name, alone = f"{place_of(contender)}.toml", content_alone(contest, contender)
+    folder.write_text(name, toml_text(alone))
+    return study_at(folder.path / name, contender, alone)
 
 
 def compared_at(outcome: Outcome) -> tuple[int, str]:
