@@ -5,7 +5,7 @@ without them.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain, zip_longest
 from math import isfinite
 from pathlib import Path
@@ -57,7 +57,7 @@ class StartSet:
     """Points of one origin, best spread first: values of searched gains by variable, the default where one is missing."""
 
     origin: str
-    points: tuple[Point, ...]
+    points: tuple[Point, ...] = field(hash=False)
 
     def units(self, space: DecisionSpace) -> np.ndarray:
         """Return the points (n, d) in the unit cube, clipped into the ranges."""

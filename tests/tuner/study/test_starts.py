@@ -210,6 +210,11 @@ def test_the_study_keeps_the_points_when_the_folder_is_gone(earlier, tmp_path):
     assert again.start_texts == study.start_texts and again.resolved()["search"] == study.resolved()["search"]
 
 
+def test_searches_with_the_same_starts_are_the_same_search(earlier):
+    search, again = starting(earlier).search, starting(earlier).search
+    assert search == again and len({search, again}) == 1 and search != load_study(QUICKSTART, SMALL).search
+
+
 def test_the_digest_holds_the_points_and_not_the_place(earlier):
     study = starting(earlier)
     moved = earlier.rename(earlier.with_name("moved"))

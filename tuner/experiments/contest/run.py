@@ -1,6 +1,7 @@
 """A contest: tune the contenders that search, fly all of them through the same air, compare, write everything down."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from plant.quadrotor.scenarios import HELD_OUT
 from plant.texts import PlainTable
@@ -102,7 +103,7 @@ def warnings_of(result: Result) -> list[str]:
         f"{entrant.contender.name}: {text}" for entrant in tuned for text in entrant.warnings if text not in common
     ]
     warnings += broken_again(result)
-    if len({entrant.contender.study.search for entrant in tuned}) > 1:
+    if len({replace(entrant.contender.study.search, starts=()) for entrant in tuned}) > 1:
         warnings.append("The contenders were not tuned with the same budget; see budget in contest.json.")
     given = [entrant.contender.name for entrant in result.prepared if not entrant.contender.tuned]
     if tuned and given:
