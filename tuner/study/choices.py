@@ -174,7 +174,7 @@ def _gain_names(content: PlainTable, key: str) -> set[str] | None:
 
 def _name(combination: Combination) -> str:
     """Return the name of a contender: its values, with the key of each that is no text."""
-    return ", ".join(_label(key_parts(key)[-1], value) for key, value in combination)
+    return " / ".join(_label(key_parts(key)[-1], value) for key, value in combination)
 
 
 def _label(key: str, value: PlainValue) -> str:

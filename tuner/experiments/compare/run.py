@@ -88,7 +88,8 @@ def comparison_document(plan: ComparisonPlan, result: Result) -> ComparisonDocum
         for row, entrant in zip(contest.contenders, plan.entrants, strict=True)
     ]
     return ComparisonDocument(
-        **{**vars(contest), "contenders": contenders},
+        **{key: value for key, value in vars(contest).items() if key not in ("contenders", "rungs")},
+        contenders=contenders,
         kind="comparison",
         first=result.names[0],
         study_file=str(plan.contest.path),

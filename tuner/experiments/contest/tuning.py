@@ -34,6 +34,7 @@ class TunedContender:
         offered: The points of its front, None where nothing was searched.
         folder: Folder of its results, relative to that of the contest.
         flights: Number of flights of its run.
+        search_flights: Number of flights of its search.
         ending: First sentences on a run without a feasible point, else empty.
     """
 
@@ -44,6 +45,7 @@ class TunedContender:
     flights: int
     warnings: list[str]
     ending: tuple[str, ...] = ()
+    search_flights: int = 0
 
     @property
     def feasible(self) -> bool:
@@ -77,7 +79,8 @@ def prepare(
     offered = [entry_of(row) for row in np.flatnonzero(outcome.finalists.non_dominated).tolist()]
     compared = entry_of(chosen)
     ending = () if outcome.feasible else tuple(contender_ending(contender.name, compared.point, outcome.obstacles))
-    return TunedContender(compared, why, offered, place, outcome.flights, outcome.warnings, ending)
+    searched = outcome.generations[-1].flights + outcome.survivors.flights
+    return TunedContender(compared, why, offered, place, outcome.flights, outcome.warnings, ending, searched)
 
 
 def place_of(contender: Contender) -> str:
