@@ -11,7 +11,7 @@ from schema_tables import Document, Row, Section, attribute_docstrings, cell, wr
 from typer.testing import CliRunner
 
 from tuner.cli.main import app
-from tuner.study.contest_schema import ContestTable, InferenceTable
+from tuner.study.contest_schema import ChoicesTable, ContestTable, InferenceTable
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StrictTable, StudyTable
 from tuner.study.trials import TrialStudyTable
@@ -20,6 +20,7 @@ KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Tuning", StudyTable),
     ("Plant of one's own", PlantStudyTable),
     ("Contest", ContestTable),
+    ("Choices", ChoicesTable),
     ("Inference", InferenceTable),
     ("Trials of another program", TrialStudyTable),
 )
@@ -45,7 +46,7 @@ keys change between versions.
 meanings and ranges, and marks what is misspelt while it is written:
 
 ```sh
-tuner schema study > study.schema.json      # or plant-study, contest-study, inference-study, trials-study
+tuner schema study > study.schema.json      # or plant-study, contest-study, choices-study, inference-study, trials-study
 ```
 
 Editors with Taplo, such as VS Code with *Even Better TOML*, Helix and Neovim, take it from the first line of the study:
