@@ -118,10 +118,12 @@ class ContenderRow(DocumentPart):
 
 
 class RungRow(DocumentPart):
-    """A contender at a rung of successive halving, from which some go on.
+    """A contender at a rung of successive halving.
 
-    generations, flights: of its search so far; feasible: a candidate keeps all limits; share: of the common box that its front of
-    search flights dominates.
+    Attributes:
+        generations, flights: Of its search so far.
+        feasible: A candidate keeps all limits.
+        share: Of the common box, dominated by its front of search flights.
     """
 
     rung: int

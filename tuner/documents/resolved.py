@@ -90,7 +90,7 @@ class ResolvedChannel(DocumentPart):
 
 
 class ResolvedStart(DocumentPart):
-    """Points of an earlier run that a search starts from: its origin, and values of searched gains by variable."""
+    """Starting points of one origin, values by variable."""
 
     origin: str
     points: list[dict[str, float]]

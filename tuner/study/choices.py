@@ -40,7 +40,7 @@ def choices_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mappin
 
 
 def contest_of_choices(table: PlainTable, path: Path) -> PlainTable:
-    """Return the content of the contest between all combinations of a study's choices."""
+    """Return the content of the contest between all combinations."""
     for other in (*CONTEST_TABLES, *INFERENCE_TABLES):
         if other in table and other != HALVING:
             raise InputError(
@@ -59,18 +59,18 @@ def contest_of_choices(table: PlainTable, path: Path) -> PlainTable:
     contents = [_content(base, combination, path) for combination in combinations]
     gains = [_gains_at_hand(content) for content in contents]
     for key in _gains(base):
-        if not any(key in own for own in gains):
+        if not any(key in entries for entries in gains):
             every = {name for content in contents for name in _gain_names(content, key) or ()}
             raise UnknownNameError("gain of any choice", key.partition(".")[2], every, key=f"gains.{key}")
     entries: list[PlainValue] = [
-        {"name": _name(combination), **_individual(content, choices), "gains": own}
-        for combination, content, own in zip(combinations, contents, gains, strict=True)
+        {"name": _name(combination), **_individual(content, choices), "gains": fitting}
+        for combination, content, fitting in zip(combinations, contents, gains, strict=True)
     ]
     return {**base, HALVING: given.halving.model_dump(), "contender": entries}
 
 
 def _individual(content: PlainTable, choices: Iterable[str]) -> PlainTable:
-    """Return the tables of a combination that its contender has of its own: of [controller] the chosen keys alone."""
+    """Return the individual tables of a combination; of [controller] chosen keys."""
     parts = [key_parts(key) for key in choices]
     tables = {top: content[top] for top, *_ in parts}
     controller = content.get(CONTROLLER)
@@ -146,7 +146,7 @@ def _gains(content: PlainTable) -> Mapping[str, PlainValue]:
 
 
 def _gains_at_hand(content: PlainTable) -> PlainTable:
-    """Return the entries of [gains] that name a gain of the laws of a combination, or nothing that is known."""
+    """Return the entries of [gains] that fit the laws of a combination."""
     entries = _gains(content)
     return {
         key: entry

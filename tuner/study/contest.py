@@ -13,7 +13,7 @@ from objectives.risk import Risk
 from plant.input_files import read_input_text
 from plant.quadrotor.scenarios import CONFIRMATION
 from plant.texts import PlainTable
-from tuner.study.halving import Halving
+from tuner.study.halving import HalvingSchedule
 from tuner.study.study import StudyScenario, TuningStudy
 from tuner.text.markup import element, table
 
@@ -81,9 +81,13 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Contest:
-    """Contenders with what they are judged by. table: the merged content of the file, overrides included. stream: of the
-    scenarios on which they are compared; each contender's point is picked on held-out scenarios, which are others. halving: of
-    their searches, None where each is carried to its end.
+    """Contenders with what they are judged by.
+
+    Attributes:
+        table: Merged content of the file, overrides included.
+        stream: Of the scenarios on which they are compared; each contender's point is picked on held-out scenarios, which are
+            others.
+        halving: Of their searches, None where each is carried to its end.
     """
 
     kind: ClassVar[str] = "contest"
@@ -97,7 +101,7 @@ class Contest:
     claims: tuple[Claim, ...]
     table: PlainTable
     stream: str = CONFIRMATION
-    halving: Halving | None = None
+    halving: HalvingSchedule | None = None
 
     def _repr_html_(self) -> str:
         rows = [(c.name, c.study.flown, "tuned" if c.tuned else "as given") for c in self.contenders]

@@ -22,7 +22,7 @@ from tuner.study.contest_schema import (
     PublishedTable,
 )
 from tuner.study.contest_terms import check_alike, terms_of
-from tuner.study.halving import Halving
+from tuner.study.halving import HalvingSchedule
 from tuner.study.layers import REPLACED, Layer, depth, laid_over, merged, merged_layers
 from tuner.study.messages import translated
 from tuner.study.reading import put
@@ -61,7 +61,7 @@ def contest_from_table(path: Path, table: PlainTable, layers: tuple[Layer, ...] 
     return Contest(path, title, study.description, study.seed, contenders, published, claims, content, halving=halving)
 
 
-def _halving(added: ContestTable, contenders: Sequence[Contender]) -> Halving | None:
+def _halving(added: ContestTable, contenders: Sequence[Contender]) -> HalvingSchedule | None:
     """Return the halving of a contest; InputError where its contenders cannot be dropped."""
     if added.halving is None:
         return None
@@ -75,7 +75,7 @@ def _halving(added: ContestTable, contenders: Sequence[Contender]) -> Halving | 
     if added.halving.finalists >= len(contenders):
         message = f"given {added.halving.finalists}; allowed: fewer than the {len(contenders)} contenders"
         raise InputError(message, key="finalists")
-    return Halving(**added.halving.model_dump())
+    return HalvingSchedule(**added.halving.model_dump())
 
 
 def with_starts(table: PlainTable, contenders: Sequence[Contender]) -> PlainTable:

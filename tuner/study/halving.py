@@ -17,7 +17,7 @@ class Rung:
 
 
 @dataclass(frozen=True)
-class Halving:
+class HalvingSchedule:
     """Settings of successive halving.
 
     Attributes:

@@ -6,7 +6,7 @@ from plant.errors import InputError, UnknownNameError
 from tests.tuner.experiments.contest.contest_text import CONTEST
 from tests.tuner.study.study_text import STUDY
 from tuner.study.contest import Contest
-from tuner.study.halving import Halving
+from tuner.study.halving import HalvingSchedule
 from tuner.study.kinds import load_any
 from tuner.text.toml_text import toml_text
 
@@ -62,7 +62,7 @@ def test_every_combination_is_a_contender_with_the_gains_of_its_laws(tmp_path):
     for entry in contest.contenders:
         law, rate = entry.name.split(" / ")
         assert (entry.study.system.cascade.attitude.name, entry.study.options.attitude_rate) == (law, rate)
-    assert contest.halving == Halving(factor=3, finalists=1, least=2)
+    assert contest.halving == HalvingSchedule(factor=3, finalists=1, least=2)
 
 
 def test_channels_of_a_plant_are_chosen_by_name(tmp_path):
@@ -154,7 +154,7 @@ def test_claims_cannot_be_about_contenders_that_may_be_dropped(tmp_path):
 
 
 def test_rungs_take_a_third_of_six_full_searches():
-    halving = Halving(factor=3, finalists=1, least=2)
+    halving = HalvingSchedule(factor=3, finalists=1, least=2)
     rungs = halving.rungs(6)
     assert [rung.contenders for rung in rungs] == [6, 2]
     assert [halving.generations(rung, 12) for rung in rungs] == [2, 4]
@@ -164,7 +164,7 @@ def test_rungs_take_a_third_of_six_full_searches():
 
 @pytest.mark.parametrize(("contenders", "finalists"), [(2, 1), (7, 2), (9, 1), (64, 3)])
 def test_rungs_end_at_the_finalists(contenders, finalists):
-    halving = Halving(factor=3, finalists=finalists, least=1)
+    halving = HalvingSchedule(factor=3, finalists=finalists, least=1)
     rungs = halving.rungs(contenders)
     sizes = [rung.contenders for rung in rungs] + [finalists]
     assert sizes[0] == contenders and all(a > b for a, b in zip(sizes, sizes[1:], strict=False))

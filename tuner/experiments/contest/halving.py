@@ -91,7 +91,7 @@ def stand(
 
 
 def standing_of(contender: Contender, generations: list[Generation]) -> Standing:
-    """Return where a contender stands after generations of its search."""
+    """Return the standing of a contender after generations of its search."""
     tried = archive(generations)
     front = tried.values[tried.front()]
     return Standing(contender, len(generations), front, tried.violations, generations[-1].flights)

@@ -89,7 +89,7 @@ def place_of(contender: Contender) -> str:
 
 
 def contender_study(contest: Contest, contender: Contender, folder: Folder) -> TuningStudy:
-    """Write the study file of a contender into the folder of the contest, and return it."""
+    """Write a contender's study file into the contest's folder; return the study."""
     name, alone = f"{place_of(contender)}.toml", content_alone(contest, contender)
     folder.write_text(name, toml_text(alone))
     return study_at(folder.path / name, contender, alone)

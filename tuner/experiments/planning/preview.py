@@ -7,7 +7,7 @@ from tuner.experiments.planning.counts import comparison_flights, contest_search
 from tuner.experiments.planning.study_preview import PreviewPart, StudyPreview, plant_preview, study_preview
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.study.contest import Contender, Contest
-from tuner.study.halving import Halving
+from tuner.study.halving import HalvingSchedule
 from tuner.study.inference import Inference
 from tuner.study.kinds import AnyStudy
 from tuner.study.plant_study import PlantStudy
@@ -79,8 +79,8 @@ def contest_preview(contest: Contest) -> ContestPreview:
     )
 
 
-def rung_texts(halving: Halving, contest: Contest) -> list[str]:
-    """Return contenders and generations of each rung in words, and of the end."""
+def rung_texts(halving: HalvingSchedule, contest: Contest) -> list[str]:
+    """Return contenders and generations of rungs and end in words."""
     rungs = halving.rungs(len(contest.contenders))
     longest = max(contender.study.search.generations for contender in contest.contenders)
     texts = [f"{rung.contenders} to {halving.generations(rung, longest)} generations" for rung in rungs]
