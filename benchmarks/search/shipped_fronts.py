@@ -1,7 +1,8 @@
 """`python -m benchmarks.search.shipped_fronts`: make the fronts that come with the tool, for pairs of general laws.
 
-Each pair is tuned in the flights and limits of the quickstart, with the usual range of every gain of both laws. Points are those
-of the front that add most to its hypervolume. Pairs that the file has are kept.
+Each pair is tuned in the flights and limits of the quickstart, with the usual ranges of those gains of both laws that studies
+search; the others have their defaults. Points are those of the front that add most to its hypervolume. Pairs that are in the
+file stay as they are.
 """
 
 import argparse
@@ -22,13 +23,20 @@ from tuner.study.shipped_fronts import FILE
 
 LAWS = ("pid", "ladrc", "adrc", "supertwisting", "hybrid")
 POINTS, DIGITS = 8, 5
-SIZES = {"search.population": 16, "search.generations": 20}
+# Gains that studies leave at their defaults: widths of linear zones, the acceleration of a set point, filters.
+LEFT = ("delta", "delta_0", "delta_1", "delta_2", "r_0", "t_f")
+SIZES = {"search.population": 12, "search.generations": 16}
 
 
 def gains_of(attitude: str, position: str) -> dict[str, dict[str, float]]:
-    """Return the [gains] table that searches every gain of two laws, the same in all axes of a loop."""
+    """Return the [gains] table that searches gains of two laws, the same in all axes of a loop."""
     loops = {"attitude": attitude, "position": position}
-    return {f"{loop}.{gain.name.rstrip('_')}": {} for loop, name in loops.items() for gain in law(name).gains}
+    return {
+        f"{loop}.{gain.name.rstrip('_')}": {}
+        for loop, name in loops.items()
+        for gain in law(name).gains
+        if gain.name not in LEFT
+    }
 
 
 def points_of(attitude: str, position: str) -> list[dict[str, float]]:

@@ -81,7 +81,7 @@ def raced(contest: Contest, folder: Folder, watcher: Watcher, threads: int | Non
 def stand(
     contest: Contest, contender: Contender, generations: int, folder: Folder, watcher: Watcher, threads: int | None
 ) -> Standing:
-    """Search a contender's gains up to a rung in its folder, and return where it stands."""
+    """Search a contender's gains up to a rung; return its standing."""
     study, place = contender_study(contest, contender, folder), place_of(contender)
     run = RungRun(study, Folder.open_or_create(folder.path / place), watcher, threads=threads)
     run.generations = generations
@@ -107,7 +107,7 @@ def shares(standings: Sequence[Standing]) -> list[float]:
 
 
 def least_violations(standings: Sequence[Standing]) -> list[float]:
-    """Return the least total violation of each contender, all in the same units."""
+    """Return the least total violation of each contender in common units."""
     total = TotalViolation(standings[0].violations.shape[1])
     totals = total.of(np.concatenate([standing.violations for standing in standings]))
     ends = np.cumsum([len(standing.violations) for standing in standings])

@@ -84,7 +84,7 @@ def prepare(
 
 
 def place_of(contender: Contender) -> str:
-    """Return the folder of a contender's results, relative to that of the contest."""
+    """Return the folder of a contender's results in that of the contest."""
     return f"contenders/{contender.slug}"
 
 
