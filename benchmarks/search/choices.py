@@ -1,7 +1,7 @@
 """`python -m benchmarks.search.choices`: a search over choices by successive halving beside one search of each combination.
 
-All searches of a seed fly the same flights. The fronts of the whole searches are compared in one box, up to 1.1 times the nadir of
-all; the winner has the largest share. Flights are those that every candidate makes, without those of survivors.
+All searches of a seed fly the same flights. The fronts of the whole searches are compared in one box, up to 1.1 times the nadir
+of all; the winner has the largest share. Flights are those that every candidate makes, without those of survivors.
 """
 
 import argparse
@@ -64,7 +64,7 @@ def measure(name: str, seed: int, starts: bool) -> dict[str, Any]:
 def table(runs: list[dict[str, Any]]) -> str:
     """Return a row for each run."""
     lines = [
-        "| study | starts | seed | winner of whole searches (share) | finalist of the race (its share there) | flights of the race |",
+        "| study | starts | seed | winner of whole searches (share) | finalist of the race (its share) | flights of the race |",
         "|---|---|---|---|---|---|",
     ]
     for run in runs:

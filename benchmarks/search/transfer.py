@@ -56,7 +56,7 @@ TARGETS = {
         ROOT / "studies/figure_eight.toml", {}, "another study: reference, objective, limits, ranges and wind"
     ),
 }
-STARTS = ("usual", "earlier", "shipped", "misled")
+STARTS: tuple[str, ...] = ("usual", "earlier", "shipped", "misled")
 """Without starts; from the earlier front; from the one that comes with the tool; from points around a random one."""
 # Points around the random one, and standard deviation of their steps.
 CLUSTER, STEP = 12, 0.05
