@@ -25,7 +25,9 @@ NAVIGATION = {
         "how_to/plan_a_flight", "identify", "log_to_gains", "how_to/model_accuracy", "how_to/period_and_delay",
         "how_to/noise_and_battery", "airframes",
     ),
-    "Limits and objectives": ("how_to/objectives", "how_to/limits", "how_to/infeasible", "how_to/compare"),
+    "Limits and objectives": (
+        "how_to/objectives", "how_to/limits", "how_to/infeasible", "how_to/compare", "how_to/start_from_a_run",
+    ),
     "To the vehicle and back": ("from_file_and_back", "exports", "how_to/confirm"),
     "Plants": (
         "own_plant", "examples/dc_motor", "examples/dead_time", "examples/two_masses", "examples/fixed_wing", "fmu_plant",

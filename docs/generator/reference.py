@@ -11,7 +11,7 @@ from schema_tables import Document, Row, Section, attribute_docstrings, cell, wr
 from typer.testing import CliRunner
 
 from tuner.cli.main import app
-from tuner.study.contest_schema import ContestTable, InferenceTable
+from tuner.study.contest_schema import ChoicesTable, ContestTable, InferenceTable
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StrictTable, StudyTable
 from tuner.study.trials import TrialStudyTable
@@ -20,6 +20,7 @@ KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Tuning", StudyTable),
     ("Plant of one's own", PlantStudyTable),
     ("Contest", ContestTable),
+    ("Choices", ChoicesTable),
     ("Inference", InferenceTable),
     ("Trials of another program", TrialStudyTable),
 )
@@ -45,7 +46,7 @@ keys change between versions.
 meanings and ranges, and marks what is misspelt while it is written:
 
 ```sh
-tuner schema study > study.schema.json      # or plant-study, contest-study, inference-study, trials-study
+tuner schema study > study.schema.json      # or plant-study, contest-study, choices-study, inference-study, trials-study
 ```
 
 Editors with Taplo, such as VS Code with *Even Better TOML*, Helix and Neovim, take it from the first line of the study:
@@ -129,6 +130,8 @@ def sections(document: Document, schema: Row, path: str, about: str = "") -> Ite
             named = "" if "oneOf" in held["additionalProperties"] else ".NAME"
             inner.append((table, f"[{place}{named}]", held["description"]))
         else:
+            if table := table_among_entries(document, held):
+                inner.append((table, f"[[{place}]]", ""))
             section.keys[key] = {**held, "required": key in schema.get("required", ())}
     if section.keys:
         yield section
@@ -149,6 +152,12 @@ def table_of_any_keys(document: Document, schema: Row) -> Row | None:
     if not isinstance(entry, dict):
         return None
     tables = [document.followed(part) for part in entry.get("oneOf", [entry]) if document.is_table(part)]
+    return tables[0] if tables else None
+
+
+def table_among_entries(document: Document, schema: Row) -> Row | None:
+    """Return the table that an entry of a list may be beside a text, None where it may not."""
+    tables = [document.followed(part) for part in schema.get("items", {}).get("oneOf", ()) if document.is_table(part)]
     return tables[0] if tables else None
 
 

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 import tuner
+from plant.texts import PlainTable
 from tuner.cli.answer import answer, progress
 from tuner.cli.app import AsJson, Folder, StudyChanges, StudyFile, Threads, app, option_of, parse_changes, study_option
 from tuner.cli.printing import RunAnswer
@@ -21,6 +22,12 @@ def run(
     out: Annotated[Path | None, typer.Option(help="Results folder; must not exist. Default: results/NAME.")] = None,
     threads: Threads = None,
     change: StudyChanges = None,
+    starts: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--starts", help="Start the search from an earlier run, or a gains.json, of the same laws; repeatable."
+        ),
+    ] = None,
     as_json: AsJson = False,
     **options: Any,
 ) -> None:
@@ -32,7 +39,8 @@ def run(
     """
     answered = RunAnswer(as_json)
     with printer.early():
-        loaded = tuner.load_study(study, parse_changes(change))
+        named: PlainTable = {"search.starts": list(map(str, starts))} if starts else {}
+        loaded = tuner.load_study(study, parse_changes(change) | named)
         with progress(as_json, answer=answered) as watcher:
             result = tuner.run(loaded, out, watcher=watcher, threads=threads, **options)
     answered.end(result, 0 if result.feasible else NOTHING_FEASIBLE)

@@ -117,6 +117,24 @@ class ContenderRow(DocumentPart):
         return {"attitude": self.laws.attitude, "position": self.laws.position} if self.laws else self.channels or {}
 
 
+class RungRow(DocumentPart):
+    """A contender at a rung of successive halving.
+
+    Attributes:
+        generations, flights: Of its search so far.
+        feasible: A candidate keeps all limits.
+        share: Of the common box, dominated by its front of search flights.
+    """
+
+    rung: int
+    contender: str
+    generations: int
+    flights: int
+    feasible: bool
+    share: float
+    goes_on: bool
+
+
 class QuantityRow(DocumentPart):
     """A number that is compared; smaller is better; limit: what it must not exceed."""
 
@@ -328,6 +346,7 @@ class _Outcome(DocumentPart):
     best_under: list[BestUnder]
     published: list[PublishedRow]
     claims: list[ClaimRow] = []
+    rungs: list[RungRow] = []
     words: list[str]
     warnings: list[str]
 

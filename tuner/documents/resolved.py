@@ -89,15 +89,23 @@ class ResolvedChannel(DocumentPart):
     high: float | None = None
 
 
+class ResolvedStart(DocumentPart):
+    """Starting points of one origin, values by variable."""
+
+    origin: str
+    points: list[dict[str, float]]
+
+
 class ResolvedSearch(DocumentPart):
-    """The search; initial: names of the points that it starts from; first: flights of each scenario that every candidate makes,
-    where only survivors make the others; why: this one, in words.
+    """The search; initial: names of the points that it starts from; starts: those of earlier runs; first: flights of each
+    scenario that every candidate makes, where only survivors make the others; why: this one, in words.
     """
 
     algorithm: str
     population: int | None = None
     generations: int | None = None
     initial: list[str] | None = None
+    starts: list[ResolvedStart] | None = None
     stop: str | None = None
     racing: bool | None = None
     first: int | None = None

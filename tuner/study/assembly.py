@@ -95,4 +95,4 @@ def assembled(
         "search": search,
         "pick": rule,
     }
-    return kind(**fields, **parts)
+    return kind(**fields, **parts).with_starts()

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
@@ -13,6 +13,7 @@ from objectives.risk import Risk
 from plant.input_files import read_input_text
 from plant.quadrotor.scenarios import CONFIRMATION
 from plant.texts import PlainTable
+from tuner.study.halving import HalvingSchedule
 from tuner.study.study import StudyScenario, TuningStudy
 from tuner.text.markup import element, table
 
@@ -80,8 +81,13 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Contest:
-    """Contenders with what they are judged by. table: the merged content of the file, overrides included. stream: of the
-    scenarios on which they are compared; each contender's point is picked on held-out scenarios, which are others.
+    """Contenders with what they are judged by.
+
+    Attributes:
+        table: Merged content of the file, overrides included.
+        stream: Of the scenarios on which they are compared; each contender's point is picked on held-out scenarios, which are
+            others.
+        halving: Of their searches, None where each is carried to its end.
     """
 
     kind: ClassVar[str] = "contest"
@@ -95,6 +101,7 @@ class Contest:
     claims: tuple[Claim, ...]
     table: PlainTable
     stream: str = CONFIRMATION
+    halving: HalvingSchedule | None = None
 
     def _repr_html_(self) -> str:
         rows = [(c.name, c.study.flown, "tuned" if c.tuned else "as given") for c in self.contenders]
@@ -133,7 +140,8 @@ class Contest:
         """Return a hash of everything that decides the result."""
         parts = [entry.study.digest() for entry in self.contenders]
         judged = [self.table.get(key) for key in ("published", "claim")]
-        text = json.dumps([parts, judged], sort_keys=True, allow_nan=False)
+        halving = [asdict(self.halving)] if self.halving else []
+        text = json.dumps([parts, judged, *halving], sort_keys=True, allow_nan=False)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
     @cached_property

@@ -1,7 +1,7 @@
 """From a contest file to what runs; errors name the file and the key that a person has to change."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -22,7 +22,8 @@ from tuner.study.contest_schema import (
     PublishedTable,
 )
 from tuner.study.contest_terms import check_alike, terms_of
-from tuner.study.layers import REPLACED, Layer, depth, laid_over, merged_layers
+from tuner.study.halving import HalvingSchedule
+from tuner.study.layers import REPLACED, Layer, depth, laid_over, merged, merged_layers
 from tuner.study.messages import translated
 from tuner.study.reading import put
 from tuner.text.input_errors import check_magnitudes, located, moved
@@ -53,10 +54,41 @@ def contest_from_table(path: Path, table: PlainTable, layers: tuple[Layer, ...] 
         judge = _Judge(contenders)
         published = tuple(judge.published(i, entry) for i, entry in enumerate(added.published))
         claims = tuple(judge.claim(i, entry, published) for i, entry in enumerate(added.claim))
-    study = contenders[0].study
-    return Contest(
-        path, str(table.get("title")), study.description, study.seed, contenders, published, claims, dict(table)
+    study, content = contenders[0].study, with_starts(table, contenders)
+    with located(path, "halving"):
+        halving = _halving(added, contenders)
+    title = str(table.get("title"))
+    return Contest(path, title, study.description, study.seed, contenders, published, claims, content, halving=halving)
+
+
+def _halving(added: ContestTable, contenders: Sequence[Contender]) -> HalvingSchedule | None:
+    """Return the halving of a contest; InputError where its contenders cannot be dropped."""
+    if added.halving is None:
+        return None
+    if added.published or added.claim:
+        raise InputError("contenders that a number or a claim is about cannot be dropped; leave [halving] out")
+    given = [contender.name for contender in contenders if not contender.tuned]
+    if given:
+        raise InputError(
+            f"nothing is searched for '{given[0]}', so that no search of it can be judged; leave [halving] out"
+        )
+    if added.halving.finalists >= len(contenders):
+        message = f"given {added.halving.finalists}; allowed: fewer than the {len(contenders)} contenders"
+        raise InputError(message, key="finalists")
+    return HalvingSchedule(**added.halving.model_dump())
+
+
+def with_starts(table: PlainTable, contenders: Sequence[Contender]) -> PlainTable:
+    """Return a contest's content with the starting points of each contender."""
+    search = table.get("search")
+    shared = (
+        {"search": {key: value for key, value in search.items() if key != "starts"}} if isinstance(search, dict) else {}
     )
+    entries = [
+        merged(entry, {"search": {"starts": starts}}) if (starts := contender.study.start_tables) else dict(entry)
+        for entry, contender in zip(tables_in(table.get("contender")), contenders, strict=True)
+    ]
+    return {**table, **shared, "contender": [*entries]}
 
 
 def checked_tables(model: type[Tables], table: PlainTable, path: Path) -> Tables:
@@ -99,6 +131,8 @@ def _contender(i: int, entry: ContenderTable, shared: PlainTable, path: Path, la
         study = terms.build(path, raw)
     except InputError as error:
         raise _moved(error, i, individual, path, layers) from None
+    if study.search.starts:
+        raw = merged(raw, {"search": {"starts": study.start_tables}})
     return Contender(entry.name, slug, study, raw)
 
 

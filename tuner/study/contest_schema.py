@@ -72,12 +72,32 @@ class ClaimTable(StrictTable):
     """The claim in its own words."""
 
 
+class HalvingTable(StrictTable):
+    """[halving]: searches of contenders in rungs, from each of which the better part goes on."""
+
+    factor: Annotated[int, Field(ge=2)] = 3
+    """Of so many contenders one goes on from a rung, to a search that is as many times longer."""
+    finalists: Annotated[int, Field(ge=1)] = 1
+    """Contenders whose searches are carried to their end, and which are compared."""
+    least: Annotated[int, Field(ge=1)] = 2
+    """Generations of the first rung at least."""
+
+
 class ContestTable(StrictTable):
     """The tables that a contest adds to a study."""
 
     contender: Annotated[list[ContenderTable], Field(min_length=1)]
+    halving: HalvingTable | None = None
     published: list[PublishedTable] = Field(default=[])
     claim: list[ClaimTable] = Field(default=[])
+
+
+class ChoicesTable(StrictTable):
+    """The tables that choices beside numbers add to a study."""
+
+    choices: dict[str, Any]
+    """Values to choose from by the key of the study that takes one, such as "controller.attitude" = ["hybrid", "pid"]."""
+    halving: HalvingTable = HalvingTable()
 
 
 CONTEST_TABLES = tuple(ContestTable.model_fields)

@@ -23,7 +23,7 @@ from plant.quadrotor import airframes
 from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES
 from tuner.search.names import ALGORITHMS, AUTOMATIC, CONVERGED, GENERATIONS
-from tuner.study.contest_schema import ContestTable, InferenceTable
+from tuner.study.contest_schema import ChoicesTable, ContestTable, InferenceTable
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StudyTable
 from tuner.study.targets import TARGETS
@@ -179,6 +179,7 @@ STUDY_SCHEMAS: dict[str, Callable[[], Schema]] = {
     "study": study_schema,
     "plant-study": lambda: table_schema(PlantStudyTable),
     "contest-study": lambda: contest_schema(ContestTable),
+    "choices-study": lambda: contest_schema(ChoicesTable),
     "inference-study": lambda: contest_schema(ContestTable, InferenceTable),
     "trials-study": lambda: table_schema(TrialStudyTable),
 }

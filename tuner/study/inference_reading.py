@@ -80,6 +80,8 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
 def _search(base: TuningStudy, unknowns: int, kinds: int) -> SearchSpec:
     """Return the search for so many unknowns and kinds of misfit; left open it is nsga2, for no other was measured on misfits."""
     table = base.table.search
+    if table.starts:
+        raise InputError("an inference starts from no earlier run; leave it out", key="starts")
     if table.algorithm == AUTOMATIC:
         table = table.model_copy(update={"algorithm": "nsga2"})
     return search_of(table, unknowns, kinds, 0)

@@ -8,6 +8,7 @@ from typing import cast
 from plant.errors import InputError
 from plant.texts import PlainValue
 from tuner.study.build import study_from_table
+from tuner.study.choices import CHOICES, choices_from_layers
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import contest_from_layers
 from tuner.study.files import check_file_name
@@ -28,7 +29,7 @@ class StudyKind:
     """One kind of study file.
 
     Attributes:
-        name: As in `run.json`.
+        name: As in `run.json`, where a study with choices is the contest that it stands for.
         noun: With its article.
         table: Table that identifies the kind, None for the kind of all other files.
         build: Function from path, layers and overrides to the checked study.
@@ -55,6 +56,7 @@ def _of_one_file(build: Callable[[Path, Mapping[str, PlainValue]], AnyStudy]) ->
 
 STUDY_KINDS = (
     StudyKind(Inference.kind, "an inference", "unknown", inference_from_layers),
+    StudyKind(CHOICES, "a study with choices", CHOICES, choices_from_layers),
     StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
     StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", _of_one_file(plant_study_from_table)),
     StudyKind(TrialStudy.kind, "a study whose trials another program makes", "trials", trials_from_layers),

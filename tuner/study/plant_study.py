@@ -40,6 +40,7 @@ from tuner.study.plant_margins import margin_screen_of, margins_asked, plant_mar
 from tuner.study.plant_schema import PLANT_KEYS, ActuatorTable, PlantScenarioTable, PlantStudyTable, PlantTable
 from tuner.study.reading import checked_table
 from tuner.study.searched import Followed, StudyScenario
+from tuner.study.starts import EarlierGains
 from tuner.study.tuning_study import TuningStudy
 from tuner.text.input_errors import listed, located
 from tuner.text.sentences import listing
@@ -121,6 +122,32 @@ class PlantStudy(TuningStudy):
         """Return the gains row (gains,) of a file of its loops; InputError names all that differs."""
         return read_loops(file).checked_row(self.system, file)
 
+    def earlier_gains(self, file: Path) -> EarlierGains:
+        """Return the gains of a file that mean the same here; InputError where no channel has its law there.
+
+        Gains in units of the command become those of accelerations where only one of the two channels states b0.
+        """
+        loops = read_loops(file)
+        theirs = {channel.name: channel for channel in loops.channels}
+        shared = {
+            channel.name: _command_factor(theirs[channel.name], channel)
+            for channel in self.system.plan.channels
+            if channel.name in theirs and theirs[channel.name].law.name == channel.law.name
+        }
+        if not shared:
+            its, mine = (
+                listing(f"{each.name} ({each.law.name})" for each in channels)
+                for channels in (loops.channels, self.system.plan.channels)
+            )
+            message = f"its channels are {its}, those of this study {mine}; give a run of the same channels and laws"
+            raise InputError(message, file=file, key="channels")
+        factors = {
+            gain.address: 1.0 if gain.info.integrals is None else shared[gain.axis]
+            for gain in self.system.gains
+            if gain.axis in shared
+        }
+        return EarlierGains(loops.gains, factors)
+
     def gains_document(self, row: np.ndarray, parts: PlainTable) -> PlainTable:
         """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""
         return plant_gains_document(self.system, row, self.code_digest) | parts
@@ -193,6 +220,11 @@ class PlantStudy(TuningStudy):
             "gains": {gain.address: self.space.base[gain.column] for gain in system.gains},
             "variables": [variable.content() for variable in self.space.variables],
         }
+
+
+def _command_factor(theirs: Channel, mine: Channel) -> float:
+    """Return the factor from their gains on errors to mine; 1 where both are accelerations or both commands."""
+    return mine.b0 / theirs.b0 if 1.0 in (theirs.b0, mine.b0) else 1.0
 
 
 def _listed(channels: Sequence[Channel]) -> str:

@@ -304,6 +304,21 @@ class OwnCodeTable(StrictTable):
         return [self.file] if isinstance(self.file, str) else self.file
 
 
+class StartTable(StrictTable):
+    """[[search.starts]]: points by themselves, as the inputs of a run hold them."""
+
+    origin: str = "the study"
+    """Words on where the points come from."""
+    points: list[dict[str, float]]
+    """Values of searched gains by their keys in [gains]; one that a point leaves out has its default there."""
+
+
+StartEntry = Annotated[
+    Annotated[str, Tag("<path or points>")] | Annotated[StartTable, Tag("<points>")],
+    Discriminator(lambda value: "<points>" if isinstance(value, dict | StartTable) else "<path or points>"),
+]
+
+
 class SearchTable(StrictTable):
     """[search]: how the gains are looked for."""
 
@@ -315,6 +330,10 @@ class SearchTable(StrictTable):
     """Number of generations, at most where the search stops once it has converged; by default the algorithm's own."""
     initial: list[str] = Field(default=["default"])
     """Points that the search starts from: "default", "design"."""
+    starts: list[StartEntry] = Field(default=[])
+    """Earlier runs whose points fill up to half of the first generation: results folders and gains.json files of the same laws,
+    from the folder of the study or from the working directory, and "shipped" for the front of a pair of quadrotors' laws that
+    comes with the tool; none by default."""
     first: Annotated[int | None, Field(ge=1)] = None
     """Flights of each scenario that every candidate makes; those that survive the search make the others. By default the
     algorithm's own."""

@@ -2,9 +2,9 @@
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
@@ -12,11 +12,15 @@ from objectives.decisions import DecisionSpace
 from objectives.margins.requirement import MarginRequirement
 from objectives.problem import Constraint, Objective
 from objectives.requirements import Requirement
+from plant.errors import InputError
 from plant.input_files import read_input_text
-from plant.texts import PlainTable
+from plant.texts import PlainTable, PlainValue
 from tuner.search.convergence import StoppingRule
 from tuner.search.names import CONVERGED, GENERATIONS
 from tuner.study.schema import CONFIDENCE
+from tuner.study.shipped_fronts import ShippedFront
+from tuner.study.starts import EarlierGains, StartSet, start_sets
+from tuner.text.input_errors import located
 
 if TYPE_CHECKING:
     from objectives.margins.results import Margins
@@ -35,8 +39,10 @@ class StudyScenario:
 class SearchSpec:
     """Settings of the search.
 
-    first: flights of each scenario that every candidate makes, None for all; those that survive make the others. why: this search
-    is asked for, in words.
+    Attributes:
+        first: Flights of each scenario that every candidate makes, None for all; those that survive make the others.
+        why: Reason of the choice, in words.
+        starts: Points of earlier runs for the first generation.
     """
 
     algorithm: str
@@ -47,6 +53,12 @@ class SearchSpec:
     first: int | None = None
     stop: str = GENERATIONS
     why: str = ""
+    starts: tuple[StartSet, ...] = ()
+
+    @property
+    def most_starts(self) -> int:
+        """Largest number of points of earlier runs in the first generation; half as many lie around them."""
+        return self.population // 2
 
     @property
     def candidates(self) -> int:
@@ -71,7 +83,8 @@ class SearchSpec:
     @property
     def values(self) -> PlainTable:
         """What decides what is searched, as JSON-able data."""
-        return {**self.sizes, "initial": list(self.initial), "stop": self.stop, "racing": self.racing}
+        starts = {"starts": [[dict(point) for point in entry.points] for entry in self.starts]} if self.starts else {}
+        return {**self.sizes, "initial": list(self.initial), **starts, "stop": self.stop, "racing": self.racing}
 
     @property
     def size(self) -> str:
@@ -194,6 +207,32 @@ class SearchedStudy:
         """
         return None
 
+    def earlier_gains(self, file: Path) -> EarlierGains:
+        """Return the gains of a file that mean the same here; InputError where none does."""
+        raise NotImplementedError
+
+    def shipped_front(self) -> ShippedFront:
+        """Return the front that comes with the tool; InputError where there is none."""
+        raise InputError(
+            "fronts of quadrotors' laws alone come with the tool; name a results folder, or leave starts out"
+        )
+
+    def with_starts(self) -> Self:
+        """Return the study with the starting points that search.starts names; InputError where one cannot be read."""
+        with located(self.path, "search"):
+            sets = start_sets(self.table.search.starts, self.path.parent, self.space, self)
+        return replace(self, search=replace(self.search, starts=sets)) if sets else self
+
+    @property
+    def start_tables(self) -> list[PlainValue]:
+        """Entries of search.starts that hold the points themselves."""
+        return [entry.table.model_dump() for entry in self.search.starts]
+
+    @property
+    def start_texts(self) -> list[str]:
+        """Sentences on the points of earlier runs that the search starts from."""
+        return [text for entry in self.search.starts for text in entry.texts(self.space)]
+
     def flown_margins(self, gains: np.ndarray) -> "tuple[Margins, Margins] | None":  # noqa: ARG002
         """Return the margins of gains rows (n, gains), exact and as flown.
 
@@ -212,11 +251,12 @@ class SearchedStudy:
 
     @property
     def content(self) -> PlainTable:
-        """The content of the file, with overrides and the chosen search.
+        """The content of the file, with overrides, search and starting points.
 
         Paths are relative to its folder.
         """
-        search = self.table.search.model_copy(update=self.search.sizes)
+        starts = {"starts": [entry.table for entry in self.search.starts]} if self.table.search.starts else {}
+        search = self.table.search.model_copy(update={**self.search.sizes, **starts})
         return self.table.model_copy(update={"search": search}).model_dump(mode="json", exclude_unset=True)
 
     @property
@@ -234,7 +274,8 @@ class SearchedStudy:
 
         Defaults, airframe numbers and measured limits are included.
         """
-        search = {**self.search.values, "why": self.search.why}
+        starts = {"starts": self.start_tables} if self.search.starts else {}
+        search = {**self.search.values, **starts, "why": self.search.why}
         return {**self._values(), "search": search, "digest": self.digest()}
 
     def comparable(self, without: tuple[str, ...] = ()) -> PlainTable:

@@ -1,6 +1,6 @@
 """A study of a quadrotor, checked and ready to run."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from math import degrees
@@ -18,6 +18,8 @@ from plant.errors import InputError
 from plant.loop import Timing
 from plant.origin import origins
 from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.autopilots.gain_table import OF_OUTPUT
+from plant.quadrotor.gains import GainAddress, gain_addresses
 from plant.quadrotor.nominal import ControlOptions, nominal
 from plant.quadrotor.scenarios import ScenarioSpec, drawn_numbers
 from plant.references import ReferenceSpec
@@ -29,15 +31,19 @@ from tuner.study.margins import margin_requirement, nominal_margins
 from tuner.study.processor_cost.cost import gains_rows, tabled
 from tuner.study.schema import StudyTable
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords, usual_keys
+from tuner.study.shipped_fronts import ShippedFront, shipped_front
+from tuner.study.starts import EarlierGains
 from tuner.study.trim import hover_of, steady_states, trim_entry, trim_texts
 from tuner.study.tuning_study import TuningStudy
-from tuner.text.sentences import differing
+from tuner.text.sentences import differing, listing
 from tuner.text.strict_table import StrictTable
 
 __all__ = ["SearchSpec", "SearchedStudy", "Study", "StudyScenario", "TuningStudy", "VariableWords", "usual_keys"]
 
 if TYPE_CHECKING:
     from objectives.margins.margins import MarginModel
+
+LOOPS = ("attitude", "position")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,6 +170,36 @@ class Study(TuningStudy):
             )
         return np.array(controller.gains)
 
+    def earlier_gains(self, file: Path) -> EarlierGains:
+        """Return the gains of a file that mean the same here; InputError where both laws are others.
+
+        Gains in units of a firmware's output are scaled, so that the acceleration that they give stays.
+        """
+        controller, cascade = read_gains(file), self.system.cascade
+        pairs = {loop: (getattr(controller.cascade, loop).name, getattr(cascade, loop).name) for loop in LOOPS}
+        same = {loop for loop, (its, mine) in pairs.items() if its == mine}
+        if not same:
+            its, mine = (listing(f"{names[i]} ({loop})" for loop, names in pairs.items()) for i in range(2))
+            message = f"its laws are {its}, those of this study {mine}; give a run of the same laws"
+            raise InputError(message, file=file, key="controller")
+        given = {
+            gain.address: value
+            for gain, value in zip(gain_addresses(controller.cascade), controller.gains, strict=True)
+        }
+        default = {
+            gain.address: value for gain, value in zip(self.system.gains, self.default_row.tolist(), strict=True)
+        }
+        factors = {
+            gain.address: _authority(given, gain) / _authority(default, gain)
+            for gain in self.system.gains
+            if gain.loop in same
+        }
+        return EarlierGains(given, factors)
+
+    def shipped_front(self) -> ShippedFront:
+        """Return the front of its laws that comes with the tool; InputError where there is none."""
+        return shipped_front(self.system.cascade.attitude.name, self.system.cascade.position.name)
+
     def gains_document(self, row: np.ndarray, parts: PlainTable) -> PlainTable:
         """Return the content of gains.json for a gains row (gains,) with its parts: study, objectives, margins."""
         variables = self.space.variables
@@ -227,6 +263,11 @@ class Study(TuningStudy):
             }
             for table, entry in zip(self.table.scenario, self.scenarios, strict=True)
         ]
+
+
+def _authority(gains: Mapping[str, float], gain: GainAddress) -> float:
+    """Return the acceleration for a unit of what a gain gives; 1 where the gain is one of accelerations."""
+    return gains.get(f"{gain.axis}.authority", 1.0) if gain.info.name in OF_OUTPUT else 1.0
 
 
 def _airframe_values(airframe: Airframe) -> PlainTable:

@@ -21,6 +21,7 @@ from objectives.problem import Constraint, Objective
 from plant.errors import InputError, UnknownNameError
 from plant.seeds import generator
 from plant.texts import PlainTable, PlainValue, check_name, check_texts, check_title
+from tuner.study.earlier_front import read_variables
 from tuner.study.judged_reading import held_with, pick_rule, risk_of, unique
 from tuner.study.layers import Layer
 from tuner.study.messages import translated
@@ -29,9 +30,11 @@ from tuner.study.schema import CONFIDENCE, Confidence, PickTable, SearchTable
 from tuner.study.search_reading import least_tail, search_of
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords
 from tuner.study.size import CHECKED, MOST_FLIGHTS, check_candidates
+from tuner.study.starts import EarlierGains
 from tuner.text.input_errors import listed, located
 from tuner.text.markup import element
 from tuner.text.markup import table as markup_table
+from tuner.text.sentences import listing
 from tuner.text.strict_table import StrictTable
 from tuner.text.units import after_number
 
@@ -154,6 +157,17 @@ class TrialStudy(SearchedStudy):
         """Names of the variables."""
         return [variable.name for variable in self.space.variables]
 
+    def earlier_gains(self, file: Path) -> EarlierGains:
+        """Return the values of a gains.json of trials by variable; InputError where it has none of these variables."""
+        values = read_variables(file)
+        if not set(values) & set(self.names):
+            names = listing(self.names)
+            message = (
+                f"its variables are {listing(values)}, those of this study {names}; give a run of the same variables"
+            )
+            raise InputError(message, file=file, key="gains")
+        return EarlierGains(values, dict.fromkeys(values, 1.0))
+
     def trial_seed(self, stream: str, scenario: int) -> int:
         """Return the seed of a stream's scenario, common to all candidates."""
         return int(generator(self.seed, f"trials/{stream}", scenario).integers(SEEDS))
@@ -221,7 +235,7 @@ def _built(path: Path, table: TrialStudyTable) -> TrialStudy:
         search=search,
         pick=rule,
         table=table,
-    )
+    ).with_starts()
 
 
 def _space(tables: list[VariableTable]) -> DecisionSpace:

@@ -41,6 +41,7 @@ EXPECTED_OF_BRANCH = {
     "<number or text>": "a finite number or a text in quotes",
     "<list or text>": "a list of numbers or a text in quotes",
     "<text or list>": "the path of a file in quotes, or a list of them",
+    "<path or points>": 'a path in quotes, or a table like { points = [{ "roll.k1" = 20.0 }] }',
 }
 
 

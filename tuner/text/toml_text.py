@@ -8,6 +8,8 @@ from copy import deepcopy
 from plant.texts import PlainTable, PlainValue
 
 Table = Mapping[str, PlainValue]
+SHIPPED = "shipped"
+"""Entry of search.starts that is no path: the front that comes with the tool."""
 
 
 def toml_text(table: Table) -> str:
@@ -64,7 +66,7 @@ def shown(given: object) -> str:
 
 
 def with_paths(table: PlainTable, move: Callable[[str], str]) -> PlainTable:
-    """Return a study's content with every path in it put through `move`: of airframes, default gains, references, own code."""
+    """Return a study's content with every path put through `move`: of airframes, gains, starts, references, own code."""
     result = deepcopy(table)
     holders = [result, *tables_in(result.get("contender"))]
     for holder, key in [
@@ -73,12 +75,13 @@ def with_paths(table: PlainTable, move: Callable[[str], str]) -> PlainTable:
         *[(entry.get("reference"), "path") for entry in tables_in(result.get("scenario"))],
         *[(holder.get(table), "file") for holder in holders for table in ("law", "metric", "reference", "plant")],
         *[(holder.get("plant"), "fmu") for holder in holders],
+        *[(holder.get("search"), "starts") for holder in holders],
     ]:
         given = holder.get(key) if isinstance(holder, dict) else None
         if isinstance(holder, dict) and isinstance(given, str):
             holder[key] = move(given)
         elif isinstance(holder, dict) and isinstance(given, list):
-            holder[key] = [move(entry) if isinstance(entry, str) else entry for entry in given]
+            holder[key] = [move(entry) if isinstance(entry, str) and entry != SHIPPED else entry for entry in given]
     return result
 
 

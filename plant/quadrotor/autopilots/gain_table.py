@@ -11,6 +11,8 @@ def _shared(name: str, unit: str, scale: str, meaning: str, **fields: Any) -> Ga
     return GainInfo(name, "", unit, Span(0.0, 0.0, 0.0), Span(0.0, 0.0, 0.0), scale, "", meaning, **fields)
 
 
+# Gains in units of the output, which the gain `authority` turns into acceleration.
+OF_OUTPUT = ("p", "i", "d", "ff")
 AUTHORITY = "angular acceleration that a unit of normalised torque gives"
 SHARED = {
     info.name: info

@@ -10,12 +10,14 @@ from tuner.experiments.planning.preview import PREVIEWS, preview
 from tuner.experiments.registry import EXPERIMENTS, draw, folder_kind, refuse_options, run
 from tuner.store.advice import RESUMED, TRIALS
 from tuner.store.folder import Folder
+from tuner.study.choices import CHOICES
 from tuner.study.files import shipped_studies
 from tuner.study.kinds import STUDY_KINDS, load_any
 
 
 def test_every_kind_of_study_can_be_run_resumed_and_previewed():
-    studied = {kind.name for kind in STUDY_KINDS}
+    # A study with choices is a contest once it is read.
+    studied = {kind.name for kind in STUDY_KINDS} - {CHOICES}
     # Trials of another program are gone on with by asking again.
     assert studied == {*RESUMED, TRIALS} == set(PREVIEWS)
     assert studied <= set(EXPERIMENTS)

@@ -17,8 +17,8 @@ TYPES = {"tuning": Study, "contest": Contest, "inference": Inference}
 
 
 def test_every_kind_has_a_name_of_its_own_and_the_last_takes_all_files():
-    assert [kind.name for kind in STUDY_KINDS] == ["inference", "contest", "plant", "trials", "tuning"]
-    assert [kind.table for kind in STUDY_KINDS] == ["unknown", "contender", "plant", "trials", None]
+    assert [kind.name for kind in STUDY_KINDS] == ["inference", "choices", "contest", "plant", "trials", "tuning"]
+    assert [kind.table for kind in STUDY_KINDS] == ["unknown", "choices", "contender", "plant", "trials", None]
 
 
 @pytest.mark.parametrize("name", ["quickstart", "contest", "paper_table3", "paper_inference"])

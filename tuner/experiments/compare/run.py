@@ -12,6 +12,7 @@ from tuner.experiments.contest.tuning import TunedContender
 from tuner.report.contest import write_comparison_figures
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
+from tuner.study.contest import Contest
 from tuner.study.study import TuningStudy
 
 
@@ -35,7 +36,7 @@ class ComparisonRun(ContestRun):
         super().__init__(plan.contest, folder, watcher, threads=threads)
         self.plan = plan
 
-    def contenders(self) -> list[TunedContender]:
+    def contenders(self, contest: Contest) -> list[TunedContender]:  # noqa: ARG002
         """Return the entrants at their gains."""
         return self.plan.contenders
 
@@ -87,7 +88,8 @@ def comparison_document(plan: ComparisonPlan, result: Result) -> ComparisonDocum
         for row, entrant in zip(contest.contenders, plan.entrants, strict=True)
     ]
     return ComparisonDocument(
-        **{**vars(contest), "contenders": contenders},
+        **{key: value for key, value in vars(contest).items() if key not in ("contenders", "rungs")},
+        contenders=contenders,
         kind="comparison",
         first=result.names[0],
         study_file=str(plan.contest.path),

@@ -58,6 +58,7 @@ def contest_document(result: Result, warnings: list[str]) -> ContestDocument:
         best_under=[best_row(result, best) for best in result.best_under],
         published=result.published,
         claims=result.claims,
+        **({"rungs": result.rungs} if result.rungs else {}),
         words=sentences(result),
         warnings=warnings,
     )

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tuner.documents.contest_document import BoundRow, ClaimRow, PublishedRow, StepCost
+from tuner.documents.contest_document import BoundRow, ClaimRow, PublishedRow, RungRow, StepCost
 from tuner.experiments.contest.comparison import Comparison, compare_all
 from tuner.experiments.contest.cost import step_cost
 from tuner.experiments.contest.flying import ContestPoint, Flown
@@ -26,6 +26,7 @@ class Result:
         fronts: Fronts, empty where no contender was tuned.
         volumes: Hypervolumes, None where no contender was tuned.
         best_under: Best points under levels, empty where no contender was tuned.
+        rungs: Contenders of every rung, empty without halving.
     """
 
     contest: Contest
@@ -41,6 +42,7 @@ class Result:
     costs: list[StepCost]
     bounds: list[list[BoundRow]]
     seconds: float
+    rungs: list[RungRow]
 
     @cached_property
     def names(self) -> list[str]:
@@ -58,7 +60,9 @@ def groups_of(prepared: list[TunedContender]) -> list[list[ContestPoint]]:
     return [[entrant.entry for entrant in prepared], *[entrant.offered or [] for entrant in prepared]]
 
 
-def judge_contest(contest: Contest, prepared: list[TunedContender], groups: list[Flown], seconds: float) -> Result:
+def judge_contest(
+    contest: Contest, prepared: list[TunedContender], groups: list[Flown], seconds: float, rungs: list[RungRow]
+) -> Result:
     """Work out everything that follows from the flights of `groups_of`."""
     flown, *behind = groups
     comparison = compare_all(flown, contest.quantities, contest.seed)
@@ -70,7 +74,9 @@ def judge_contest(contest: Contest, prepared: list[TunedContender], groups: list
         contest=contest,
         prepared=prepared,
         flown=flown,
-        flights=sum(entrant.flights for entrant in prepared) + sum(group.failed.size for group in groups),
+        flights=sum(entrant.flights for entrant in prepared)
+        + sum(row.flights for row in rungs if not row.goes_on)
+        + sum(group.failed.size for group in groups),
         comparison=comparison,
         fronts=fronts,
         volumes=volumes_of(fronts, objectives, flown.origin, contest.seed) if fronts else None,
@@ -85,6 +91,7 @@ def judge_contest(contest: Contest, prepared: list[TunedContender], groups: list
             for entrant in prepared
         ],
         seconds=seconds,
+        rungs=rungs,
     )
 
 

@@ -1,13 +1,15 @@
 """A contest: tune the contenders that search, fly all of them through the same air, compare, write everything down."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from plant.quadrotor.scenarios import HELD_OUT
 from plant.texts import PlainTable
-from tuner.documents.contest_document import ComparisonDocument, ContestDocument
+from tuner.documents.contest_document import ComparisonDocument, ContestDocument, RungRow
 from tuner.documents.resolved import Resolved
 from tuner.experiments.contest.document import contest_document
 from tuner.experiments.contest.flying import fly_groups
+from tuner.experiments.contest.halving import raced
 from tuner.experiments.contest.result import Result, groups_of, judge_contest
 from tuner.experiments.contest.tables import fronts_table, listed_table, response_tables, scores_table, wind_table
 from tuner.experiments.contest.tuning import TunedContender, prepare
@@ -36,9 +38,13 @@ class ContestRun(Experiment[Contest, Result]):
         """Say which limits the study does not write."""
         return automatic_limit_texts(study.base.automatic_limits)
 
-    def contenders(self) -> Sequence[TunedContender]:
+    def race(self) -> tuple[Contest, list[RungRow]]:
+        """Return the contest of the finalists, and the rungs before it."""
+        return raced(self.study, self.folder, self.watcher, self.threads) if self.study.halving else (self.study, [])
+
+    def contenders(self, contest: Contest) -> Sequence[TunedContender]:
         """Tune every contender that has something to tune, one after the other."""
-        prepared, contest = [], self.study
+        prepared = []
         for number, contender in enumerate(contest.contenders):
             if contender.tuned:
                 self.watcher.on_contender(contender.name, number + 1, len(contest.contenders))
@@ -47,13 +53,14 @@ class ContestRun(Experiment[Contest, Result]):
 
     def fly(self) -> Result:
         """Tune, fly all through the same scenarios and work out what follows; the number of threads changes nothing."""
-        contest, watcher, prepared = self.study, self.watcher, list(self.contenders())
+        contest, rungs = self.race()
+        watcher, prepared = self.watcher, list(self.contenders(contest))
         for entrant in prepared:
             warm_up(entrant.entry.problem, entrant.contender.study, watcher)
         groups = groups_of(prepared)
         watcher.on_stage(self.stage, contest.flights_each * sum(map(len, groups)))
         flown = fly_groups(contest, groups, self.threads, watcher.on_flights_done)
-        return judge_contest(contest, prepared, flown, self.seconds)
+        return judge_contest(contest, prepared, flown, self.seconds, rungs)
 
     @staticmethod
     def is_feasible(result: Result) -> bool:
@@ -96,7 +103,7 @@ def warnings_of(result: Result) -> list[str]:
         f"{entrant.contender.name}: {text}" for entrant in tuned for text in entrant.warnings if text not in common
     ]
     warnings += broken_again(result)
-    if len({entrant.contender.study.search for entrant in tuned}) > 1:
+    if len({replace(entrant.contender.study.search, starts=()) for entrant in tuned}) > 1:
         warnings.append("The contenders were not tuned with the same budget; see budget in contest.json.")
     given = [entrant.contender.name for entrant in result.prepared if not entrant.contender.tuned]
     if tuned and given:

@@ -34,6 +34,7 @@ class TunedContender:
         offered: The points of its front, None where nothing was searched.
         folder: Folder of its results, relative to that of the contest.
         flights: Number of flights of its run.
+        search_flights: Number of flights of its search.
         ending: First sentences on a run without a feasible point, else empty.
     """
 
@@ -44,6 +45,7 @@ class TunedContender:
     flights: int
     warnings: list[str]
     ending: tuple[str, ...] = ()
+    search_flights: int = 0
 
     @property
     def feasible(self) -> bool:
@@ -64,10 +66,7 @@ def prepare(
     if not contender.tuned:
         entry = ContestPoint(contender, GIVEN, contender.study.default_row, problem)
         return TunedContender(entry, "its gains are given", None, None, 0, [])
-    place = f"contenders/{contender.slug}"
-    alone = content_alone(contest, contender)
-    folder.write_text(f"{place}.toml", toml_text(alone))
-    study = study_at(folder.path / f"{place}.toml", contender, alone)
+    study, place = contender_study(contest, contender, folder), place_of(contender)
     outcome = TuningRun(study, Folder.open_or_create(folder.path / place), watcher, threads=threads).carry_out()
     folder.written(f"{place}/{MANIFEST}")
 
@@ -80,7 +79,20 @@ def prepare(
     offered = [entry_of(row) for row in np.flatnonzero(outcome.finalists.non_dominated).tolist()]
     compared = entry_of(chosen)
     ending = () if outcome.feasible else tuple(contender_ending(contender.name, compared.point, outcome.obstacles))
-    return TunedContender(compared, why, offered, place, outcome.flights, outcome.warnings, ending)
+    searched = outcome.generations[-1].flights + outcome.survivors.flights
+    return TunedContender(compared, why, offered, place, outcome.flights, outcome.warnings, ending, searched)
+
+
+def place_of(contender: Contender) -> str:
+    """Return the folder of a contender's results in that of the contest."""
+    return f"contenders/{contender.slug}"
+
+
+def contender_study(contest: Contest, contender: Contender, folder: Folder) -> TuningStudy:
+    """Write a contender's study file into the contest's folder; return the study."""
+    name, alone = f"{place_of(contender)}.toml", content_alone(contest, contender)
+    folder.write_text(name, toml_text(alone))
+    return study_at(folder.path / name, contender, alone)
 
 
 def compared_at(outcome: Outcome) -> tuple[int, str]:

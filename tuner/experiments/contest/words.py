@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 
 from plant.quadrotor.scenarios import CONFIRMATION
-from tuner.documents.contest_document import ClaimRow, PublishedRow
+from tuner.documents.contest_document import ClaimRow, PublishedRow, RungRow
 from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.judging import FAILS, SURVIVES, UNDECIDED
 from tuner.experiments.contest.result import Result
 from tuner.study.contest import Quantity
-from tuner.text.numbers import estimate, per_cent, significant
+from tuner.text.numbers import count, estimate, per_cent, significant
 from tuner.text.sentences import listing
 from tuner.text.units import after_number
 
@@ -16,6 +16,7 @@ from tuner.text.units import after_number
 def sentences(result: Result) -> list[str]:
     """Return the sentences on a contest's result."""
     return [
+        *rung_words(result),
         *objective_words(result),
         *front_words(result),
         *limit_words(result),
@@ -25,6 +26,28 @@ def sentences(result: Result) -> list[str]:
         *cost_words(result),
         *certainty_words(result),
     ]
+
+
+def rung_words(result: Result) -> Iterable[str]:
+    """Say which searches went on from each rung, and what that saved."""
+    numbers = sorted({row.rung for row in result.rungs})
+    for number in numbers:
+        rows = [row for row in result.rungs if row.rung == number]
+        on, stopped = (listing(_standing(row) for row in rows if row.goes_on is goes_on) for goes_on in (True, False))
+        yield f"Rung {number}, {max(row.generations for row in rows)} generations: {on} went on; stopped: {stopped}."
+    if numbers:
+        searches = sum(entrant.search_flights for entrant in result.prepared)
+        dropped = sum(row.flights for row in result.rungs if not row.goes_on)
+        every = len({row.contender for row in result.rungs})
+        yield (
+            f"Successive halving made {count(searches + dropped)} search flights for {every} contenders; the searches that were "
+            f"carried to their end made {count(searches)}. Shares are of the common box of a rung's fronts on search flights."
+        )
+
+
+def _standing(row: RungRow) -> str:
+    """Return a contender with its share of the common box."""
+    return f"{row.contender} ({f'{row.share:.2f}' if row.feasible else 'nothing feasible'})"
 
 
 def objective_words(result: Result) -> Iterable[str]:

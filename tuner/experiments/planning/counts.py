@@ -21,6 +21,15 @@ def search_flights(study: SearchedStudy) -> int:
     return sum(scenario_flights(study, entry) for entry in study.scenarios)
 
 
+def contest_search_flights(contest: Contest) -> int:
+    """Return the maximum number of search flights of a contest."""
+    tuned = [contender.study for contender in contest.contenders if contender.tuned]
+    if contest.halving is None:
+        return sum(map(search_flights, tuned))
+    searches = [(study.search.generations, search_flights(study) // study.search.generations) for study in tuned]
+    return contest.halving.flights_at_most(searches)
+
+
 def scenario_flights(study: SearchedStudy, entry: Any) -> int:
     """Return the maximum number of search flights of a scenario."""
     first = study.search.flights_first(entry.search)
@@ -58,4 +67,5 @@ def points_at_most(contender: Contender) -> int:
 
 def comparison_flights(contest: Contest) -> int:
     """Return the maximum number of a contest's comparison flights."""
-    return contest.flights_each * sum(map(points_at_most, contest.contenders))
+    points = sorted(map(points_at_most, contest.contenders), reverse=True)
+    return contest.flights_each * sum(points[: contest.halving.finalists] if contest.halving else points)

@@ -16,7 +16,7 @@ from tuner.documents.plan import (
     PlannedTotal,
 )
 from tuner.experiments.planning.cost import comparison_seconds, disk_of, memory_of, seconds_of
-from tuner.experiments.planning.counts import comparison_flights, flights_of, points_at_most
+from tuner.experiments.planning.counts import comparison_flights, contest_search_flights, flights_of
 from tuner.experiments.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
 from tuner.experiments.planning.precision import planned_objective
 from tuner.experiments.tuning.conflicts import automatic_rows
@@ -96,7 +96,7 @@ def plan_document(study: TuningStudy, pilot: Pilot, compile_seconds: float | Non
         ),
         flights=flights_of(study),
         seconds=seconds_of(study, pilot, compile_seconds),
-        search=study.search.text,
+        search=" ".join([study.search.text, *study.start_texts]),
         memory_bytes=memory_of(study, pilot),
         disk_bytes_at_most=disk_of(study, pilot),
         difference_percent=100.0 * share,
@@ -142,7 +142,8 @@ def contest_plan(
         for contender, pilot, seconds in parts
         if contender.tuned
     }
-    compared = comparison_flights(contest)
+    compared, left = comparison_flights(contest), contest.halving.finalists if contest.halving else len(runs)
+    held_out = sum(sorted([run.flights.held_out_at_most for run in runs.values()], reverse=True)[:left])
     comparing = sum(comparison_seconds(contender, pilot) for contender, pilot, _ in parts)
     compiled = [seconds for seconds in compilation if seconds is not None]
     return ContestPlanDocument(
@@ -154,12 +155,12 @@ def contest_plan(
         comparison=PlannedComparison(
             stream=contest.stream,
             flights_each=contest.flights_each,
-            points_at_most=sum(map(points_at_most, contest.contenders)),
+            points_at_most=compared // contest.flights_each,
             flights_at_most=compared,
             seconds_at_most=comparing,
         ),
         total=PlannedTotal(
-            flights_at_most=compared + sum(run.flights.total_at_most for run in runs.values()),
+            flights_at_most=compared + contest_search_flights(contest) + held_out,
             seconds_at_most=comparing + sum(run.seconds.total_at_most for run in runs.values()),
             compilation_seconds=sum(compiled) if compiled else None,
             memory_bytes=max((run.memory_bytes for run in runs.values()), default=None),

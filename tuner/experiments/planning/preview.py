@@ -3,10 +3,11 @@
 from collections.abc import Callable
 from typing import Any, Literal
 
-from tuner.experiments.planning.counts import comparison_flights, flights_of, search_flights
+from tuner.experiments.planning.counts import comparison_flights, contest_search_flights, flights_of
 from tuner.experiments.planning.study_preview import PreviewPart, StudyPreview, plant_preview, study_preview
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.study.contest import Contender, Contest
+from tuner.study.halving import HalvingSchedule
 from tuner.study.inference import Inference
 from tuner.study.kinds import AnyStudy
 from tuner.study.plant_study import PlantStudy
@@ -25,6 +26,7 @@ class ContestPreview(PreviewPart):
     claims: int
     search_flights: int
     comparison_flights_at_most: int
+    rungs: list[str] = []
 
 
 class InferencePreview(PreviewPart):
@@ -71,9 +73,18 @@ def contest_preview(contest: Contest) -> ContestPreview:
         quantities=[quantity.label for quantity in contest.quantities],
         published=len(contest.published),
         claims=len(contest.claims),
-        search_flights=sum(search_flights(entry.study) for entry in contest.contenders if entry.tuned),
+        search_flights=contest_search_flights(contest),
         comparison_flights_at_most=comparison_flights(contest),
+        **({"rungs": rung_texts(contest.halving, contest)} if contest.halving else {}),
     )
+
+
+def rung_texts(halving: HalvingSchedule, contest: Contest) -> list[str]:
+    """Return contenders and generations of rungs and end in words."""
+    rungs = halving.rungs(len(contest.contenders))
+    longest = max(contender.study.search.generations for contender in contest.contenders)
+    texts = [f"{rung.contenders} to {halving.generations(rung, longest)} generations" for rung in rungs]
+    return [*texts, f"{halving.finalists} to {longest}"]
 
 
 def _described(contender: Contender) -> str:
@@ -107,7 +118,7 @@ def trials_preview(study: TrialStudy) -> TrialsPreview:
         constraints=[f"{entry.objective.label} at most {entry.most:g}" for entry in study.constraints],
         search_trials_at_most=flights.search_at_most,
         trials_at_most=flights.total_at_most,
-        search=study.search.text,
+        search=" ".join([study.search.text, *study.start_texts]),
         digest=study.digest(),
         warnings=warnings_before_run(study),
     )

@@ -261,7 +261,7 @@ def _preview(
     study: Study | PlantStudy, plant_step: PlantStep, fitted: Sequence[str] = (), **of_its_kind: Any
 ) -> StudyPreview:
     """Return the preview of a study, with what only its kind has."""
-    searched = [study.search.text] if study.space.variables else []
+    searched = [study.search.text, *study.start_texts] if study.space.variables else []
     return StudyPreview(
         title=study.title,
         variables=len(study.space.variables),

@@ -59,7 +59,7 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
     @classmethod
     def notes(cls, study: TuningStudy) -> list[str]:
         """Return notes on search, rotor lag, steady wind and automatic limits."""
-        return [study.search.text, *study.notes, *automatic_limit_texts(study.automatic_limits)]
+        return [study.search.text, *study.start_texts, *study.notes, *automatic_limit_texts(study.automatic_limits)]
 
     @classmethod
     @contextmanager

@@ -12,7 +12,7 @@ from plant.errors import StoreError
 from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.experiments.tuning.problem import first_batches
-from tuner.experiments.tuning.starts import starting_points
+from tuner.experiments.tuning.starts import earlier_points, starting_points, surrounding_points
 from tuner.experiments.tuning.tables import generation_table, history_table
 from tuner.search.convergence import StoppingRule
 from tuner.search.initial_design import initial_design
@@ -39,11 +39,22 @@ def first_points(problem: Evaluator, study: SearchedStudy, folder: Folder) -> tu
     started = read_start(folder.path, len(study.space.variables))
     if started is not None and folder.keep(START):
         return started
-    starts, texts = starting_points(study)
-    worthy = problem.worth_flying if study.requirements else None
-    first = initial_design(starts, study.search.population, generator(study.seed, "search/initial", 0), worthy)
+    first, texts = first_generation(problem, study)
     write_start(folder, first, texts)
     return first, texts
+
+
+def first_generation(problem: Evaluator, study: SearchedStudy) -> tuple[np.ndarray, list[str]]:
+    """Return the first generation (n, d) and warnings about it."""
+    starts, texts = starting_points(study)
+    worthy = problem.worth_flying if study.requirements else None
+    earlier, lost = earlier_points(study, starts, study.search.most_starts, worthy)
+    around = surrounding_points(
+        earlier, study.search.most_starts // 2, generator(study.seed, "search/around", 0), worthy
+    )
+    starts = np.concatenate([starts, earlier, around])[: study.search.population]
+    first = initial_design(starts, study.search.population, generator(study.seed, "search/initial", 0), worthy)
+    return first, [*texts, *lost]
 
 
 def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) -> Search:

@@ -90,10 +90,11 @@ def lost_flights(outcome: Outcome) -> list[LostFlight]:
 def search_text(outcome: Outcome) -> str:
     """Return a search's algorithm and reason; of a search in stages, its number of survivors too."""
     search, survivors = outcome.study.search, outcome.survivors
+    text = " ".join([search.text, *outcome.study.start_texts])
     if search.first is None:
-        return search.text
+        return text
     tried, flights = len(outcome.archive.points), survivors.evaluation.scores.shape[-1]
-    return f"{search.text} Of {tried:,} candidates {len(survivors.candidates)} survived and made all {flights} flights."
+    return f"{text} Of {tried:,} candidates {len(survivors.candidates)} survived and made all {flights} flights."
 
 
 def picked_on(outcome: Outcome) -> SelectionValues:

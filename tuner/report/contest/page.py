@@ -16,6 +16,7 @@ from tuner.report.contest.prose import claims, key_figures, lead_text, words
 from tuner.report.contest.provenance import definitions, document_text, facts
 from tuner.report.contest.published_section import printed_tables, strips
 from tuner.report.contest.response_panels import response_panels
+from tuner.report.contest.rungs_section import rungs_table
 from tuner.report.contest.values_section import best_table, values_table, volumes_table
 from tuner.report.labels import contest_label, has_rotors, in_plain_words, user_names
 from tuner.report.page import Page, Section, aid, collapsible, collapsible_text, neutral_page, wide
@@ -33,6 +34,8 @@ AIDS = {
     "Point at a mark for its gains, drag to zoom, double-click to zoom out.",
     "best": "Best point of each front that satisfies the limit, selected on held-out flights; values on the flights of the "
     "comparison. ★ best in the row.",
+    "rungs": "Every search goes on to the rung; those whose fronts dominate most of the common box (up to 1.1 times the nadir of "
+    "all fronts of the rung, on search flights, the same for all) go on. Stopped searches can be resumed in their folders.",
     "published": "A printed number is one draw: the question is whether one of our flights could have given it. Ours is "
     "the mean over flights with the central 95 % of them in brackets. The percentile is that of the printed number; "
     "fitted: the study was set to meet it.",
@@ -86,12 +89,18 @@ def _sections(
             "Scatter over flights",
             _with_aid("distributions", grid(spreads, "axis-grid")) if spreads else Markup(),
         ),
+        Section("rungs", "Stopped searches", _rungs(contest)),
         Section("published", "Printed numbers", _published(contest)),
         Section("responses", "Responses", _responses(contest, responses)),
         Section("gains", "Gains", _with_aid("gains", gains_cards(contest))),
         *_inference(contest),
         Section("provenance", "Provenance", _provenance(contest)),
     ]
+
+
+def _rungs(contest: ComparedFolder) -> Markup:
+    rungs = rungs_table(contest)
+    return _with_aid("rungs", wide(rungs)) if rungs else rungs
 
 
 def _values(contest: ComparedFolder) -> Markup:

@@ -1,0 +1,88 @@
+"""`python -m benchmarks.search.shipped_fronts`: make the fronts that come with the tool, for pairs of general laws.
+
+Each pair is tuned in the flights and limits of the quickstart, with the usual ranges of those gains of both laws that studies
+search; the others have their defaults. Points are those of the front that add most to its hypervolume. Pairs that are in the
+file stay as they are.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from benchmarks.search.problems import ROOT
+from plant.law_registry import law
+from tuner.experiments.tuning.run import TuningRun
+from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
+from tuner.study import load_study
+from tuner.study.shipped_fronts import FILE
+
+LAWS = ("pid", "ladrc", "adrc", "supertwisting", "hybrid")
+POINTS, DIGITS = 8, 5
+# Gains that studies leave at their defaults: widths of linear zones, the acceleration of a set point, filters.
+LEFT = ("delta", "delta_0", "delta_1", "delta_2", "r_0", "t_f")
+SIZES = {"search.population": 12, "search.generations": 16}
+
+
+def gains_of(attitude: str, position: str) -> dict[str, dict[str, float]]:
+    """Return the [gains] table that searches gains of two laws, the same in all axes of a loop."""
+    loops = {"attitude": attitude, "position": position}
+    return {
+        f"{loop}.{gain.name.rstrip('_')}": {}
+        for loop, name in loops.items()
+        for gain in law(name).gains
+        if gain.name not in LEFT
+    }
+
+
+def points_of(attitude: str, position: str) -> list[dict[str, float]]:
+    """Return the points of a pair's front, those that add most first; none where its run is infeasible."""
+    laws = {"controller.attitude": attitude, "controller.position": position, "gains": gains_of(attitude, position)}
+    study = load_study(ROOT / "studies/quickstart.toml", {**SIZES, **laws})
+    with TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "run"
+        if not TuningRun(study, Folder.create(folder), Watcher()).carry_out().feasible:
+            return []
+        again = load_study(study.path, {**SIZES, **laws, "search.starts": [str(folder)]})
+    return [rounded(point) for point in again.search.starts[0].points[:POINTS]]
+
+
+def rounded(point: Any) -> dict[str, float]:
+    """Return the gains of a point in a few digits."""
+    return {name: float(f"{value:.{DIGITS}g}") for name, value in point.items()}
+
+
+def made(known: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+    """Yield the fronts of all pairs that are not known."""
+    pairs = {(front["attitude"], front["position"]) for front in known}
+    for attitude, position in product(LAWS, LAWS):
+        if (attitude, position) not in pairs:
+            points = points_of(attitude, position)
+            print(attitude, position, len(points), flush=True)
+            if points:
+                yield {"attitude": attitude, "position": position, "points": points}
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--again", action="store_true", help="make those that the file has, too")
+    chosen = parser.parse_args()
+    fronts = [] if chosen.again or not FILE.exists() else json.loads(FILE.read_text(encoding="utf-8"))["fronts"]
+    for front in made(fronts):
+        fronts.append(front)
+        FILE.write_text(text_of(fronts), encoding="utf-8")
+
+
+def text_of(fronts: list[dict[str, Any]]) -> str:
+    """Return the file: one point a line."""
+    document = {"airframe": "hummingbird", "study": "quickstart", "fronts": fronts}
+    return json.dumps(document, indent=1) + "\n"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+"""Searches that start from an earlier run: its points are flown, the rest is as it was, and a run is the same without it."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from plant.seeds import generator
+from tests.tuner.conftest import QUICKSTART, SMALL, run_small
+from tests.tuner.experiments.again.killing import CHANGES, compare, finish, killed, result_of, run_arguments
+from tuner.experiments.tuning import starts
+from tuner.experiments.tuning.starts import earlier_points, nearest_passing, surrounding_points
+from tuner.search.initial_design import latin_hypercube
+from tuner.study import load_study
+from tuner.study.starts import merged_points
+
+POINTS = [{"attitude.lambda": value} for value in (2.0, 3.0, 4.0, 5.5, 6.0, 7.0)]
+
+
+@pytest.fixture
+def earlier(small_run, tmp_path):
+    return shutil.copytree(small_run[1], tmp_path / "earlier", ignore=shutil.ignore_patterns("flights", "figures"))
+
+
+def test_half_of_the_first_generation_comes_from_the_run_a_quarter_lies_around_and_the_rest_is_a_hypercube(
+    earlier, tmp_path, no_figures
+):
+    outcome = run_small(tmp_path / "run", search__starts=[str(earlier), {"points": POINTS}], search__generations=1)
+    study, first = outcome.study, outcome.generations[0].points
+    wanted = merged_points(study.search.starts, study.space)[:4]
+    assert len(wanted) == 4 == study.search.most_starts
+    assert np.array_equal(first[0], study.space.point(study.default_row)) and np.array_equal(first[1:5], wanted)
+    around = surrounding_points(wanted, 2, generator(study.seed, "search/around", 0), None)
+    drawn = latin_hypercube(1, first.shape[1], generator(study.seed, "search/initial", 0))
+    assert np.array_equal(first[5:7], around) and np.array_equal(first[7:], drawn)
+    assert f"The search starts from {earlier} " in json.loads((tmp_path / "run" / "summary.json").read_text())["search"]
+
+
+def test_several_runs_take_turns(earlier):
+    two = [str(earlier), {"points": POINTS[:2]}]
+    study = load_study(QUICKSTART, {**SMALL, "search.starts": two})
+    rows = merged_points(study.search.starts, study.space)
+    front, given = (entry.units(study.space) for entry in study.search.starts)
+    assert np.array_equal(rows[:5], [front[0], given[0], front[1], given[1], front[2]])
+    assert len(rows) == len(front) + len(given)
+
+
+def test_the_default_and_repetitions_are_not_flown_twice():
+    repeated = [{"attitude.lambda": 5.0}, POINTS[0], POINTS[0], POINTS[1]]
+    study = load_study(QUICKSTART, {**SMALL, "search.starts": [{"points": repeated}]})
+    default = study.space.point(study.default_row)[None]
+    taken, texts = earlier_points(study, default, 4)
+    assert texts == [] and np.array_equal(taken, merged_points(study.search.starts, study.space)[[1, 3]])
+
+
+def test_points_around_lie_between_points_and_near_them():
+    ends = np.array([[0.3, 0.5], [0.7, 0.5]])
+    drawn = surrounding_points(ends, 400, np.random.default_rng(1), None)
+    assert drawn.shape == (400, 2) and np.all((drawn >= 0.0) & (drawn <= 1.0))
+    # Across the line steps alone, 0.1 wide; along it a point of either, or what a blend of both over 1.5 of 0.4 adds.
+    assert np.std(drawn[:, 1]) == pytest.approx(0.1, rel=0.15) and np.mean(drawn, axis=0) == pytest.approx(
+        0.5, abs=0.02
+    )
+    assert 0.2 < np.std(drawn[:, 0]) < 0.3
+
+
+def test_points_around_keep_the_limits_and_none_comes_from_nothing():
+    ends = np.array([[0.45, 0.5], [0.5, 0.45]])
+    drawn = surrounding_points(ends, 20, np.random.default_rng(1), inside)
+    assert len(drawn) == 20 and inside(drawn).all()
+    assert surrounding_points(ends[:0], 20, np.random.default_rng(1), inside).shape == (0, 2)
+    assert len(surrounding_points(ends, 20, np.random.default_rng(1), lambda points: points[:, 0] < -1.0)) == 0
+
+
+def inside(points):
+    return points.sum(axis=1) <= 1.0
+
+
+def test_a_point_beyond_a_limit_moves_to_the_nearest_that_keeps_it():
+    points = np.array([[0.2, 0.3], [0.51, 0.51], [0.9, 0.9]])
+    moved = nearest_passing(points, inside(points), np.random.default_rng(1), inside)
+    assert np.array_equal(moved[0], points[0]) and len(moved) == 2 and inside(moved).all()
+    # The limit is 0.014 away, and the third of the widths of steps is seven times that.
+    assert np.linalg.norm(moved[1] - points[1]) < 0.05
+
+
+def test_points_that_cannot_be_moved_are_replaced_by_others_and_said(monkeypatch):
+    study = load_study(QUICKSTART, {**SMALL, "search.starts": [{"points": POINTS}]})
+    default, given = study.space.point(study.default_row)[None], merged_points(study.search.starts, study.space)
+    column = [each.name for each in study.space.variables].index("attitude.lambda")
+
+    def screening(highest):
+        return lambda points: points[:, column] >= given[highest, column] - 1e-12
+
+    monkeypatch.setattr(starts, "WIDTHS", ())
+    taken, texts = earlier_points(study, default, 3, screening(2))
+    assert np.array_equal(taken, given[2:5]) and texts == []
+    taken, texts = earlier_points(study, default, 3, screening(4))
+    assert np.array_equal(taken, given[4:])
+    assert texts == ["Starting points left out for limits known without flying, which nothing near keeps: 1 of 3."]
+
+
+def test_points_at_limits_are_flown_near_by(tmp_path, no_figures):
+    """Points of the quickstart's front for 20 deg of phase margin, where 35 deg are asked for."""
+    least = [{"quantity": "phase_margin", "min": 35}]
+    beyond = {"attitude.omega_o": 20.0, "attitude.k1": 0.0, "attitude.lambda": 9.0, "attitude.k2": 12.0}
+    given = [{**beyond, "position.omega_c": value} for value in (1.0, 1.5, 2.0, 2.5)]
+    outcome = run_small(tmp_path / "run", search__starts=[{"points": given}], search__generations=1, margin=least)
+    study, first = outcome.study, outcome.generations[0]
+    broken = outcome.problem.excess(merged_points(study.search.starts, study.space))[:, -1] > 0.0
+    assert broken.all() and first.evaluation.flown.all()
+    far = np.abs(first.points[1:5] - merged_points(study.search.starts, study.space)).max(axis=1)
+    assert np.all((far > 0.0) & (far < 0.3))
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_killed_and_resumed_without_the_earlier_run(earlier, tmp_path, threads):
+    changes = {**CHANGES, "scenario.0.duration": 3.0, "search.starts": [str(earlier)]}
+    finish(*run_arguments(tmp_path / "alone", changes), "--threads", 1)
+    folder = tmp_path / "killed"
+    assert killed(folder, lambda _: (folder / "generations" / "0001.parquet").exists(), changes)
+    shutil.rmtree(earlier)
+    finish("resume", folder, "--threads", threads)
+    compare(result_of(folder), result_of(tmp_path / "alone"))
+    moved = folder.rename(tmp_path / "moved")
+    (moved / "start.json").unlink()
+    finish("resume", moved)
+    compare(result_of(moved), result_of(tmp_path / "alone"))
+    said, _ = finish("verify", tmp_path / "alone")
+    assert "every bit is the same" in said
+
+
+def test_the_option_names_runs_and_the_preview_tells_them(earlier, tmp_path, monkeypatch, tuner):
+    monkeypatch.chdir(tmp_path)
+    sets = [part for key, value in SMALL.items() for part in ("--set", f"{key}={json.dumps(value)}")]
+    points = len((earlier / "front.csv").read_text().splitlines()) - 2
+    text = f"The search starts from earlier ({points} points)."
+    named = ("--set", 'search.starts=["earlier"]')
+    assert text in " ".join(tuner("check", QUICKSTART, *sets, *named).stdout.split())
+    assert text in " ".join(tuner("plan", QUICKSTART, *sets, *named).stdout.split())
+    run = tuner("run", QUICKSTART, *sets, "--set", "search.generations=1", "--starts", "earlier", "--out", "run")
+    assert run.returncode == 0 and text in json.loads((tmp_path / "run" / "summary.json").read_text())["search"]
+    lost = tuner("run", QUICKSTART, "--starts", "nowhere", "--out", "other")
+    assert lost.returncode == 2 and "there is no results folder or gains.json nowhere" in " ".join(lost.stderr.split())
+    assert not (tmp_path / "other").exists()
