@@ -44,7 +44,7 @@ MIN_END_IMPROVEMENT = 1e-6
 # Least number of parents of the pool; and points that are re-evaluated at once.
 N_INCUMBENTS, REEVALUATION_BATCH = 8, 8
 # Points checked without flying: for each that is still to be picked, and at least. One by one takes far longer.
-CHECKS_PER_PICK, MIN_CHECKS = 3, 48
+CHECKS_PER_PICK, MIN_CHECKS = 3, 32
 
 
 class ConstraintModel(NamedTuple):
@@ -200,8 +200,14 @@ class BayesianOptimization:
 
         D. Eriksson, M. Poloczek, "Scalable constrained Bayesian optimization", AISTATS 2021, section 3 (bilog transform).
         """
-        scaled = self._violations[is_valid] / violation_scales(self._violations)
-        return self._constraint_models("constraint", self._points[is_valid], np.sign(scaled) * np.log1p(np.abs(scaled)))
+        points, scaled = self._points[is_valid], self._violations[is_valid] / violation_scales(self._violations)
+        (values,) = scale_values(self._values[is_valid], np.ones(len(points), dtype=bool))
+        # A value beyond all bounds counts as a limit broken: whoever seeks an end of the front would go there again and again.
+        unbounded = np.any(values >= MAX_SPREADS, axis=1, keepdims=True).astype(float)
+        return [
+            *self._constraint_models("constraint", points, np.sign(scaled) * np.log1p(np.abs(scaled))),
+            *self._constraint_models("unbounded", points, unbounded),
+        ]
 
     def _constraint_models(self, kind: str, points: Array, excess: Array) -> list[ConstraintModel]:
         """Return a model of each column of excess (n, c) ever above 0."""

@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 from scipy.stats import multivariate_normal, norm
 
 from plant.seeds import generator
-from tests.tuner.search.search_runs import bowls, run, started, stepped
+from tests.tuner.search.search_runs import ask_generation, bowls, run, started, stepped
 from tuner.search import bayesian_optimization
 from tuner.search.acquisition import HypervolumeImprovement, ReferenceBox, sample_directions
 from tuner.search.bayesian_optimization import (
@@ -38,6 +38,8 @@ from tuner.search.gaussian_process import (
     minimize_bfgs,
     negative_log_posterior,
 )
+from tuner.search.objective_models import fit_output_scale
+from tuner.search.scaling import spread
 
 
 def orthant_volume(m):
@@ -178,15 +180,96 @@ def test_expected_hypervolume_improvement_against_quadrature():
     assert found == pytest.approx(exact, rel=0.04)
 
 
-def test_a_box_ends_beyond_the_default_or_the_middle_of_the_front():
+NO_REFERENCE = np.full(2, np.nan)
+
+
+def test_a_box_ends_beyond_the_default_and_weighs_what_lies_further():
     front = np.array([[1.0, 40.0], [11.0, 20.0], [21.0, 0.0]])
-    box = ReferenceBox(front, np.array([101.0, 0.0]))
-    # A tenth beyond the default, 100 ahead of which the front is; in the other objective the middle of the front.
-    np.testing.assert_allclose(
-        box.normalize(np.array([[111.0, 22.0], [1.0, 0.0]])), [[0.0, 0.0], [1.0, 1.0]], atol=1e-12
-    )
-    lost = ReferenceBox(front, None)
+    box = ReferenceBox(front, np.array([101.0, 0.0]), NO_REFERENCE)
+    # A tenth beyond the default, 100 ahead of which the front is. In the other objective 22 to a tenth beyond the middle of the
+    # front, and from there 22 more, which count 0.15, to a tenth beyond its end.
+    length = 22.0 + 0.15 * 22.0
+    values = np.array([[111.0, 44.0], [1.0, 0.0], [1.0, 22.0]])
+    np.testing.assert_allclose(box.normalize(values), [[0.0, 0.0], [1.0, 1.0], [1.0, 1.0 - 22.0 / length]], atol=1e-12)
+    lost = ReferenceBox(front, None, NO_REFERENCE)
     np.testing.assert_allclose(lost.normalize(np.array([[23.0, 44.0]])), [[0.0, 0.0]], atol=1e-12)
+
+
+def test_a_box_reaches_to_a_foreseen_end_but_not_beyond_the_worst_so_far():
+    front = np.array([[0.0, 10.0], [10.0, 0.0]])
+    ends = np.array([[-5.0, 60.0], [500.0, -1.0]])
+    box = ReferenceBox(front, np.array([10.0, 10.0]), NO_REFERENCE)
+    box.extend(ends, np.array([100.0, 100.0]))
+    np.testing.assert_allclose(box.normalize(np.array([[110.0, 66.0]])), [[0.0, 0.0]], atol=1e-12)
+
+
+def test_a_given_reference_point_is_the_end_of_the_box():
+    front = np.array([[0.0, 10.0], [10.0, 0.0]])
+    box = ReferenceBox(front, np.array([10.0, 10.0]), np.array([40.0, np.nan]))
+    box.extend(np.array([[0.0, 60.0], [500.0, 0.0]]), np.array([100.0, 100.0]))
+    normalized = box.normalize(np.array([[40.0, 66.0], [30.0, 0.0]]))
+    np.testing.assert_allclose(normalized, [[0.0, 0.0], [0.25, 1.0]], atol=1e-12)
+
+
+@pytest.mark.parametrize(("power", "likely"), [(1.0, 4.0), (8.0, 1.0)])
+def test_a_quantity_is_modelled_on_the_scale_on_which_it_is_smooth(data, power, likely):
+    """A plane as it is, or its exponential over eight decades: a line is best modelled as one, decades by their logarithm."""
+    plane = (data[0] @ [1.0, 0.5, 0.2]) / 1.7
+    values = plane - plane.min() if power == 1.0 else np.expm1(np.log(10.0) * power * (plane - plane.min()))
+    ordered = np.sort(values)
+    fit = fit_output_scale(data[0], values / spread(ordered))
+    reach = np.quantile(values / spread(ordered), 0.9)
+    assert (fit.scale == 1.0) == (likely == 1.0)
+    assert fit.scale <= likely * max(reach, 1.0)
+
+
+def test_slack_locates_a_limit():
+    """A limit that a tenth of the cube keeps, told with its sign or cut at 0: with it, feasible points come sooner."""
+
+    def counted(signed):
+        search, feasible = BayesianOptimization(started(3, 8, 4), 2, 1, 4), 0
+        for _ in range(5):
+            parts = ask_generation(search, lambda points: tight(points, signed), 8)
+            feasible += int(np.sum(parts[2] <= 0.0))
+        return feasible
+
+    assert counted(True) > counted(False)
+
+
+def tight(points, signed):
+    """Return the bowls, and by how much points lie outside a small ball."""
+    excess = np.square(points - 0.8).sum(axis=1, keepdims=True) - 0.04
+    return bowls(2)(points)[0], excess if signed else np.maximum(excess, 0.0)
+
+
+def test_a_value_beyond_all_bounds_is_no_end_of_the_front():
+    """The second objective is infinite where the first is best: points there are not asked for again and again."""
+
+    def singular(points):
+        x, y = points.T
+        with np.errstate(divide="ignore"):
+            return np.stack([x + 0.1 * y, 1e-3 / np.maximum(x - 0.05, 0.0)], axis=1), np.zeros((len(points), 0))
+
+    search = BayesianOptimization(started(2, 8), 2, 0, 1)
+    points = np.concatenate([ask_generation(search, singular, 8)[0] for _ in range(12)])
+    assert np.sum(points[8:, 0] <= 0.05) < 16
+
+
+def test_the_whole_front_is_searched_where_the_default_is_good_in_one_objective():
+    """The default has the least of the first objective; a front of 1 / x that goes on for 99 % beyond it."""
+
+    def curve(points):
+        x = 0.01 + 0.99 * points[:, 0]
+        more = 1.0 + np.square(points[:, 1:] - 0.3).sum(axis=1)
+        return np.stack([x * more, 0.01 / x * more], axis=1), np.zeros((len(points), 0))
+
+    first = started(3, 8)
+    first[0] = [0.0, 0.3, 0.3]
+    search = BayesianOptimization(first, 2, 0, 1)
+    values = np.concatenate([ask_generation(search, curve, 8)[1] for _ in range(10)])
+    front = np.sort(values[feasible_front(values, np.zeros((len(values), 0)))][:, 0])
+    assert front[-1] > 0.9
+    assert np.diff(front).max() < 0.25
 
 
 def best_so_far(name, objectives, problem, candidates, seed):
@@ -236,8 +319,7 @@ def screened(generations=8, seed=1):
 
     search, done = BayesianOptimization(first, 2, 0, seed, [excess]), []
     for _ in range(generations):
-        done.append(search.ask())
-        search.tell(*bowls(2)(done[-1]))
+        done.append(ask_generation(search, bowls(2), 8)[0])
     return np.concatenate(done), sum(asked)
 
 
@@ -252,9 +334,8 @@ def test_nothing_is_asked_for_that_is_known_to_break_a_limit():
 def test_where_everything_breaks_what_is_known_it_goes_on():
     search = BayesianOptimization(started(3, 8), 1, 0, 1, [lambda points: np.ones((len(points), 1))])
     for _ in range(4):
-        points = search.ask()
+        points = ask_generation(search, bowls(1), 8)[0]
         assert len(np.unique(points, axis=0)) == 8
-        search.tell(*bowls(1)(points))
 
 
 def test_a_pool_has_no_point_twice():
@@ -262,9 +343,9 @@ def test_a_pool_has_no_point_twice():
     search = BayesianOptimization(points, 1, 0, 1)
     for _ in range(10):
         points = search.ask()
-        search.tell(np.ones((8, 1)), np.zeros((8, 0)))
+        search.tell(np.ones((len(points), 1)), np.zeros((len(points), 0)))
     pool = search._pool(generator(1, "test", 0))
-    assert len(np.unique(np.concatenate([pool, points]), axis=0)) == len(pool) + 8
+    assert len(np.unique(np.concatenate([pool, points]), axis=0)) == len(pool) + len(points)
 
 
 @pytest.mark.parametrize(("dimensions", "known"), [(1, []), (2, [half_known])])
@@ -290,8 +371,7 @@ def test_a_longer_analysis_is_asked_about_few_points_and_nothing_is_asked_for_th
     first = np.tile([0.3, 0.5, 0.5, 0.5], (8, 1)) + 0.01 * started(4, 8)
     search, points = BayesianOptimization(first, 2, 0, 1, [part(0), part(1)]), []
     for _ in range(8):
-        points.append(search.ask())
-        search.tell(*bowls(2)(points[-1]))
+        points.append(ask_generation(search, bowls(2), 8)[0])
     chosen = np.concatenate(points)
     assert len(np.unique(chosen, axis=0)) == len(chosen) and np.all(half_known(chosen) <= 0.0)
     assert counts[1] < 0.4 * counts[0] and counts[1] < 3 * len(chosen)

@@ -12,7 +12,7 @@ import pytest
 from scipy.stats import qmc
 
 from plant.seeds import generator
-from tests.tuner.search.search_runs import CASES, MORE_CASES, POPULATION, bowls, run, started, stepped
+from tests.tuner.search.search_runs import CASES, MORE_CASES, POPULATION, bowls, run, run_generations, started, stepped
 from tuner.search.front import feasible_front
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
@@ -79,12 +79,16 @@ def test_a_fresh_one_told_the_same_goes_on_the_same(name, objectives):
     problem, first = stepped(objectives), started(4)
     points, values, violations = run(name, objectives, problem, first=first)
     resumed = SEARCHES[name](first, objectives, violations.shape[2], 1)
-    for i in range(6):
-        resumed.ask()
-        resumed.tell(values[i], violations[i])
-    for i in range(6, len(points)):
-        assert np.array_equal(resumed.ask(), points[i])
-        resumed.tell(values[i], violations[i])
+    replayed = run_generations(resumed, lambda given: recorded(given, points, values, violations), len(first), 6)
+    assert np.array_equal(replayed[0], points[:6])
+    assert np.array_equal(run_generations(resumed, problem, len(first), len(points) - 6)[0], points[6:])
+
+
+def recorded(given, points, values, violations):
+    """Return the values and violations on record of points that were evaluated before."""
+    rows = {point.tobytes(): i for i, point in enumerate(points.reshape(-1, points.shape[-1]))}
+    found = [rows[point.tobytes()] for point in given]
+    return values.reshape(-1, values.shape[-1])[found], violations.reshape(-1, violations.shape[-1])[found]
 
 
 @every
@@ -93,9 +97,11 @@ def test_the_callers_arrays_stay_as_they_are_and_may_be_reused(name, objectives)
     expected = run(name, objectives, problem, first=first.copy(), generations=4)[0]
     search = SEARCHES[name](first, objectives, 2, 1)
     first[:] = -1.0
-    for points in expected:
+    expected = np.concatenate(expected)
+    while len(expected):
         asked = search.ask()
-        assert np.array_equal(asked, points)
+        assert np.array_equal(asked, expected[: len(asked)])
+        expected = expected[len(asked) :]
         values, violations = problem(asked)
         asked[:] = -1.0
         kept = values.copy(), violations.copy()
