@@ -2,11 +2,11 @@
 
 from typing import NamedTuple
 
-from tuner.search.names import Sizes
+from tuner.search.names import MAX_CANDIDATES, Sizes
 
 MODEL = "gaussian_process"
 # Sizes for which a model was measured to be ahead; beyond, its computing time outgrows that of the flights it saves.
-MAX_GAINS, MAX_OBJECTIVES, MAX_CANDIDATES = 20, 3, 1000
+MAX_GAINS, MAX_OBJECTIVES = 40, 3
 
 
 class AlgorithmChoice(NamedTuple):

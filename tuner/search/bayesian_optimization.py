@@ -1,4 +1,4 @@
-"""Constrained multi-objective Bayesian optimization: for costly flights, some hundreds of candidates and up to some twenty gains.
+"""Constrained multi-objective Bayesian optimization: for costly flights, some hundreds of candidates and up to some forty gains.
 
 A Gaussian process models each objective, each constraint that was ever violated and each limit that is computed without flying.
 A batch is chosen greedily from a pool of points: each maximizes the expected hypervolume improvement over the front and the
@@ -41,6 +41,9 @@ REFIT_GROWTH = 1.3
 SMALL_FRONT = 4
 # Improvement of an objective by itself below which its end of the front is left alone, in units of the reference box.
 MIN_END_IMPROVEMENT = 1e-6
+# Coordinates of a point that are perturbed, in the mean: a share, in many dimensions so many, and at least so many in few (random
+# subspaces: R. G. Regis, C. A. Shoemaker, Engineering Optimization 45(5):529-555, 2013).
+MAX_SHARE, N_PERTURBED, MIN_PERTURBED = 0.5, 10.0, 3.0
 # Least number of parents of the pool; and points that are re-evaluated at once.
 N_INCUMBENTS, REEVALUATION_BATCH = 8, 8
 # Points checked without flying: for each that is still to be picked, and at least. One by one takes far longer.
@@ -378,6 +381,7 @@ def perturb(parents: Array, count: int, rng: np.random.Generator) -> Array:
     base, other = parents[rng.integers(k, size=count)], parents[rng.integers(k, size=count)]
     between = np.where(rng.uniform(size=(count, 1)) < 0.5, rng.uniform(-0.5, 1.5, size=(count, 1)), 0.0)
     width = np.exp(rng.uniform(np.log(0.003), np.log(0.3), size=(count, 1)))
-    is_perturbed = rng.uniform(size=(count, dimensions)) < max(0.5, 3.0 / dimensions)
+    share = max(min(MAX_SHARE, N_PERTURBED / dimensions), MIN_PERTURBED / dimensions)
+    is_perturbed = rng.uniform(size=(count, dimensions)) < share
     step = width * rng.standard_normal((count, dimensions)) * is_perturbed
     return np.clip(base + between * (other - base) + step, 0.0, 1.0)

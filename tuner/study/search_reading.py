@@ -6,7 +6,7 @@ from objectives.problem import Objective
 from objectives.risk import RISKS
 from plant.errors import InputError, UnknownNameError
 from tuner.search.automatic import MODEL, automatic, candidates_of
-from tuner.search.names import ALGORITHMS, AUTOMATIC, STARTS, STOPS, check_algorithm
+from tuner.search.names import ALGORITHMS, AUTOMATIC, CONVERGED, STARTS, STOPS, check_algorithm
 from tuner.study.schema import SearchTable
 from tuner.study.study import SearchSpec
 
@@ -19,12 +19,13 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
     Raises InputError with the key inside [search].
     """
     choice = automatic(
-        gains, objectives, candidates_of(ALGORITHMS[MODEL].sizes(tail), table.population, table.generations)
+        gains, objectives, candidates_of(ALGORITHMS[MODEL].sizes(tail, gains), table.population, table.generations)
     )
     named = table.algorithm != AUTOMATIC
     algorithm = table.algorithm if named else choice.algorithm
     check_algorithm(algorithm, objectives)
-    usual = ALGORITHMS[algorithm].sizes(tail)
+    usual = ALGORITHMS[algorithm].sizes(tail, gains)
+    grows = table.generations is None and usual.generations > ALGORITHMS[algorithm].sizes(tail, 0).generations
     population = usual.population if table.population is None else table.population
     smallest = max(SMALLEST_POPULATION, objectives + objectives % 2)
     if population < smallest or population % 2:
@@ -46,7 +47,7 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
         tuple(table.initial),
         racing=races,
         first=first if staged else None,
-        stop=table.stop,
+        stop=CONVERGED if grows and "stop" not in table.model_fields_set else table.stop,
         why="as the study asks" if algorithm != choice.algorithm else choice.why,
     )
 

@@ -78,7 +78,9 @@ class SearchSpec:
     def sizes(self) -> dict[str, str | int]:
         """Algorithm and sizes as a study file gives them."""
         first = {} if self.first is None else {"first": self.first}
-        return {"algorithm": self.algorithm, "population": self.population, "generations": self.generations, **first}
+        stop = {"stop": CONVERGED} if self.stop == CONVERGED else {}
+        sizes = {"algorithm": self.algorithm, "population": self.population, "generations": self.generations}
+        return {**sizes, **first, **stop}
 
     @property
     def values(self) -> PlainTable:
