@@ -18,6 +18,7 @@ from tuner.search.acquisition import HypervolumeImprovement, ReferenceBox, sampl
 from tuner.search.bayesian_optimization import (
     BayesianOptimization,
     ConstraintModel,
+    FeasibilityProbabilities,
     probability_of_feasibility,
     select_batch,
 )
@@ -375,6 +376,27 @@ def test_a_longer_analysis_is_asked_about_few_points_and_nothing_is_asked_for_th
     chosen = np.concatenate(points)
     assert len(np.unique(chosen, axis=0)) == len(chosen) and np.all(half_known(chosen) <= 0.0)
     assert counts[1] < 0.4 * counts[0] and counts[1] < 3 * len(chosen)
+
+
+def test_probabilities_that_are_kept_are_those_of_the_models_there_are(monkeypatch):
+    kept, compared = FeasibilityProbabilities._computed, []
+
+    def computed(self):
+        product = np.ones(len(self._pool))
+        for level, screen in enumerate(self._screens):
+            rows = np.full(len(product), True) if level else ~self.is_checked
+            product[rows] *= probability_of_feasibility(screen.models, self._pool[rows])
+        compared.append(product)
+        np.testing.assert_array_equal(kept(self), product)
+        return product
+
+    monkeypatch.setattr(FeasibilityProbabilities, "_computed", computed)
+    first = np.tile([0.3, 0.5, 0.5, 0.5], (8, 1)) + 0.01 * started(4, 8)
+    parts = [lambda points, level=level: half_known(points)[:, [level]] for level in (0, 1)]
+    search = BayesianOptimization(first, 2, 0, 1, parts)
+    for _ in range(5):
+        search.tell(*bowls(2)(search.ask()))
+    assert any(np.any((product > 0.0) & (product < 1.0)) for product in compared)
 
 
 class Coverage:
