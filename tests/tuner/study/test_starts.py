@@ -322,15 +322,18 @@ PAIRS = list(shipped_fronts())
 @pytest.mark.parametrize("pair", PAIRS, ids="/".join)
 def test_a_shipped_front_lies_in_the_usual_ranges_of_its_laws(pair):
     attitude, position = pair
+    points = shipped_fronts()[pair].points
+    axes = {"roll": "attitude", "x": "position"}
     gains = {
-        f"{loop}.{gain.name.rstrip('_')}": {}
-        for loop, name in zip(("attitude", "position"), pair, strict=True)
-        for gain in law(name).gains
+        f"{axes[axis]}.{gain}": {} for axis, _, gain in (name.partition(".") for name in points[0]) if axis in axes
     }
     laws = {"controller.attitude": attitude, "controller.position": position, "gains": gains}
     study = load_study(QUICKSTART, {**SMALL, **laws, "search.starts": ["shipped"]})
     (found,) = study.search.starts
     assert len(found.points) == 8 and all(set(point) == set(gains) for point in found.points)
+    assert {name.partition(".")[2] for name in gains} <= {
+        gain.name.rstrip("_") for each in pair for gain in law(each).gains
+    }
     assert study.start_texts == [f"The search starts from the shipped front of {attitude}/{position} (8 points)."]
 
 
