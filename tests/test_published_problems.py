@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import benchmarks.search.published.__main__ as command
+from benchmarks.search.published.contestants import PublishedContestant
 from benchmarks.search.published.play import MARKS, STEP, first_points, play
 from benchmarks.search.published.reference import references, score
 from benchmarks.search.published.suite import EXACT, SUITE
@@ -43,8 +44,8 @@ ON_FRONT = {
     "zdt1_30": ([0.25] + [0.0] * 29, [0.25, 0.5]),
     "zdt3": ([0.25] + [0.0] * 9, [0.25, 0.25]),
     "zdt6": ([0.0] * 10, [1.0, 0.0]),
-    "dtlz2": ([0.5, 0.5] + [0.5] * 8, [0.5, 0.5, 0.5**0.5]),
-    "dtlz7": ([0.0] * 10, [0.0, 0.0, 6.0]),
+    "dtlz2": ([0.5] * 6, [0.5, 0.5, 0.5**0.5]),
+    "dtlz7": ([0.0] * 6, [0.0, 0.0, 6.0]),
     "bnh": ([3.0, 3.0], [72.0, 8.0]),
     "osy": ([5.0, 1.0, 5.0, 0.0, 5.0, 0.0], [-274.0, 76.0]),
     "tnk": ([1.0, 0.1], [1.0, 0.1]),
@@ -115,7 +116,7 @@ def test_an_exact_front_has_all_of_the_hypervolume(name):
 def test_hypervolumes_of_exact_fronts_are_those_of_calculus():
     # Of the box up to 1.1: 1.21 less the area below the front, a third for 1 - sqrt(x); of 1.331 less an octant of the ball.
     assert references()["zdt1"].hypervolume == pytest.approx(1.21 - 1.0 / 3.0, abs=1e-3)
-    assert references()["dtlz2"].hypervolume == pytest.approx(1.331 - np.pi / 6.0, abs=0.02)
+    assert references()["dtlz2"].hypervolume == pytest.approx(1.331 - np.pi / 6.0, abs=0.006)
 
 
 def test_what_breaks_a_constraint_does_not_score():
@@ -168,7 +169,7 @@ def test_a_stopped_command_goes_on(tmp_path, monkeypatch, capsys):
         played.append(arguments[3])
         return Grid(*arguments)
 
-    monkeypatch.setattr(command, "CONTESTANTS", {"ours": factory})
+    monkeypatch.setattr(command, "CONTESTANTS", {"ours": PublishedContestant(factory)})
     for seeds in (["1"], ["1", "2"]):
         arguments = [part for seed in seeds for part in ("--seed", seed)]
         out = str(tmp_path / "runs.json")
@@ -177,4 +178,4 @@ def test_a_stopped_command_goes_on(tmp_path, monkeypatch, capsys):
     assert played == [1, 2]
     runs = command.read_runs(tmp_path / "runs.json")
     assert [(key.contestant, key.seed, len(run.scores)) for key, run in runs.items()] == [("a", 1, 25), ("a", 2, 25)]
-    assert capsys.readouterr().out.count("RE21 a 1") == 2
+    assert capsys.readouterr().out.count("RE21 a 1") == 1

@@ -5,15 +5,17 @@ Runs that the document has are not repeated, so a command that was stopped goes 
 
 import argparse
 import json
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from benchmarks.measuring import RESULTS
-from benchmarks.search.published.play import MARKS, PublishedRun, SearchFactory, play
+from benchmarks.peers.environments import ROOT, NotInstalled
+from benchmarks.search.published.contestants import CONTESTANTS, OURS
+from benchmarks.search.published.play import MARKS, PublishedRun, play
 from benchmarks.search.published.suite import SUITE
-from tuner.search.bayesian_optimization import BayesianOptimization, warm_up
-
-CONTESTANTS: dict[str, SearchFactory] = {"ours": BayesianOptimization}
+from tuner.search.bayesian_optimization import warm_up
 
 
 class RunKey(NamedTuple):
@@ -42,28 +44,40 @@ def write_runs(file: Path, runs: Runs) -> None:
     file.write_text('{"runs": [\n' + ",\n".join(lines) + "\n]}\n", encoding="utf-8")
 
 
+def play_contestant(key: RunKey, name: str, envs: Path) -> PublishedRun:
+    """Return the run of a contestant, without scores where its environment cannot be made."""
+    contestant = CONTESTANTS[name]
+    with ExitStack() as stack:
+        start = partial(contestant.start, stack, envs)
+        try:
+            return play(start, key.problem, key.seed, max_seconds=contestant.max_seconds)
+        except NotInstalled as error:
+            return PublishedRun([], 0.0, f"not installed: {error}")
+
+
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--contestant", action="append", choices=CONTESTANTS, help="all unless given")
-    parser.add_argument("--label", default="gaussian_process", help="name in the document of the tool's search")
+    parser.add_argument("--label", default="gaussian_process", help=f'name in the document of "{OURS}"')
     parser.add_argument("--problem", action="append", choices=SUITE, help="all unless given")
     parser.add_argument("--seed", action="append", type=int, help="1 unless given")
     parser.add_argument("--again", action="store_true", help="play those that the document has, too")
     parser.add_argument("--out", type=Path, default=RESULTS / "search_published.json")
+    parser.add_argument("--envs", type=Path, default=ROOT / ".benchmarks", help="folder of the environments of peers")
     chosen = parser.parse_args()
     warm_up()
-    print("problem contestant seed", *MARKS, "seconds")
     for seed in chosen.seed or [1]:
         for name in chosen.contestant or CONTESTANTS:
             for problem in chosen.problem or SUITE:
-                key = RunKey(problem, chosen.label if name == "ours" else name, seed)
+                suited = CONTESTANTS[name].is_suited(SUITE[problem].n_objectives, SUITE[problem].n_constraints)
+                key = RunKey(problem, name.replace(OURS, chosen.label), seed)
                 runs = read_runs(chosen.out)
-                if key not in runs or chosen.again:
-                    runs[key] = play(CONTESTANTS[name], problem, seed)
-                    write_runs(chosen.out, runs)
-                run = runs[key]
-                print(*key, *map(run.score_at, MARKS), f"{run.seconds:.1f} {run.stopped}", flush=True)
+                if suited and (key not in runs or chosen.again):
+                    run = play_contestant(key, name, chosen.envs.resolve())
+                    # Another command may have written meanwhile.
+                    write_runs(chosen.out, read_runs(chosen.out) | {key: run})
+                    print(*key, *map(run.score_at, MARKS), f"{run.seconds:.1f} s", run.stopped, flush=True)
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.search.peer import Array, Search
+from benchmarks.search.process import PeerFailed
 from benchmarks.search.published.problem import PublishedProblem
 from benchmarks.search.published.reference import score
 from benchmarks.search.published.suite import SUITE
@@ -94,14 +95,17 @@ def play(
     problem, begin = SUITE[name], process_time()
     done, seconds = Evaluations(problem, seed), 0.0
     search = factory(first_points(name, seed, batch), problem.n_objectives, problem.n_constraints, seed)
-    while len(done) < evaluations:
-        points = search.ask()[: evaluations - len(done)]
-        if not len(points):
-            return PublishedRun(done.scores(name), seconds, "it proposes nothing new")
-        observed, constraints = done.add(points)
-        if len(done) < evaluations:
-            search.tell(observed, constraints)
+    stopped = ""
+    while len(done) < evaluations and not stopped:
+        try:
+            points = search.ask()[: evaluations - len(done)]
+            observed, constraints = done.add(points)
+            if len(done) < evaluations:
+                search.tell(observed, constraints)
+            stopped = "" if len(points) else "it proposes nothing new"
+        except PeerFailed as error:
+            stopped = str(error)
         seconds = getattr(search, "seconds", process_time() - begin)
         if seconds > max_seconds:
-            return PublishedRun(done.scores(name), seconds, f"ended by its budget of {max_seconds:g} s")
-    return PublishedRun(done.scores(name), seconds, "")
+            stopped = f"ended by its budget of {max_seconds:g} s"
+    return PublishedRun(done.scores(name), round(seconds, 2), stopped if len(done) < evaluations else "")
