@@ -75,4 +75,11 @@ PEERS = {
     "pymoo AGE-MOEA2": Peer("benchmarks.search.pymoo_algorithms", {"algorithm": "AGEMOEA2"}),
     "BoTorch": Peer("benchmarks.search.botorch_batches", {}, "search", OPTUNA + BOTORCH),
 }
+PUBLISHED_PEERS = {
+    "BoTorch": Peer("benchmarks.search.botorch_continuous", {}, "search", OPTUNA + BOTORCH),
+    "HEBO": Peer("benchmarks.search.hebo_optimizer", {}, "hebo", ("HEBO==0.3.6", "numpy", "torch==2.13.0")),
+    "SMAC": Peer("benchmarks.search.smac_facade", {}, "smac", ("smac==2.4.1", "numpy")),
+    "NOMAD": Peer("benchmarks.search.nomad_mads", {}, "nomad", ("PyNomadBBO==4.6.0", "numpy")),
+}
+"""Peers of the published problems alone, which give signed constraint values and negative objectives."""
 """Peers by name; a further one is an entry here and one in `benchmarks.search.contestants`."""

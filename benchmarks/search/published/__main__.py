@@ -1,4 +1,4 @@
-"""`python -m benchmarks.search.published`: play published problems, write every run, print scores.
+"""`python -m benchmarks.search.published`: play published problems, write every run and the tables.
 
 Runs that the document has are not repeated, so a command that was stopped goes on.
 """
@@ -8,25 +8,14 @@ import json
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 from benchmarks.measuring import RESULTS
 from benchmarks.peers.environments import ROOT, NotInstalled
 from benchmarks.search.published.contestants import CONTESTANTS, OURS
-from benchmarks.search.published.play import MARKS, PublishedRun, play
+from benchmarks.search.published.play import MARKS, PublishedRun, RunKey, play
 from benchmarks.search.published.suite import SUITE
+from benchmarks.search.published.table import TOOL, Runs, markdown
 from tuner.search.bayesian_optimization import warm_up
-
-
-class RunKey(NamedTuple):
-    """Name of a run."""
-
-    problem: str
-    contestant: str
-    seed: int
-
-
-Runs = dict[RunKey, PublishedRun]
 
 
 def read_runs(file: Path) -> Runs:
@@ -59,13 +48,24 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--contestant", action="append", choices=CONTESTANTS, help="all unless given")
-    parser.add_argument("--label", default="gaussian_process", help=f'name in the document of "{OURS}"')
+    parser.add_argument("--label", default=TOOL, help=f'name in the document of "{OURS}"')
     parser.add_argument("--problem", action="append", choices=SUITE, help="all unless given")
     parser.add_argument("--seed", action="append", type=int, help="1 unless given")
     parser.add_argument("--again", action="store_true", help="play those that the document has, too")
     parser.add_argument("--out", type=Path, default=RESULTS / "search_published.json")
     parser.add_argument("--envs", type=Path, default=ROOT / ".benchmarks", help="folder of the environments of peers")
+    parser.add_argument("--table", action="store_true", help="play nothing: write the table of the document")
+    parser.add_argument("--baseline", default=f"{TOOL} at f52a461d", help="revision that the label is compared with")
     chosen = parser.parse_args()
+    if not chosen.table:
+        play_missing(chosen)
+    text = markdown(read_runs(chosen.out), chosen.label, chosen.baseline)
+    chosen.out.with_suffix(".md").write_text(text, encoding="utf-8")
+    print(text)
+
+
+def play_missing(chosen: argparse.Namespace) -> None:
+    """Play what a command line asks for and the document lacks."""
     warm_up()
     for seed in chosen.seed or [1]:
         for name in chosen.contestant or CONTESTANTS:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.search.peer import PEERS, Array, Peer, Search, Start
+from benchmarks.search.peer import PEERS, PUBLISHED_PEERS, Array, Peer, Search, Start
 from benchmarks.search.process import PeerProcess
 from benchmarks.search.published.play import STEP, SearchFactory
 from tuner.search.bayesian_optimization import BayesianOptimization
@@ -74,4 +74,7 @@ CONTESTANTS = {
     "pymoo AGE-MOEA2": PublishedContestant(PEERS["pymoo AGE-MOEA2"], objectives=(2, 9)),
     "Optuna TPE": PublishedContestant(PEERS["Optuna TPE"], batch=1),
     "Optuna GP": PublishedContestant(PEERS["Optuna GP"], batch=1),
+    "NOMAD": PublishedContestant(PUBLISHED_PEERS["NOMAD"], batch=1, objectives=(1, 2)),
+    "SMAC": PublishedContestant(PUBLISHED_PEERS["SMAC"], batch=1, constrained=False),
+    "BoTorch": PublishedContestant(PUBLISHED_PEERS["BoTorch"], batch=4, max_seconds=120.0),
 }

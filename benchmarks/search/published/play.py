@@ -25,6 +25,14 @@ SearchFactory = Callable[[Array, int, int, int], Search]
 """First points (n, d), number of objectives, number of constraints, seed -> search."""
 
 
+class RunKey(NamedTuple):
+    """Name of a run."""
+
+    problem: str
+    contestant: str
+    seed: int
+
+
 class PublishedRun(NamedTuple):
     """A run: scores after every `STEP` evaluations, processor seconds, and why it ended early ("" where it did not)."""
 
