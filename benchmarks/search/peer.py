@@ -62,6 +62,11 @@ class Peer:
         return import_module(self.module).begun(start, **self.options)
 
 
+# HEBO's pins, with the newest releases that they allow: pip alone looks for them for more than 20 minutes.
+HEBO = (
+    "HEBO==0.3.6", "numpy==1.24.4", "torch==2.13.0", "scipy==1.12.0", "pandas==2.0.3", "pymoo==0.6.0", "GPy==1.13.2",
+    "gpytorch==1.14", "catboost==1.2.5", "scikit-learn==1.3.2",
+)  # fmt: skip
 OPTUNA = ("optuna==5.0.0", "numpy", "scipy", "cmaes", "torch==2.13.0")
 BOTORCH = ("botorch==0.18.1", "numpy", "scipy", "torch==2.13.0")
 
@@ -77,7 +82,7 @@ PEERS = {
 }
 PUBLISHED_PEERS = {
     "BoTorch": Peer("benchmarks.search.botorch_continuous", {}, "search", OPTUNA + BOTORCH),
-    "HEBO": Peer("benchmarks.search.hebo_optimizer", {}, "hebo", ("HEBO==0.3.6", "numpy", "torch==2.13.0")),
+    "HEBO": Peer("benchmarks.search.hebo_optimizer", {}, "hebo", HEBO),
     "SMAC": Peer("benchmarks.search.smac_facade", {}, "smac", ("smac==2.4.1", "numpy")),
     "NOMAD": Peer("benchmarks.search.nomad_mads", {}, "nomad", ("PyNomadBBO==4.6.0", "numpy")),
 }
