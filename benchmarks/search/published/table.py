@@ -118,23 +118,35 @@ def _wins(runs: Runs, tool: str, peers: list[str]) -> str:
 
 
 def _losses(runs: Runs, tool: str, peers: list[str]) -> str:
-    """Return the problems where others are better, and by how much."""
-    lines = ["## Where others are better", "", "Its score and theirs.", ""]
+    """Return the problems where others are better: the best of them, its score, and the number of those ahead."""
+    lines = [
+        "## Where others are better",
+        "",
+        f"The score of `{tool}`, that of the best other search, its name, and how many are better.",
+        "",
+        "| problem | " + " | ".join(map(str, MARKS)) + " |",
+        "|---|" + "---|" * len(MARKS),
+    ]
     peers = [peer for peer in peers if not peer.startswith(TOOL)]
     for problem in SUITE:
-        cells = []
-        for mark in MARKS:
-            ahead = []
-            for peer in peers:
-                seeds = common_seeds(runs, problem, tool, peer)
-                mine, other = (median_score(runs, problem, name, mark, seeds) for name in (tool, peer))
-                if mine is not None and other is not None and compare(problem, mine, other) < 0:
-                    ahead.append(f"{peer} {_text(mine)}, {_text(other)}")
-            if ahead:
-                cells.append(f"at {mark}: " + "; ".join(ahead))
-        if cells:
-            lines.append(f"- {problem}: " + ". ".join(cells))
+        cells = [_lead(runs, problem, tool, peers, mark) for mark in MARKS]
+        if any(cells):
+            lines.append(f"| {problem} | {' | '.join(cells)} |")
     return "\n".join([*lines, ""])
+
+
+def _lead(runs: Runs, problem: str, tool: str, peers: list[str], mark: int) -> str:
+    """Return the best of the peers that are better on a problem, "" where none is."""
+    ahead: list[tuple[float, float, str]] = []
+    for peer in peers:
+        seeds = common_seeds(runs, problem, tool, peer)
+        score, other = (median_score(runs, problem, name, mark, seeds) for name in (tool, peer))
+        if score is not None and other is not None and compare(problem, score, other) < 0:
+            ahead.append((other, score, peer))
+    if not ahead:
+        return ""
+    other, score, peer = min(ahead) if is_gap(problem) else max(ahead)
+    return f"{_text(score)}, {_text(other)} {peer} ({len(ahead)})"
 
 
 def _scores(runs: Runs, tool: str) -> str:
