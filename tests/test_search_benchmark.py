@@ -1,6 +1,7 @@
 """`python -m benchmarks.search`: its budgets, peers in processes of their own, shares of the best known, and what a rerun races."""
 
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import benchmarks.search.__main__ as command
+from benchmarks.peers import environments
 from benchmarks.search.contestants import AUTO, CONTESTANTS, Contestant
 from benchmarks.search.peer import PEERS, Peer, Start
 from benchmarks.search.process import PeerFailed, PeerProcess
@@ -213,3 +215,12 @@ def test_a_median_says_how_many_seeds_got_there():
         runs = [run_of(AUTO, seed, [[0.0, 0.0]], entries) for seed, entries in enumerate(values)]
         runs += [run_of("nsga2 as d9ea7ca has it", seed, [], {11_000: 1.0}) for seed in range(3)]
         assert f"of the best known (median): {told};" in markdown(runs)
+
+
+def test_an_installation_that_takes_too_long_is_told(tmp_path, monkeypatch):
+    def run(command, **_):
+        raise subprocess.TimeoutExpired(command, 1200, stderr=b"WARNING: slow\nlooking at many versions")
+
+    monkeypatch.setattr(environments.subprocess, "run", run)
+    with pytest.raises(environments.NotInstalled, match="looking at many versions"):
+        environments.python_of("slow", ("package",), tmp_path)

@@ -30,7 +30,8 @@ class Sampler:
         more: dict[str, Any] = {SIZE[name]: len(start.first)}
         if name == "GPSampler":
             more["deterministic_objective"] = True
-        sampler = getattr(optuna.samplers, name)(seed=start.seed, constraints_func=limits_of, **more)
+        limits = limits_of if start.limits else None
+        sampler = getattr(optuna.samplers, name)(seed=start.seed, constraints_func=limits, **more)
         self._study = optuna.create_study(directions=["minimize"] * start.objectives, sampler=sampler)
         self._names = [f"x{i:02d}" for i in range(start.first.shape[1])]
         self._space: dict[str, Any] = {name: optuna.distributions.FloatDistribution(0.0, 1.0) for name in self._names}
@@ -48,7 +49,8 @@ class Sampler:
     def tell(self, values: Array, violations: Array) -> None:
         """Tell objectives (n, m) and violations (n, c) of the batch asked for."""
         for trial, row, broken in zip(self._trials, values, violations, strict=True):
-            trial.set_user_attr("limits", [float(broken.max())] if self._worst_only else broken.tolist())
+            limits = broken.max(keepdims=True) if self._worst_only and len(broken) else broken
+            trial.set_user_attr("limits", limits.tolist())
             self._study.tell(trial, row.tolist())
         self._next = self._batch
 

@@ -62,6 +62,11 @@ class Peer:
         return import_module(self.module).begun(start, **self.options)
 
 
+# HEBO's pins, with the newest releases that they allow: pip alone looks for them for more than 20 minutes.
+HEBO = (
+    "HEBO==0.3.6", "numpy==1.24.4", "torch==2.13.0", "scipy==1.12.0", "pandas==2.0.3", "pymoo==0.6.0", "GPy==1.13.2",
+    "gpytorch==1.14", "catboost==1.2.5", "scikit-learn==1.3.2",
+)  # fmt: skip
 OPTUNA = ("optuna==5.0.0", "numpy", "scipy", "cmaes", "torch==2.13.0")
 BOTORCH = ("botorch==0.18.1", "numpy", "scipy", "torch==2.13.0")
 
@@ -75,4 +80,11 @@ PEERS = {
     "pymoo AGE-MOEA2": Peer("benchmarks.search.pymoo_algorithms", {"algorithm": "AGEMOEA2"}),
     "BoTorch": Peer("benchmarks.search.botorch_batches", {}, "search", OPTUNA + BOTORCH),
 }
+PUBLISHED_PEERS = {
+    "BoTorch": Peer("benchmarks.search.botorch_continuous", {}, "search", OPTUNA + BOTORCH),
+    "HEBO": Peer("benchmarks.search.hebo_optimizer", {}, "hebo", HEBO),
+    "SMAC": Peer("benchmarks.search.smac_facade", {}, "smac", ("smac==2.4.1", "numpy")),
+    "NOMAD": Peer("benchmarks.search.nomad_mads", {}, "nomad", ("PyNomadBBO==4.6.0", "numpy")),
+}
+"""Peers of the published problems alone, which give signed constraint values and negative objectives."""
 """Peers by name; a further one is an entry here and one in `benchmarks.search.contestants`."""
