@@ -176,7 +176,7 @@ def front_of(lag: float, peak: float, derivative: bool) -> tuple[Array, Array]:
     draw = generator(study.seed, "search/initial", 0)
     first = initial_design(np.full((1, len(study.space.variables)), 0.5), POPULATION, draw)
     search = SEARCHES["nsga2"](first, 2, len(study.constraints) + len(study.requirements), 1)
-    done = list(search_generations(search, lambda points: problem.evaluate(points, flown), StoppingRule(GENERATIONS)))
+    *_, done = search_generations(search, lambda points: problem.evaluate(points, flown), StoppingRule(GENERATIONS))
     found = archive(done)
     front = found.front()
     return found.values[front], study.space.gains(found.points[front])

@@ -47,9 +47,8 @@ def tuned(study, problem: Problem) -> Array:  # noqa: ANN001
     draw = generator(study.seed, "search/initial", 0)
     start = study.space.point(study.default_row)[None]
     search = SEARCHES["nsga2"](initial_design(start, 24, draw), 2, 0, 1)
-    found = archive(
-        list(search_generations(search, lambda points: problem.evaluate(points, batches), StoppingRule(24)))
-    )
+    *_, done = search_generations(search, lambda points: problem.evaluate(points, batches), StoppingRule(24))
+    found = archive(done)
     front = found.front()
     best = front[np.argmin(found.values[front, 0], axis=0)]
     return study.space.gains(found.points[[best]])[0]

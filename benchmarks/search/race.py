@@ -18,12 +18,13 @@ from benchmarks.search.problems import Course, finalists
 from benchmarks.search.process import PeerFailed, PeerProcess
 from objectives.problem import Problem
 from plant.quadrotor.scenarios import SEARCH
+from tuner.experiments.tuning.flight_growth import FlightGrowth
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.search import algorithm_of, evaluated
 from tuner.experiments.tuning.survivors import survivors_of
 from tuner.search import bayesian_optimization
 from tuner.search.front import feasible_front
-from tuner.search.loop import Generation, archive, search_generations
+from tuner.search.loop import Generation, RevisableSearch, archive, search_generations
 from tuner.search.watcher import Watcher
 from tuner.study import Study
 
@@ -98,15 +99,17 @@ def raced(contestant: Contestant, course: Course, envs: Path) -> Run:
 def tool_steps(problem: Problem, study: Study, first: Array) -> Iterator[Step]:
     """Search as the tool does, without a results folder."""
     done: list[Generation] = []
+    algorithm = algorithm_of(problem, study, first)
+    growth = FlightGrowth(problem, study, isinstance(algorithm, RevisableSearch))
 
     def evaluate(points: Array) -> Any:
         default = np.arange(len(points)) == 0 if not done else False
-        return evaluated(problem, study, points, done, fly_all=default)
+        return evaluated(problem, growth.study, points, done, fly_all=default)
 
-    for record in search_generations(algorithm_of(problem, study, first), evaluate, study.search.budget):
-        done.append(record)
+    for done in search_generations(algorithm, evaluate, study.search.budget, review=growth.review):
+        record = done[-1]
         yield Step(record.points, record.evaluation.values, record.evaluation.violations, record.flights)
-    left = survivors_of(problem, study, done, Watcher())
+    left = survivors_of(problem, growth.study, done, Watcher())
     points, found = archive(done).points[left.candidates], left.evaluation
     yield Step(points, found.values, found.violations, done[-1].flights + left.flights, survivors=True)
 

@@ -108,6 +108,10 @@ class BayesianOptimization:
         self._n_batches += 1
         self._pending = None
 
+    def retell(self, values: Array, violations: Array) -> None:
+        """Replace the objectives (n, m) and constraint violations (n, c) of all points so far."""
+        self._values, self._violations = values.copy(), violations.copy()
+
     def _select(self, rng: np.random.Generator) -> Array:
         """Return the next generation (n, d)."""
         is_valid = np.ones(len(self._points), dtype=bool)

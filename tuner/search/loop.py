@@ -1,9 +1,9 @@
 """The search loop, written once: ask a generation, fly it, tell, record."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -24,6 +24,15 @@ class Search(Protocol):
 
         Violations are signed: below 0 where there is slack.
         """
+        ...
+
+
+@runtime_checkable
+class RevisableSearch(Search, Protocol):
+    """A search that takes other values for the points that it has asked for."""
+
+    def retell(self, values: np.ndarray, violations: np.ndarray) -> None:
+        """Replace the objectives (n, m) and constraint violations (n, c) of all points so far."""
         ...
 
 
@@ -83,14 +92,19 @@ def archive(generations: list[Generation]) -> Archive:
     return Archive(np.concatenate([generation.points for generation in generations], axis=0), *columns)
 
 
+Review = Callable[[Sequence[Generation]], list[Evaluation] | None]
+"""All generations so far -> evaluations in place of theirs, on more flights; None where theirs stay."""
+
+
 def search_generations(
     search: Search,
     evaluate: Callable[[np.ndarray], Evaluation],
     rule: StoppingRule,
     now: Callable[[], float] | None = None,
     complete: Callable[[Evaluation], Evaluation] | None = None,
-) -> Iterator[Generation]:
-    """Yield the generations of a search until its stopping rule is met.
+    review: Review | None = None,
+) -> Iterator[list[Generation]]:
+    """Yield all generations so far, after each one, until the stopping rule of a search is met.
 
     The first candidate of all is the baseline of the hypervolume.
 
@@ -100,26 +114,53 @@ def search_generations(
         rule: Number of generations.
         now: Seconds since the start of the search, measured here unless given.
         complete: Evaluation of a whole generation -> the one that is recorded, itself unless given.
+        review: Evaluates all generations anew where it has to; the search goes on from these.
     """
     begin = perf_counter()
     clock = now or (lambda: perf_counter() - begin)
     done: list[Generation] = []
-    flights = screened = saved = raced = spared = 0
     while not rule.is_met([record.hypervolume for record in done]):
         points, evaluation = ask_generation(search, evaluate, len(done[0].points) if done else 1)
         evaluation = complete(evaluation) if complete else evaluation
-        flights += evaluation.flights
-        screened += int(np.sum(~evaluation.flown, axis=0))
-        saved += evaluation.flights_saved
-        raced += int(np.sum(evaluation.flown & ~evaluation.complete, axis=0))
-        spared += evaluation.flights_raced
-        draft = Generation(len(done), points, evaluation, flights, screened, saved, raced, spared, clock(), 0.0, 0.0)
-        so_far = archive([*done, draft])
-        feasible = np.all(so_far.violations <= 0.0, axis=1).mean(axis=0)
-        volume = hypervolume(so_far.values[so_far.front()], so_far.values[0])
-        record = replace(draft, feasible_share=float(feasible), hypervolume=volume)
-        done.append(record)
-        yield record
+        done = [*done, record_of(done, points, evaluation, clock())]
+        anew = review(done) if review else None
+        if anew is not None:
+            assert isinstance(search, RevisableSearch), "only such a search is reviewed"
+            search.retell(np.concatenate([one.values for one in anew]), np.concatenate([one.excess for one in anew]))
+            done = recorded_anew(done, anew)
+        yield done
+
+
+def record_of(before: list[Generation], points: np.ndarray, evaluation: Evaluation, seconds: float) -> Generation:
+    """Return the record of a generation after others."""
+    every = [*[entry.evaluation for entry in before], evaluation]
+    draft = Generation(
+        number=len(before),
+        points=points,
+        evaluation=evaluation,
+        flights=sum(entry.flights for entry in every),
+        screened=sum(int(np.sum(~entry.flown, axis=0)) for entry in every),
+        flights_saved=sum(entry.flights_saved for entry in every),
+        raced=sum(int(np.sum(entry.flown & ~entry.complete, axis=0)) for entry in every),
+        flights_raced=sum(entry.flights_raced for entry in every),
+        seconds=seconds,
+        feasible_share=0.0,
+        hypervolume=0.0,
+    )
+    so_far = archive([*before, draft])
+    feasible = np.all(so_far.violations <= 0.0, axis=1).mean(axis=0)
+    volume = hypervolume(so_far.values[so_far.front()], so_far.values[0])
+    return replace(draft, feasible_share=float(feasible), hypervolume=volume)
+
+
+def recorded_anew(generations: list[Generation], evaluations: list[Evaluation]) -> list[Generation]:
+    """Return generations with other evaluations; each counts the flights that it had made when it was recorded."""
+    done: list[Generation] = []
+    for entry, evaluation in zip(generations, evaluations, strict=True):
+        record = record_of(done, entry.points, evaluation, entry.seconds)
+        last = entry is generations[-1]
+        done.append(record if last else replace(record, flights=entry.flights))
+    return done
 
 
 def ask_generation(

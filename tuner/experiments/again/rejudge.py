@@ -1,6 +1,7 @@
 """Judge the flights of a tuning run anew: by other objectives, risks, limits or pick rules, without a search."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from plant.errors import InputError, StoreError
@@ -8,6 +9,7 @@ from plant.texts import PlainValue
 from tuner.engines.cuda import recorded_engine
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed
+from tuner.experiments.tuning.flight_growth import grown_study
 from tuner.experiments.tuning.problem import problem_of
 from tuner.experiments.tuning.run import JudgementRun
 from tuner.experiments.tuning.search import flight_store, replayed
@@ -77,7 +79,9 @@ def judgement(
 ) -> JudgementRun:
     """Return the experiment that judges the results folder `path` (study `first`) by another study."""
     engine = recorded_engine(path, first.system, first.seed)
-    experiment = JudgementRun(judging, folder, watcher, engine, threads=threads, reuse=(path,))
     problem = problem_of(first, threads, flight_store(first, None, (path,)), engine)
-    experiment.candidates = [record.points for record in replayed(path, first, problem, first.search.budget)]
+    *_, generations = replayed(path, first, problem, first.search.budget)
+    judging = replace(judging, search=grown_study(first, generations).search)
+    experiment = JudgementRun(judging, folder, watcher, engine, threads=threads, reuse=(path,))
+    experiment.candidates = [record.points for record in generations]
     return experiment

@@ -230,11 +230,10 @@ def replay(
     if finished and len(files) != most and not study.search.budget.converges:
         raise MismatchError(f"{len(files)} generations are recorded, {most} were asked for")
     done: list[Generation] = []
-    for record in replayed(path, study, problem, study.search.budget if finished else StoppingRule(len(files))):
-        if len(done) == len(files):
+    for done in replayed(path, study, problem, study.search.budget if finished else StoppingRule(len(files))):
+        if len(done) > len(files):
             raise MismatchError(f"{len(files)} generations are recorded, and the search goes on")
-        done.append(record)
-        file = files[record.number]
+    for record, file in zip(done, files, strict=False):
         try:
             stored = read_frame(file)
         except StoreError as error:
@@ -242,7 +241,7 @@ def replay(
         compare_tables(
             f"{file.parent.name}/{file.name}",
             stored,
-            generation_table(study, done, record),
+            generation_table(study, done[: record.number + 1], record),
             margin_columns(study),
             deviation,
         )

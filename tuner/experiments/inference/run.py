@@ -102,9 +102,9 @@ def search(
         return evaluation(inference, parts[-1], scores)
 
     generations = []
-    for record in search_generations(algorithm, evaluate, spec.budget):
+    for done in search_generations(algorithm, evaluate, spec.budget):
         # The loop counts one flight for a column of scores; here every contender flew it.
-        record = replace(record, flights=record.flights * len(flyer.tasks))
+        record = replace(done[-1], flights=done[-1].flights * len(flyer.tasks))
         generations.append(record)
         name = f"generations/{record.number:04d}.parquet"
         folder.write_table(name, settings_table(inference, parts[-1], spec.population * record.number))

@@ -23,6 +23,7 @@ from tuner.experiments.tuning.conflicts import (
     limits_of,
 )
 from tuner.experiments.tuning.ending import obstacles_of
+from tuner.experiments.tuning.flight_growth import grown_study
 from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_run
 from tuner.experiments.tuning.next_commands import rejudge_command, upper_ends
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
@@ -48,7 +49,7 @@ def conclude(
 ) -> Outcome[S, P]:
     """Fly default and front on held-out scenarios and pick the recommended point; first_warnings: those so far."""
     tried = archive(generations)
-    survivors = survivors_of(problem, study, generations, watcher)
+    survivors = survivors_of(problem, grown_study(study, generations), generations, watcher)
     candidates, warnings = finalists_of(survivors, tried, study)
     flown, confirming = batches(study, HELD_OUT), batches(study, CONFIRMATION)
     gains = finalist_gains(problem, study, tried, candidates)

@@ -1,6 +1,6 @@
 """The search of a study by generations; each is recorded before the next one flies."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,12 +11,13 @@ from objectives.racing import Champions, race
 from plant.errors import StoreError
 from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
+from tuner.experiments.tuning.flight_growth import FlightGrowth
 from tuner.experiments.tuning.problem import first_batches
 from tuner.experiments.tuning.starts import earlier_points, starting_points, surrounding_points
 from tuner.experiments.tuning.tables import generation_table, history_table
 from tuner.search.convergence import StoppingRule
 from tuner.search.initial_design import initial_design
-from tuner.search.loop import Generation, Search, archive, search_generations
+from tuner.search.loop import Generation, RevisableSearch, Search, archive, search_generations
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
 from tuner.search.watcher import SEARCHING, Watcher
@@ -83,29 +84,43 @@ def search(
     problem.spared = watcher.on_flights_skipped
     generations: list[Generation] = []
     flights_before = problem.flights_made
+    growth = FlightGrowth(problem, study, isinstance(algorithm, RevisableSearch), watcher.on_flights_done)
 
     def evaluate(points: np.ndarray) -> Evaluation:
         # The very first candidate is the default: all others are measured by it, so it flies whatever it breaks.
         default = np.arange(len(points)) == 0 if not generations else False
-        return evaluated(problem, study, points, generations, watcher.on_flights_done, default)
+        return evaluated(problem, growth.study, points, generations, watcher.on_flights_done, default)
+
+    def review(done: Sequence[Generation]) -> list[Evaluation] | None:
+        anew = growth.review(done)
+        if anew is not None:
+            watcher.on_message(growth.text)
+        if problem.memory:
+            problem.memory.commit(f"growth-{len(done):04d}")
+        return anew
 
     def complete(evaluation: Evaluation) -> Evaluation:
         nonlocal flights_before
         number = len(generations)
-        if number < len(past) and problem.flights_made == flights_before:
+        made, flights_before = problem.flights_made > flights_before, problem.flights_made
+        if number < len(past) and not made:
             evaluation = as_recorded(evaluation, past, number)
             clock.at_least(past[number].seconds)
         if problem.memory:
             problem.memory.commit(f"{SEARCH}-{number:04d}")
-        flights_before = problem.flights_made
         return evaluation
 
-    for record in search_generations(algorithm, evaluate, budget, clock.now, complete):
-        generations.append(record)
-        table = generation_table(study, generations, record)
-        folder.write_tables(
-            {f"generations/{record.number:04d}.parquet": table, "history.csv": history_table(generations)}
-        )
+    flights_each = growth.study.search.first
+    for generations in search_generations(algorithm, evaluate, budget, clock.now, complete, review):
+        record = generations[-1]
+        # With more flights, candidates of earlier generations have other values.
+        written = [record] if growth.study.search.first == flights_each else generations
+        flights_each = growth.study.search.first
+        tables = {
+            f"generations/{entry.number:04d}.parquet": generation_table(study, generations[: entry.number + 1], entry)
+            for entry in written
+        }
+        folder.write_tables({**tables, "history.csv": history_table(generations)})
         watcher.on_generation(record, budget.generations)
     if len(generations) < budget.generations:
         watcher.on_message(
@@ -154,8 +169,8 @@ def as_recorded(evaluation: Evaluation, past: list[ElapsedTimes], number: int) -
     )
 
 
-def replayed(path: Path, study: SearchedStudy, problem: Evaluator, budget: StoppingRule) -> Iterator[Generation]:
-    """Ask a search again, told what is recorded: yield the generations of a results folder.
+def replayed(path: Path, study: SearchedStudy, problem: Evaluator, budget: StoppingRule) -> Iterator[list[Generation]]:
+    """Ask a search again, told what is recorded: yield all generations so far, after each of a results folder.
 
     Flights that the problem's memory does not hold are flown.
     """
@@ -163,11 +178,12 @@ def replayed(path: Path, study: SearchedStudy, problem: Evaluator, budget: Stopp
     if started is None:
         raise StoreError(f"{path / START} is missing or damaged; `tuner resume {path}` writes it again")
     done: list[Generation] = []
+    algorithm = algorithm_of(problem, study, started[0])
+    growth = FlightGrowth(problem, study, isinstance(algorithm, RevisableSearch))
 
     def evaluate(points: np.ndarray) -> Evaluation:
         default = np.arange(len(points)) == 0 if not done else False
-        return evaluated(problem, study, points, done, fly_all=default)
+        return evaluated(problem, growth.study, points, done, fly_all=default)
 
-    for record in search_generations(algorithm_of(problem, study, started[0]), evaluate, budget):
-        done.append(record)
-        yield record
+    for done in search_generations(algorithm, evaluate, budget, review=growth.review):
+        yield done
