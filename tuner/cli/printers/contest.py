@@ -1,6 +1,5 @@
 """Printer of a contest."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tuner.cli.printers.tuning import print_ending, with_count
@@ -14,11 +13,12 @@ if TYPE_CHECKING:
 
 
 def print_contest(results: "ContestResults", console: Console) -> None:
-    """Print what a contest found."""
-    print_estimates(results.document, results.home, console)
+    """Print what a contest found, whose page may still be drawn."""
+    print_estimates(results.document, console)
+    say_files(console, Report=results.home / "report.html")
 
 
-def print_estimates(document: ContestDocument | ComparisonDocument, folder: Path, console: Console) -> None:
+def print_estimates(document: ContestDocument | ComparisonDocument, console: Console) -> None:
     """Print the tables, sentences and warnings of a contest.json."""
     print_ending(document.ending, console)
     console.print(estimates_table(document))
@@ -26,9 +26,7 @@ def print_estimates(document: ContestDocument | ComparisonDocument, folder: Path
         console.print(published_table(document))
     console.bullets(document.words)
     console.warn(document.warnings)
-    page = folder / "report.html"
     console.print(f"{document.flights:,} flights in {document.wall_seconds:.1f} s.")
-    say_files(console, **({"Report": page} if page.exists() else {"Results": folder}))
 
 
 def estimates_table(document: ContestDocument | ComparisonDocument) -> TerminalTable:

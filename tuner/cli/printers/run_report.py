@@ -47,7 +47,9 @@ def show_comparison(results: "ComparisonResults", console: Console) -> None:
 def show_contest(results: "ContestResults", console: Console) -> None:
     """Print a contest."""
     console.print(results.title, style="bold")
-    print_estimates(results.document, results.home, console)
+    print_estimates(results.document, console)
+    page = results.home / "report.html"
+    say_files(console, **({"Report": page} if page.exists() else {"Results": results.home}))
 
 
 def show_inference(results: "InferenceResults", console: Console) -> None:
