@@ -1,6 +1,6 @@
 """A study with [choices], as the contest that it is: a contender for each combination, which race by successive halving."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from itertools import product
 from math import prod
@@ -25,6 +25,8 @@ from tuner.text.toml_text import tables_in
 
 # Combinations of a study; beyond it the first rung alone takes as long as a search of each.
 MOST_COMBINATIONS = 64
+# Tables of a contender that hold numbers to be searched, or how.
+NUMBERS = ("gains", "search", "pick")
 CHOICES, HALVING, CHANNEL, CONTROLLER = "choices", "halving", "channel", "controller"
 Combination = tuple[tuple[str, PlainValue], ...]
 """A value of each choice, by its key."""
@@ -48,7 +50,8 @@ def contest_of_choices(table: PlainTable, path: Path) -> PlainTable:
             )
     given = checked_tables(ChoicesTable, table, path)
     base = {key: value for key, value in table.items() if key != CHOICES}
-    choices = dict(_checked(given.choices, terms_of(base).individual[:-3]))
+    allowed = [table for table in terms_of(base).individual if table not in NUMBERS]
+    choices = dict(_checked(given.choices, allowed))
     number = prod(map(len, choices.values()))
     if number > MOST_COMBINATIONS:
         raise InputError(f"given {number} combinations; allowed: up to {MOST_COMBINATIONS}", key=CHOICES)
@@ -85,7 +88,7 @@ def _own_laws(base: PlainTable) -> OwnCodeTable | None:
 
 
 def _checked(
-    choices: Mapping[str, Any], allowed: tuple[str, ...], above: str = ""
+    choices: Mapping[str, Any], allowed: Sequence[str], above: str = ""
 ) -> Iterator[tuple[str, list[PlainValue]]]:
     """Yield the key of each choice with its values; InputError where one is no choice."""
     for name, values in choices.items():

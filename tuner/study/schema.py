@@ -331,9 +331,9 @@ class SearchTable(StrictTable):
     initial: list[str] = Field(default=["default"])
     """Points that the search starts from: "default", "design"."""
     starts: list[StartEntry] = Field(default=[])
-    """Earlier runs whose points fill up to half of the first generation: results folders and gains.json files of the same laws,
-    from the folder of the study or from the working directory, and "shipped" for the front of a pair of quadrotors' laws that
-    comes with the tool; none by default."""
+    """Earlier runs that begin the search, with up to half of the first generation: results folders and gains.json files of the
+    same laws, from the folder of the study or from the working directory, and "shipped" for the front of a pair of quadrotors'
+    laws that comes with the tool; none by default."""
     first: Annotated[int | None, Field(ge=1)] = None
     """Flights of each scenario that every candidate makes; those that survive the search make the others. By default the
     algorithm's own."""

@@ -58,7 +58,7 @@ class SearchSpec:
     @property
     def most_starts(self) -> int:
         """Largest number of points of earlier runs in the first generation; half as many lie around them."""
-        return self.population // 2
+        return self.population // 3
 
     @property
     def candidates(self) -> int:

@@ -66,6 +66,12 @@ def test_of_a_large_front_so_many_points_are_kept():
     assert len(order) == len(set(order.tolist())) == MOST_POINTS
 
 
+def test_a_run_that_recommended_nothing_is_a_start_too(earlier):
+    points = starting(earlier).search.starts[0].points
+    (earlier / "gains.json").rename(earlier / "infeasible.json")
+    assert starting(earlier).search.starts[0].points == points
+
+
 def test_gains_of_a_file_are_one_point(tmp_path):
     study = load_study(QUICKSTART, SMALL)
     row = np.array(study.default_row)
