@@ -98,9 +98,10 @@ class ReferenceBox:
         return np.maximum((1.0 + MARGIN) * (anchor - self._low), MIN_EDGE)
 
     def extend(self, ends: Array, worst: Array) -> None:
-        """Extend it to the ends (m, m) of a foreseen front, at most to the worst values (m,) so far.
+        """Extend it to the ends (m, m) of a foreseen front.
 
-        An end has the least value of one objective (payoff table: R. Benayoun et al., Mathematical Programming 1:366-375, 1971).
+        worst (m,): largest values so far, beyond which it does not reach. An end has the least value of one objective (payoff
+        table: R. Benayoun et al., Mathematical Programming 1:366-375, 1971).
         """
         self._reach = np.maximum(self._reach, np.minimum(ends.max(axis=0), worst))
 

@@ -101,7 +101,10 @@ class BayesianOptimization:
         return self._pending.copy()
 
     def tell(self, values: Array, violations: Array) -> None:
-        """Record the objectives (n, m) and constraint violations (n, c) of the pending batch, below 0 where there is slack."""
+        """Record the objectives and constraint violations of the pending batch.
+
+        values (n, m); violations (n, c): below 0 where there is slack.
+        """
         self._points = np.concatenate([self._points, self.ask()])
         self._values = np.concatenate([self._values, values])
         self._violations = np.concatenate([self._violations, violations])

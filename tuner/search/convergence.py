@@ -13,7 +13,7 @@ Array = np.ndarray
 # A search has converged where the last quarter of its generations adds no more than this share of the hypervolume.
 QUARTER, TOLERANCE = 0.25, 0.02
 # Generations from which on a search may be ended: before, a quarter of them is too few to go by.
-MIN_GENERATIONS = 12
+MIN_GENERATIONS = 20
 # Least number of generations with a front in a fit, and largest extrapolation in multiples of the generations made.
 MIN_FIT_GENERATIONS, MAX_EXTRAPOLATION = 5, 8
 # Exponents a that are tried, and time constants b over the number of generations.

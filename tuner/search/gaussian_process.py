@@ -76,7 +76,7 @@ def fit_hyperparameters(points: Array, targets: Array, start: Hyperparameters | 
 
 
 def fit_data(points: Array, targets: Array) -> tuple[Array, Array, float]:
-    """Return the points and standardized targets that a fit rests on, and the standard deviation of these targets."""
+    """Return points and standardized targets of a fit, and their standard deviation."""
     rows = np.unique(np.linspace(0, len(points) - 1, MAX_FIT_POINTS).astype(int))
     standardized, _, std = standardize(targets[rows])
     return np.ascontiguousarray(points[rows]), standardized, std

@@ -13,7 +13,7 @@ from tuner.search.front import feasible_front, hypervolume
 
 
 class Search(Protocol):
-    """A search over the unit cube, a generation or a part of one at a time."""
+    """A search over the unit cube, by generations or parts of them."""
 
     def ask(self) -> np.ndarray:
         """Return the next points (n, d): first a whole generation, later one or a part of one."""
@@ -29,7 +29,7 @@ class Search(Protocol):
 
 @runtime_checkable
 class RevisableSearch(Search, Protocol):
-    """A search that takes other values for the points that it has asked for."""
+    """A search whose past points may get other values."""
 
     def retell(self, values: np.ndarray, violations: np.ndarray) -> None:
         """Replace the objectives (n, m) and constraint violations (n, c) of all points so far."""
@@ -104,7 +104,7 @@ def search_generations(
     complete: Callable[[Evaluation], Evaluation] | None = None,
     review: Review | None = None,
 ) -> Iterator[list[Generation]]:
-    """Yield all generations so far, after each one, until the stopping rule of a search is met.
+    """Yield all generations so far, until a search ends.
 
     The first candidate of all is the baseline of the hypervolume.
 
@@ -166,7 +166,10 @@ def recorded_anew(generations: list[Generation], evaluations: list[Evaluation]) 
 def ask_generation(
     search: Search, evaluate: Callable[[np.ndarray], Evaluation], population: int
 ) -> tuple[np.ndarray, Evaluation]:
-    """Return the points (n, d) of the next generation and their evaluation, n at least the population."""
+    """Return the points (n, d) of the next generation and their evaluation.
+
+    population: least n.
+    """
     points, evaluations, count = [], [], 0
     while count < population:
         points.append(search.ask())

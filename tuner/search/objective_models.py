@@ -1,4 +1,4 @@
-"""Gaussian processes of the objectives, each on the scale on which it is likeliest, and the front that they improve.
+"""Gaussian processes of the objectives, each on its likeliest scale.
 
 A value is modelled as log(1 + value / scale), with the scale that has the largest posterior density of the data, their Jacobian
 included: small for costs that span decades, large for those that a process follows as they are (a warped Gaussian process:
@@ -76,8 +76,9 @@ class ObjectiveModel:
 
 
 def fit_output_scale(points: Array, values: Array, start: OutputScale | None = None) -> OutputScale:
-    """Return the likeliest scale for values (n,), 0 or more, at points (n, d), and its hyperparameters.
+    """Return the likeliest scale of values, and its hyperparameters.
 
+    values (n,): 0 or more, at points (n, d);
     start: an earlier fit, whose hyperparameters the fits of all scales begin from.
     """
     best, most = None, -inf
@@ -143,7 +144,7 @@ class ObjectiveModels:
         return self._improvement(samples)
 
     def joint_improvement(self, pool: Array) -> HypervolumeImprovement:
-        """Return the acquisition of candidates (p, d) that may follow one another in a batch."""
+        """Return the acquisition of candidates (p, d) for a whole batch."""
         return self._improvement(self._sample(pool, jointly=True))
 
     def _improvement(self, samples: list[ObjectiveSample]) -> HypervolumeImprovement:
@@ -158,7 +159,10 @@ class ObjectiveModels:
 
 
 def scale_values(values: Array, is_valid: Array, *others: Array) -> tuple[Array, ...]:
-    """Return values (n, m), in spreads above the smallest valid one, and others (k, m) alike; from 0 to `MAX_SPREADS`."""
+    """Return values (n, m) in spreads above the smallest valid one.
+
+    They reach from 0 to `MAX_SPREADS`; others (k, m) are scaled alike.
+    """
     scaled = tuple(np.zeros_like(entry) for entry in (values, *others))
     for j, column in enumerate(values.T):
         ordered = np.sort(column[is_valid])

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from plant.errors import InputError
+from plant.input_files import read_input_text
 from plant.quadrotor.gains import GROUPS
 from tuner.text.sentences import listing
 
@@ -33,7 +34,7 @@ class ShippedFront(NamedTuple):
 @cache
 def shipped_fronts() -> dict[tuple[str, str], ShippedFront]:
     """Return the fronts by attitude and position law."""
-    entries = json.loads(FILE.read_text(encoding="utf-8"))["fronts"]
+    entries = json.loads(read_input_text(FILE))["fronts"]
     fronts = [
         ShippedFront(entry["attitude"], entry["position"], tuple(map(_by_address, entry["points"])))
         for entry in entries

@@ -79,7 +79,7 @@ class FlightGrowth:
     def _misleads(
         self, points: np.ndarray, values: np.ndarray, front: np.ndarray, further: tuple[FlightBatch, ...]
     ) -> bool:
-        """Return True where an objective of the front is worse on fresh flights."""
+        """Return True where the front is worse on fresh flights."""
         chosen = front[select_subset(values[front], values[0], MOST_CHECKED, ends=False)]
         fresh = self._problem.evaluate(points[chosen], further, self._on_flights_done, fly_all=True)
         before = values[chosen]
@@ -96,13 +96,13 @@ class FlightGrowth:
 
 
 def grown(study: SearchedStudy) -> SearchedStudy:
-    """Return a study whose candidates make twice as many flights, at most all."""
+    """Return a study whose candidates make twice as many flights."""
     assert study.search.first is not None, "candidates that make all flights can make no more"
     return with_first(study, 2 * study.search.first)
 
 
 def grown_study(study: SearchedStudy, generations: Sequence[Generation]) -> SearchedStudy:
-    """Return a study with the number of first flights that the candidates of its search have made."""
+    """Return a study with the number of flights that its generations made."""
     origin = generations[-1].evaluation.origin
     if study.search.first is None:
         return study
@@ -110,6 +110,6 @@ def grown_study(study: SearchedStudy, generations: Sequence[Generation]) -> Sear
 
 
 def with_first(study: SearchedStudy, first: int) -> SearchedStudy:
-    """Return a study whose candidates make so many flights of each scenario first, at most all."""
+    """Return a study whose candidates make so many flights first."""
     staged = first < max(entry.search for entry in study.scenarios)
     return replace(study, search=replace(study.search, first=first if staged else None))

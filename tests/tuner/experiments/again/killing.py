@@ -13,6 +13,7 @@ from tuner.store import manifest
 from tuner.store.manifest import first_damage, read_manifest
 
 CHANGES = {
+    "seed": 1,
     "search.population": 8,
     "search.generations": 5,
     "scenario.0.search": 6,

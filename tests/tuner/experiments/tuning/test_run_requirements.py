@@ -115,7 +115,8 @@ def test_the_front_offered_keeps_them_and_the_default_is_judged_by_real_flights(
     slopes = front["requirement:slope(roll)"].tolist()
     assert min(slopes[1:]) >= 12.0
     assert slopes[0] == outcome.study.default_row[gain_of(outcome.study, "roll.lambda")] < 12.0
-    assert front.feasible.tolist() == [False] + [True] * (len(front) - 1)
+    # Of points that keep what is known without flying, some break a limit on flights that the search did not see.
+    assert not front.feasible[0] and front.feasible[1:].any()
     assert outcome.finalists.evaluation.flown.all()
     assert outcome.archive.flown[0] and outcome.generations[0].evaluation.failures[0] < 1.0
 
