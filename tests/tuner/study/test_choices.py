@@ -62,7 +62,17 @@ def test_every_combination_is_a_contender_with_the_gains_of_its_laws(tmp_path):
     for entry in contest.contenders:
         law, rate = entry.name.split(" / ")
         assert (entry.study.system.cascade.attitude.name, entry.study.options.attitude_rate) == (law, rate)
-    assert contest.halving == HalvingSchedule(factor=3, finalists=1, least=2)
+    assert contest.halving == HalvingSchedule(factor=3, finalists=1, least=4)
+
+
+def test_searches_with_starts_race_from_the_second_generation_on(tmp_path):
+    start = {"search.starts": [{"points": [{"tilt.omega_o": 20.0}]}]}
+    contest = loaded(
+        tmp_path, {**start, "gains": {"tilt.omega_o": {}}, "choices": {"controller.attitude": ["hybrid", "ladrc"]}}
+    )
+    assert contest.halving is not None and contest.halving.least == 2
+    assert contest.halving_texts == ["Successive halving: 2 to 2 generations, 1 to 2."]
+    assert loaded(tmp_path, {"halving.least": 3}).halving == HalvingSchedule(factor=3, finalists=1, least=3)
 
 
 def test_channels_of_a_plant_are_chosen_by_name(tmp_path):
