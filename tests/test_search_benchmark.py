@@ -10,6 +10,7 @@ import pytest
 
 import benchmarks.search.__main__ as command
 from benchmarks.peers import environments
+from benchmarks.search import choices, transfer
 from benchmarks.search.contestants import AUTO, CONTESTANTS, Contestant
 from benchmarks.search.peer import PEERS, Peer, Start
 from benchmarks.search.process import PeerFailed, PeerProcess
@@ -224,3 +225,25 @@ def test_an_installation_that_takes_too_long_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(environments.subprocess, "run", run)
     with pytest.raises(environments.NotInstalled, match="looking at many versions"):
         environments.python_of("slow", ("package",), tmp_path)
+
+
+def test_flights_to_a_share_of_the_best_known_of_all_fronts():
+    """By hand: the box ends at 1.1; together both fronts leave out the corner below (0.2, 0.6) and (0.6, 0.2)."""
+    curves = [[(96, np.array([[0.2, 0.6]]))], [(96, np.empty((0, 2))), (192, np.array([[0.6, 0.2]]))]]
+    best = transfer.best_known(curves, np.array([1.0, 1.0]))
+    assert best == pytest.approx((0.9 * 0.5 + 0.5 * 0.4) / 1.21)
+    run = {"flights": [96, 192, 288], "shares": [0.2, 0.96, 0.94]}
+    assert transfer.flights_to(run, 0.95) == 192 and transfer.flights_to(run, 0.97) == np.inf
+
+
+def test_tables_of_starts_and_choices_name_every_run():
+    runs = [
+        {"target": "wind", "start": "usual", "seed": seed, "flights": [96, 192], "shares": [0.1, last]}
+        for seed, last in ((1, 0.96), (2, 0.5), (3, 0.99))
+    ]
+    assert (
+        transfer.table(runs).splitlines()[2] == "| wind | usual | 192 (192, never, 192) | 0.960 (0.960, 0.500, 0.990) |"
+    )
+    race = {"winner": "a", "finalist": "b", "shares": {"a": 0.5, "b": 0.25}, "race_flights": 300, "flights": 1200}
+    text = choices.table([{"study": "motor", "starts": False, "seed": 1, **race}])
+    assert text.splitlines()[2] == "| motor | False | 1 | a (0.500) | b (0.250) | 300 of 1,200 (25%) |"

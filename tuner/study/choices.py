@@ -69,7 +69,7 @@ def contest_of_choices(table: PlainTable, path: Path) -> PlainTable:
         {"name": _name(combination), **_individual(content, choices), "gains": fitting}
         for combination, content, fitting in zip(combinations, contents, gains, strict=True)
     ]
-    return {**base, HALVING: given.halving.model_dump(), "contender": entries}
+    return {**base, HALVING: given.halving.model_dump(exclude_unset=True), "contender": entries}
 
 
 def _individual(content: PlainTable, choices: Iterable[str]) -> PlainTable:

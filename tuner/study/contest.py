@@ -144,6 +144,22 @@ class Contest:
         text = json.dumps([parts, judged, *halving], sort_keys=True, allow_nan=False)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
+    @property
+    def halving_texts(self) -> list[str]:
+        """Sentences on the race of its searches, none without one."""
+        if self.halving is None:
+            return []
+        rungs = self.halving.rungs(len(self.contenders))
+        longest = max(contender.study.search.generations for contender in self.contenders)
+        steps = [f"{rung.contenders} to {self.halving.generations(rung, longest)} generations" for rung in rungs]
+        texts = [f"Successive halving: {', '.join(steps)}, {self.halving.finalists} to {longest}."]
+        if not all(contender.study.search.starts for contender in self.contenders):
+            texts.append(
+                "Not every search has starts: after few generations fronts say little of where a search will end; name some in "
+                "search.starts, or raise halving.least."
+            )
+        return texts
+
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:
         """Objectives, constraints, then what printed numbers and claims ask for; each label once."""

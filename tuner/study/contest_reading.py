@@ -30,6 +30,9 @@ from tuner.text.input_errors import check_magnitudes, located, moved
 from tuner.text.strict_table import StrictTable
 from tuner.text.toml_text import tables_in
 
+# Generations of the first rung: fronts of searches that begin with a Latin hypercube say little after two.
+# `benchmarks/results/choices.md` has races of both.
+LEAST, LEAST_STARTED = 4, 2
 Tables = TypeVar("Tables", bound=StrictTable)
 
 
@@ -75,7 +78,8 @@ def _halving(added: ContestTable, contenders: Sequence[Contender]) -> HalvingSch
     if added.halving.finalists >= len(contenders):
         message = f"given {added.halving.finalists}; allowed: fewer than the {len(contenders)} contenders"
         raise InputError(message, key="finalists")
-    return HalvingSchedule(**added.halving.model_dump())
+    usual = LEAST_STARTED if all(contender.study.search.starts for contender in contenders) else LEAST
+    return HalvingSchedule(added.halving.factor, added.halving.finalists, added.halving.least or usual)
 
 
 def with_starts(table: PlainTable, contenders: Sequence[Contender]) -> PlainTable:

@@ -79,8 +79,8 @@ class HalvingTable(StrictTable):
     """Of so many contenders one goes on from a rung, to a search that is as many times longer."""
     finalists: Annotated[int, Field(ge=1)] = 1
     """Contenders whose searches are carried to their end, and which are compared."""
-    least: Annotated[int, Field(ge=1)] = 2
-    """Generations of the first rung at least."""
+    least: Annotated[int | None, Field(ge=1)] = None
+    """Generations of the first rung at least; by default 2 where every search has starts, else 4."""
 
 
 class ContestTable(StrictTable):

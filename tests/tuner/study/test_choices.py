@@ -4,10 +4,13 @@ import pytest
 
 from plant.errors import InputError, UnknownNameError
 from tests.tuner.experiments.contest.contest_text import CONTEST
+from tests.tuner.study.loading import load_contest
 from tests.tuner.study.study_text import STUDY
 from tuner.study.contest import Contest
 from tuner.study.halving import HalvingSchedule
 from tuner.study.kinds import load_any
+from tuner.study.plant_study import PlantStudy
+from tuner.study.study import Study
 from tuner.text.toml_text import toml_text
 
 GAINS = """
@@ -60,14 +63,26 @@ def test_every_combination_is_a_contender_with_the_gains_of_its_laws(tmp_path):
     assert searched["ladrc / measured"] == ["tilt.omega_c", "tilt.omega_o"]
     assert searched["pid / measured"] == ["tilt.kp"]
     for entry in contest.contenders:
+        assert isinstance(entry.study, Study)
         law, rate = entry.name.split(" / ")
         assert (entry.study.system.cascade.attitude.name, entry.study.options.attitude_rate) == (law, rate)
-    assert contest.halving == HalvingSchedule(factor=3, finalists=1, least=2)
+    assert contest.halving == HalvingSchedule(factor=3, finalists=1, least=4)
+
+
+def test_searches_with_starts_race_from_the_second_generation_on(tmp_path):
+    start = {"search.starts": [{"points": [{"tilt.omega_o": 20.0}]}]}
+    contest = loaded(
+        tmp_path, {**start, "gains": {"tilt.omega_o": {}}, "choices": {"controller.attitude": ["hybrid", "ladrc"]}}
+    )
+    assert contest.halving is not None and contest.halving.least == 2
+    assert contest.halving_texts == ["Successive halving: 2 to 2 generations, 1 to 2."]
+    assert loaded(tmp_path, {"halving.least": 3}).halving == HalvingSchedule(factor=3, finalists=1, least=3)
 
 
 def test_channels_of_a_plant_are_chosen_by_name(tmp_path):
-    contest = load_any(written(tmp_path, MOTOR))
-    channels = [entry.study.system.plan.channel("angle") for entry in contest.contenders]
+    contest = load_contest(written(tmp_path, MOTOR))
+    studies = [entry.study for entry in contest.contenders]
+    channels = [study.system.plan.channel("angle") for study in studies if isinstance(study, PlantStudy)]
     assert [(each.law.name, each.every, each.b0) for each in channels] == [
         ("pid", 1, 2122.0), ("pid", 2, 2122.0), ("ladrc", 1, 2122.0), ("ladrc", 2, 2122.0),
     ]  # fmt: skip
@@ -85,7 +100,7 @@ def written(folder, text):
 
 def test_the_content_is_the_contest_that_it_is(tmp_path):
     contest = loaded(tmp_path)
-    again = load_any(written(tmp_path, toml_text(contest.content)))
+    again = load_contest(written(tmp_path, toml_text(contest.content)))
     assert again.digest() == contest.digest() and again.halving == contest.halving
     assert "choices" not in contest.content
 

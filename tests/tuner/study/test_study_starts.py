@@ -9,13 +9,14 @@ import pytest
 
 from plant.errors import InputError, UnknownNameError
 from plant.law_registry import law
+from plant.texts import PlainTable
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.experiments.contest.contest_text import CONTEST
 from tests.tuner.experiments.trials.bench import BOWLS, TITLE, bowls
 from tests.tuner.study.loading import load_contest
 from tuner.study import load_study
 from tuner.study.earlier_front import FrontTable
-from tuner.study.kinds import load_any
+from tuner.study.kinds import load_any, load_gains_study
 from tuner.study.shipped_fronts import shipped_fronts
 from tuner.study.starts import MOST_POINTS, spread_order
 from tuner.text.toml_text import toml_text, with_paths
@@ -253,12 +254,13 @@ def test_gains_of_a_firmware_keep_their_acceleration_on_another_vehicle(tmp_path
 
 
 def test_gains_in_volts_become_accelerations_where_b0_is_stated(tmp_path):
-    study = load_any(ANGLE)
+    study = load_gains_study(ANGLE, "a test")
     starts = {"search.starts": [str(write_gains(study, tmp_path))]}
-    assert dict(load_any(ANGLE, starts).search.starts[0].points[0])["angle.kp"] == 10.0
+    assert dict(load_gains_study(ANGLE, "a test", starts).search.starts[0].points[0])["angle.kp"] == 10.0
     wide = {"low": 1.0, "high": 1e6}
-    other = load_any(
+    other = load_gains_study(
         ANGLE,
+        "a test",
         {**starts, "channel.0.b0": 2000.0, "gains.angle.kp": wide, "gains.angle.ki": wide, "gains.angle.kd": wide},
     )
     assert dict(other.search.starts[0].points[0]) == pytest.approx(
@@ -313,7 +315,7 @@ def test_starts_of_all_contenders_are_kept_by_each(tmp_path):
     gains.unlink()
     kept = tmp_path / "kept.toml"
     kept.write_text(toml_text(contest.content))
-    assert contest.contenders[0].study.search.starts and "starts" not in contest.content["search"]
+    assert contest.contenders[0].study.search.starts and "starts" not in str(contest.content["search"])
     assert load_contest(kept).digest() == contest.digest()
 
 
@@ -366,5 +368,5 @@ def test_no_front_of_plants_is_shipped():
 
 
 def test_shipped_is_no_path():
-    table = {"search": {"starts": ["shipped", "results/first"]}}
+    table: PlainTable = {"search": {"starts": ["shipped", "results/first"]}}
     assert with_paths(table, lambda path: f"moved/{path}")["search"] == {"starts": ["shipped", "moved/results/first"]}

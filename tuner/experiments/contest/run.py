@@ -35,8 +35,8 @@ class ContestRun(Experiment[Contest, Result]):
 
     @classmethod
     def notes(cls, study: Contest) -> list[str]:
-        """Say which limits the study does not write."""
-        return automatic_limit_texts(study.base.automatic_limits)
+        """Say how searches race, and which limits the study does not write."""
+        return [*study.halving_texts, *automatic_limit_texts(study.base.automatic_limits)]
 
     def race(self) -> tuple[Contest, list[RungRow]]:
         """Return the contest of the finalists, and the rungs before it."""

@@ -7,7 +7,6 @@ from tuner.experiments.planning.counts import comparison_flights, contest_search
 from tuner.experiments.planning.study_preview import PreviewPart, StudyPreview, plant_preview, study_preview
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.study.contest import Contender, Contest
-from tuner.study.halving import HalvingSchedule
 from tuner.study.inference import Inference
 from tuner.study.kinds import AnyStudy
 from tuner.study.plant_study import PlantStudy
@@ -26,7 +25,7 @@ class ContestPreview(PreviewPart):
     claims: int
     search_flights: int
     comparison_flights_at_most: int
-    rungs: list[str] = []
+    halving: list[str] = []
 
 
 class InferencePreview(PreviewPart):
@@ -75,16 +74,8 @@ def contest_preview(contest: Contest) -> ContestPreview:
         claims=len(contest.claims),
         search_flights=contest_search_flights(contest),
         comparison_flights_at_most=comparison_flights(contest),
-        **({"rungs": rung_texts(contest.halving, contest)} if contest.halving else {}),
+        **({"halving": contest.halving_texts} if contest.halving else {}),
     )
-
-
-def rung_texts(halving: HalvingSchedule, contest: Contest) -> list[str]:
-    """Return contenders and generations of rungs and end in words."""
-    rungs = halving.rungs(len(contest.contenders))
-    longest = max(contender.study.search.generations for contender in contest.contenders)
-    texts = [f"{rung.contenders} to {halving.generations(rung, longest)} generations" for rung in rungs]
-    return [*texts, f"{halving.finalists} to {longest}"]
 
 
 def _described(contender: Contender) -> str:

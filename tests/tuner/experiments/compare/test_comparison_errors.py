@@ -54,10 +54,10 @@ def test_a_run_that_is_not_finished(refused, paths, tmp_path):
 
 
 def test_another_control_period(refused, paths, tmp_path):
-    other = changed_gains(paths[1], tmp_path / "slow.json", control_period={"value": 0.008, "unit": "s"})
+    other = changed_gains(paths[1], tmp_path / "slow.json", control_period={"value": 0.002, "unit": "s"})
     message = refused(paths[0], other)
     assert (
-        str(other) in message and "controller.control_period" in message and "0.008" in message and "0.004" in message
+        str(other) in message and "controller.control_period" in message and "0.002" in message and "0.004" in message
     )
 
 
