@@ -50,6 +50,12 @@ ON_FRONT = {
     "osy": ([5.0, 1.0, 5.0, 0.0, 5.0, 0.0], [-274.0, 76.0]),
     "tnk": ([1.0, 0.1], [1.0, 0.1]),
     "ctp1": ([0.0, 0.0], [0.0, 1.0]),
+    # Both bars at the stress limit, 2 m apart from the joint: volume times stress is 400.
+    "truss2d": ([20.0**0.5 * 1e-4, 20.0**0.5 * 2e-4, 2.0], [0.004, 1e5]),
+    # Where the distance function is 1; its minima have a formula.
+    "mw1": ([0.0, *((0.5 + i / 12.0) ** 0.25 for i in range(1, 6))], [0.0, 1.0]),
+    "mw2": ([0.5, *(i / 6.0 for i in range(1, 6))], [0.5, 0.5]),
+    "mw3": ([0.5] + [1.0, 0.75, 0.9375, 0.80859375, 0.904769897], [0.5, 0.5]),
 }
 
 
@@ -80,6 +86,44 @@ def test_a_point_of_a_front_has_its_published_objectives_and_satisfies_the_const
     values, constraints = physical(SUITE[name], x)
     assert values[0] == pytest.approx(objectives, abs=1e-9)
     assert np.all(constraints <= 1e-9)
+
+
+# Slope, height, period, skew, sharpness and offset of each limit: K. Deb, A. Pratap, T. Meyarivan, 2001.
+CTP = {
+    "ctp2": [(-0.2, 0.2, 10, 1, 6, 1)],
+    "ctp3": [(-0.2, 0.1, 10, 1, 0.5, 1)],
+    "ctp4": [(-0.2, 0.75, 10, 1, 0.5, 1)],
+    "ctp5": [(-0.2, 0.1, 10, 2, 0.5, 1)],
+    "ctp6": [(0.1, 40, 0.5, 1, 2, -2)],
+    "ctp7": [(-0.05, 40, 5, 1, 6, 0)],
+    "ctp8": [(0.1, 40, 0.5, 1, 2, -2), (-0.05, 40, 2, 1, 6, 0)],
+}
+
+
+@pytest.mark.parametrize("name", CTP)
+def test_limits_of_ctp_are_satisfied_where_the_paper_says(name):
+    values, constraints = SUITE[name].evaluate(np.random.default_rng(0).uniform(size=(500, 2)))
+    for column, (angle, a, b, c, d, e) in enumerate(CTP[name]):
+        sine, cosine = np.sin(angle * np.pi), np.cos(angle * np.pi)
+        along = (values[:, 1] - e) * sine + values[:, 0] * cosine
+        across = (values[:, 1] - e) * cosine - values[:, 0] * sine
+        is_satisfied = across >= a * np.abs(np.sin(b * np.pi * along**c)) ** d
+        assert np.array_equal(constraints[:, column] <= 0.0, is_satisfied)
+        assert 0 < is_satisfied.sum() < 500
+
+
+def test_mw7_lies_on_a_circle_inside_its_limit_where_the_distance_function_is_one():
+    values, constraints = physical(SUITE["mw7"], [0.6, 0.99, 0.7599, 0.93245199, 0.812985281, 0.902040774])
+    assert values[0] == pytest.approx([0.6, 0.8], abs=1e-6)
+    outer = 1.15 - 0.2 * np.sin(4.0 * np.arctan(0.8 / 0.6)) ** 8
+    assert constraints[0, 1] == pytest.approx(outer**2 - 1.0, abs=1e-6)
+
+
+def test_the_welded_beam_has_its_published_optimum():
+    """K. Deb, 2000: the least cost 2.38 of K. M. Ragsdell, D. T. Phillips, 1976."""
+    values, constraints = physical(SUITE["welded_beam"], [0.24436, 6.21767, 8.29147, 0.24436])
+    assert values[0, 0] == pytest.approx(2.3811, abs=1e-3)
+    assert constraints.max() < 2e-4
 
 
 def test_the_lightest_speed_reducer_is_feasible():

@@ -76,6 +76,6 @@ CONTESTANTS = {
     "Optuna GP": PublishedContestant(PEERS["Optuna GP"], batch=1),
     "NOMAD": PublishedContestant(PUBLISHED_PEERS["NOMAD"], batch=1, objectives=(1, 2)),
     "SMAC": PublishedContestant(PUBLISHED_PEERS["SMAC"], batch=1, constrained=False),
-    "HEBO": PublishedContestant(PUBLISHED_PEERS["HEBO"], max_seconds=120.0),
+    "HEBO": PublishedContestant(PUBLISHED_PEERS["HEBO"]),
     "BoTorch": PublishedContestant(PUBLISHED_PEERS["BoTorch"], batch=4, max_seconds=120.0),
 }
