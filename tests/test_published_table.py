@@ -62,6 +62,7 @@ def test_the_document_names_losses_and_reasons():
     text = markdown(RUNS, NEW, OLD)
     assert "| NOMAD | 2 | 1 | 1 | 0/0/2 | 0/0/2 | 0/0/1 (1) | 0/0/1 (1) | 2.0 |" in text
     assert "| gaussian_process at f52a461d | 2 | 1-2 | 12 |" in text
+    assert "- NOMAD played RE21, g6 only" in text
     assert "- NOMAD: ended by its budget of 60 s (1 runs)" in text
     assert "| RE21 | 0.95, 0.97 NOMAD (1) | 0.95, 0.97 NOMAD (1) |  |  |" in text
     assert "1 of 2 problems get there, with 12.5 times fewer in the median." in text

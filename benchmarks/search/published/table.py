@@ -10,6 +10,8 @@ from benchmarks.search.published.suite import SUITE
 Runs = dict[RunKey, PublishedRun]
 # A share of the hypervolume is better by more than this; a gap by this share of it, unless both are below the least.
 SHARE, GAP, MIN_GAP = 0.01, 0.1, 1e-4
+# Largest number of problems that are listed by name.
+FEW = 10
 # Name of the tool's search in documents, to which a revision may be added.
 TOOL = "gaussian_process"
 
@@ -112,6 +114,8 @@ def _wins(runs: Runs, tool: str, peers: list[str]) -> str:
         seconds = f"{median(run.seconds for run in own.values()):.1f}"
         span = "-".join(str(count) for count in dict.fromkeys((seeds[0], seeds[-1]))) if seeds else "0"
         lines.append(f"| {peer} | {len(problems)} | {span} | {batch} | {' | '.join(cells)} | {seconds} |")
+        if len(problems) <= FEW:
+            reasons.append(f"- {peer} played {', '.join(sorted(problems))} only: it takes long")
         stopped = [run.stopped for run in own.values() if run.stopped]
         reasons += [f"- {peer}: {reason} ({stopped.count(reason)} runs)" for reason in sorted(set(stopped))]
     return "\n".join([*lines, "", *reasons, ""])
