@@ -98,7 +98,8 @@ class ResolvedStart(DocumentPart):
 
 class ResolvedSearch(DocumentPart):
     """The search; initial: names of the points that it starts from; starts: those of earlier runs; first: flights of each
-    scenario that every candidate makes, where only survivors make the others; why: this one, in words.
+    scenario that every candidate makes, where only survivors make the others; flight_growth: whether these may grow; why: this
+    one, in words.
     """
 
     algorithm: str
@@ -109,6 +110,7 @@ class ResolvedSearch(DocumentPart):
     stop: str | None = None
     racing: bool | None = None
     first: int | None = None
+    flight_growth: bool | None = None
     why: str = ""
 
 

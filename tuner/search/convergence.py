@@ -13,7 +13,7 @@ Array = np.ndarray
 # A search has converged where the last quarter of its generations adds no more than this share of the hypervolume.
 QUARTER, TOLERANCE = 0.25, 0.02
 # Generations from which on a search may be ended: before, a quarter of them is too few to go by.
-MIN_GENERATIONS = 20
+MIN_GENERATIONS = 12
 # Least number of generations with a front in a fit, and largest extrapolation in multiples of the generations made.
 MIN_FIT_GENERATIONS, MAX_EXTRAPOLATION = 5, 8
 # Exponents a that are tried, and time constants b over the number of generations.
@@ -21,14 +21,20 @@ EXPONENTS, CONSTANTS = np.geomspace(0.25, 4.0, 25), np.geomspace(0.05, 2.0, 25)
 
 
 class StoppingRule(NamedTuple):
-    """Largest number of generations of a search; converges: it ends before, where it has converged."""
+    """Largest number of generations of a search.
+
+    converges: it ends before, where it has converged; least: but not before so many generations.
+    """
 
     generations: int
     converges: bool = False
+    least: int = MIN_GENERATIONS
 
     def is_met(self, volumes: Sequence[float]) -> bool:
         """Return true where a search with these hypervolumes, one a generation, ends."""
-        return len(volumes) >= self.generations or (self.converges and has_converged(volumes))
+        if len(volumes) >= self.generations:
+            return True
+        return self.converges and len(volumes) >= self.least and has_converged(volumes)
 
 
 class HypervolumeFit(NamedTuple):

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from plant.errors import InputError, UnknownNameError
+from tuner.search.convergence import MIN_GENERATIONS
 
 STARTS = ("default", "design")
 AUTOMATIC = "auto"
@@ -49,6 +50,8 @@ class Algorithm:
         max_objectives: Largest number of objectives that it supports, None without an upper end.
         screens: Whether it checks limits computed without flying before it proposes points.
         grows: Whether its generations grow with the number of gains.
+        least_generations: Number of generations from which on it may end where it has converged: of 12 gains one of five seeds
+            paused at 12 generations and ended there at 0.87 of the best known, the others at 29 to 34 and 0.90 to 0.98.
         usual: Its sizes.
         tailed: Sizes where the first flights of the usual ones would leave fewer than `IN_TAIL` of them in the tail of
             an objective.
@@ -59,6 +62,7 @@ class Algorithm:
     max_objectives: int | None = None
     screens: bool = False
     grows: bool = False
+    least_generations: int = MIN_GENERATIONS
     usual: Sizes = Sizes(48, 15)
     tailed: Sizes | None = None
 
@@ -88,6 +92,7 @@ ALGORITHMS = {
         "some hundreds of candidates, up to some forty gains: a model picks them",
         screens=True,
         grows=True,
+        least_generations=20,
         usual=Sizes(16, 14, first=4),
         tailed=Sizes(8, 17, first=8),
     ),

@@ -337,6 +337,9 @@ class SearchTable(StrictTable):
     first: Annotated[int | None, Field(ge=1)] = None
     """Flights of each scenario that every candidate makes; those that survive the search make the others. By default the
     algorithm's own."""
+    flight_growth: bool | None = None
+    """Whether every candidate makes more first flights where fresh ones disagree with them; by default where `first` is not given
+    and a model searches."""
     stop: str = GENERATIONS
     """End of the search: "generations", or "converged" for before, where a quarter of it brought next to nothing."""
     racing: bool = True

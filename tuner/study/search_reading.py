@@ -25,7 +25,9 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
     algorithm = table.algorithm if named else choice.algorithm
     check_algorithm(algorithm, objectives)
     usual = ALGORITHMS[algorithm].sizes(tail, gains)
-    grows = table.generations is None and usual.generations > ALGORITHMS[algorithm].sizes(tail, 0).generations
+    generations = table.generations or usual.generations
+    # A record of a run names its generations: as many as the usual ones are the usual ones.
+    grows = generations == usual.generations > ALGORITHMS[algorithm].sizes(tail, 0).generations
     population = usual.population if table.population is None else table.population
     smallest = max(SMALLEST_POPULATION, objectives + objectives % 2)
     if population < smallest or population % 2:
@@ -39,14 +41,22 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
         raise UnknownNameError("end of a search", table.stop, STOPS, key="stop")
     first = usual.first if table.first is None else table.first
     staged = first is not None and first < flights
+    growth = (
+        table.first is None and ALGORITHMS[algorithm].screens if table.flight_growth is None else table.flight_growth
+    )
+    if growth and not ALGORITHMS[algorithm].screens:
+        raise InputError(
+            f'given true; "{algorithm}" cannot take other values for its candidates, "{MODEL}" can', key="flight_growth"
+        )
     races = table.racing and not staged and not ALGORITHMS[algorithm].screens
     return SearchSpec(
         algorithm,
         population,
-        table.generations or usual.generations,
+        generations,
         tuple(table.initial),
         racing=races,
         first=first if staged else None,
+        flight_growth=staged and growth,
         stop=CONVERGED if grows and "stop" not in table.model_fields_set else table.stop,
         why="as the study asks" if algorithm != choice.algorithm else choice.why,
     )

@@ -16,7 +16,7 @@ from plant.errors import InputError
 from plant.input_files import read_input_text
 from plant.texts import PlainTable, PlainValue
 from tuner.search.convergence import StoppingRule
-from tuner.search.names import CONVERGED, GENERATIONS
+from tuner.search.names import ALGORITHMS, CONVERGED, GENERATIONS
 from tuner.study.schema import CONFIDENCE
 from tuner.study.shipped_fronts import ShippedFront
 from tuner.study.starts import EarlierGains, StartSet, start_sets
@@ -41,6 +41,7 @@ class SearchSpec:
 
     Attributes:
         first: Flights of each scenario that every candidate makes, None for all; those that survive make the others.
+        flight_growth: Whether candidates make more of these where fresh ones disagree.
         why: Reason of the choice, in words.
         starts: Points of earlier runs for the first generation.
     """
@@ -51,6 +52,7 @@ class SearchSpec:
     initial: tuple[str, ...]
     racing: bool = False
     first: int | None = None
+    flight_growth: bool = False
     stop: str = GENERATIONS
     why: str = ""
     starts: tuple[StartSet, ...] = ()
@@ -68,19 +70,21 @@ class SearchSpec:
     @property
     def budget(self) -> StoppingRule:
         """Number of generations, and whether the search may end before."""
-        return StoppingRule(self.generations, converges=self.stop == CONVERGED)
+        least = ALGORITHMS[self.algorithm].least_generations
+        return StoppingRule(self.generations, converges=self.stop == CONVERGED, least=least)
 
     def flights_first(self, flights: int) -> int:
         """Return the number of a scenario's flights that every candidate makes."""
         return flights if self.first is None else min(self.first, flights)
 
     @property
-    def sizes(self) -> dict[str, str | int]:
+    def sizes(self) -> dict[str, str | int | bool]:
         """Algorithm and sizes as a study file gives them."""
         first = {} if self.first is None else {"first": self.first}
+        growth = {"flight_growth": True} if self.flight_growth else {}
         stop = {"stop": CONVERGED} if self.stop == CONVERGED else {}
         sizes = {"algorithm": self.algorithm, "population": self.population, "generations": self.generations}
-        return {**sizes, **first, **stop}
+        return {**sizes, **first, **growth, **stop}
 
     @property
     def values(self) -> PlainTable:

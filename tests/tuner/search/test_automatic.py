@@ -114,7 +114,8 @@ def test_few_flights_first(tmp_path, search, flights, first):
 def test_the_content_of_a_study_names_what_was_chosen(tmp_path):
     text = changed("population = 8\ngenerations = 2", "", changed("search = 4", "search = 32"))
     study = load_study(write(tmp_path, text))
-    assert study.content["search"] == {"algorithm": "gaussian_process", "population": 8, "generations": 17, "first": 8}
+    sizes = {"population": 8, "generations": 17, "first": 8}
+    assert study.content["search"] == {"algorithm": "gaussian_process", **sizes, "flight_growth": True}
     resolved: dict[str, Any] = study.resolved()
     assert resolved["search"]["why"] == study.search.why
 

@@ -7,6 +7,7 @@ from tuner.search.convergence import (
     MAX_EXTRAPOLATION,
     MIN_GENERATIONS,
     TOLERANCE,
+    StoppingRule,
     generations_to_convergence,
     has_converged,
     last_quarter_improvement,
@@ -69,6 +70,12 @@ def test_a_search_ends_where_a_quarter_of_it_brought_next_to_nothing():
     assert not has_converged([0.0] * 30)
     # What a long plateau was worth is forgotten as soon as the front moves again.
     assert has_converged([*flat, *[0.5] * 8]) and not has_converged([*flat, *[0.5] * 8, 0.6])
+
+
+def test_a_rule_does_not_end_a_search_before_its_least_number():
+    resting = [*np.linspace(0.1, 0.5, 9), *[0.5] * 9]
+    assert [StoppingRule(30, True, least).is_met(resting) for least in (12, 18, 19)] == [True, True, False]
+    assert StoppingRule(18, False).is_met(resting) and not StoppingRule(19, False).is_met(resting)
 
 
 # Hypervolumes of three searches of the quickstart by `gaussian_process` (8 candidates, 4 flights each, seeds 2025, 2028, 2029) and

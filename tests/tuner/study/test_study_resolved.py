@@ -42,7 +42,7 @@ def test_every_key_of_the_schema_appears(tmp_path: Path):
     study = load_study(write(tmp_path, changed("population = 8", "population = 8\nfirst = 2")))
     assert isinstance(study.table, StudyTable)
     # Digests of code stand where there is some, see test_own_code.py; a second rate where there is one, so that old digests hold;
-    # what vehicles are drawn from where they are, and points of earlier runs where a search starts from some.
+    # what vehicles are drawn from where they are, points of earlier runs where a search starts from some, flights that may grow.
     assert missing(study.table, study.resolved()) == [
         "controller.position_every",
         "target",
@@ -51,6 +51,7 @@ def test_every_key_of_the_schema_appears(tmp_path: Path):
         "metric",
         "reference",
         "search.starts",
+        "search.flight_growth",
     ]
     slower = load_study(write(tmp_path, changed('attitude = "hybrid"', 'attitude = "hybrid"\nposition_every = 2')))
     resolved: dict[str, Any] = slower.resolved()

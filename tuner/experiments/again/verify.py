@@ -31,6 +31,7 @@ from tuner.documents.tables import read_frame
 from tuner.engines.cuda import recorded_engine
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.conclusion import conclude
+from tuner.experiments.tuning.flight_growth import grown_study
 from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.problem import first_batches, problem_of, warm_up
@@ -289,7 +290,7 @@ def refly(
     """Fly candidates again on the search's scenarios; raise the first meter that differs from its record."""
     points = archive(generations).points if generations else np.zeros((0, len(study.space.variables)))
     made = np.concatenate([entry.evaluation.flights_each for entry in generations]) if generations else np.zeros(0)
-    flights = first_batches(study)
+    flights = first_batches(grown_study(study, generations) if generations else study)
     watcher.on_stage(CHECKING, len(flown) * sum(batch.count for batch in flights))
     for start in range(0, len(flown), BATCH):
         part = flown[start : start + BATCH]

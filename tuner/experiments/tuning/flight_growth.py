@@ -33,7 +33,7 @@ class FlightGrowth:
 
     Args:
         problem: Evaluates the candidates.
-        study: The study at its beginning; where it names a number of first flights, that stays.
+        study: The study at its beginning.
         may_grow: Whether the search takes other values for points that it has asked for.
         on_flights_done: Called with n as n more flights have ended.
     """
@@ -47,7 +47,7 @@ class FlightGrowth:
     ) -> None:
         self.study, self.text = study, ""
         self._problem, self._on_flights_done = problem, on_flights_done
-        self._may_grow = may_grow and study.table.search.first is None
+        self._may_grow = may_grow and study.search.flight_growth
 
     def review(self, generations: Sequence[Generation]) -> list[Evaluation] | None:
         """Return evaluations of all generations on more flights; None where those so far are enough or all are made."""

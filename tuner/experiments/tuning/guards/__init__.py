@@ -57,6 +57,13 @@ def _flown_values(outcome: Outcome) -> np.ndarray:
     return outcome.archive.values[outcome.archive.flown]
 
 
+def _lenient(outcome: Outcome) -> list[str]:
+    rows = np.flatnonzero(outcome.finalists.non_dominated)
+    held_out = outcome.finalists.evaluation.values[rows]
+    flights = outcome.survivors.evaluation.scores.shape[-1]
+    return after.lenient_flights(_labels(outcome), outcome.finalists.search[rows], held_out, flights)
+
+
 def _duplicate_knees(outcome: Outcome) -> list[str]:
     rows = np.flatnonzero(outcome.finalists.non_dominated).tolist()
     gaps = differences_to(outcome.finalists.flown, outcome.tuned)
@@ -128,6 +135,7 @@ GUARDS = {
     "duplicate_knee": Guard(AFTER, "points that cannot be told from the recommended one", _duplicate_knees),
     "lost_flights": Guard(AFTER, "a recommended point that loses flights which nothing limits", _lost),
     "on_bound": Guard(AFTER, "recommended gains at an end of their range", _on_bounds),
+    "lenient_flights": Guard(AFTER, "a search whose flights were more lenient than held-out ones", _lenient),
     "still_rising": Guard(
         AFTER,
         "a search that ended before its front had come to rest",

@@ -16,6 +16,9 @@ SAME, PERFECT = 1e-9, 0.999
 ENOUGH = 10
 # Share of all candidates from which on those that do not fly the mission are told of.
 MANY = 0.5
+# Median ratio of held-out to search values from which on the flights of a search were lenient. The front is picked on these, so
+# that 1.0 to 1.15 is usual.
+LENIENT = 1.2
 
 
 def constant_objectives(labels: Sequence[str], values: np.ndarray, never: Sequence[Times]) -> list[str]:
@@ -100,6 +103,27 @@ def gains_on_bounds(bounds: Sequence[BoundRow]) -> list[str]:
         for entry in bounds
         if entry.recommended and not entry.natural
     ]
+
+
+def lenient_flights(labels: Sequence[str], search: np.ndarray, held_out: np.ndarray, flights: int) -> list[str]:
+    """Warn of objectives that held-out flights do not confirm.
+
+    Args:
+        labels: Labels of the objectives.
+        search: Values (n, objectives) of the front on the flights of the search.
+        held_out: Values (n, objectives) of the front on held-out flights.
+        flights: Number of flights of a candidate in the search.
+    """
+    warnings = []
+    for label, seen, fresh in zip(labels, search.T, held_out.T, strict=True):
+        ratios = fresh[seen > 0.0] / seen[seen > 0.0]
+        if len(ratios) and (ratio := float(np.median(ratios))) > LENIENT:
+            warnings.append(
+                f"{label} is {ratio:.2f} times as large on the held-out flights as on the {flights} of the search, in the median "
+                "of the front: these flights were lenient, and more generations on them help little. Raise search, the flights "
+                f"of each scenario, to {2 * flights} and run anew with --reuse of this folder."
+            )
+    return warnings
 
 
 def still_rising(volumes: Sequence[float], flights: Sequence[int], resumable: bool = True) -> list[str]:

@@ -15,6 +15,7 @@ from tuner.experiments.tuning.guards.after import (
     duplicate_knees,
     gains_on_bounds,
     idle_candidates,
+    lenient_flights,
     lost_flights,
     still_rising,
 )
@@ -59,6 +60,13 @@ def test_times_of_never_are_those_that_flights_without_an_event_are_scored_by():
     assert metric.censored is not None and metric.censored(view)
     assert never == [pytest.approx(metric.value(view))] and target.time > 0.0
     assert nothing == []
+
+
+def test_lenient_flights_of_a_search_are_named_with_their_ratio():
+    search, held_out = np.array([[1.0, 2.0], [2.0, 0.0], [4.0, 1.0]]), np.array([[1.5, 2.0], [2.8, 9.0], [5.2, 1.1]])
+    (text,) = lenient_flights(["itae", "travel"], search, held_out, 8)
+    assert "itae is 1.40 times as large" in text and "to 16 and run anew" in text
+    assert lenient_flights(["itae"], search[:0, :1], held_out[:0, :1], 8) == []
 
 
 def test_a_search_that_still_gains_is_told_with_a_budget():
@@ -158,6 +166,7 @@ def test_the_registry_knows_when_each_speaks():
         "constant_objective",
         "correlated_objectives",
         "duplicate_knee",
+        "lenient_flights",
         "lost_flights",
         "on_bound",
         "still_rising",
