@@ -97,9 +97,15 @@ class ResolvedStart(DocumentPart):
 
 
 class ResolvedSearch(DocumentPart):
-    """The search; initial: names of the points that it starts from; starts: those of earlier runs; first: flights of each
-    scenario that every candidate makes, where only survivors make the others; flight_growth: whether these may grow; why: this
-    one, in words.
+    """The search.
+
+    Attributes:
+        initial: Names of the points that it starts from.
+        starts: Points of earlier runs.
+        first: Flights of each scenario that every candidate makes, where only survivors make the others.
+        flight_growth: Whether these may grow.
+        reference: Values of objectives, by label, up to which the front is searched.
+        why: Reason of the choice, in words.
     """
 
     algorithm: str
@@ -111,6 +117,7 @@ class ResolvedSearch(DocumentPart):
     racing: bool | None = None
     first: int | None = None
     flight_growth: bool | None = None
+    reference: dict[str, float] | None = None
     why: str = ""
 
 

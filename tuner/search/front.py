@@ -162,19 +162,38 @@ def resolved_rule(rule: str, weights: Mapping[str, PlainValue], labels: list[str
 
 def weights_of(weights: Mapping[str, PlainValue], labels: list[str], addresses: list[str]) -> list[float]:
     """Return the weight of each objective, 0 by default; InputError for an invalid key or number."""
-    by_objective = [0.0] * len(labels)
-    for name, weight in _flat(weights).items():
-        key = f"weights.{name}"
-        if name not in (*labels, *addresses):
-            raise UnknownNameError("objective", name, [*addresses, *labels], key=key)
-        if isinstance(weight, bool) or not isinstance(weight, int | float) or not (isfinite(weight) and weight >= 0.0):
-            raise InputError(f"given {weight!r}; a weight is a finite number, 0 or more", key=key)
-        by_objective[_objective_index(name, labels, addresses, key)] = float(weight)
-    if not any(by_objective):
+    given = values_by_objective(weights, labels, addresses, "weights", "weight")
+    if not any(given.values()):
         raise InputError(
             f'no objective has a weight above 0; write weights = {{ "{addresses[0]}" = 1 }}', key="weights"
         )
-    return by_objective
+    return [given.get(index, 0.0) for index in range(len(labels))]
+
+
+def values_by_objective(
+    values: Mapping[str, PlainValue], labels: list[str], addresses: list[str], table: str, noun: str
+) -> dict[int, float]:
+    """Return numbers of a study's table by the index of their objective.
+
+    Args:
+        values: Numbers by label or address of an objective.
+        labels: Labels of the objectives.
+        addresses: Their metrics.
+        table: Key of the table.
+        noun: Name of such a number.
+
+    Raises:
+        InputError: For an unknown or ambiguous objective, or a number that is not finite or below 0.
+    """
+    given: dict[int, float] = {}
+    for name, value in _flat(values).items():
+        key = f"{table}.{name}"
+        if name not in (*labels, *addresses):
+            raise UnknownNameError("objective", name, [*addresses, *labels], key=key)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not (isfinite(value) and value >= 0.0):
+            raise InputError(f"given {value!r}; a {noun} is a finite number, 0 or more", key=key)
+        given[_objective_index(name, labels, addresses, key)] = float(value)
+    return given
 
 
 def _flat(weights: Mapping[str, PlainValue]) -> PlainTable:

@@ -34,5 +34,6 @@ SEARCHES: dict[str, Callable[..., Search]] = {
 first: points (n, d) of the first generation, which the first `ask` returns; n is the size of every generation. The points of a
 search follow from these four and from the recorded results, bit for bit, so a search is resumed by replaying these. Searches that
 screen (`tuner.search.names`) take `excesses` too, the longest last: points (n, d) -> excess (n, h) over the limits computed
-without flying, 0 or less where they hold.
+without flying, 0 or less where they hold; and `reference` (m,): objectives up to which the front is searched, NaN where front and
+default decide.
 """

@@ -14,7 +14,7 @@ from objectives.requirements import Screen
 from tuner.study.judged_reading import constraint_of, held_with, objective_of, pick_rule, unique
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StudyTable
-from tuner.study.search_reading import least_tail, search_of
+from tuner.study.search_reading import least_tail, search_of, with_reference
 from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import StudyScenario, TuningStudy
 from tuner.text.input_errors import listed, located
@@ -74,6 +74,7 @@ def assembled(
         most = max(entry.search for entry in scenarios)
         tail = least_tail(objectives, len(scenarios))
         search = search_of(table.search, len(space.variables), len(objectives), most, tail)
+        search = with_reference(search, table.search, objectives)
         timing = judging.system.timing
         sizes = [ScenarioSize(flight_steps(entry.spec, timing), entry.search, entry.held_out) for entry in scenarios]
         check_size(search.population, search.generations, sizes)

@@ -82,6 +82,8 @@ def _search(base: TuningStudy, unknowns: int, kinds: int) -> SearchSpec:
     table = base.table.search
     if table.starts:
         raise InputError("an inference starts from no earlier run; leave it out", key="starts")
+    if table.reference:
+        raise InputError("misfits have no reference point; leave it out", key="reference")
     if table.algorithm == AUTOMATIC:
         table = table.model_copy(update={"algorithm": "nsga2"})
     return search_of(table, unknowns, kinds, 0)

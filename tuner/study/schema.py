@@ -337,6 +337,9 @@ class SearchTable(StrictTable):
     first: Annotated[int | None, Field(ge=1)] = None
     """Flights of each scenario that every candidate makes; those that survive the search make the others. By default the
     algorithm's own."""
+    reference: dict[str, Any] = Field(default={})
+    """Values of objectives up to which a model searches the front, by metric; of others a tenth beyond the default, and with
+    less weight on to the ends of the front."""
     flight_growth: bool | None = None
     """Whether every candidate makes more first flights where fresh ones disagree with them; by default where `first` is not given
     and a model searches."""

@@ -1,11 +1,13 @@
 """Reading of a [search] table, of studies and inferences."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from objectives.problem import Objective
 from objectives.risk import RISKS
 from plant.errors import InputError, UnknownNameError
 from tuner.search.automatic import MODEL, automatic, candidates_of
+from tuner.search.front import values_by_objective
 from tuner.search.names import ALGORITHMS, AUTOMATIC, CONVERGED, STARTS, STOPS, check_algorithm
 from tuner.study.schema import SearchTable
 from tuner.study.study import SearchSpec
@@ -60,6 +62,22 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
         stop=CONVERGED if grows and "stop" not in table.model_fields_set else table.stop,
         why="as the study asks" if algorithm != choice.algorithm else choice.why,
     )
+
+
+def with_reference(search: SearchSpec, table: SearchTable, objectives: Sequence[Objective]) -> SearchSpec:
+    """Return a search with the reference point that a study gives.
+
+    Raises InputError with the key inside [search].
+    """
+    if not table.reference:
+        return search
+    if not ALGORITHMS[search.algorithm].screens:
+        raise InputError(
+            f'"{search.algorithm}" goes by no reference point, "{MODEL}" does; leave it out', key="reference"
+        )
+    labels, addresses = [entry.label for entry in objectives], [entry.metric.text for entry in objectives]
+    values = values_by_objective(table.reference, labels, addresses, "reference", "reference value")
+    return replace(search, reference=tuple((labels[index], values[index]) for index in sorted(values)))
 
 
 def least_tail(objectives: Sequence[Objective], scenarios: int) -> float:

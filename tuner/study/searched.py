@@ -21,6 +21,7 @@ from tuner.study.schema import CONFIDENCE
 from tuner.study.shipped_fronts import ShippedFront
 from tuner.study.starts import EarlierGains, StartSet, start_sets
 from tuner.text.input_errors import located
+from tuner.text.sentences import listing
 
 if TYPE_CHECKING:
     from objectives.margins.results import Margins
@@ -41,6 +42,7 @@ class SearchSpec:
 
     Attributes:
         first: Flights of each scenario that every candidate makes, None for all; those that survive make the others.
+        reference: Labels of objectives with the values up to which the front is searched.
         flight_growth: Whether candidates make more of these where fresh ones disagree.
         why: Reason of the choice, in words.
         starts: Points of earlier runs for the first generation.
@@ -53,6 +55,7 @@ class SearchSpec:
     racing: bool = False
     first: int | None = None
     flight_growth: bool = False
+    reference: tuple[tuple[str, float], ...] = ()
     stop: str = GENERATIONS
     why: str = ""
     starts: tuple[StartSet, ...] = ()
@@ -90,7 +93,15 @@ class SearchSpec:
     def values(self) -> PlainTable:
         """What decides what is searched, as JSON-able data."""
         starts = {"starts": [[dict(point) for point in entry.points] for entry in self.starts]} if self.starts else {}
-        return {**self.sizes, "initial": list(self.initial), **starts, "stop": self.stop, "racing": self.racing}
+        reference = {"reference": dict(self.reference)} if self.reference else {}
+        return {
+            **self.sizes,
+            "initial": list(self.initial),
+            **starts,
+            **reference,
+            "stop": self.stop,
+            "racing": self.racing,
+        }
 
     @property
     def size(self) -> str:
@@ -102,7 +113,9 @@ class SearchSpec:
     def text(self) -> str:
         """One sentence on which search it is, and why."""
         first = "" if self.first is None else f", {self.first} flights of each scenario first"
-        return f"Search: {self.algorithm}, {self.size}{first}: {self.why}."
+        ends = [f"{label} = {value:g}" for label, value in self.reference]
+        reference = f", up to {listing(ends)}" if ends else ""
+        return f"Search: {self.algorithm}, {self.size}{first}{reference}: {self.why}."
 
 
 def usual_keys(confidence: float) -> tuple[str, ...]:

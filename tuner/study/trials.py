@@ -27,7 +27,7 @@ from tuner.study.layers import Layer
 from tuner.study.messages import translated
 from tuner.study.reading import put
 from tuner.study.schema import CONFIDENCE, Confidence, PickTable, SearchTable
-from tuner.study.search_reading import least_tail, search_of
+from tuner.study.search_reading import least_tail, search_of, with_reference
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords
 from tuner.study.size import CHECKED, MOST_FLIGHTS, check_candidates
 from tuner.study.starts import EarlierGains
@@ -219,6 +219,7 @@ def _built(path: Path, table: TrialStudyTable) -> TrialStudy:
             raise InputError(message, key="initial")
         tail = least_tail(objectives, scenarios=1)
         search = search_of(table.search, len(space.variables), len(objectives), table.trials.search, tail)
+        search = with_reference(search, table.search, objectives)
         _check_size(search, table.trials)
     with located(None, "pick"):
         rule = pick_rule(table.pick, objectives)

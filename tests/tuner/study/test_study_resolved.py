@@ -51,6 +51,7 @@ def test_every_key_of_the_schema_appears(tmp_path: Path):
         "metric",
         "reference",
         "search.starts",
+        "search.reference",
         "search.flight_growth",
     ]
     slower = load_study(write(tmp_path, changed('attitude = "hybrid"', 'attitude = "hybrid"\nposition_every = 2')))

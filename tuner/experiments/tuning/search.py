@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -63,7 +64,10 @@ def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) ->
     seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
     limits = len(study.constraints) + len(study.requirements)
     name = study.search.algorithm
-    started = {"excesses": problem.excesses} if ALGORITHMS[name].screens and study.requirements else {}
+    started: dict[str, Any] = {"excesses": problem.excesses} if ALGORITHMS[name].screens and study.requirements else {}
+    if study.search.reference:
+        given = dict(study.search.reference)
+        started["reference"] = np.array([given.get(entry.label, np.nan) for entry in study.objectives])
     return SEARCHES[name](first, len(study.objectives), limits, seed, **started)
 
 
