@@ -98,7 +98,7 @@ def test_a_search_by_a_model_goes_on_with_the_same_bits(tmp_path):
 
 def test_a_search_that_converged_and_finalists_that_stopped_keep_their_bits(tmp_path, monkeypatch):
     # Two generations are enough here, and of the finalists only the recommended goes on.
-    monkeypatch.setattr(convergence, "has_converged", lambda volumes: len(volumes) == 2)
+    monkeypatch.setattr(convergence.StoppingRule, "is_met", lambda rule, volumes: len(volumes) == 2)
     monkeypatch.setattr(finals, "decided", lambda found, choose: np.arange(len(found.complete)) > 0)
     monkeypatch.setattr(finals, "decisive", lambda found, choose: np.empty(0, dtype=int))
     path, heard = tmp_path / "run", Heard()
