@@ -196,5 +196,4 @@ def hard_excess(requirements: tuple[Requirement, ...], values: Array) -> Array:
 
 def worth_flying(requirements: tuple[Requirement, ...], values: Array) -> NDArray[np.bool_]:
     """Return the candidates (n,) that keep every hard requirement."""
-    hard = [i for i, requirement in enumerate(requirements) if requirement.hard]
-    return np.all(requirement_excess(requirements, values)[:, hard] <= 0.0, axis=1)
+    return np.all(hard_excess(requirements, values) <= 0.0, axis=1)

@@ -39,8 +39,8 @@ def _run(command: list[str]) -> None:
     try:
         subprocess.run(command, check=True, capture_output=True, text=True, timeout=MOST_SECONDS)
     except (OSError, subprocess.SubprocessError) as error:
-        said = getattr(error, "stderr", None) or str(error)
+        message = getattr(error, "stderr", None) or str(error)
         # What a command wrote before it ran out of time is left undecoded.
-        said = said.decode(errors="replace") if isinstance(said, bytes) else said
-        lines = [line for line in said.strip().splitlines() if "WARNING" not in line]
+        message = message.decode(errors="replace") if isinstance(message, bytes) else message
+        lines = [line for line in message.strip().splitlines() if "WARNING" not in line]
         raise NotInstalled(lines[-1] if lines else str(error)) from error

@@ -43,7 +43,7 @@ def race(contest: Contest, scratch: Path) -> tuple[str, int]:
 
 
 def measure(name: str, seed: int, starts: bool) -> dict[str, Any]:
-    """Return what whole searches and the race of a study come to."""
+    """Return winner, finalist, shares and flights of whole searches and race."""
     contest = load_any(STUDIES[name], {"seed": seed, **({} if starts else {"search.starts": []})})
     assert isinstance(contest, Contest)
     with TemporaryDirectory() as scratch:

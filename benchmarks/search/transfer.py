@@ -102,10 +102,10 @@ def starts_of(start: str, judge: Judge, seed: int, earlier: Path) -> list[Any]:
 def fronts(judge: Judge, study: Study) -> Iterator[tuple[int, np.ndarray]]:
     """Yield flights and held-out front (k, m) after each generation of a search."""
     problem = judge.problem(study)
-    told: list[Step] = []
+    steps: list[Step] = []
     for step in tool_steps(problem, study, first_generation(problem, study)[0]):
-        told = [step] if step.survivors else [*told, step]
-        points, values, violations = (np.concatenate(part) for part in zip(*[each[:3] for each in told], strict=True))
+        steps = [step] if step.survivors else [*steps, step]
+        points, values, violations = (np.concatenate(part) for part in zip(*[each[:3] for each in steps], strict=True))
         yield step.flights, judge.front(finalists(points, values, violations))
 
 

@@ -19,9 +19,9 @@ STOPS = (GENERATIONS, CONVERGED)
 IN_TAIL = 1.5
 
 
-# Gains from twice which on a search that grows takes more generations, and gains that take once more the usual number: twelve
-# gains end at 0.88 of the best known after the usual 17 generations and at 0.93 to 0.97 after twice as many.
-FREE_GAINS, GAINS_PER_GROWTH = 4, 4
+# A search that grows takes the usual number of generations for twice so many gains, and that number more for each further time:
+# twelve gains end at 0.88 of the best known after the usual 17 generations and at 0.93 to 0.97 after twice as many.
+GAINS_PER_GROWTH = 4
 # Largest number of candidates for which a model was measured to serve.
 MAX_CANDIDATES = 1000
 
@@ -35,7 +35,7 @@ class Sizes(NamedTuple):
 
     def grown(self, gains: int) -> "Sizes":
         """Return the sizes for so many gains: at most so many generations, where the search may end before."""
-        growth = max((gains - FREE_GAINS) / GAINS_PER_GROWTH, 1.0)
+        growth = max(gains / GAINS_PER_GROWTH - 1.0, 1.0)
         most = max(MAX_CANDIDATES // self.population, self.generations)
         return self._replace(generations=min(round(self.generations * growth), most))
 

@@ -6,7 +6,7 @@ E. Snelson, C. E. Rasmussen, Z. Ghahramani, NIPS 2003).
 """
 
 from collections.abc import Callable
-from math import inf, sqrt
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -81,17 +81,15 @@ def fit_output_scale(points: Array, values: Array, start: OutputScale | None = N
     values (n,): 0 or more, at points (n, d);
     start: an earlier fit, whose hyperparameters the fits of all scales begin from.
     """
-    best, most = None, -inf
+    fits: list[tuple[float, OutputScale]] = []
     reach = max(float(np.quantile(values, RANGE_QUANTILE)), 1.0)
     for scale in (1.0, sqrt(LINEAR * reach), LINEAR * reach):
         targets = np.log1p(values / scale)
         hyperparameters = fit_hyperparameters(points, targets, start.hyperparameters if start else None)
         # The Jacobian of log(1 + value / scale) is 1 / (scale + value).
         density = mean_log_density(points, targets, hyperparameters) - float(np.log(scale + values).mean())
-        if best is None or density > most:
-            best, most = OutputScale(scale, hyperparameters), density
-    assert best is not None, "there are scales"
-    return best
+        fits.append((density, OutputScale(scale, hyperparameters)))
+    return max(fits, key=lambda fit: fit[0])[1]
 
 
 class ObjectiveModels:

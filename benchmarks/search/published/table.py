@@ -58,7 +58,7 @@ def common_seeds(runs: Runs, problem: str, *contestants: str) -> set[int]:
 
 
 def verdicts(runs: Runs, tool: str, peer: str, mark: int) -> dict[str, int]:
-    """Return how the tool compares with a peer by problem, where both reached a mark."""
+    """Return the comparison of tool and peer by problem, where both reached a mark."""
     found: dict[str, int] = {}
     for problem in SUITE:
         seeds = common_seeds(runs, problem, tool, peer)
@@ -172,7 +172,7 @@ def _scores(runs: Runs, tool: str) -> str:
 
 
 def _savings(runs: Runs, tool: str, baseline: str) -> str:
-    """Return how many evaluations the tool takes to what the baseline has at the end."""
+    """Return by problem the evaluations of the tool to the baseline's last score."""
     reached = {
         problem: evaluations_to_reach(runs, problem, tool, baseline)
         for problem in SUITE

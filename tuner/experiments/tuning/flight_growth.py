@@ -58,7 +58,8 @@ class FlightGrowth:
         front = tried.front()
         if not len(front) or not self._misleads(tried.points, tried.values, front, further):
             return None
-        before, self.study = self.study, grown(self.study)
+        before = self.study
+        self.study = with_first(before, max(batch.count for batch in further))
         self.text = (
             f"Fresh flights of the front are worse than the search's by more than {MAX_RATIO - 1.0:.0%} in an objective: "
             f"every candidate makes {self.study.search.first or 'all'} flights of each scenario from now on, "
@@ -82,10 +83,9 @@ class FlightGrowth:
         """Return True where the front is worse on fresh flights."""
         chosen = front[select_subset(values[front], values[0], MOST_CHECKED, ends=False)]
         fresh = self._problem.evaluate(points[chosen], further, self._on_flights_done, fly_all=True)
-        before = values[chosen]
-        ratios = np.where(before > 0.0, fresh.values / np.where(before > 0.0, before, 1.0), 1.0)
         # A scenario whose flights are all made has no fresh ones, and its objectives no values.
-        return bool(np.any(np.median(np.nan_to_num(ratios, nan=1.0), axis=0) > MAX_RATIO))
+        ratios = np.nan_to_num(value_ratios(values[chosen], fresh.values), nan=1.0)
+        return bool(np.any(np.median(ratios, axis=0) > MAX_RATIO))
 
     def _extended(self, generation: Generation, further: tuple[FlightBatch, ...]) -> Evaluation:
         """Return the evaluation of a generation on its flights and further ones."""
@@ -95,10 +95,9 @@ class FlightGrowth:
         return replace(both, flight_seconds=one.flight_seconds + other.flight_seconds)
 
 
-def grown(study: SearchedStudy) -> SearchedStudy:
-    """Return a study whose candidates make twice as many flights."""
-    assert study.search.first is not None, "candidates that make all flights can make no more"
-    return with_first(study, 2 * study.search.first)
+def value_ratios(before: np.ndarray, fresh: np.ndarray) -> np.ndarray:
+    """Return fresh values (n, m) in those before, NaN where these are 0."""
+    return fresh / np.where(before > 0.0, before, np.nan)
 
 
 def grown_study(study: SearchedStudy, generations: Sequence[Generation]) -> SearchedStudy:

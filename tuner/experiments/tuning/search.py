@@ -174,7 +174,7 @@ def as_recorded(evaluation: Evaluation, past: list[ElapsedTimes], number: int) -
 
 
 def replayed(path: Path, study: SearchedStudy, problem: Evaluator, budget: StoppingRule) -> Iterator[list[Generation]]:
-    """Ask a search again, told what is recorded: yield all generations so far, after each of a results folder.
+    """Yield all generations so far of a results folder, after each one.
 
     Flights that the problem's memory does not hold are flown.
     """

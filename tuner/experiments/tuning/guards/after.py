@@ -7,6 +7,7 @@ import numpy as np
 
 from tuner.analysis.sensitivity.indices import places
 from tuner.documents.contest_document import BoundRow
+from tuner.experiments.tuning.flight_growth import MAX_RATIO, value_ratios
 from tuner.search.convergence import TOLERANCE, generations_to_convergence, last_quarter, last_quarter_improvement
 
 Times = Sequence[float]
@@ -16,9 +17,6 @@ SAME, PERFECT = 1e-9, 0.999
 ENOUGH = 10
 # Share of all candidates from which on those that do not fly the mission are told of.
 MANY = 0.5
-# Median ratio of held-out to search values from which on the flights of a search were lenient. The front is picked on these, so
-# that 1.0 to 1.15 is usual.
-LENIENT = 1.2
 
 
 def constant_objectives(labels: Sequence[str], values: np.ndarray, never: Sequence[Times]) -> list[str]:
@@ -115,9 +113,9 @@ def lenient_flights(labels: Sequence[str], search: np.ndarray, held_out: np.ndar
         flights: Number of flights of a candidate in the search.
     """
     warnings = []
-    for label, seen, fresh in zip(labels, search.T, held_out.T, strict=True):
-        ratios = fresh[seen > 0.0] / seen[seen > 0.0]
-        if len(ratios) and (ratio := float(np.median(ratios))) > LENIENT:
+    for label, column in zip(labels, value_ratios(search, held_out).T, strict=True):
+        ratios = column[~np.isnan(column)]
+        if len(ratios) and (ratio := float(np.median(ratios))) > MAX_RATIO:
             warnings.append(
                 f"{label} is {ratio:.2f} times as large on the held-out flights as on the {flights} of the search, in the median "
                 "of the front: these flights were lenient, and more generations on them help little. Raise search, the flights "
