@@ -97,6 +97,11 @@ class ReferenceBox:
     def _edge(self, anchor: Array) -> Array:
         return np.maximum((1.0 + MARGIN) * (anchor - self._low), MIN_EDGE)
 
+    @property
+    def near_point(self) -> Array:
+        """Objectives (m,) at the far end of the nearer part."""
+        return self._low + self._near
+
     def extend(self, ends: Array, worst: Array) -> None:
         """Extend it to the ends (m, m) of a foreseen front.
 

@@ -123,8 +123,7 @@ class ObjectiveModels:
             lambda j: ObjectiveModel(points, targets[:, j], fit(j, points, targets[:, j])), range(values.shape[1])
         )
         self._front, self._worst = values[front], targets.max(axis=0)
-        default = None if np.any(values[0] >= 0.99 * MAX_SPREADS) else values[0]
-        self._box = ReferenceBox(self._front, default, reference)
+        self._box = _reference_box(values, front, reference)
         count = N_DIRECTIONS_PLANE if len(self._models) <= 2 else N_DIRECTIONS_SPACE
         self._directions = sample_directions(count, len(self._models), rng)
         self._rng = rng
@@ -156,16 +155,39 @@ class ObjectiveModels:
         return parallel_map(lambda pair: pair[0].sample(pool, pair[1], jointly), pairs)
 
 
+def _reference_box(values: Array, front: Array, reference: Array) -> ReferenceBox:
+    default = None if np.any(values[0] >= 0.99 * MAX_SPREADS) else values[0]
+    return ReferenceBox(values[front], default, reference)
+
+
+def reference_point(values: Array, is_valid: Array, front: Array, given: Array) -> Array:
+    """Return the objectives (m,) up to which the hypervolume counts in full.
+
+    Args:
+        values: objectives (n, m), those of the default first.
+        is_valid: mask (n,) of the rows whose values count.
+        front: rows (k,) of the non-dominated points.
+        given: reference point (m,) that is given; NaN where there is none.
+    """
+    scaled, reference = scale_values(values, is_valid, given[None])
+    low, unit = _scales(values, is_valid)
+    return low + unit * _reference_box(scaled, front, reference[0]).near_point
+
+
 def scale_values(values: Array, is_valid: Array, *others: Array) -> tuple[Array, ...]:
     """Return values (n, m) in spreads above the smallest valid one.
 
     They reach from 0 to `MAX_SPREADS`; others (k, m) are scaled alike.
     """
-    scaled = tuple(np.zeros_like(entry) for entry in (values, *others))
-    for j, column in enumerate(values.T):
-        ordered = np.sort(column[is_valid])
-        low, unit = (ordered[0], spread(ordered)) if len(ordered) else (0.0, 1.0)
-        most = low + min(MAX_SPREADS * unit, 1e300)
-        for entry, out in zip((values, *others), scaled, strict=True):
-            out[:, j] = (np.clip(entry[:, j], low, most) - low) / unit
-    return scaled
+    low, unit = _scales(values, is_valid)
+    most = low + np.minimum(MAX_SPREADS * unit, 1e300)
+    return tuple((np.clip(entry, low, most) - low) / unit for entry in (values, *others))
+
+
+def _scales(values: Array, is_valid: Array) -> tuple[Array, Array]:
+    """Return the smallest valid values (m,) and the spreads (m,); 0 and 1 where nothing is valid."""
+    low, unit = np.zeros(values.shape[1]), np.ones(values.shape[1])
+    if np.any(is_valid):
+        ordered = np.sort(values[is_valid], axis=0)
+        low, unit = ordered[0], np.array([spread(column) for column in ordered.T])
+    return low, unit

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
@@ -59,6 +60,11 @@ class SearchSpec:
     stop: str = GENERATIONS
     why: str = ""
     starts: tuple[StartSet, ...] = ()
+
+    def reference_point(self, objectives: Sequence[Objective]) -> np.ndarray:
+        """Return the reference point (m,) of the study; NaN where it gives none."""
+        given = dict(self.reference)
+        return np.array([given.get(entry.label, np.nan) for entry in objectives])
 
     @property
     def most_starts(self) -> int:

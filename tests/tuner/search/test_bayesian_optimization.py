@@ -39,7 +39,7 @@ from tuner.search.gaussian_process import (
     minimize_bfgs,
     negative_log_posterior,
 )
-from tuner.search.objective_models import fit_output_scale
+from tuner.search.objective_models import fit_output_scale, reference_point
 from tuner.search.scaling import spread
 
 
@@ -210,6 +210,16 @@ def test_a_given_reference_point_is_the_end_of_the_box():
     box.extend(np.array([[0.0, 60.0], [500.0, 0.0]]), np.array([100.0, 100.0]))
     normalized = box.normalize(np.array([[40.0, 66.0], [30.0, 0.0]]))
     np.testing.assert_allclose(normalized, [[0.0, 0.0], [0.25, 1.0]], atol=1e-12)
+
+
+def test_the_reference_point_is_a_tenth_beyond_the_default_or_the_one_given():
+    # The default, and a front whose values spread by far less than its distance from the default.
+    values = np.array([[5.0, 300.0], *[[3.0 + 0.01 * i, 200.0 - 0.1 * i] for i in range(9)], [np.inf, 7.0]])
+    is_valid, front = np.arange(11) < 10, np.arange(1, 10)
+    point = reference_point(values, is_valid, front, NO_REFERENCE)
+    np.testing.assert_allclose(point, [3.0 + 1.1 * 2.0, 199.2 + 1.1 * 100.8], rtol=1e-12)
+    given = reference_point(values, is_valid, front, np.array([4.0, np.nan]))
+    np.testing.assert_allclose(given, [4.0, point[1]], rtol=1e-12)
 
 
 @pytest.mark.parametrize(("power", "likely"), [(1.0, 4.0), (8.0, 1.0)])

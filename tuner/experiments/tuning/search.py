@@ -66,8 +66,7 @@ def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) ->
     name = study.search.algorithm
     started: dict[str, Any] = {"excesses": problem.excesses} if ALGORITHMS[name].screens and study.requirements else {}
     if study.search.reference:
-        given = dict(study.search.reference)
-        started["reference"] = np.array([given.get(entry.label, np.nan) for entry in study.objectives])
+        started["reference"] = study.search.reference_point(study.objectives)
     return SEARCHES[name](first, len(study.objectives), limits, seed, **started)
 
 

@@ -25,7 +25,13 @@ from tuner.experiments.tuning.ending import ending_of
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.uncertainty import uncertainty_costs
+from tuner.search.acquisition import FURTHER_WEIGHT
+from tuner.search.automatic import MODEL
 from tuner.search.loop import point_name
+from tuner.search.objective_models import reference_point
+from tuner.text.numbers import significant
+from tuner.text.sentences import listing
+from tuner.text.units import after_number, in_degrees
 
 
 def summary_document(outcome: Outcome) -> Summary:
@@ -90,11 +96,28 @@ def lost_flights(outcome: Outcome) -> list[LostFlight]:
 def search_text(outcome: Outcome) -> str:
     """Return a search's algorithm and reason; of a search in stages, its number of survivors too."""
     search, survivors = outcome.study.search, outcome.survivors
-    text = " ".join([search.text, *outcome.study.start_texts])
+    text = " ".join([search.text, *outcome.study.start_texts, *reference_texts(outcome)])
     if search.first is None:
         return text
     tried, flights = len(outcome.archive.points), survivors.evaluation.scores.shape[-1]
     return f"{text} Of {tried:,} candidates {len(survivors.candidates)} survived and made all {flights} flights."
+
+
+def reference_texts(outcome: Outcome) -> list[str]:
+    """Return a sentence on the reference point; none where the search has none."""
+    study, tried = outcome.study, outcome.archive
+    front = tried.front()
+    if study.search.algorithm != MODEL or len(study.objectives) < 2 or not len(front):
+        return []
+    given = study.search.reference_point(study.objectives)
+    point = reference_point(tried.values, tried.flown, front, given)
+    beyond = f", beyond that with a weight of {FURTHER_WEIGHT:g}" if np.isnan(given).any() else ""
+    values = [
+        f"{entry.label} {significant(value * shown.factor, 3)}{after_number(shown.unit)}"
+        for entry, value in zip(study.objectives, point.tolist(), strict=True)
+        for shown in [in_degrees(entry.metric.unit)]
+    ]
+    return [f"The front counts in full up to {listing(values)}{beyond}."]
 
 
 def picked_on(outcome: Outcome) -> SelectionValues:

@@ -1,5 +1,8 @@
 """Few flights first: who survives a search, what survivors fly, and that nobody else may be recommended."""
 
+import json
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -85,6 +88,20 @@ def test_the_words_say_how_many_survived(staged):
     said = f"Of {len(outcome.archive.points)} candidates {len(outcome.survivors.candidates)} survived"
     for name in ("summary.json", "report.html"):
         assert said in (folder / name).read_text()
+
+
+def test_the_words_say_up_to_where_the_front_counts(staged):
+    outcome, folder = staged
+    assert outcome.study.search.algorithm == "gaussian_process"
+    text = json.loads((folder / "summary.json").read_text())["search"]
+    values = re.search(
+        r"The front counts in full up to \S+ (\S+) .*? and \S+ (\S+) .*, beyond that with a weight of 0.15", text
+    )
+    assert values is not None, text
+    # A tenth beyond the default, or further: two spreads of what was tried.
+    front, default = outcome.archive.values[outcome.archive.front()], outcome.archive.values[0]
+    least = default + 0.1 * (default - front.min(axis=0))
+    assert np.all(np.array([float(value) for value in values.groups()]) >= 0.99 * least)
 
 
 def test_a_front_of_many_is_thinned_evenly():
