@@ -20,11 +20,11 @@ from objectives.problem import Problem
 from plant.quadrotor.scenarios import SEARCH
 from tuner.experiments.tuning.flight_growth import FlightGrowth
 from tuner.experiments.tuning.problem import batches
-from tuner.experiments.tuning.search import algorithm_of, evaluated
+from tuner.experiments.tuning.search import algorithm_of, study_generations
 from tuner.experiments.tuning.survivors import survivors_of
 from tuner.search import bayesian_optimization
 from tuner.search.front import feasible_front
-from tuner.search.loop import Generation, RevisableSearch, archive, search_generations
+from tuner.search.loop import Generation, archive
 from tuner.search.watcher import Watcher
 from tuner.study import Study
 
@@ -100,13 +100,8 @@ def tool_steps(problem: Problem, study: Study, first: Array) -> Iterator[Step]:
     """Search as the tool does, without a results folder."""
     done: list[Generation] = []
     algorithm = algorithm_of(problem, study, first)
-    growth = FlightGrowth(problem, study, isinstance(algorithm, RevisableSearch))
-
-    def evaluate(points: Array) -> Any:
-        default = np.arange(len(points)) == 0 if not done else False
-        return evaluated(problem, growth.study, points, done, fly_all=default)
-
-    for done in search_generations(algorithm, evaluate, study.search.budget, review=growth.review):
+    growth = FlightGrowth(problem, study, algorithm)
+    for done in study_generations(growth, algorithm, study.search.budget):
         record = done[-1]
         yield Step(record.points, record.evaluation.values, record.evaluation.violations, record.flights)
     left = survivors_of(problem, growth.study, done, Watcher())

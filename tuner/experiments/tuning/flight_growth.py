@@ -16,7 +16,7 @@ from plant.quadrotor.scenarios import SEARCH
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import joined
 from tuner.search.front import select_subset
-from tuner.search.loop import Generation, archive
+from tuner.search.loop import Generation, RevisableSearch, Search, archive
 from tuner.study.searched import SearchedStudy
 
 # Generations from one check to the next, and points of the front that make fresh flights.
@@ -34,7 +34,7 @@ class FlightGrowth:
     Args:
         problem: Evaluates the candidates.
         study: The study at its beginning.
-        may_grow: Whether the search takes other values for points that it has asked for.
+        algorithm: Its search: flights grow where it takes other values for points that it has asked for.
         on_flights_done: Called with n as n more flights have ended.
     """
 
@@ -42,12 +42,12 @@ class FlightGrowth:
         self,
         problem: Evaluator,
         study: SearchedStudy,
-        may_grow: bool,
+        algorithm: Search,
         on_flights_done: Callable[[int], None] | None = None,
     ) -> None:
         self.study, self.text = study, ""
-        self._problem, self._on_flights_done = problem, on_flights_done
-        self._may_grow = may_grow and study.search.flight_growth
+        self.problem, self.on_flights_done = problem, on_flights_done
+        self._may_grow = isinstance(algorithm, RevisableSearch) and study.search.flight_growth
 
     def review(self, generations: Sequence[Generation]) -> list[Evaluation] | None:
         """Return evaluations of all generations on more flights; None where those so far are enough or all are made."""
@@ -82,7 +82,7 @@ class FlightGrowth:
     ) -> bool:
         """Return True where the front is worse on fresh flights."""
         chosen = front[select_subset(values[front], values[0], MOST_CHECKED, ends=False)]
-        fresh = self._problem.evaluate(points[chosen], further, self._on_flights_done, fly_all=True)
+        fresh = self.problem.evaluate(points[chosen], further, self.on_flights_done, fly_all=True)
         # A scenario whose flights are all made has no fresh ones, and its objectives no values.
         ratios = np.nan_to_num(value_ratios(values[chosen], fresh.values), nan=1.0)
         return bool(np.any(np.median(ratios, axis=0) > MAX_RATIO))
@@ -90,8 +90,8 @@ class FlightGrowth:
     def _extended(self, generation: Generation, further: tuple[FlightBatch, ...]) -> Evaluation:
         """Return the evaluation of a generation on its flights and further ones."""
         one = generation.evaluation
-        other = self._problem.evaluate(generation.points, further, self._on_flights_done, fly_all=one.flown)
-        both = joined(self._problem, one, other)
+        other = self.problem.evaluate(generation.points, further, self.on_flights_done, fly_all=one.flown)
+        both = joined(self.problem, one, other)
         return replace(both, flight_seconds=one.flight_seconds + other.flight_seconds)
 
 

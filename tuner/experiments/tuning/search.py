@@ -18,7 +18,7 @@ from tuner.experiments.tuning.starts import earlier_points, starting_points, sur
 from tuner.experiments.tuning.tables import generation_table, history_table
 from tuner.search.convergence import StoppingRule
 from tuner.search.initial_design import initial_design
-from tuner.search.loop import Generation, RevisableSearch, Search, archive, search_generations
+from tuner.search.loop import Generation, Review, Search, archive, search_generations
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
 from tuner.search.watcher import SEARCHING, Watcher
@@ -87,12 +87,7 @@ def search(
     problem.spared = watcher.on_flights_skipped
     generations: list[Generation] = []
     flights_before = problem.flights_made
-    growth = FlightGrowth(problem, study, isinstance(algorithm, RevisableSearch), watcher.on_flights_done)
-
-    def evaluate(points: np.ndarray) -> Evaluation:
-        # The very first candidate is the default: all others are measured by it, so it flies whatever it breaks.
-        default = np.arange(len(points)) == 0 if not generations else False
-        return evaluated(problem, growth.study, points, generations, watcher.on_flights_done, default)
+    growth = FlightGrowth(problem, study, algorithm, watcher.on_flights_done)
 
     def review(done: Sequence[Generation]) -> list[Evaluation] | None:
         anew = growth.review(done)
@@ -114,7 +109,7 @@ def search(
         return evaluation
 
     flights_each = growth.study.search.first
-    for generations in search_generations(algorithm, evaluate, budget, clock.now, complete, review):
+    for generations in study_generations(growth, algorithm, budget, clock.now, complete, review):
         record = generations[-1]
         # With more flights, candidates of earlier generations have other values.
         written = [record] if growth.study.search.first == flights_each else generations
@@ -130,6 +125,35 @@ def search(
             f"The search has converged after {len(generations)} of at most {budget.generations} generations."
         )
     return generations
+
+
+def study_generations(
+    growth: FlightGrowth,
+    algorithm: Search,
+    budget: StoppingRule,
+    now: Callable[[], float] | None = None,
+    complete: Callable[[Evaluation], Evaluation] | None = None,
+    review: Review | None = None,
+) -> Iterator[list[Generation]]:
+    """Yield all generations so far of a study's search, after each one.
+
+    Args:
+        growth: The number of flights that candidates make.
+        algorithm: The search, at its beginning.
+        budget: Number of generations.
+        now: See `search_generations`.
+        complete: See there.
+        review: See there; the growth's unless given.
+    """
+    done: list[Generation] = []
+
+    def evaluate(points: np.ndarray) -> Evaluation:
+        # The very first candidate is the default: all others are measured by it, so it flies whatever it breaks.
+        default = np.arange(len(points)) == 0 if not done else False
+        return evaluated(growth.problem, growth.study, points, done, growth.on_flights_done, default)
+
+    for done in search_generations(algorithm, evaluate, budget, now, complete, review or growth.review):
+        yield done
 
 
 def evaluated(
@@ -180,13 +204,5 @@ def replayed(path: Path, study: SearchedStudy, problem: Evaluator, budget: Stopp
     started = read_start(path, len(study.space.variables))
     if started is None:
         raise StoreError(f"{path / START} is missing or damaged; `tuner resume {path}` writes it again")
-    done: list[Generation] = []
     algorithm = algorithm_of(problem, study, started[0])
-    growth = FlightGrowth(problem, study, isinstance(algorithm, RevisableSearch))
-
-    def evaluate(points: np.ndarray) -> Evaluation:
-        default = np.arange(len(points)) == 0 if not done else False
-        return evaluated(problem, growth.study, points, done, fly_all=default)
-
-    for done in search_generations(algorithm, evaluate, budget, review=growth.review):
-        yield done
+    yield from study_generations(FlightGrowth(problem, study, algorithm), algorithm, budget)
