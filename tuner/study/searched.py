@@ -68,7 +68,12 @@ class SearchSpec:
 
     @property
     def most_starts(self) -> int:
-        """Largest number of points of earlier runs in the first generation; half as many lie around them."""
+        """Largest number of points of earlier runs in the first generation."""
+        return self.population // 2
+
+    @property
+    def most_around_starts(self) -> int:
+        """Largest number of points between and around these in the first generation."""
         return self.population // 3
 
     @property

@@ -52,7 +52,7 @@ def first_generation(problem: Evaluator, study: SearchedStudy) -> tuple[np.ndarr
     worthy = problem.worth_flying if study.requirements else None
     earlier, lost = earlier_points(study, starts, study.search.most_starts, worthy)
     around = surrounding_points(
-        earlier, study.search.most_starts // 2, generator(study.seed, "search/around", 0), worthy
+        earlier, study.search.most_around_starts, generator(study.seed, "search/around", 0), worthy
     )
     starts = np.concatenate([starts, earlier, around])[: study.search.population]
     first = initial_design(starts, study.search.population, generator(study.seed, "search/initial", 0), worthy)

@@ -1,8 +1,7 @@
 """Starting points of a search: the default, by which everything is measured, and points known to be good before flying.
 
-Points of earlier runs fill at most a third of the first generation, and points around them half as much, from which a model
-learns where the front goes; a Latin hypercube is left for a search that they mislead. `benchmarks/results/transfer.md`
-measures both.
+Points of earlier runs fill at most half of the first generation, and points around them a third, from which a model learns
+where the front goes; a Latin hypercube is left for a search that they mislead. `benchmarks/results/transfer.md` measures both.
 """
 
 from collections.abc import Callable

@@ -23,18 +23,18 @@ def earlier(small_run, tmp_path):
     return shutil.copytree(small_run[1], tmp_path / "earlier", ignore=shutil.ignore_patterns("flights", "figures"))
 
 
-def test_a_third_of_the_first_generation_is_of_the_run_half_as_much_around_and_the_rest_a_hypercube(
+def test_half_of_the_first_generation_is_of_the_run_a_third_around_and_the_rest_a_hypercube(
     earlier, tmp_path, no_figures
 ):
     sizes = {"search__population": 12, "search__generations": 1}
     outcome = run_small(tmp_path / "run", search__starts=[str(earlier), {"points": POINTS}], **sizes)
     study, first = outcome.study, outcome.generations[0].points
-    wanted = merged_points(study.search.starts, study.space)[:4]
-    assert len(wanted) == 4 == study.search.most_starts
-    assert np.array_equal(first[0], study.space.point(study.default_row)) and np.array_equal(first[1:5], wanted)
-    around = surrounding_points(wanted, 2, generator(study.seed, "search/around", 0), None)
-    drawn = latin_hypercube(5, first.shape[1], generator(study.seed, "search/initial", 0))
-    assert np.array_equal(first[5:7], around) and np.array_equal(first[7:], drawn)
+    wanted = merged_points(study.search.starts, study.space)[:6]
+    assert len(wanted) == 6 == study.search.most_starts
+    assert np.array_equal(first[0], study.space.point(study.default_row)) and np.array_equal(first[1:7], wanted)
+    around = surrounding_points(wanted, 4, generator(study.seed, "search/around", 0), None)
+    drawn = latin_hypercube(1, first.shape[1], generator(study.seed, "search/initial", 0))
+    assert np.array_equal(first[7:11], around) and np.array_equal(first[11:], drawn)
     assert f"The search starts from {earlier} " in json.loads((tmp_path / "run" / "summary.json").read_text())["search"]
 
 
@@ -111,9 +111,9 @@ def test_points_at_limits_are_flown_near_by(tmp_path, no_figures):
     study, first = outcome.study, outcome.generations[0]
     wanted = merged_points(study.search.starts, study.space)[: study.search.most_starts]
     assert np.all(outcome.problem.excess(wanted)[:, -1] > 0.0)
-    # The default, two points of the run and one around them; the rest is a hypercube, of which a part keeps the limit.
-    assert first.evaluation.flown[:4].all()
-    far = np.abs(first.points[1:3] - wanted).max(axis=1)
+    # The default, four points of the run and two around them; the rest is a hypercube, of which a part keeps the limit.
+    assert first.evaluation.flown[:7].all()
+    far = np.abs(first.points[1:5] - wanted).max(axis=1)
     assert np.all((far > 0.0) & (far < 0.3))
 
 
