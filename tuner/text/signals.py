@@ -48,6 +48,8 @@ class Signals:
         self.number: int | None = None
         self._is_open = False
         self._is_retried = False
+        self._retries = 0
+        self._pipe: int | None = None
         self._before: dict[int, Any] = {}
         self._hook = sys.unraisablehook
 
@@ -64,11 +66,16 @@ class Signals:
         self._is_open = False
         for number, handler in self._before.items():
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        if self._pipe is not None:
+            signal.set_wakeup_fd(-1)
+            os.close(self._pipe)
+            self._pipe = None
         sys.unraisablehook = self._hook
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         if self.number is None:
             end_after(PATIENCE, number, lambda: self._is_open)
+            self._end_at_next(number)
         elif not self._is_retried:
             end_now(number)
         self.number, self._is_retried = number, False
@@ -76,6 +83,27 @@ class Signals:
             self._retry(number)
         else:
             raise Interrupted(number)
+
+    def _end_at_next(self, number: int) -> None:
+        """Have a thread end the process at the next signal.
+
+        Python's handlers run in the main thread, which may have begun to wait just after the signal came. On Windows only
+        they run: there a pipe cannot be listened to.
+        """
+        with suppress(AttributeError, OSError, ValueError):
+            reader, self._pipe = os.pipe()
+            os.set_blocking(self._pipe, False)
+            signal.set_wakeup_fd(self._pipe, warn_on_full_buffer=False)
+            _thread.start_new_thread(self._read_signals, (reader, number))
+
+    def _read_signals(self, reader: int, number: int) -> None:
+        """Read a byte for each signal until the pipe is closed; end the process at one that is no retry."""
+        while os.read(reader, 1):
+            if self._retries:
+                self._retries -= 1
+            elif self._is_open:
+                end_now(number)
+        os.close(reader)
 
     def _retry_unraisable(self, unraisable: Any) -> None:
         """Resend a signal raised in an uncatchable place, such as a destructor."""
@@ -86,6 +114,7 @@ class Signals:
 
     def _retry(self, number: int) -> None:
         self._is_retried = True
+        self._retries += self._pipe is not None
         _later(RETRY, lambda: self._is_open and os.kill(os.getpid(), number))
 
 
