@@ -98,8 +98,8 @@ class Course:
     def start(self) -> np.ndarray:
         """The first candidates (START, d): the default, then points of a Latin hypercube that keep what is known."""
         draw = generator(self.seed, "search/initial", 0)
-        worthy = self._problem.worth_flying if self._study.requirements else None
-        return initial_design(starting_points(self._study)[0][:1], START, draw, worthy)
+        excess = self._problem.excess if self._study.requirements else None
+        return initial_design(starting_points(self._study)[0][:1], START, draw, excess)
 
     def front(self, points: np.ndarray) -> np.ndarray:
         """Return the values (k, m) on held-out flights of points (n, d), of those that keep the limits and that none beats."""
