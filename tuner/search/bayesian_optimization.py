@@ -26,8 +26,9 @@ Array = np.ndarray
 Acquisition = HypervolumeImprovement | FeasibilityAcquisition
 # Points of the pool, and how many of them fill the cube; the others lie around the best points so far.
 N_CANDIDATES, N_GLOBAL = 512, 128
-# Points drawn for each of those that fill the cube where limits are computed without flying, and least weight of one.
-DRAWS_PER_GLOBAL, MIN_WEIGHT = 32, 1e-12
+# Points drawn for each of those that fill the cube where limits are computed without flying: while few points are known, and
+# later; and least weight of one.
+EARLY_DRAWS, LATER_DRAWS, MIN_WEIGHT = 32, 4, 1e-12
 # Least number of points of the pool for each point of a generation.
 CANDIDATES_PER_PICK = 2
 # Of these, those that stay for the choice, and of them those whose perturbations replace the others.
@@ -203,7 +204,8 @@ class BayesianOptimization:
         """
         if not computed:
             return self._sobol.random(N_GLOBAL)
-        points = self._sobol.random(DRAWS_PER_GLOBAL * N_GLOBAL)
+        draws = EARLY_DRAWS if len(self._points) < N_EARLY else LATER_DRAWS
+        points = self._sobol.random(draws * N_GLOBAL)
         probability = np.maximum(probability_of_feasibility(computed, points), MIN_WEIGHT)
         return points[np.argsort(rng.exponential(size=len(points)) / probability, kind="stable")[:N_GLOBAL]]
 
