@@ -70,7 +70,7 @@ def quickstart() -> Work:
         study = load_study(STUDIES / "quickstart.toml")
         problem, flown = problem_of(study, threads, None), first_batches(study)
         draw = generator(study.seed, "search/initial", 0)
-        first = initial_design(starting_points(study)[0], study.search.population, draw, problem.worth_flying)
+        first = initial_design(starting_points(study)[0], study.search.population, draw, problem.excess)
         algorithm = algorithm_of(problem, study, first)
         for _ in search_generations(algorithm, lambda points: problem.evaluate(points, flown), study.search.budget):
             pass

@@ -11,11 +11,13 @@ import pytest
 import benchmarks.search.__main__ as command
 from benchmarks.peers import environments
 from benchmarks.search import choices, transfer
-from benchmarks.search.contestants import AUTO, CONTESTANTS, Contestant
+from benchmarks.search.contestants import AUTO, BEFORE, CONTESTANTS, Contestant
 from benchmarks.search.peer import PEERS, Peer, Start
+from benchmarks.search.problems import RACED, VALIDATION
 from benchmarks.search.process import PeerFailed, PeerProcess
 from benchmarks.search.race import GOALS, Run, Step, judged
 from benchmarks.search.table import best_known, curves, markdown
+from tuner.study.kinds import load_gains_study
 
 NOWHERE = Path("never used: the toy needs no environment of its own")
 
@@ -137,6 +139,30 @@ def test_the_best_known_is_the_front_of_everyone_together():
     assert curves(runs, "quickstart")["nsga2"][0].shares == pytest.approx([0.2 / both])
 
 
+def test_the_best_known_is_one_of_all_seeds_where_all_are_judged_on_the_same_flights():
+    runs = [run_of(AUTO, 1, [[0.2, 0.6]], {500: 0.2}, "pid12"), run_of(AUTO, 2, [[0.6, 0.2]], {500: 0.1}, "pid12")]
+    both = (2 * 0.9 * 0.5 - 0.5 * 0.5) / 1.1**2
+    assert best_known(runs, "pid12") == pytest.approx({1: both, 2: both})
+    assert [curve.shares for curve in curves(runs, "pid12")[AUTO]] == [
+        pytest.approx([0.2 / both]),
+        pytest.approx([0.1 / both]),
+    ]
+
+
+def test_runs_of_an_earlier_revision_replace_those_before_under_its_name():
+    here = [run_of(AUTO, 1, [], {500: 0.9}), run_of(BEFORE, 2, [], {500: 0.1})]
+    there = [run_of(AUTO, 3, [], {500: 0.8}), run_of("nsga2", 3, [], {500: 0.7})]
+    merged = command.with_before(here, there)
+    assert [(run["contestant"], run["seed"]) for run in merged] == [(AUTO, 1), (BEFORE, 3)]
+
+
+def test_validation_problems_pose_loops_of_their_kind_and_judge_all_seeds_alike():
+    assert {entry.judge_seed for entry in RACED.values()} == {None}
+    for entry in VALIDATION.values():
+        study = load_gains_study(entry.study, "tests", entry.overrides)
+        assert study.search.candidates >= 136 and entry.judge_seed is not None
+
+
 def test_with_one_objective_a_share_is_the_best_value_over_the_value():
     runs = [
         run_of("cmaes", 1, [[0.4]], {500: None, 1000: 0.4}, "axes", (1.0,)),
@@ -159,15 +185,16 @@ def test_the_verdict_names_peers_that_are_ahead_of_the_default():
     fast = {500: 0.9, 1000: 0.97, 3000: 0.98}
     runs = [
         run_of(AUTO, 1, [[0.0, 0.0]], fast),
-        run_of("nsga2 as d9ea7ca has it", 1, [], {11_000: 0.8}),
+        run_of(BEFORE, 1, [], {11_000: 0.8}),
         run_of("Optuna TPE", 1, [], {500: 0.95, 1000: 0.96}),
         run_of("pymoo NSGA-II", 1, [], {500: 0.3, 1000: 0.4, 3000: 0.5}),
     ]
     text = markdown(runs)
-    assert "quickstart: flights to 95% of the best known (median): 1,000;" in text and "has 0.80 after 11,000" in text
+    assert "quickstart: ends at 0.98 after 3,000 flights, 95% of the best known after 1,000." in text
+    assert f"`{BEFORE}`: ends at 0.80 after 11,000 flights, 95% of the best known after 0 of 1 seeds." in text
     assert "Ahead of it: Optuna TPE at 500 flights" in text and "pymoo NSGA-II at" not in text
     assert "Ended by their processor budget: Optuna TPE before 3,000 flights." in text
-    assert "| Optuna TPE | - | 0.95 | 0.96 | (0.96) |" in text
+    assert "| Optuna TPE | 1 | - | 0.95 | 0.96 | (0.96) |" in text
 
 
 class Course:
@@ -197,16 +224,15 @@ def test_a_rerun_races_only_what_the_document_lacks(tmp_path, monkeypatch, capsy
         command.main()
         return list(raced), json.loads(out.read_text())["runs"]
 
-    longer = [name for name in CONTESTANTS if name.startswith(f"{AUTO},")]
-    # A name is its owner's alone, and the beginning of names is everyone's who has it.
+    # A name is one contestant's alone, and the beginning of names is everyone's who has it; another revision's race elsewhere.
     first, _ = asked("--contestant", "nsga2", "--contestant", "au", "--seed", "1")
-    assert [name for _, name, _ in first] == [AUTO, *longer, "nsga2"]
+    assert [name for _, name, _ in first] == [AUTO, "nsga2"]
     then, runs = asked("--contestant", "au", "--seed", "1", "--seed", "2")
     # What was left out is tried again.
-    assert [(name, seed) for _, name, seed in then] == [(AUTO, 1), *((name, 2) for name in (AUTO, *longer))]
-    assert len(runs) == 7
+    assert [(name, seed) for _, name, seed in then] == [(AUTO, 1), (AUTO, 2)]
+    assert len(runs) == 3
     again, runs = asked("--contestant", "nsga2", "--seed", "1", "--again")
-    assert len(again) == 1 and len(runs) == 7
+    assert len(again) == 1 and len(runs) == 3
     assert capsys.readouterr().out.endswith("a table\n")
 
 
@@ -214,8 +240,8 @@ def test_a_median_says_how_many_seeds_got_there():
     far, near = {500: 0.5, 1000: 0.96}, {500: 0.5, 1000: 0.6}
     for values, told in (((far, far, near), "1,000 (2 of 3 seeds)"), ((far, near, near), "1 of 3 seeds")):
         runs = [run_of(AUTO, seed, [[0.0, 0.0]], entries) for seed, entries in enumerate(values)]
-        runs += [run_of("nsga2 as d9ea7ca has it", seed, [], {11_000: 1.0}) for seed in range(3)]
-        assert f"of the best known (median): {told};" in markdown(runs)
+        runs += [run_of(BEFORE, seed, [], {11_000: 1.0}) for seed in range(3)]
+        assert f"of the best known after {told}." in markdown(runs)
 
 
 def test_an_installation_that_takes_too_long_is_told(tmp_path, monkeypatch):

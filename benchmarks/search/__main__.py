@@ -2,7 +2,8 @@
 
 Runs that the document has are kept, so a race that was stopped goes on. The tool's own searches are raced anew by
 `--contestant NAME --again` while the peers' runs stay, each with the revision it was measured at. Peers are installed into a
-folder of their own under --envs, never into this environment.
+folder of their own under --envs, never into this environment. The default of an earlier revision is raced in a clone of
+that revision, by `--contestant auto --out FILE`, and `--before FILE` takes its runs from there.
 """
 
 import argparse
@@ -13,9 +14,9 @@ from typing import Any, NamedTuple
 
 from benchmarks.measuring import RESULTS, machine, write_json
 from benchmarks.peers.environments import ROOT, NotInstalled
-from benchmarks.search.contestants import CONTESTANTS
+from benchmarks.search.contestants import AUTO, BEFORE, CONTESTANTS
 from benchmarks.search.figure import draw_figure
-from benchmarks.search.problems import FLIGHTS, PROBLEMS, Course
+from benchmarks.search.problems import FLIGHTS, PROBLEMS, RACED, VALIDATION, Course
 from benchmarks.search.race import raced
 from benchmarks.search.table import markdown
 from plant.errors import InputError
@@ -41,15 +42,21 @@ def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true", help="print the document in place of the table")
-    parser.add_argument("--problem", action="append", choices=PROBLEMS, help="all unless given")
+    parser.add_argument("--validation", action="store_true", help="the problems on which no search was developed")
+    parser.add_argument("--problem", action="append", choices=PROBLEMS, help="all of them unless given")
     parser.add_argument("--contestant", action="append", help="a name or the beginning of names; all unless given")
     parser.add_argument("--seed", action="append", type=int, help="2025 to 2029 unless given")
     parser.add_argument("--again", action="store_true", help="race those that the document has, too")
     parser.add_argument("--table", action="store_true", help="race nobody: write table and figure of the document")
-    parser.add_argument("--out", type=Path, default=RESULTS / "search.json")
+    parser.add_argument("--before", type=Path, help="document of a race in a clone of an earlier revision")
+    parser.add_argument("--out", type=Path, help="results/search.json, or search_validation.json, unless given")
     parser.add_argument("--envs", type=Path, default=ROOT / ".benchmarks", help="where environments of peers live")
     chosen = parser.parse_args()
+    chosen.out = chosen.out or RESULTS / ("search_validation.json" if chosen.validation else "search.json")
     document = on_record(chosen.out)
+    if chosen.before:
+        document["runs"] = with_before(document["runs"], on_record(chosen.before)["runs"])
+        write_json(chosen.out, document)
     if not chosen.table:
         known = set() if chosen.again else {Key.of(run) for run in document["runs"] if run["entries"]}
         for key, course in wanted(chosen, known):
@@ -70,11 +77,17 @@ def on_record(file: Path) -> dict[str, Any]:
     return {"machine": machine(), "held_out_flights": FLIGHTS, "runs": runs}
 
 
+def with_before(runs: list[dict[str, Any]], before: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return runs with those of the default of an earlier revision."""
+    others = [run for run in runs if run["contestant"] != BEFORE]
+    return others + [{**run, "contestant": BEFORE} for run in before if run["contestant"] == AUTO]
+
+
 def wanted(chosen: argparse.Namespace, known: set[Key]) -> Iterator[tuple[Key, Course]]:
     """Yield the runs that are asked for and not known, seed after seed, so that a part of the race is one of all problems."""
     names = [name for name in CONTESTANTS if any(_meant(name, given) for given in chosen.contestant or [""])]
     for seed in chosen.seed or SEEDS:
-        for problem in chosen.problem or PROBLEMS:
+        for problem in chosen.problem or (VALIDATION if chosen.validation else RACED):
             keys = [key for name in names if (key := Key(problem, name, seed)) not in known]
             course = Course(problem, seed) if keys else None
             for key in keys:

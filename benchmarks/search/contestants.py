@@ -6,7 +6,8 @@ from typing import Any, Literal
 from benchmarks.search.peer import PEERS, Peer
 
 CHEAP, COSTLY = 3000, 1000
-TODAY, AUTO = "nsga2 as d9ea7ca has it", "auto"
+AUTO, BEFORE = "auto", "auto at f52a461d"
+"""The default now, and that of an earlier revision."""
 TOLD = "margins: told once it asked, for no flight; reference point: none"
 ASKS = "margins: asks before it proposes; reference point: from the default, its first candidate"
 BLIND = "margins: told for no flight, and uses nothing that it is told"
@@ -19,7 +20,8 @@ class Contestant:
     overrides: of the study; peer: the search, where it is of another package. first: candidates of the common start that are the
     first batch of a peer; batch: later ones. A search of the tool takes the generations of its study. most_flights, most_seconds:
     after which it is stopped, the latter of a processor. objectives: fewest and most that it takes. family: of its line in the
-    figure; "reference" is a long run, which only serves to find the best known.
+    figure; "reference" is a long run, which only serves to find the best known. is_of_clone: whether a clone of an earlier
+    revision races it, see `--before`.
     """
 
     knows: str
@@ -31,10 +33,11 @@ class Contestant:
     most_flights: int = CHEAP
     most_seconds: float = 30.0
     objectives: tuple[int, int] = (1, 9)
+    is_of_clone: bool = False
 
     def takes(self, objectives: int) -> bool:
         """Return whether it searches for so many objectives."""
-        return self.objectives[0] <= objectives <= self.objectives[1]
+        return not self.is_of_clone and self.objectives[0] <= objectives <= self.objectives[1]
 
 
 def own(algorithm: str, population: int, scenarios: int, knows: str, family: Any = "tool", **more: Any) -> Contestant:
@@ -48,30 +51,20 @@ def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
     return Contestant(knows, "peer", {"scenario.0.search": 4}, PEERS[name], **more)
 
 
-# The search of a study whose [search] is empty; the same where every candidate makes 4 flights and what survives 8; and longer.
+# The search of a study whose [search] is empty.
 DEFAULT = {"search": {"algorithm": "auto"}}
-FOUR_FIRST = {"search": {"algorithm": "auto", "population": 16, "generations": 15, "first": 4}}
-MORE = {"search": {**FOUR_FIRST["search"], "generations": 60}}
-TODAYS = {
-    "search": {"algorithm": "nsga2", "population": 32, "generations": 1000, "racing": True},
-    "scenario.0.search": 32,
-}
 CONTESTANTS = {
-    AUTO: Contestant(ASKS, "tool", DEFAULT),
-    "auto, 4 flights first": Contestant(ASKS, "tool", FOUR_FIRST),
-    "auto, 960 candidates": Contestant(ASKS, "tool", MORE, most_seconds=60.0),
-    "gaussian_process": own("gaussian_process", 8, 4, ASKS),
+    AUTO: Contestant(ASKS, "tool", DEFAULT, most_flights=11_000, most_seconds=120.0),
+    BEFORE: Contestant(ASKS, "tool", DEFAULT, is_of_clone=True),
     "nsga2": own("nsga2", 32, 4, TOLD),
-    "nsga3": own("nsga3", 32, 4, TOLD, objectives=(2, 9)),
     "cmaes": own("cmaes", 12, 4, TOLD, objectives=(1, 1)),
-    TODAY: Contestant(TOLD, "tool", TODAYS, most_flights=11_000),
     "Optuna TPE": other("Optuna TPE", first=8, batch=1, most_seconds=40.0),
     "Optuna NSGA-II": other("Optuna NSGA-II"),
     "Optuna GP": other("Optuna GP", first=8, batch=1, most_flights=COSTLY, most_seconds=40.0),
     "pymoo NSGA-II": other("pymoo NSGA-II"),
     "pymoo AGE-MOEA2": other("pymoo AGE-MOEA2", objectives=(2, 9)),
     "BoTorch qLogNEHVI, qLogEI": other(
-        "BoTorch", "margins: asks before it proposes; reference point: given", first=8, batch=8, most_flights=COSTLY,
+        "BoTorch", "margins: asks before it proposes; reference point: given", first=8, batch=8, most_flights=500,
         most_seconds=200.0,
     ),
     "random": own("random", 32, 4, BLIND, "baseline", most_seconds=8.0),
@@ -80,4 +73,5 @@ CONTESTANTS = {
         "gaussian_process", 32, 8, ASKS, "reference", most_flights=6000
     ),
     "long nsga2": own("nsga2", 64, 8, TOLD, "reference", most_flights=30_000),
+    "long age_moea": own("age_moea", 64, 8, TOLD, "reference", most_flights=32_000, most_seconds=120.0, objectives=(2, 9)),
 }  # fmt: skip

@@ -5,7 +5,7 @@ from statistics import median
 from typing import Any
 
 from benchmarks.search.contestants import AUTO, CONTESTANTS
-from benchmarks.search.problems import PROBLEMS
+from benchmarks.search.problems import RACED
 from benchmarks.search.table import ENOUGH, Curve, curves
 
 Runs = list[dict[str, Any]]
@@ -21,7 +21,7 @@ def draw_figure(runs: Runs, file: Path) -> None:
     matplotlib.use("Agg")
     from matplotlib import pyplot
 
-    problems = [problem for problem in PROBLEMS if curves(runs, problem)]
+    problems = [problem for problem in RACED if curves(runs, problem)]
     if not problems:
         return
     figure, axes = pyplot.subplots(
@@ -33,7 +33,7 @@ def draw_figure(runs: Runs, file: Path) -> None:
             if name in styles:
                 _draw(axes[0, column], name, own, [curve.flights for curve in own], styles[name])
                 _draw(axes[1, column], name, own, [curve.seconds for curve in own], styles[name])
-        axes[0, column].set_title(f"{problem}\n{PROBLEMS[problem].about}", fontsize=9)
+        axes[0, column].set_title(f"{problem}\n{RACED[problem].about}", fontsize=9)
         axes[0, column].set_xlabel("flights")
         axes[1, column].set_xlabel("processor time [s]")
     for axis in axes.flat:

@@ -26,7 +26,7 @@ from tuner.search import bayesian_optimization
 from tuner.search.front import feasible_front
 from tuner.search.loop import Generation, archive
 from tuner.search.watcher import Watcher
-from tuner.study import Study
+from tuner.study.study import TuningStudy
 
 # Flights after which a front is judged.
 GOALS = (200, 300, 400, 500, 700, 1000, 1500, 2000, 3000, 5000, 11_000, 30_000)
@@ -96,7 +96,7 @@ def raced(contestant: Contestant, course: Course, envs: Path) -> Run:
         return judged(peer_steps(problem, study, peer), course, contestant)
 
 
-def tool_steps(problem: Problem, study: Study, first: Array) -> Iterator[Step]:
+def tool_steps(problem: Problem, study: TuningStudy, first: Array) -> Iterator[Step]:
     """Search as the tool does, without a results folder."""
     done: list[Generation] = []
     algorithm = algorithm_of(problem, study, first)
@@ -109,7 +109,7 @@ def tool_steps(problem: Problem, study: Study, first: Array) -> Iterator[Step]:
     yield Step(points, found.values, found.violations, done[-1].flights + left.flights, survivors=True)
 
 
-def peer_steps(problem: Problem, study: Study, peer: PeerProcess) -> Iterator[Step]:
+def peer_steps(problem: Problem, study: TuningStudy, peer: PeerProcess) -> Iterator[Step]:
     """Ask and tell a peer; what does not fly is told as the worst that did, and violations in shares of their limits."""
     flown, flights, worst = batches(study, SEARCH), 0, None
     limits = np.ones(len(study.constraints) + len(study.requirements))

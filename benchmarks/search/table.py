@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.search.contestants import AUTO, CONTESTANTS, TODAY
+from benchmarks.search.contestants import AUTO, BEFORE, CONTESTANTS
 from benchmarks.search.problems import FLIGHTS, PROBLEMS
 from tuner.search.front import feasible_front, hypervolume
 
@@ -62,10 +62,15 @@ def curves(runs: Runs, problem: str) -> dict[str, list[Curve]]:
 
 
 def best_known(runs: Runs, problem: str) -> dict[int, float]:
-    """Return the worth of all fronts of a problem together by seed: a share of the box, or one objective's least value."""
+    """Return the worth of all fronts of a problem together by seed: a share of the box, or one objective's least value.
+
+    Fronts of all seeds count together where all were judged on the same flights.
+    """
     found: dict[int, float] = {}
-    for seed in sorted({run["seed"] for run in runs if run["problem"] == problem}):
-        mine = [run for run in runs if run["problem"] == problem and run["seed"] == seed and run["front"]]
+    judged = [run for run in runs if run["problem"] == problem]
+    for seed in sorted({run["seed"] for run in judged}):
+        same = PROBLEMS[problem].judge_seed is not None
+        mine = [run for run in judged if run["front"] and (same or run["seed"] == seed)]
         if mine:
             front, default = np.concatenate([run["front"] for run in mine]), np.array(mine[0]["default"])
             front = front[feasible_front(front, np.zeros((len(front), 0)))]
@@ -103,31 +108,34 @@ def markdown(runs: Runs) -> str:
 
 INTRODUCTION = f"""# Searches beside each other
 
-Written by `python -m benchmarks.search`. Shares of the best known front of a seed on {FLIGHTS} held-out flights
-(hypervolume up to 1.1 times the default; with one objective the best known value over the value found), median over seeds
-[least, most]. The best known is the front of all contestants and of two long runs together. Processor time is that of the
-search, of margins and of flying; held-out flights are not counted. A dash: a seed was not judged by then. A run that ended
-keeps its last share, in round brackets in columns of flights.
+Written by `python -m benchmarks.search`. Shares of the best known front on {FLIGHTS} held-out flights (hypervolume up to
+1.1 times the default; with one objective the best known value over the value found), median over seeds [least, most]. The
+best known is the front of all contestants and of long runs together: of a seed, or of all seeds where all are judged on the
+same flights (the problems of `--validation`). Processor time is that of the search, of margins and of flying; held-out
+flights are not counted. A dash: a seed was not judged by then. A run that ended keeps its last share, in round brackets in
+columns of flights.
 """
 
 
 def _problem(runs: Runs, problem: str) -> str:
     found = curves(runs, problem)
     seeds = sorted({run["seed"] for run in runs if run["problem"] == problem})
-    best = ", ".join(f"{value:.3g}" for value in best_known(runs, problem).values())
+    best = ", ".join(dict.fromkeys(f"{value:.3g}" for value in best_known(runs, problem).values()))
     heads = [f"{count:,}" for count in AT_FLIGHTS] + [f"{seconds} s" for seconds in AT_SECONDS]
     lines = [
         f"## {problem}: {PROBLEMS[problem].about}",
         "",
         f"Seeds {', '.join(map(str, seeds))}; best known {best}.",
         "",
-        f"| search | {' | '.join(heads)} | flights to {ENOUGH:.0%} | seconds to {ENOUGH:.0%} |",
-        "|---|" + "---:|" * (len(heads) + 2),
+        f"| search | seeds | {' | '.join(heads)} | flights to {ENOUGH:.0%} | seconds to {ENOUGH:.0%} | flights | at the end |",
+        "|---|" + "---:|" * (len(heads) + 5),
     ]
     for name, own in found.items():
         cells = [_cell(own, count) for count in AT_FLIGHTS]
         cells += [_range(curve.within(seconds) for curve in own) for seconds in AT_SECONDS]
-        lines.append(f"| {name} | {' | '.join(cells)} | {_reached(own, 0, ',.0f')} | {_reached(own, 1, '.1f')} |")
+        cells += [_reached(own, 0, ",.0f"), _reached(own, 1, ".1f")]
+        cells += [f"{median(curve.flights[-1] for curve in own):,.0f}", _range(curve.shares[-1] for curve in own)]
+        lines.append(f"| {name} | {len(own)} | {' | '.join(cells)} |")
     return "\n".join([*lines, ""])
 
 
@@ -162,17 +170,19 @@ def _verdicts(runs: Runs, problems: list[str]) -> str:
     lines = [f"## The default, `{AUTO}`", ""]
     for problem in problems:
         found = curves(runs, problem)
-        if AUTO not in found or TODAY not in found:
+        if AUTO not in found:
             lines.append(f"- {problem}: not raced")
             continue
-        own = _reached(found[AUTO], 0, ",.0f")
-        before = median(curve.flights[-1] for curve in found[TODAY])
-        ended = median(curve.shares[-1] for curve in found[TODAY])
-        lines.append(
-            f"- {problem}: flights to {ENOUGH:.0%} of the best known (median): {own}; "
-            f"`{TODAY}` has {ended:.2f} after {before:,.0f}. " + _ahead(found)
-        )
+        now, before = _ends(found[AUTO]), _ends(found[BEFORE]) if BEFORE in found else "not raced"
+        lines.append(f"- {problem}: {now}. `{BEFORE}`: {before}. " + _ahead(found))
     return "\n".join([*lines, ""])
+
+
+def _ends(own: list[Curve]) -> str:
+    """Return where runs of a contestant end, and their flights to enough of the best known."""
+    flights, reached = median(curve.flights[-1] for curve in own), _reached(own, 0, ",.0f")
+    shares = _range(curve.shares[-1] for curve in own)
+    return f"ends at {shares} after {flights:,.0f} flights, {ENOUGH:.0%} of the best known after {reached}"
 
 
 def _ahead(found: dict[str, list[Curve]]) -> str:
@@ -210,7 +220,10 @@ def _knowledge(runs: Runs) -> str:
         "| search | first batch, later ones | flights a candidate | at most | knows |",
         "|---|---:|---:|---:|---|",
     ]
+    raced = {run["contestant"] for run in runs}
     for name, entry in CONTESTANTS.items():
+        if name not in raced:
+            continue
         own = entry.overrides.get("search", {}).get("population", "the study's")
         batch = f"{entry.first}, {entry.batch}" if entry.peer else own
         each = entry.overrides.get("scenario.0.search", "the study's")

@@ -9,6 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tuner.search.feasible_points import evolve_feasible_points
+
 # Largest number of hypercubes sampled to replace points: enough where 3 % pass pre-screening, for a second or two.
 MAX_EXTRA_HYPERCUBES = 48
 # Hypercubes that are screened at once: one after the other takes longer.
@@ -25,28 +27,41 @@ def initial_design(
     starts: np.ndarray,
     count: int,
     rng: np.random.Generator,
-    passes_screening: Callable[[np.ndarray], np.ndarray] | None = None,
+    excess: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> np.ndarray:
     """Return `count` points (count, d): the starting points (k, d), then a Latin hypercube of the rest.
 
-    passes_screening: points (n, d) -> mask (n,) of those worth a flight; None for all.
+    excess: points (n, d) -> excess (n, h) over limits that are known without flying, 0 or less where a point is worth a
+    flight; None where all are.
     """
     points = latin_hypercube(count - len(starts), starts.shape[1], rng)
-    if passes_screening is not None:
-        points = _replace_failing(points, rng, passes_screening)
+    if excess is not None and len(points):
+        points = _replace_failing(points, rng, excess)
     return np.concatenate([starts, points], axis=0)
 
 
 def _replace_failing(
-    points: np.ndarray, rng: np.random.Generator, passes_screening: Callable[[np.ndarray], np.ndarray]
+    points: np.ndarray, rng: np.random.Generator, excess: Callable[[np.ndarray], np.ndarray]
 ) -> np.ndarray:
-    """Return points (n, d) with those that fail screening replaced by passing samples."""
-    points, open_rows = points.copy(), np.flatnonzero(~passes_screening(points))
+    """Return points (n, d), those beyond a limit replaced by others.
+
+    Samples take their places, or points that evolve from samples where all of these are beyond a limit.
+    """
+
+    def passes(candidates: np.ndarray) -> np.ndarray:
+        return np.all(excess(candidates) <= 0.0, axis=1)
+
+    drawn, points = [points], points.copy()
+    open_rows = np.flatnonzero(~passes(points))
     for _ in range(MAX_EXTRA_HYPERCUBES // HYPERCUBE_BATCH):
         if not len(open_rows):
             break
         samples = np.concatenate([latin_hypercube(len(points), points.shape[1], rng) for _ in range(HYPERCUBE_BATCH)])
-        passing = samples[passes_screening(samples)][: len(open_rows)]
+        passing = samples[passes(samples)][: len(open_rows)]
         points[open_rows[: len(passing)]] = passing
         open_rows = open_rows[len(passing) :]
+        drawn.append(samples)
+    if len(open_rows) == len(points):
+        evolved = evolve_feasible_points(np.concatenate(drawn), excess, len(points), rng)
+        points[: len(evolved)] = evolved
     return points

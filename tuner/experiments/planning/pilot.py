@@ -87,13 +87,13 @@ def pilot_size(threads: int) -> int:
 def fly_pilot(problem: Problem, study: TuningStudy, on_flights_done: Callable[[int], None] | None = None) -> Pilot:
     """Draw candidates that are worth a flight, fly and time them; the kernel must be compiled already."""
     begin, threads = perf_counter(), problem.flyer.threads
-    worthy = problem.worth_flying if study.requirements else None
+    excess = problem.excess if study.requirements else None
     draw = generator(study.seed, "plan/candidates", 0)
     default = study.space.point(study.default_row)[None]
     if study.space.variables:
-        points = initial_design(default, pilot_size(threads), draw, worthy)
+        points = initial_design(default, pilot_size(threads), draw, excess)
         probes = latin_hypercube(PROBES, points.shape[1], generator(study.seed, "plan/worthy", 0))
-        share = 1.0 if worthy is None else float(np.mean(worthy(probes), axis=0))
+        share = 1.0 if excess is None else float(np.mean(problem.worth_flying(probes), axis=0))
     else:
         points, share = np.repeat(default, pilot_size(threads), axis=0), 1.0
     # The default row itself: a gain outside its searched range would be moved by the way through the unit cube.

@@ -49,13 +49,13 @@ def first_points(problem: Evaluator, study: SearchedStudy, folder: Folder) -> tu
 def first_generation(problem: Evaluator, study: SearchedStudy) -> tuple[np.ndarray, list[str]]:
     """Return the first generation (n, d) and warnings about it."""
     starts, texts = starting_points(study)
-    worthy = problem.worth_flying if study.requirements else None
+    worthy, excess = (problem.worth_flying, problem.excess) if study.requirements else (None, None)
     earlier, lost = earlier_points(study, starts, study.search.most_starts, worthy)
     around = surrounding_points(
         earlier, study.search.most_around_starts, generator(study.seed, "search/around", 0), worthy
     )
     starts = np.concatenate([starts, earlier, around])[: study.search.population]
-    first = initial_design(starts, study.search.population, generator(study.seed, "search/initial", 0), worthy)
+    first = initial_design(starts, study.search.population, generator(study.seed, "search/initial", 0), excess)
     return first, [*texts, *lost]
 
 

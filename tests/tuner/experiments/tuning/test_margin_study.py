@@ -262,17 +262,32 @@ def test_the_first_generation_is_worth_flying(ran):
 
 
 def test_a_first_generation_gives_up_only_what_is_not_worth_a_flight():
-    def points(worthy=None):
-        return initial_design(np.full((1, 3), 0.5), 64, np.random.default_rng(7), worthy)
+    def points(excess=None):
+        return initial_design(np.full((1, 3), 0.5), 64, np.random.default_rng(7), excess)
 
     plain = points()
-    assert np.array_equal(points(lambda x: np.ones(len(x), dtype=bool)), plain)
-    assert np.array_equal(points(lambda x: np.zeros(len(x), dtype=bool)), plain)
-    some = points(lambda x: x[:, 0] < 0.05)
+    assert np.array_equal(points(lambda x: -np.ones((len(x), 1))), plain)
+    assert np.array_equal(points(lambda x: np.ones((len(x), 1))), plain)
+    some = points(lambda x: x[:, :1] - 0.05)
     # 5 % of 48 hypercubes of 63 points are far more than the 60 places to fill; each starting point stays.
     assert np.all(some[1:, 0] < 0.05) and np.array_equal(some[0], plain[0])
     kept = plain[:, 0] < 0.05
     assert np.array_equal(some[kept], plain[kept]) and len(np.unique(some, axis=0)) == 64
+
+
+def test_a_first_generation_evolves_where_no_drawn_point_is_worth_a_flight():
+    """All but a ball of 4e-6 of the cube is unstable or nearly so, as on an airframe whose default gains are unstable."""
+
+    def excess(points):
+        distance = np.abs(points - np.array([0.02, 0.9, 0.4])).max(axis=1, keepdims=True) - 0.008
+        return np.where(distance > 0.2, [1.0, 1e6], np.hstack([distance, 100.0 * distance]))
+
+    start = np.full((1, 3), 0.5)
+    first = initial_design(start, 16, np.random.default_rng(7), excess)
+    assert np.array_equal(first[0], start[0])
+    assert np.all(excess(first[1:]) <= 0.0) and len(np.unique(first, axis=0)) == 16
+    # The drawn points alone would be lost.
+    assert not np.any(np.all(excess(initial_design(start, 16, np.random.default_rng(7))) <= 0.0, axis=1))
 
 
 def test_screening_and_flying_are_timed(ran):
