@@ -27,6 +27,7 @@ from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
 from tuner.store.start import FILE as START
 from tuner.store.start import read_start, write_start
+from tuner.study.starts import merged_points
 from tuner.study.study import SearchedStudy, TuningStudy
 
 
@@ -68,6 +69,8 @@ def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) ->
     if study.search.reference:
         given = dict(study.search.reference)
         started["reference"] = np.array([given.get(entry.label, np.nan) for entry in study.objectives])
+    if ALGORITHMS[name].screens and study.search.starts:
+        started["candidates"] = merged_points(study.search.starts, study.space)
     return SEARCHES[name](first, len(study.objectives), limits, seed, **started)
 
 
