@@ -16,6 +16,7 @@ from typing import Any
 from benchmarks.search.problems import ROOT
 from plant.law_registry import law
 from tuner.experiments.tuning.run import TuningRun
+from tuner.search.loop import archive
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study import load_study
@@ -31,7 +32,7 @@ SIZES = {
     "scenario.0.search": 64,
     "search.first": 64,
     "search.population": 20,
-    "search.generations": 40,
+    "search.generations": 24,
     "search.starts": [],
 }
 
@@ -48,12 +49,16 @@ def gains_of(attitude: str, position: str) -> dict[str, dict[str, float]]:
 
 
 def points_of(attitude: str, position: str) -> list[dict[str, float]]:
-    """Return the points of a pair's front, those that add most first; none where its run is infeasible."""
+    """Return the points of a pair's front, those that add most first; none where no candidate keeps the limits.
+
+    Of 256 held-out flights one may be beyond every candidate, so that none is recommended: the front is one all the same.
+    """
     laws = {"controller.attitude": attitude, "controller.position": position, "gains": gains_of(attitude, position)}
     study = load_study(ROOT / "studies/quickstart.toml", {**SIZES, **laws})
     with TemporaryDirectory() as scratch:
         folder = Path(scratch) / "run"
-        if not TuningRun(study, Folder.create(folder), Watcher()).carry_out().feasible:
+        outcome = TuningRun(study, Folder.create(folder), Watcher()).carry_out()
+        if not len(archive(outcome.generations).front()):
             return []
         again = load_study(study.path, {**SIZES, **laws, "search.starts": [str(folder)]})
     return [rounded(point) for point in again.search.starts[0].points[:POINTS]]
