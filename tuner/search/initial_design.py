@@ -15,6 +15,8 @@ from tuner.search.feasible_points import evolve_feasible_points
 MAX_EXTRA_HYPERCUBES = 48
 # Hypercubes that are screened at once: one after the other takes longer.
 HYPERCUBE_BATCH = 6
+# Points screened at once where the first passing ones are wanted: a batch takes as long as some ten points of it.
+SCREENING_BATCH = 24
 
 
 def latin_hypercube(count: int, dimensions: int, rng: np.random.Generator) -> np.ndarray:
@@ -40,6 +42,17 @@ def initial_design(
     return np.concatenate([starts, points], axis=0)
 
 
+def first_passing(points: np.ndarray, count: int, passes_screening: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return the first `count` of points (n, d) that pass screening; no more are screened than needed."""
+    passing = points[:0]
+    for first in range(0, len(points), SCREENING_BATCH):
+        if len(passing) >= count:
+            break
+        batch = points[first : first + SCREENING_BATCH]
+        passing = np.concatenate([passing, batch[passes_screening(batch)]])
+    return passing[:count]
+
+
 def _replace_failing(
     points: np.ndarray, rng: np.random.Generator, excess: Callable[[np.ndarray], np.ndarray]
 ) -> np.ndarray:
@@ -57,7 +70,7 @@ def _replace_failing(
         if not len(open_rows):
             break
         samples = np.concatenate([latin_hypercube(len(points), points.shape[1], rng) for _ in range(HYPERCUBE_BATCH)])
-        passing = samples[passes(samples)][: len(open_rows)]
+        passing = first_passing(samples, len(open_rows), passes)
         points[open_rows[: len(passing)]] = passing
         open_rows = open_rows[len(passing) :]
         drawn.append(samples)

@@ -4,6 +4,7 @@ inputs/NAME.toml is the study with every change of the command line in it and wi
 gives the same results.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -15,7 +16,7 @@ from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_
 from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input, read_input_text
 from plant.own_code import sources_of
-from plant.texts import PlainTable
+from plant.texts import PlainTable, PlainValue
 from tuner.store.advice import RECORD, restart_hint
 from tuner.store.document import Document, DocumentPart, explained
 from tuner.store.folder import Folder
@@ -23,7 +24,7 @@ from tuner.study.layers import read_layers
 from tuner.text.product import READ_FORMER
 from tuner.text.toml_text import toml_text, with_paths
 
-FORMAT, VERSION = "gainproof-run", 3
+FORMAT, VERSION = "gainproof-run", 4
 # Version of folders whose limits known without flying stand in the units of the study, not in SI units.
 BEFORE_SI = 1
 # Versions of folders whose study may leave the plant step [s] and the search open, and what was flown then.
@@ -32,6 +33,8 @@ FLOWN_THEN = {
     "controller": {"plant_step": 0.001},
     "search": {"algorithm": "nsga2", "population": 48, "generations": 15, "first": 1_000_000},
 }
+# Version from which on a folder's study names its starting points; one that named none began from none.
+NAMES_STARTS, NO_STARTS = 4, {"search": {"starts": list[PlainValue]()}}
 
 
 class RecordedMachine(DocumentPart):
@@ -62,7 +65,7 @@ class RunRecord(Document):
     """
 
     format: Annotated[Literal["gainproof-run"], READ_FORMER]
-    version: Literal[1, 2, 3]
+    version: Literal[1, 2, 3, 4]
     kind: str
     # In the folder, whatever it says: what is in it is not trusted to name files elsewhere.
     study: Annotated[str, Field(pattern=r"^inputs/[^/\\]+$")]
@@ -134,7 +137,9 @@ def as_recorded(record: RunRecord, file: Path) -> PlainTable:
     file: the study, of the run or another to be read alike. Raises InputError where it cannot be read.
     """
     changes: PlainTable = {} if record.generations is None else {"search.generations": record.generations}
-    return {**flown_then(file, record.generations is not None), **changes} if record.version in LEFT_OPEN else changes
+    if record.version in LEFT_OPEN:
+        changes = {**flown_then(file, record.generations is not None), **changes}
+    return {**left_open(file, NO_STARTS), **changes} if record.version < NAMES_STARTS else changes
 
 
 def flown_then(file: Path, searches: bool) -> PlainTable:
@@ -142,12 +147,17 @@ def flown_then(file: Path, searches: bool) -> PlainTable:
 
     The keys are dotted; the study may be one that searches.
     """
+    return left_open(file, {table: keys for table, keys in FLOWN_THEN.items() if searches or table != "search"})
+
+
+def left_open(file: Path, values: Mapping[str, Mapping[str, PlainValue]]) -> PlainTable:
+    """Return those values, by table and key, that a study does not give, by dotted key."""
     layers = read_layers(file)
     return {
         f"{table}.{key}": value
-        for table, entries in FLOWN_THEN.items()
+        for table, entries in values.items()
         for key, value in entries.items()
-        if (searches or table != "search") and not any(key in layer.table.get(table, {}) for layer in layers)
+        if not any(key in layer.table.get(table, {}) for layer in layers)
     }
 
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,6 +27,7 @@ from tuner.study.halving import HalvingSchedule
 from tuner.study.layers import REPLACED, Layer, depth, laid_over, merged, merged_layers
 from tuner.study.messages import translated
 from tuner.study.reading import put
+from tuner.study.tuning_study import TuningStudy
 from tuner.text.input_errors import check_magnitudes, located, moved
 from tuner.text.strict_table import StrictTable
 from tuner.text.toml_text import tables_in
@@ -50,7 +52,7 @@ def contest_from_table(path: Path, table: PlainTable, layers: tuple[Layer, ...] 
     _refuse_shared(path, table, terms.individual, terms.shared)
     added = checked_tables(ContestTable, table, path)
     shared = {key: value for key, value in table.items() if key not in (*CONTEST_TABLES, *INFERENCE_TABLES)}
-    contenders = tuple(_contender(i, entry, shared, path, layers) for i, entry in enumerate(added.contender))
+    contenders = evenly_started([_contender(i, entry, shared, path, layers) for i, entry in enumerate(added.contender)])
     with located(path, ""):
         _check_names(contenders)
         check_alike(contenders)
@@ -83,16 +85,39 @@ def _halving(added: ContestTable, contenders: Sequence[Contender]) -> HalvingSch
 
 
 def with_starts(table: PlainTable, contenders: Sequence[Contender]) -> PlainTable:
-    """Return a contest's content with the starting points of each contender."""
+    """Return a contest's content with the starting points of each contender that is tuned."""
     search = table.get("search")
     shared = (
         {"search": {key: value for key, value in search.items() if key != "starts"}} if isinstance(search, dict) else {}
     )
     entries = [
-        merged(entry, {"search": {"starts": starts}}) if (starts := contender.study.start_tables) else dict(entry)
+        merged(entry, _starts_of(contender.study)) if contender.tuned else dict(entry)
         for entry, contender in zip(tables_in(table.get("contender")), contenders, strict=True)
     ]
     return {**table, **shared, "contender": [*entries]}
+
+
+def evenly_started(contenders: Sequence[Contender]) -> tuple[Contender, ...]:
+    """Return contenders that begin from fronts that come with the tool where there is one for each search.
+
+    Else those would be compared that have one with those that have none, and not their laws.
+    """
+    if all(contender.study.search.starts for contender in contenders if contender.tuned):
+        return tuple(contenders)
+    return tuple(
+        contender if contender.study.names_starts or not contender.tuned else _without_starts(contender)
+        for contender in contenders
+    )
+
+
+def _without_starts(contender: Contender) -> Contender:
+    study = contender.study.without_starts()
+    return replace(contender, study=study, raw=merged(contender.raw, _starts_of(study)))
+
+
+def _starts_of(study: TuningStudy) -> PlainTable:
+    """Return the table that names the starting points of a search, none included."""
+    return {"search": {"starts": study.start_tables}}
 
 
 def checked_tables(model: type[Tables], table: PlainTable, path: Path) -> Tables:
@@ -135,8 +160,8 @@ def _contender(i: int, entry: ContenderTable, shared: PlainTable, path: Path, la
         study = terms.build(path, raw)
     except InputError as error:
         raise _moved(error, i, individual, path, layers) from None
-    if study.search.starts:
-        raw = merged(raw, {"search": {"starts": study.start_tables}})
+    if study.space.variables:
+        raw = merged(raw, _starts_of(study))
     return Contender(entry.name, slug, study, raw)
 
 

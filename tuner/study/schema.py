@@ -333,7 +333,7 @@ class SearchTable(StrictTable):
     starts: list[StartEntry] = Field(default=[])
     """Earlier runs that begin the search, with up to half of the first generation: results folders and gains.json files of the
     same laws, from the folder of the study or from the working directory, and "shipped" for the front of a pair of quadrotors'
-    laws that comes with the tool; none by default."""
+    laws that comes with the tool. By default "shipped" where there is one and a model searches; [] for none."""
     first: Annotated[int | None, Field(ge=1)] = None
     """Flights of each scenario that every candidate makes; those that survive the search make the others. By default the
     algorithm's own."""

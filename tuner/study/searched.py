@@ -23,6 +23,7 @@ from tuner.study.shipped_fronts import ShippedFront
 from tuner.study.starts import EarlierGains, StartSet, start_sets
 from tuner.text.input_errors import located
 from tuner.text.sentences import listing
+from tuner.text.toml_text import SHIPPED
 
 if TYPE_CHECKING:
     from objectives.margins.results import Margins
@@ -247,11 +248,31 @@ class SearchedStudy:
             "fronts of quadrotors' laws alone come with the tool; name a results folder, or leave starts out"
         )
 
+    @property
+    def has_shipped_front(self) -> bool:
+        """Whether a front comes with the tool that a search by a model begins from."""
+        return False
+
+    @property
+    def names_starts(self) -> bool:
+        """Whether the study says what its search starts from."""
+        return "starts" in self.table.search.model_fields_set
+
     def with_starts(self) -> Self:
-        """Return the study with the starting points that search.starts names; InputError where one cannot be read."""
+        """Return the study with the starting points that search.starts names; InputError where one cannot be read.
+
+        Where it names none, a model begins from the front that comes with the tool.
+        """
+        entries = self.table.search.starts
+        if not self.names_starts and self.has_shipped_front and ALGORITHMS[self.search.algorithm].screens:
+            entries = [SHIPPED]
         with located(self.path, "search"):
-            sets = start_sets(self.table.search.starts, self.path.parent, self.space, self)
+            sets = start_sets(entries, self.path.parent, self.space, self)
         return replace(self, search=replace(self.search, starts=sets)) if sets else self
+
+    def without_starts(self) -> Self:
+        """Return the study with a search that begins from no other one."""
+        return replace(self, search=replace(self.search, starts=()))
 
     @property
     def start_tables(self) -> list[PlainValue]:
@@ -285,8 +306,8 @@ class SearchedStudy:
 
         Paths are relative to its folder.
         """
-        starts = {"starts": [entry.table for entry in self.search.starts]} if self.table.search.starts else {}
-        search = self.table.search.model_copy(update={**self.search.sizes, **starts})
+        starts = [entry.table for entry in self.search.starts]
+        search = self.table.search.model_copy(update={**self.search.sizes, "starts": starts})
         return self.table.model_copy(update={"search": search}).model_dump(mode="json", exclude_unset=True)
 
     @property

@@ -139,8 +139,7 @@ def _start_set(entry: str | StartTable, key: str, folder: Path, space: DecisionS
         return _given_set(entry, key, space)
     if entry == SHIPPED:
         with located(None, key):
-            front = study.shipped_front()
-        return StartSet(front.origin, tuple(_point(space, point, dict.fromkeys(point, 1.0)) for point in front.points))
+            return shipped_set(study.shipped_front(), space)
     path = folder / entry if (folder / entry).exists() else Path(entry)
     if not path.exists():
         message = f"there is no results folder or gains.json {entry}; the path is relative to the study file or to this folder"
@@ -150,6 +149,15 @@ def _start_set(entry: str | StartTable, key: str, folder: Path, space: DecisionS
     except InputError as error:
         raise InputError(f"{path}: {error}" if error.file is None else str(error), key=key) from None
     return StartSet(entry, points)
+
+
+def shipped_set(front: ShippedFront, space: DecisionSpace) -> StartSet:
+    """Return the points of a front that comes with the tool; InputError where it has none of the searched gains."""
+    points = tuple(_point(space, point, dict.fromkeys(point, 1.0)) for point in front.points)
+    if not any(points):
+        searched = listing([each.name for each in space.variables])
+        raise InputError(f"{front.origin} has none of the gains of this study ({searched}); leave starts out")
+    return StartSet(front.origin, points)
 
 
 def _given_set(table: StartTable, key: str, space: DecisionSpace) -> StartSet:

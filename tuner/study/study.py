@@ -31,7 +31,7 @@ from tuner.study.margins import margin_requirement, nominal_margins
 from tuner.study.processor_cost.cost import gains_rows, tabled
 from tuner.study.schema import StudyTable
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords, usual_keys
-from tuner.study.shipped_fronts import ShippedFront, shipped_front
+from tuner.study.shipped_fronts import ShippedFront, shipped_front, shipped_fronts
 from tuner.study.starts import EarlierGains
 from tuner.study.trim import hover_of, steady_states, trim_entry, trim_texts
 from tuner.study.tuning_study import TuningStudy
@@ -195,6 +195,15 @@ class Study(TuningStudy):
             if gain.loop in same
         }
         return EarlierGains(given, factors)
+
+    @property
+    def has_shipped_front(self) -> bool:
+        """Whether a front of its laws comes with the tool that has one of the searched gains."""
+        cascade = self.system.cascade
+        front = shipped_fronts().get((cascade.attitude.name, cascade.position.name))
+        return front is not None and any(
+            address in front.points[0] for variable in self.space.variables for address in variable.addresses
+        )
 
     def shipped_front(self) -> ShippedFront:
         """Return the front of its laws that comes with the tool; InputError where there is none."""

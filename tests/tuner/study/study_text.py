@@ -48,6 +48,7 @@ max = 0.0
 [search]
 population = 8
 generations = 2
+starts = []
 
 [pick]
 rule = "knee"

@@ -27,6 +27,7 @@ from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
 from tuner.store.start import FILE as START
 from tuner.store.start import read_start, write_start
+from tuner.study.starts import merged_points
 from tuner.study.study import SearchedStudy, TuningStudy
 
 
@@ -67,6 +68,8 @@ def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) ->
     started: dict[str, Any] = {"excesses": problem.excesses} if ALGORITHMS[name].screens and study.requirements else {}
     if study.search.reference:
         started["reference"] = study.search.reference_point(study.objectives)
+    if ALGORITHMS[name].screens and study.search.starts:
+        started["candidates"] = merged_points(study.search.starts, study.space)
     return SEARCHES[name](first, len(study.objectives), limits, seed, **started)
 
 

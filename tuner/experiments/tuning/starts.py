@@ -13,6 +13,7 @@ import numpy as np
 from plant.quadrotor.sensors import SensorSpec
 from plant.records import flatten
 from plant.seeds import generator
+from tuner.search.initial_design import first_passing
 from tuner.study.starts import merged_points
 from tuner.study.study import SearchedStudy, Study
 
@@ -108,10 +109,9 @@ def earlier_points(
     points = _without_repetitions(merged_points(study.search.starts, study.space), starts)
     if passes_screening is None or not len(points):
         return points[:most], []
-    passing = passes_screening(points)
-    moved = nearest_passing(points[:most], passing[:most], generator(study.seed, "search/starts", 0), passes_screening)
-    rest = points[most:][passing[most:]]
-    taken = np.concatenate([moved, rest])[:most]
+    first, rest = points[:most], points[most:]
+    moved = nearest_passing(first, passes_screening(first), generator(study.seed, "search/starts", 0), passes_screening)
+    taken = np.concatenate([moved, first_passing(rest, most - len(moved), passes_screening)])
     lost = min(most, len(points)) - len(taken)
     if not lost:
         return taken, []
@@ -129,7 +129,7 @@ def surrounding_points(
     blend = rng.uniform(*BLENDS, size=(count * DRAWS, 1))
     steps = AROUND * rng.standard_normal((count * DRAWS, points.shape[1]))
     drawn = np.clip(ends[:, 0] + blend * (ends[:, 1] - ends[:, 0]) + steps, 0.0, 1.0)
-    return drawn[:count] if passes_screening is None else drawn[passes_screening(drawn)][:count]
+    return drawn[:count] if passes_screening is None else first_passing(drawn, count, passes_screening)
 
 
 def nearest_passing(points: Array, passing: Array, rng: np.random.Generator, passes_screening: Screening) -> Array:

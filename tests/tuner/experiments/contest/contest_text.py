@@ -61,6 +61,7 @@ max = 100.0
 [search]
 population = 8
 generations = 3
+starts = []
 
 [[contender]]
 name = "PID"
