@@ -45,6 +45,16 @@ TOGETHER = (
 )
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Collect no garbage while tests are collected: it finds nothing, and takes a fifth of that time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+
+
 def pytest_collection_modifyitems(items):
     """Put the tests of long files first; the others keep their order."""
     place = {f"tests/{name}": number for number, name in enumerate(LONG)}

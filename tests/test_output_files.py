@@ -141,7 +141,7 @@ NEW = {
     "compare": ("compare", "RESULTS", "RESULTS/gains.json", "--out", "OUT"),
     "sensitivity": ("sensitivity", QUICKSTART, "--samples", 8, "--out", "OUT"),
     "margins": ("margins", "--law", "pid", "--out", "OUT"), "export": ("export", "RESULTS/gains.json", "--to", "c99", "--out", "OUT"),
-    "fly": ("fly", "--law", "pid", "--seeds", 2, "--plot", "OUT"), "new": ("new", "OUT"),
+    "fly": ("fly", "--law", "hybrid", "--seeds", 2, "--plot", "OUT"), "new": ("new", "OUT"),
     "new --mass": ("new", "OUT", *"--mass 1 --wheelbase 0.4 --propeller 10x4.5 --kv 900 --cells 3".split()),
     "approach": ("approach", "RESULTS/gains.json", "RESULTS/gains.json", "--out", "OUT"),
 }  # fmt: skip

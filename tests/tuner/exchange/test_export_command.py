@@ -111,6 +111,7 @@ def test_an_import_is_compared_with_the_vehicle_at_the_export(run, tmp_path):
     assert rows["MPC_XY_P"]["before"] is None and rows["MPC_XY_P"]["change"] is None
 
 
+@pytest.mark.usefixtures("unflown")
 def test_parameters_that_a_file_lacks_stand_at_their_defaults(run, tmp_path):
     """They are compared with the default; what changes beside the gains comes first of the sentences."""
     params = tmp_path / "quad.params"
@@ -135,6 +136,7 @@ def test_parameters_that_a_file_lacks_stand_at_their_defaults(run, tmp_path):
     assert "MC_YAW_TQ_CUTOFF 2 (default) to 0.57 Hz, MPC_TILTMAX_AIR 45 (default) to 30 deg" in first
 
 
+@pytest.mark.usefixtures("unflown")
 def test_betaflight_is_compared_with_the_vehicle(run, tmp_path):
     diff = tmp_path / "diff.txt"
     diff.write_text("set p_pitch = 58\nset d_max_roll = 48\n")

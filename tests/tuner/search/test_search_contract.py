@@ -79,9 +79,9 @@ def test_a_fresh_one_told_the_same_goes_on_the_same(name, objectives):
     problem, first = stepped(objectives), started(4)
     points, values, violations = run(name, objectives, problem, first=first)
     resumed = SEARCHES[name](first, objectives, violations.shape[2], 1)
-    replayed = run_generations(resumed, lambda given: recorded(given, points, values, violations), len(first), 6)
-    assert np.array_equal(replayed[0], points[:6])
-    assert np.array_equal(run_generations(resumed, problem, len(first), len(points) - 6)[0], points[6:])
+    replayed = run_generations(resumed, lambda given: recorded(given, points, values, violations), len(first), 4)
+    assert np.array_equal(replayed[0], points[:4])
+    assert np.array_equal(run_generations(resumed, problem, len(first), len(points) - 4)[0], points[4:])
 
 
 def recorded(given, points, values, violations):

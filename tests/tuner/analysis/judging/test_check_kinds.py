@@ -8,6 +8,7 @@ from math import atan, cos, degrees, hypot, pi, radians, sin, sqrt, tan
 import numpy as np
 import pytest
 
+import tuner as api
 from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
 from plant.quadrotor.airframes import load
@@ -26,7 +27,21 @@ HUMMINGBIRD = load("hummingbird")
 
 
 @pytest.fixture
-def checked(monkeypatch, capsys):
+def checked_once(monkeypatch):
+    """Work out the answer about a file once for its document and its text on the terminal; it takes a second."""
+    check, answers = api.check, {}
+
+    def remembered(file, changes=None, watcher=None):
+        key = str(file), file.read_bytes() if file.is_file() else b"", str(changes)
+        if key not in answers:
+            answers[key] = check(file, changes=changes, watcher=watcher)
+        return answers[key]
+
+    monkeypatch.setattr(api, "check", remembered)
+
+
+@pytest.fixture
+def checked(checked_once, monkeypatch, capsys):
     """Check a file; return exit code, the document and standard error."""
 
     def check(file):
@@ -37,7 +52,7 @@ def checked(monkeypatch, capsys):
 
 
 @pytest.fixture
-def told(monkeypatch, capsys):
+def told(checked_once, monkeypatch, capsys):
     """Check a file and return exit code and what the terminal shows, blanks made one."""
 
     def check(file):

@@ -46,8 +46,8 @@ from tuner.study import load_study
 from tuner.study.margins import nominal_margins
 
 REQUIRED = {key: value for key, value in SMALL.items() if key != "margin"} | {
-    "search.population": 20,
-    "search.generations": 5,
+    "search.population": 16,
+    "search.generations": 3,
     "scenario.0.duration": 4.0,
     "scenario.0.reference.time": 0.1,
 }
@@ -92,7 +92,7 @@ def test_margins_may_move_in_their_last_digits_when_a_run_is_verified(ran, monke
     assert differs in (found.difference or "")
     if not differs:
         assert 1e-14 < found.margins_moved < 1e-13
-        assert found.words.startswith("The same but for the last digits of margins: 100 candidates replayed, 2 of them")
+        assert found.words.startswith("The same but for the last digits of margins: 48 candidates replayed, 2 of them")
         assert "margins agree to 13 digits, all else to the bit" in found.words
 
 
@@ -365,7 +365,7 @@ def read_off(a, b, c, h):
 
 
 # Members of a front whose margins are worked out by the flown code, the recommended one among them: 2 s each for four states.
-BY_OWN_PATH = 4
+BY_OWN_PATH = 2
 
 
 def test_members_of_the_front_keep_their_margins_by_a_path_of_their_own(ran):
@@ -434,7 +434,7 @@ def test_a_margin_that_nobody_can_have_screens_all_but_the_default(tmp_path):
     asked = load_study(QUICKSTART, REQUIRED | {"margin": [{"quantity": "phase_margin", "min": 170.0}]})
     found, warnings = searched(tmp_path / "none", asked)
     assert found.flown.tolist() == [True] + [False] * (len(found.flown) - 1)
-    assert any("phase_margin at least 170 deg was kept by 0 of 100 candidates" in text for text in warnings)
+    assert any("phase_margin at least 170 deg was kept by 0 of 48 candidates" in text for text in warnings)
     assert np.isfinite(found.violations).all()
 
 

@@ -117,14 +117,13 @@ def test_points_at_limits_are_flown_near_by(tmp_path, no_figures):
     assert np.all((far > 0.0) & (far < 0.3))
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_killed_and_resumed_without_the_earlier_run(earlier, tmp_path, threads):
+def test_killed_and_resumed_without_the_earlier_run(earlier, tmp_path):
     changes = {**CHANGES, "scenario.0.duration": 3.0, "search.starts": [str(earlier)]}
     finish(*run_arguments(tmp_path / "alone", changes), "--threads", 1)
     folder = tmp_path / "killed"
     assert killed(folder, lambda _: (folder / "generations" / "0001.parquet").exists(), changes)
     shutil.rmtree(earlier)
-    finish("resume", folder, "--threads", threads)
+    finish("resume", folder, "--threads", 2)
     compare(result_of(folder), result_of(tmp_path / "alone"))
     moved = folder.rename(tmp_path / "moved")
     (moved / "start.json").unlink()
