@@ -200,7 +200,8 @@ class BayesianOptimization:
     def _global_points(self, computed: list[ConstraintModel], rng: np.random.Generator) -> Array:
         """Return points (p, d) that fill the cube.
 
-        While few points are known they fill the part of it where what is computed is probably satisfied. Sampling without replacement: P. S. Efraimidis, P. G. Spirakis, Information Processing Letters 97(5):181-185, 2006.
+        While few points are known they fill the part of it where what is computed is probably satisfied. Sampling without
+        replacement: P. S. Efraimidis, P. G. Spirakis, Information Processing Letters 97(5):181-185, 2006.
         """
         if not computed or len(self._points) >= N_EARLY:
             return self._sobol.random(N_GLOBAL)
