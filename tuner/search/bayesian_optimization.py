@@ -26,9 +26,9 @@ Array = np.ndarray
 Acquisition = HypervolumeImprovement | FeasibilityAcquisition
 # Points of the pool, and how many of them fill the cube; the others lie around the best points so far.
 N_CANDIDATES, N_GLOBAL = 512, 128
-# Points drawn for each of those that fill the cube where limits are computed without flying: while few points are known, and
-# later; and least weight of one.
-EARLY_DRAWS, LATER_DRAWS, MIN_WEIGHT = 32, 4, 1e-12
+# Points drawn for each of those that fill the cube, while few points are known and limits are computed without flying: where 2 of
+# 100 keep them, 128 points hold next to nothing to explore. Least weight of one.
+EARLY_DRAWS, MIN_WEIGHT = 32, 1e-12
 # Least number of points of the pool for each point of a generation.
 CANDIDATES_PER_PICK = 2
 # Of these, those that stay for the choice, and of them those whose perturbations replace the others.
@@ -199,14 +199,14 @@ class BayesianOptimization:
         return self._new(np.concatenate([filling, around, self._candidates]))
 
     def _global_points(self, computed: list[ConstraintModel], rng: np.random.Generator) -> Array:
-        """Return points (p, d) over the cube: of many, in proportion to the probability of satisfying what is computed.
+        """Return points (p, d) that fill the cube.
 
-        Sampling without replacement: P. S. Efraimidis, P. G. Spirakis, Information Processing Letters 97(5):181-185, 2006.
+        While few points are known they fill the part of it where what is computed is probably satisfied. Sampling without
+        replacement: P. S. Efraimidis, P. G. Spirakis, Information Processing Letters 97(5):181-185, 2006.
         """
-        if not computed:
+        if not computed or len(self._points) >= N_EARLY:
             return self._sobol.random(N_GLOBAL)
-        draws = EARLY_DRAWS if len(self._points) < N_EARLY else LATER_DRAWS
-        points = self._sobol.random(draws * N_GLOBAL)
+        points = self._sobol.random(EARLY_DRAWS * N_GLOBAL)
         probability = np.maximum(probability_of_feasibility(computed, points), MIN_WEIGHT)
         return points[np.argsort(rng.exponential(size=len(points)) / probability, kind="stable")[:N_GLOBAL]]
 
