@@ -68,7 +68,6 @@ class BayesianOptimization:
         excesses: analyses without flights, the longest last: points (n, d) -> excess over limits (n, h), 0 or less where they
             hold. Points that exceed one are never proposed, nor do their objectives count.
         reference: objectives (m,) up to which the front is searched; None or NaN where front and default decide.
-        candidates: points (k, d) known to be good elsewhere, which every pool has.
     """
 
     def __init__(
@@ -79,10 +78,8 @@ class BayesianOptimization:
         seed: int,
         excesses: Sequence[Callable[[Array], Array]] = (),
         reference: Array | None = None,
-        candidates: Array | None = None,
     ) -> None:
         self._seed = seed
-        self._candidates = first[:0] if candidates is None else candidates
         self._reference = np.full(n_objectives, np.nan) if reference is None else reference
         self._points, self._values = np.empty((0, first.shape[1])), np.empty((0, n_objectives))
         self._violations = np.empty((0, n_constraints))
@@ -191,8 +188,11 @@ class BayesianOptimization:
         depth = np.log1p(values).mean(axis=1)
         total = (np.maximum(self._violations, 0.0) / violation_scales(self._violations)).sum(axis=1)
         best = np.union1d(front, np.lexsort((depth, total))[:N_INCUMBENTS])
-        around = perturb(self._points[best], self._n_candidates - N_GLOBAL, rng)
-        return self._new(np.concatenate([self._sobol.random(N_GLOBAL), around, self._candidates]))
+        return self._new(
+            np.concatenate(
+                [self._sobol.random(N_GLOBAL), perturb(self._points[best], self._n_candidates - N_GLOBAL, rng)]
+            )
+        )
 
     def _enough(self, pool: Array) -> Array:
         """Return a pool (p, d) of at least a generation."""

@@ -28,15 +28,28 @@ def initial_design(
     count: int,
     rng: np.random.Generator,
     passes_screening: Callable[[np.ndarray], np.ndarray] | None = None,
+    spare: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return `count` points (count, d): the starting points (k, d), then a Latin hypercube of the rest.
 
-    passes_screening: points (n, d) -> mask (n,) of those worth a flight; None for all.
+    Args:
+        starts: Starting points (k, d).
+        count: Number of points.
+        rng: Source of the hypercubes.
+        passes_screening: Points (n, d) -> mask (n,) of those worth a flight; None for all.
+        spare: Further starting points (s, d), which stand in for points of the hypercube that fail pre-screening. With them it is
+            not sampled for long: feasible points are at hand.
     """
     points = latin_hypercube(count - len(starts), starts.shape[1], rng)
-    if passes_screening is not None:
-        points = _replace_failing(points, rng, passes_screening)
-    return np.concatenate([starts, points], axis=0)
+    if passes_screening is None:
+        return np.concatenate([starts, points])
+    if spare is None or not len(spare):
+        return np.concatenate([starts, _replace_failing(points, rng, passes_screening, MAX_EXTRA_HYPERCUBES)])
+    points = _replace_failing(points, rng, passes_screening, HYPERCUBE_BATCH)
+    failing = np.flatnonzero(~passes_screening(points))
+    passing = first_passing(spare, len(failing), passes_screening)
+    points[failing[: len(passing)]] = passing
+    return np.concatenate([starts, points])
 
 
 def first_passing(points: np.ndarray, count: int, passes_screening: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
@@ -51,11 +64,11 @@ def first_passing(points: np.ndarray, count: int, passes_screening: Callable[[np
 
 
 def _replace_failing(
-    points: np.ndarray, rng: np.random.Generator, passes_screening: Callable[[np.ndarray], np.ndarray]
+    points: np.ndarray, rng: np.random.Generator, passes_screening: Callable[[np.ndarray], np.ndarray], hypercubes: int
 ) -> np.ndarray:
-    """Return points (n, d) with those that fail screening replaced by passing samples."""
+    """Return points (n, d) with those that fail screening replaced by passing samples of so many hypercubes."""
     points, open_rows = points.copy(), np.flatnonzero(~passes_screening(points))
-    for _ in range(MAX_EXTRA_HYPERCUBES // HYPERCUBE_BATCH):
+    for _ in range(hypercubes // HYPERCUBE_BATCH):
         if not len(open_rows):
             break
         samples = np.concatenate([latin_hypercube(len(points), points.shape[1], rng) for _ in range(HYPERCUBE_BATCH)])

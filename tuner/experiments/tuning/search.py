@@ -27,7 +27,6 @@ from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
 from tuner.store.start import FILE as START
 from tuner.store.start import read_start, write_start
-from tuner.study.starts import merged_points
 from tuner.study.study import SearchedStudy, TuningStudy
 
 
@@ -51,13 +50,13 @@ def first_generation(problem: Evaluator, study: SearchedStudy) -> tuple[np.ndarr
     """Return the first generation (n, d) and warnings about it."""
     starts, texts = starting_points(study)
     worthy = problem.worth_flying if study.requirements else None
-    earlier, lost = earlier_points(study, starts, study.search.most_starts, worthy)
+    earlier, spare, lost = earlier_points(study, starts, study.search.most_starts, worthy)
     around = surrounding_points(
         earlier, study.search.most_starts // 2, generator(study.seed, "search/around", 0), worthy
     )
     starts = np.concatenate([starts, earlier, around])[: study.search.population]
-    first = initial_design(starts, study.search.population, generator(study.seed, "search/initial", 0), worthy)
-    return first, [*texts, *lost]
+    draw = generator(study.seed, "search/initial", 0)
+    return initial_design(starts, study.search.population, draw, worthy, spare), [*texts, *lost]
 
 
 def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) -> Search:
@@ -69,8 +68,6 @@ def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) ->
     if study.search.reference:
         given = dict(study.search.reference)
         started["reference"] = np.array([given.get(entry.label, np.nan) for entry in study.objectives])
-    if ALGORITHMS[name].screens and study.search.starts:
-        started["candidates"] = merged_points(study.search.starts, study.space)
     return SEARCHES[name](first, len(study.objectives), limits, seed, **started)
 
 
