@@ -20,7 +20,7 @@ from tuner.study.study import TuningStudy
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 # Control period and plant step are one: that changes metrics by 1e-7 and halves the time of a flight.
-EQUAL_STEPS = {"controller.plant_step": 0.004}
+EQUAL_STEPS = {"controller.plant_step": 0.004, "search.starts": []}
 # Candidates of the common start, of which a contestant takes as many as its first batch has.
 START = 64
 # Held-out flights of a candidate, and candidates that fly them by the number of objectives: the best of one, else as many of the

@@ -2,12 +2,12 @@
 
 Each pair is tuned in the flights and limits of the quickstart, with the usual ranges of those gains of both laws that studies
 search; the others have their defaults. Points are those of the front that add most to its hypervolume. Pairs that are in the
-file stay as they are.
+file stay as they are; `--again` goes on from them.
 """
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -33,7 +33,6 @@ SIZES = {
     "search.first": 64,
     "search.population": 20,
     "search.generations": 24,
-    "search.starts": [],
 }
 
 
@@ -69,26 +68,25 @@ def rounded(point: Any) -> dict[str, float]:
     return {name: float(f"{value:.{DIGITS}g}") for name, value in point.items()}
 
 
-def made(known: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
-    """Yield the fronts of all pairs that are not known."""
-    pairs = {(front["attitude"], front["position"]) for front in known}
-    for attitude, position in product(LAWS, LAWS):
-        if (attitude, position) not in pairs:
-            points = points_of(attitude, position)
-            print(attitude, position, len(points), flush=True)
-            if points:
-                yield {"attitude": attitude, "position": position, "points": points}
+def made(pairs: Iterable[tuple[str, str]]) -> Iterator[dict[str, Any]]:
+    """Yield the fronts of pairs of laws."""
+    for attitude, position in pairs:
+        points = points_of(attitude, position)
+        print(attitude, position, len(points), flush=True)
+        if points:
+            yield {"attitude": attitude, "position": position, "points": points}
 
 
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--again", action="store_true", help="make those that the file has, too")
-    chosen = parser.parse_args()
-    fronts = [] if chosen.again or not FILE.exists() else json.loads(FILE.read_text(encoding="utf-8"))["fronts"]
-    for front in made(fronts):
-        fronts.append(front)
-        FILE.write_text(text_of(fronts), encoding="utf-8")
+    parser.add_argument("--again", action="store_true", help="search on from those that the file has")
+    again = parser.parse_args().again
+    fronts = {(entry["attitude"], entry["position"]): entry for entry in json.loads(FILE.read_text())["fronts"]}
+    pairs = list(fronts) if again else [pair for pair in product(LAWS, LAWS) if pair not in fronts]
+    for front in made(pairs):
+        fronts[front["attitude"], front["position"]] = front
+        FILE.write_text(text_of(list(fronts.values())), encoding="utf-8")
 
 
 def text_of(fronts: list[dict[str, Any]]) -> str:

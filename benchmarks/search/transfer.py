@@ -31,6 +31,7 @@ from tuner.study import Study, load_study
 SEEDS = (2025, 2026, 2027, 2028, 2029)
 ENOUGH = 0.95
 QUICKSTART = ROOT / "studies/quickstart.toml"
+SIZES = {"search.population": 12, "search.generations": 12}
 
 
 class Target(NamedTuple):
@@ -43,12 +44,12 @@ class Target(NamedTuple):
 
 TARGETS = {
     "wind": Target(
-        QUICKSTART, {"scenario.0.air.intensity": 5.0, "scenario.0.spread.mass": 0.15}, "5 m/s of wind at 20 ft"
+        QUICKSTART, {**SIZES, "scenario.0.air.intensity": 5.0, "scenario.0.spread.mass": 0.15}, "5 m/s of wind at 20 ft"
     ),
-    "vehicle": Target(QUICKSTART, {"airframe.name": "iris"}, "iris in place of hummingbird"),
+    "vehicle": Target(QUICKSTART, {**SIZES, "airframe.name": "iris"}, "iris in place of hummingbird"),
     "reference": Target(
         QUICKSTART,
-        {"scenario.0.reference": {"kind": "figure_eight", "size": 2.0, "period": 8.0}},
+        {**SIZES, "scenario.0.reference": {"kind": "figure_eight", "size": 2.0, "period": 8.0}},
         "a figure eight in place of steps",
     ),
     "three": Target(HERE / "studies/three.toml", {}, "another study: three objectives, gust, 8 gains"),
@@ -76,7 +77,7 @@ class Judge(Course):
 
 def earlier_run(folder: Path, seed: int) -> Path:
     """Return the results folder of an earlier run of the quickstart."""
-    study = load_study(QUICKSTART, {**EQUAL_STEPS, "seed": 1000 + seed})
+    study = load_study(QUICKSTART, {**EQUAL_STEPS, **SIZES, "seed": 1000 + seed})
     TuningRun(study, Folder.create(folder), Watcher()).carry_out()
     return folder
 

@@ -71,7 +71,6 @@ class BayesianOptimization:
         excesses: analyses without flights, the longest last: points (n, d) -> excess over limits (n, h), 0 or less where they
             hold. Points that exceed one are never proposed, nor do their objectives count.
         reference: objectives (m,) up to which the front is searched; None or NaN where front and default decide.
-        candidates: points (k, d) known to be good elsewhere, which every pool has.
     """
 
     def __init__(
@@ -82,10 +81,8 @@ class BayesianOptimization:
         seed: int,
         excesses: Sequence[Callable[[Array], Array]] = (),
         reference: Array | None = None,
-        candidates: Array | None = None,
     ) -> None:
         self._seed = seed
-        self._candidates = first[:0] if candidates is None else candidates
         self._reference = np.full(n_objectives, np.nan) if reference is None else reference
         self._points, self._values = np.empty((0, first.shape[1])), np.empty((0, n_objectives))
         self._violations = np.empty((0, n_constraints))
@@ -196,7 +193,7 @@ class BayesianOptimization:
         best = np.union1d(front, np.lexsort((depth, total))[:N_INCUMBENTS])
         filling = self._global_points(computed, rng)
         around = perturb(self._points[best], self._n_candidates - N_GLOBAL, rng)
-        return self._new(np.concatenate([filling, around, self._candidates]))
+        return self._new(np.concatenate([filling, around]))
 
     def _global_points(self, computed: list[ConstraintModel], rng: np.random.Generator) -> Array:
         """Return points (p, d) that fill the cube.

@@ -7,6 +7,7 @@ more dimensions (C. Hvarfner, E. O. Hellsten, L. Nardi, "Vanilla Bayesian optimi
 """
 
 from collections.abc import Callable
+from functools import cache
 from math import log, sqrt
 
 import numpy as np
@@ -39,19 +40,21 @@ class Hyperparameters:
     @classmethod
     def prior(cls, dimensions: int) -> "Hyperparameters":
         """Return the mean of the prior."""
-        return cls(prior_mean(dimensions))
+        return cls(log_prior(dimensions)[0])
 
 
-def prior_mean(dimensions: int) -> Array:
-    """Return the mean (d + 1,) of the logarithms under the prior."""
-    return np.append(np.full(dimensions, -(LENGTH_MEAN + 0.5 * log(dimensions))), NOISE_MEAN)
+@cache
+def log_prior(dimensions: int) -> tuple[Array, Array]:
+    """Return mean and standard deviation (d + 1,) of the logarithms under the prior."""
+    mean = np.append(np.full(dimensions, -(LENGTH_MEAN + 0.5 * log(dimensions))), NOISE_MEAN)
+    return mean, np.append(np.full(dimensions, LENGTH_STD), NOISE_STD)
 
 
 def negative_log_posterior(logs: Array, points: Array, targets: Array) -> tuple[float, Array]:
     """Return the negative log posterior of logs (d + 1,) and its gradient: up to a constant."""
     value, gradient = covariance.likelihood(points, targets, logs)
-    std = np.append(np.full(len(logs) - 1, LENGTH_STD), NOISE_STD)
-    deviation = (logs - prior_mean(len(logs) - 1)) / std
+    mean, std = log_prior(len(logs) - 1)
+    deviation = (logs - mean) / std
     return value + 0.5 * float(np.square(deviation).sum()), gradient + deviation / std
 
 
@@ -103,18 +106,19 @@ def minimize_bfgs(
         high: upper bounds (k,).
         evaluations: largest number of calls of the function.
     """
-    at = np.clip(start, low, high)
+    at = np.minimum(np.maximum(start, low), high)
     value, gradient = function(at)
     inverse_hessian, length = np.eye(len(at)), 1.0
     for _ in range(evaluations - 1):
         free = ~(((at <= low) & (gradient > 0.0)) | ((at >= high) & (gradient < 0.0)))
         direction = -np.where(free, (inverse_hessian * np.where(free, gradient, 0.0)).sum(axis=1), 0.0)
-        if np.sum(direction * gradient) >= 0.0:
+        if (direction * gradient).sum() >= 0.0:
             inverse_hessian, direction = np.eye(len(at)), -np.where(free, gradient, 0.0)
-        trial = np.clip(at + length * direction * min(1.0, MAX_STEP / (np.abs(direction).max() or 1.0)), low, high)
+        ahead = at + length * direction * min(1.0, MAX_STEP / (np.abs(direction).max() or 1.0))
+        trial = np.minimum(np.maximum(ahead, low), high)
         trial_value, trial_gradient = function(trial)
         step, gradient_change = trial - at, trial_gradient - gradient
-        if trial_value > value + 1e-4 * np.sum(gradient * step):
+        if trial_value > value + 1e-4 * (gradient * step).sum():
             length *= 0.3
             continue
         decrease, length = value - trial_value, 1.0
@@ -127,12 +131,13 @@ def minimize_bfgs(
 
 def bfgs_update(inverse_hessian: Array, step: Array, gradient_change: Array) -> Array:
     """Return the BFGS update (k, k) of an inverse Hessian; itself where the curvature condition fails."""
-    curvature = float(np.sum(step * gradient_change))
+    curvature = float((step * gradient_change).sum())
     if curvature <= 1e-10:
         return inverse_hessian
     image = (inverse_hessian * gradient_change).sum(axis=1)
-    factor = (1.0 + float(np.sum(gradient_change * image)) / curvature) / curvature
-    return inverse_hessian + factor * np.outer(step, step) - (np.outer(image, step) + np.outer(step, image)) / curvature
+    factor = (1.0 + float((gradient_change * image).sum()) / curvature) / curvature
+    mixed = image[:, None] * step
+    return inverse_hessian + factor * (step[:, None] * step) - (mixed + mixed.T) / curvature
 
 
 def standardize(targets: Array) -> tuple[Array, float, float]:

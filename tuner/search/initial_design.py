@@ -30,16 +30,39 @@ def initial_design(
     count: int,
     rng: np.random.Generator,
     excess: Callable[[np.ndarray], np.ndarray] | None = None,
+    spare: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return `count` points (count, d): the starting points (k, d), then a Latin hypercube of the rest.
 
-    excess: points (n, d) -> excess (n, h) over limits that are known without flying, 0 or less where a point is worth a
-    flight; None where all are.
+    Points of it beyond a limit give way: to samples of further hypercubes; then to spare points, or where there are none and
+    nothing sampled passes, to points that evolve from the samples.
+
+    Args:
+        starts: Starting points (k, d).
+        count: Number of points.
+        rng: Source of the hypercubes.
+        excess: Points (n, d) -> excess (n, h) over limits that are known without flying, 0 or less where a point is worth a
+            flight; None where all are.
+        spare: Further starting points (s, d). With them few hypercubes are sampled: feasible points are at hand.
     """
     points = latin_hypercube(count - len(starts), starts.shape[1], rng)
-    if excess is not None and len(points):
-        points = _replace_failing(points, rng, excess)
-    return np.concatenate([starts, points], axis=0)
+    if excess is None or not len(points):
+        return np.concatenate([starts, points])
+
+    def passes(candidates: np.ndarray) -> np.ndarray:
+        return np.all(excess(candidates) <= 0.0, axis=1)
+
+    spare = starts[:0] if spare is None else spare
+    points, samples = _replace_failing(points, rng, passes, HYPERCUBE_BATCH if len(spare) else MAX_EXTRA_HYPERCUBES)
+    failing = np.flatnonzero(~passes(points))
+    if len(spare):
+        others = first_passing(spare, len(failing), passes)
+    elif len(failing) == len(points):
+        others = evolve_feasible_points(samples, excess, len(points), rng)
+    else:
+        others = points[:0]
+    points[failing[: len(others)]] = others
+    return np.concatenate([starts, points])
 
 
 def first_passing(points: np.ndarray, count: int, passes_screening: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
@@ -54,19 +77,12 @@ def first_passing(points: np.ndarray, count: int, passes_screening: Callable[[np
 
 
 def _replace_failing(
-    points: np.ndarray, rng: np.random.Generator, excess: Callable[[np.ndarray], np.ndarray]
-) -> np.ndarray:
-    """Return points (n, d), those beyond a limit replaced by others.
-
-    Samples take their places, or points that evolve from samples where all of these are beyond a limit.
-    """
-
-    def passes(candidates: np.ndarray) -> np.ndarray:
-        return np.all(excess(candidates) <= 0.0, axis=1)
-
+    points: np.ndarray, rng: np.random.Generator, passes: Callable[[np.ndarray], np.ndarray], hypercubes: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (n, d), failing ones replaced by passing samples of so many hypercubes, and all samples (k, d)."""
     drawn, points = [points], points.copy()
     open_rows = np.flatnonzero(~passes(points))
-    for _ in range(MAX_EXTRA_HYPERCUBES // HYPERCUBE_BATCH):
+    for _ in range(hypercubes // HYPERCUBE_BATCH):
         if not len(open_rows):
             break
         samples = np.concatenate([latin_hypercube(len(points), points.shape[1], rng) for _ in range(HYPERCUBE_BATCH)])
@@ -74,7 +90,4 @@ def _replace_failing(
         points[open_rows[: len(passing)]] = passing
         open_rows = open_rows[len(passing) :]
         drawn.append(samples)
-    if len(open_rows) == len(points):
-        evolved = evolve_feasible_points(np.concatenate(drawn), excess, len(points), rng)
-        points[: len(evolved)] = evolved
-    return points
+    return points, np.concatenate(drawn)

@@ -153,11 +153,16 @@ def flown_then(file: Path, searches: bool) -> PlainTable:
 def left_open(file: Path, values: Mapping[str, Mapping[str, PlainValue]]) -> PlainTable:
     """Return those values, by table and key, that a study does not give, by dotted key."""
     layers = read_layers(file)
+
+    def is_given(table: str, key: str) -> bool:
+        tables = [layer.table.get(table) for layer in layers]
+        return any(isinstance(entry, Mapping) and key in entry for entry in tables)
+
     return {
         f"{table}.{key}": value
         for table, entries in values.items()
         for key, value in entries.items()
-        if not any(key in layer.table.get(table, {}) for layer in layers)
+        if not is_given(table, key)
     }
 
 

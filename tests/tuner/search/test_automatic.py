@@ -115,7 +115,8 @@ def test_the_content_of_a_study_names_what_was_chosen(tmp_path):
     text = changed("population = 8\ngenerations = 2", "", changed("search = 4", "search = 32"))
     study = load_study(write(tmp_path, text))
     sizes = {"population": 8, "generations": 17, "first": 8}
-    assert study.content["search"] == {"algorithm": "gaussian_process", **sizes, "flight_growth": True}
+    model = {"algorithm": "gaussian_process", "flight_growth": True, "starts": []}
+    assert study.content["search"] == {**sizes, **model}
     resolved: dict[str, Any] = study.resolved()
     assert resolved["search"]["why"] == study.search.why
 
@@ -141,3 +142,12 @@ def test_folders_from_before_the_rule_keep_the_search_that_they_began_with(tmp_p
         assert study.search.first is None and study.search.racing
     # Since then the study in the folder names everything.
     assert as_recorded(record(3), path) == {"search.generations": 7}
+
+
+def test_folders_from_before_shipped_fronts_begin_from_none(tmp_path):
+    path = write(tmp_path, changed("starts = []\n", ""))
+    for version in (1, 2, 3):
+        assert load_study(path, as_recorded(record(version), path)).search.starts == ()
+    assert len(load_study(path, as_recorded(record(4), path)).search.starts) == 1
+    given = write(tmp_path, changed("starts = []", 'starts = ["shipped"]'))
+    assert len(load_study(given, as_recorded(record(3), given)).search.starts) == 1

@@ -14,6 +14,7 @@ from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.experiments.contest.contest_text import CONTEST
 from tests.tuner.experiments.trials.bench import BOWLS, TITLE, bowls
 from tests.tuner.study.loading import load_contest
+from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study import load_study
 from tuner.study.earlier_front import FrontTable
 from tuner.study.kinds import load_any, load_gains_study
@@ -338,15 +339,78 @@ def test_a_shipped_front_lies_in_the_usual_ranges_of_its_laws(pair):
     laws = {"controller.attitude": attitude, "controller.position": position, "gains": gains}
     study = load_study(QUICKSTART, {**SMALL, **laws, "search.starts": ["shipped"]})
     (found,) = study.search.starts
-    assert len(found.points) == 8 and all(set(point) == set(gains) for point in found.points)
+    assert len(found.points) == 24 and all(set(point) == set(gains) for point in found.points)
     assert {name.partition(".")[2] for name in gains} <= {
         gain.name.rstrip("_") for each in pair for gain in law(each).gains
     }
-    assert study.start_texts == [f"The search starts from the shipped front of {attitude}/{position} (8 points)."]
+    assert study.start_texts == [f"The search starts from the shipped front of {attitude}/{position} (24 points)."]
 
 
 def test_pairs_of_the_quickstart_and_of_pid_are_shipped():
     assert {("hybrid", "ladrc"), ("pid", "pid"), ("ladrc", "ladrc")} <= set(PAIRS)
+
+
+def without_key(text=STUDY):
+    return changed("starts = []\n", "", text)
+
+
+def test_a_search_begins_from_the_shipped_front_unless_the_study_says_otherwise(tmp_path):
+    path = write(tmp_path, without_key())
+    study = load_study(path)
+    named, none = (load_study(path, {"search.starts": entries}) for entries in (["shipped"], []))
+    assert [entry.origin for entry in study.search.starts] == ["the shipped front of hybrid/ladrc"]
+    assert none.search.starts == () and named.digest() == study.digest() != none.digest()
+    assert named.search == study.search and none.search == load_study(write(tmp_path, STUDY)).search
+
+
+def test_the_inputs_of_a_run_hold_the_points_of_the_shipped_front(tmp_path):
+    study = load_study(write(tmp_path, without_key()))
+    kept = tmp_path / "kept.toml"
+    kept.write_text(toml_text(study.content))
+    assert "shipped" not in study.content["search"]["starts"]
+    assert load_study(kept).digest() == study.digest() and len(study.content["search"]["starts"][0]["points"]) == 24
+
+
+NONE_USUAL = {
+    "no model searches": {"search.algorithm": "nsga2"},
+    "no front of the laws": {"controller.attitude": "px4", "gains": {"tilt.p": {}}},
+    "no gain of the front": {"gains": {"attitude.delta": {}}},
+}
+
+
+@pytest.mark.parametrize("changes", NONE_USUAL.values(), ids=NONE_USUAL)
+def test_searches_without_a_shipped_front_begin_from_none(changes, tmp_path):
+    study = load_study(write(tmp_path, without_key()), changes)
+    assert study.search.starts == () and study.start_texts == [] and study.content["search"]["starts"] == []
+
+
+def test_a_shipped_front_without_the_searched_gains_is_refused_by_name():
+    with pytest.raises(InputError, match=r"has none of the gains of this study \(attitude.delta\); leave starts out"):
+        load_study(QUICKSTART, {"gains": {"attitude.delta": {}}, "search.starts": ["shipped"]})
+
+
+def contest_of(tmp_path, *positions):
+    contenders = "".join(
+        f"""
+[[contender]]
+name = "{position}"
+controller = {{ attitude = "hybrid", position = "{position}" }}
+gains = {{ "tilt.omega_o" = {{}} }}
+"""
+        for position in positions
+    )
+    return load_contest(write(tmp_path, without_key() + contenders))
+
+
+def test_contenders_begin_from_shipped_fronts_where_all_have_one(tmp_path):
+    contest = contest_of(tmp_path, "ladrc", "pid")
+    assert [len(contender.study.search.starts) for contender in contest.contenders] == [1, 1]
+    uneven = contest_of(tmp_path, "ladrc", "supertwisting")
+    assert [contender.study.search.starts for contender in uneven.contenders] == [(), ()]
+    kept = tmp_path / "kept.toml"
+    kept.write_text(toml_text(uneven.content))
+    assert load_contest(kept).digest() == uneven.digest()
+    assert all(contender.raw["search"]["starts"] == [] for contender in uneven.contenders)
 
 
 def test_a_pair_without_a_shipped_front_is_refused():

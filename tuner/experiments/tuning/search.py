@@ -27,7 +27,6 @@ from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
 from tuner.store.start import FILE as START
 from tuner.store.start import read_start, write_start
-from tuner.study.starts import merged_points
 from tuner.study.study import SearchedStudy, TuningStudy
 
 
@@ -51,13 +50,13 @@ def first_generation(problem: Evaluator, study: SearchedStudy) -> tuple[np.ndarr
     """Return the first generation (n, d) and warnings about it."""
     starts, texts = starting_points(study)
     worthy, excess = (problem.worth_flying, problem.excess) if study.requirements else (None, None)
-    earlier, lost = earlier_points(study, starts, study.search.most_starts, worthy)
+    earlier, spare, lost = earlier_points(study, starts, study.search.most_starts, worthy)
     around = surrounding_points(
         earlier, study.search.most_around_starts, generator(study.seed, "search/around", 0), worthy
     )
     starts = np.concatenate([starts, earlier, around])[: study.search.population]
-    first = initial_design(starts, study.search.population, generator(study.seed, "search/initial", 0), excess)
-    return first, [*texts, *lost]
+    draw = generator(study.seed, "search/initial", 0)
+    return initial_design(starts, study.search.population, draw, excess, spare), [*texts, *lost]
 
 
 def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) -> Search:
@@ -68,8 +67,6 @@ def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) ->
     started: dict[str, Any] = {"excesses": problem.excesses} if ALGORITHMS[name].screens and study.requirements else {}
     if study.search.reference:
         started["reference"] = study.search.reference_point(study.objectives)
-    if ALGORITHMS[name].screens and study.search.starts:
-        started["candidates"] = merged_points(study.search.starts, study.space)
     return SEARCHES[name](first, len(study.objectives), limits, seed, **started)
 
 

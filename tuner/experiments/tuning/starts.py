@@ -1,7 +1,8 @@
 """Starting points of a search: the default, by which everything is measured, and points known to be good before flying.
 
 Points of earlier runs fill at most half of the first generation, and points around them a third, from which a model learns
-where the front goes; a Latin hypercube is left for a search that they mislead. `benchmarks/results/transfer.md` measures both.
+where the front goes; a Latin hypercube is left for a search that they mislead, and of it, what fails pre-screening goes to
+further points of earlier runs. `benchmarks/results/transfer.md` measures both.
 """
 
 from collections.abc import Callable
@@ -94,8 +95,8 @@ def starting_points(study: SearchedStudy) -> tuple[Array, list[str]]:
 
 def earlier_points(
     study: SearchedStudy, starts: Array, most: int, passes_screening: Screening | None = None
-) -> tuple[Array, list[str]]:
-    """Return earlier points (k, d) for the first generation, and warnings.
+) -> tuple[Array, Array, list[str]]:
+    """Return earlier points (k, d) for the first generation, further ones (r, d), and warnings.
 
     A point that fails pre-screening is moved to the nearest one found that passes: the best points of a front stand at
     limits, and those of another vehicle or wind lie a little elsewhere.
@@ -107,16 +108,21 @@ def earlier_points(
         passes_screening: Points (n, d) -> mask (n,) of those worth a flight; None for all.
     """
     points = _without_repetitions(merged_points(study.search.starts, study.space), starts)
-    if passes_screening is None or not len(points):
-        return points[:most], []
     first, rest = points[:most], points[most:]
+    if passes_screening is None or not len(points):
+        return first, rest, []
     moved = nearest_passing(first, passes_screening(first), generator(study.seed, "search/starts", 0), passes_screening)
     taken = np.concatenate([moved, first_passing(rest, most - len(moved), passes_screening)])
+    spare = _without_repetitions(rest, taken)
     lost = min(most, len(points)) - len(taken)
     if not lost:
-        return taken, []
+        return taken, spare, []
     count = f"{lost} of {min(most, len(points))}"
-    return taken, [f"Starting points left out for limits known without flying, which nothing near keeps: {count}."]
+    return (
+        taken,
+        spare,
+        [f"Starting points left out for limits known without flying, which nothing near keeps: {count}."],
+    )
 
 
 def surrounding_points(

@@ -11,7 +11,7 @@ from tests.tuner.conftest import QUICKSTART, SMALL, run_small
 from tests.tuner.experiments.again.killing import CHANGES, compare, finish, killed, result_of, run_arguments
 from tuner.experiments.tuning import starts
 from tuner.experiments.tuning.starts import earlier_points, nearest_passing, surrounding_points
-from tuner.search.initial_design import latin_hypercube
+from tuner.search.initial_design import first_passing, initial_design, latin_hypercube
 from tuner.study import load_study
 from tuner.study.starts import merged_points
 
@@ -51,8 +51,12 @@ def test_the_default_and_repetitions_are_not_flown_twice():
     repeated = [{"attitude.lambda": 5.0}, POINTS[0], POINTS[0], POINTS[1]]
     study = load_study(QUICKSTART, {**SMALL, "search.starts": [{"points": repeated}]})
     default = study.space.point(study.default_row)[None]
-    taken, texts = earlier_points(study, default, 4)
-    assert texts == [] and np.array_equal(taken, merged_points(study.search.starts, study.space)[[1, 3]])
+    taken, spare, texts = earlier_points(study, default, 4)
+    assert (
+        texts == []
+        and spare.shape == (0, taken.shape[1])
+        and np.array_equal(taken, merged_points(study.search.starts, study.space)[[1, 3]])
+    )
 
 
 def test_points_around_lie_between_points_and_near_them():
@@ -72,6 +76,33 @@ def test_points_around_keep_the_limits_and_none_comes_from_nothing():
     assert len(drawn) == 20 and inside(drawn).all()
     assert surrounding_points(ends[:0], 20, np.random.default_rng(1), inside).shape == (0, 2)
     assert len(surrounding_points(ends, 20, np.random.default_rng(1), lambda points: points[:, 0] < -1.0)) == 0
+
+
+def test_further_points_stand_in_for_what_fails_of_the_hypercube():
+    starts, spare = np.full((1, 2), 0.01), np.array([[0.9, 0.9], [0.02, 0.03], [0.03, 0.02], [0.025, 0.025]])
+    screened = list[int]()
+
+    def corner(points):
+        screened.append(len(points))
+        return points.sum(axis=1, keepdims=True) - 0.1
+
+    first = initial_design(starts, 8, np.random.default_rng(1), corner, spare)
+    assert len(first) == 8 and {tuple(row) for row in spare[1:].tolist()} <= {tuple(row) for row in first.tolist()}
+    assert [0.9, 0.9] not in first.tolist()
+    # Six hypercubes of seven points, as feasible points are at hand; without them up to 48.
+    assert sum(screened) == 7 + 6 * 7 + 7 + len(spare)
+    assert np.array_equal(initial_design(starts, 8, np.random.default_rng(1), None, spare)[:1], starts)
+
+
+def test_no_more_points_are_screened_than_needed():
+    points, screened = np.linspace(0.0, 1.0, 200)[:, None], list[int]()
+
+    def low(batch):
+        screened.append(len(batch))
+        return batch[:, 0] < 0.5
+
+    assert np.array_equal(first_passing(points, 30, low), points[:30]) and sum(screened) < 60
+    assert np.array_equal(first_passing(points, 150, low), points[:100])
 
 
 def inside(points):
@@ -95,9 +126,9 @@ def test_points_that_cannot_be_moved_are_replaced_by_others_and_said(monkeypatch
         return lambda points: points[:, column] >= given[highest, column] - 1e-12
 
     monkeypatch.setattr(starts, "WIDTHS", ())
-    taken, texts = earlier_points(study, default, 3, screening(2))
-    assert np.array_equal(taken, given[2:5]) and texts == []
-    taken, texts = earlier_points(study, default, 3, screening(4))
+    taken, spare, texts = earlier_points(study, default, 3, screening(2))
+    assert np.array_equal(taken, given[2:5]) and np.array_equal(spare, given[5:]) and texts == []
+    taken, _, texts = earlier_points(study, default, 3, screening(4))
     assert np.array_equal(taken, given[4:])
     assert texts == ["Starting points left out for limits known without flying, which nothing near keeps: 1 of 3."]
 

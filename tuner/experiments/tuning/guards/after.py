@@ -8,7 +8,13 @@ import numpy as np
 from tuner.analysis.sensitivity.indices import places
 from tuner.documents.contest_document import BoundRow
 from tuner.experiments.tuning.flight_growth import MAX_RATIO, value_ratios
-from tuner.search.convergence import TOLERANCE, generations_to_convergence, last_quarter, last_quarter_improvement
+from tuner.search.convergence import (
+    QUARTER,
+    TOLERANCE,
+    generations_to_convergence,
+    last_quarter,
+    last_quarter_improvement,
+)
 
 Times = Sequence[float]
 # Objectives that differ by less than this share of their size are constant; rank correlations from here on are perfect.
@@ -133,7 +139,8 @@ def still_rising(volumes: Sequence[float], flights: Sequence[int], resumable: bo
         resumable: Whether the run can go on with a larger budget.
     """
     done, share = len(volumes), last_quarter_improvement(volumes)
-    if share <= TOLERANCE:
+    # Of fewer than four generations the last one is more than a quarter.
+    if share <= TOLERANCE * max(last_quarter(done) / (QUARTER * done), 1.0):
         return []
     budget = generations_to_convergence(volumes)
     if budget is None:

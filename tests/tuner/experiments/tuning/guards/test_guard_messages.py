@@ -88,6 +88,8 @@ def test_a_search_that_still_gains_is_told_with_a_budget():
     )
     for resting in ([0.5, 0.7, 0.795, 0.8], [0.0] * 8, [0.7], [0.0, 0.0]):
         assert still_rising(resting, [1] * len(resting)) == []
+    # The last of two generations is half of them, of which twice as much is little.
+    assert still_rising([0.4, 0.415], [8, 16]) == [] and "5 %" in still_rising([0.4, 0.42], [8, 16])[0]
     assert still_rising([0.0, 0.4], [8, 16])[0].count("100 % of the hypervolume came in the last 1 of 2")
 
 
