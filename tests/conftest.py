@@ -23,18 +23,19 @@ sys.dont_write_bytecode = False
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-# Those of 12 s of processor time and more, the longest first.
+# Those of 12 s of processor time and more, the longest first; kernels are compiled in them.
 LONG = (
-    "tuner/report/test_report_browser.py", "tuner/experiments/again/test_resume.py",
-    "tuner/experiments/contest/test_contest_run.py", "golden/test_golden.py", "tuner/search/test_search_contract.py",
-    "tuner/exchange/betaflight/test_betaflight_firmware.py", "tuner/cli/test_interrupt.py",
-    "tuner/experiments/inference/test_inference_cases.py", "tuner/analysis/identification/test_identification.py",
-    "objectives/fmu/test_fmu_flights.py", "plant/laws/test_laws.py", "tuner/experiments/tuning/test_margin_study.py",
-    "plant/backends/test_backends_agree.py", "objectives/margins/test_margin_model.py", "tuner/api/test_examples.py",
-    "tuner/study/test_bundled_studies.py", "tuner/experiments/tuning/test_fmu_run.py", "tuner/exchange/c99/test_c99_bits.py",
-    "tuner/exchange/c99/test_c99_bundle.py", "tuner/gains/test_gains_schema.py", "tuner/experiments/tuning/test_ending.py",
-    "tuner/exchange/test_hostile_texts.py", "tuner/engines/cluster/test_cluster_lost.py",
-    "objectives/margins/test_margin_control.py",
+    "tuner/report/test_report_browser.py", "golden/test_golden.py", "tuner/experiments/contest/test_contest_run.py",
+    "tuner/experiments/again/test_resume.py", "tuner/search/test_search_contract.py", "objectives/fmu/test_fmu_flights.py",
+    "tuner/experiments/tuning/test_fmu_run.py", "tuner/analysis/identification/test_identification.py",
+    "tuner/experiments/tuning/test_margin_study.py", "tuner/api/test_ten_calls.py", "plant/backends/test_backends_agree.py",
+    "tuner/cli/test_interrupt.py", "tuner/cli/test_surroundings.py", "tuner/analysis/test_approach.py",
+    "tuner/exchange/test_hostile_texts.py", "tuner/analysis/judging/test_check_kinds.py", "plant/laws/test_laws.py",
+    "tuner/search/test_bayesian_optimization.py", "tuner/cli/test_cli.py", "tuner/study/test_bundled_studies.py",
+    "tuner/api/test_examples.py", "tuner/gains/test_gains_schema.py", "test_blocks_of_pages.py",
+    "objectives/margins/test_margin_control.py", "tuner/report/test_report_layout.py", "tuner/exchange/c99/test_c99_bits.py",
+    "tuner/experiments/trials/test_ask_and_tell.py", "tuner/exchange/c99/test_c99_bundle.py",
+    "tuner/exchange/betaflight/test_betaflight_firmware.py", "tuner/engines/cluster/test_cluster_lost.py",
 )  # fmt: skip
 # Folders whose files share runs that take seconds (fixtures of the session): one worker gets all of each.
 TOGETHER = (

@@ -20,6 +20,8 @@ from tests.undrawn import undrawn
 
 QUICKSTART = Path(__file__).parents[2] / "studies" / "quickstart.toml"
 SMALL = {
+    # A model takes a third of so short a run, and as long again when it is gone on with.
+    "search.algorithm": "nsga2",
     "search.population": 8,
     "search.generations": 3,
     # Bits of a small search depend on nothing that comes with the tool.

@@ -13,6 +13,7 @@ from plant.quadrotor.nominal import ControlOptions
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.in_process import tuner as typed
 from tuner.analysis.approach import MOST_FACTOR, MOST_STEPS, factors_between, rows_between, steps_between, steps_of_size
+from tuner.api import approaching
 from tuner.api.approaching import option_notes
 from tuner.api.gains import QuadrotorGains, gains_of
 
@@ -100,8 +101,6 @@ def test_margins_of_the_steps_are_those_of_their_gains(present):
 
 def test_a_margin_that_falls_between_two_good_ends_is_named(present, monkeypatch):
     # A position loop of 2.5 times the bandwidth has little left; it is put between two good ends by hand.
-    from tuner.api import approaching
-
     weak = np.array(scaled(present, omega_c=2.5).controller.gains)
     monkeypatch.setattr(approaching, "rows_between", lambda a, b, n: np.array([a, weak, b]))
     found = tuner.approach(present, scaled(present, omega_c=1.01), flights=2)
@@ -109,7 +108,9 @@ def test_a_margin_that_falls_between_two_good_ends_is_named(present, monkeypatch
     assert all(not row.is_satisfied for row in found.document.steps[1].short)
 
 
-def test_what_cannot_be_exported_leaves_nothing_behind_and_names_a_gain_that_there_is(tmp_path):
+def test_what_cannot_be_exported_leaves_nothing_behind_and_names_a_gain_that_there_is(tmp_path, monkeypatch):
+    # Nothing is flown: these loops would be compiled for this test alone, for 10 s.
+    monkeypatch.setattr(approaching, "_flown", lambda _, rows, *rest: [approaching.StepFlights([], 0)] * len(rows))
     present = tuner.default_gains("px4", "px4_position", "f450")
     # PX4 documents 0.2 to 3 for the integral gain of the climb: refused of both ends alike.
     outside = scaled(present, i=0.05)

@@ -194,7 +194,7 @@ EARLY = {
     "rejudge": ("rejudge", "RESULTS", "--out", "OUT"), "report": ("report", "RESULTS"), "check": ("check", "quickstart"),
     "margins": ("margins", "--law", "pid"), "compare": ("compare", "RESULTS", "RESULTS/gains.json", "--out", "OUT"),
 }  # fmt: skip
-BEGUN = "import sys; sys.stdout.write('begun\\n'); sys.stdout.flush(); from tuner.__main__ import run; run()"
+BEGUN = "import sys; from tuner.__main__ import run; sys.stdout.write('begun\\n'); sys.stdout.flush(); run()"
 
 
 def interrupt_early(command, alone, folder, instant):

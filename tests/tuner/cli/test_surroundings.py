@@ -14,7 +14,7 @@ COMMANDS = {
     "list": ("list", "laws"),
     "help": ("run", "--help"),
     "show": ("show", "RESULTS"),
-    "check": ("check", "quickstart"),
+    "check": ("check", "quickstart", "--set", "margin=[]"),
 }
 SURROUNDINGS = {
     "one column": {"COLUMNS": "1"},

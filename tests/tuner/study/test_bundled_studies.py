@@ -119,7 +119,14 @@ def test_the_default_flies_every_scenario_and_margins_leave_a_choice(name):
     assert SHARE <= problem.worth_flying(points).mean() <= 0.9
 
 
-@pytest.mark.parametrize("name", [name for name in FLOWN if name != "quickstart"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow) if name in (*OWN_KERNELS, "payload_and_battery") else name
+        for name in NAMES
+        if name != "quickstart"
+    ],
+)
 def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     scenarios = len(study_of(name).scenarios)
     few = {f"scenario.{i}.{key}": count for i in range(scenarios) for key, count in (("search", 4), ("held_out", 8))}
