@@ -150,10 +150,11 @@ def test_the_best_known_is_one_of_all_seeds_where_all_are_judged_on_the_same_fli
 
 
 def test_runs_of_an_earlier_revision_replace_those_before_under_its_name():
-    here = [run_of(AUTO, 1, [], {500: 0.9}), run_of(BEFORE, 2, [], {500: 0.1})]
+    here = [run_of(AUTO, 1, [], {500: 0.9}), run_of(f"{AUTO} at abc", 3, [], {500: 0.1})]
     there = [run_of(AUTO, 3, [], {500: 0.8}), run_of("nsga2", 3, [], {500: 0.7})]
     merged = command.with_before(here, there)
-    assert [(run["contestant"], run["seed"]) for run in merged] == [(AUTO, 1), (BEFORE, 3)]
+    assert [(run["contestant"], run["seed"]) for run in merged] == [(AUTO, 1), (f"{AUTO} at abc", 3)]
+    assert merged[1]["entries"][0]["worth"] == 0.8
 
 
 def test_validation_problems_pose_loops_of_their_kind_and_judge_all_seeds_alike():
