@@ -26,6 +26,9 @@ Array = np.ndarray
 Acquisition = HypervolumeImprovement | FeasibilityAcquisition
 # Points of the pool, and how many of them fill the cube; the others lie around the best points so far.
 N_CANDIDATES, N_GLOBAL = 512, 128
+# Points drawn for each of those that fill the cube, while few points are known and limits are computed without flying: where 2 of
+# 100 keep them, 128 points hold next to nothing to explore. Least weight of one.
+EARLY_DRAWS, MIN_WEIGHT = 32, 1e-12
 # Least number of points of the pool for each point of a generation.
 CANDIDATES_PER_PICK = 2
 # Of these, those that stay for the choice, and of them those whose perturbations replace the others.
@@ -123,7 +126,7 @@ class BayesianOptimization:
         computed = [constraint for screen in self._screens for constraint in screen.models]
         flown = self._flown_constraints(is_valid)
         objectives = self._objective_models(is_valid, rng)
-        pool = self._pool(rng)
+        pool = self._pool(computed, rng)
         probability = probability_of_feasibility(computed, pool) * probability_of_feasibility(flown, pool)
         if objectives:
             values = objectives.marginal_improvement(pool, probability).evaluate(np.arange(len(pool)))
@@ -181,7 +184,7 @@ class BayesianOptimization:
         posteriors = parallel_map(lambda constraint: constraint.model.posterior(pool), models)
         return FeasibilityAcquisition(posteriors, len(pool), rng)
 
-    def _pool(self, rng: np.random.Generator) -> Array:
+    def _pool(self, computed: list[ConstraintModel], rng: np.random.Generator) -> Array:
         """Return points (p, d) over the cube and around the incumbents: the front and the least violating points."""
         front = feasible_front(self._values, self._violations)
         (values,) = scale_values(self._values, np.ones(len(self._values), dtype=bool))
@@ -190,9 +193,21 @@ class BayesianOptimization:
         best = np.union1d(front, np.lexsort((depth, total))[:N_INCUMBENTS])
         return self._new(
             np.concatenate(
-                [self._sobol.random(N_GLOBAL), perturb(self._points[best], self._n_candidates - N_GLOBAL, rng)]
+                [self._global_points(computed, rng), perturb(self._points[best], self._n_candidates - N_GLOBAL, rng)]
             )
         )
+
+    def _global_points(self, computed: list[ConstraintModel], rng: np.random.Generator) -> Array:
+        """Return points (p, d) that fill the cube.
+
+        While few points are known they fill the part of it where what is computed is probably satisfied. Sampling without
+        replacement: P. S. Efraimidis, P. G. Spirakis, Information Processing Letters 97(5):181-185, 2006.
+        """
+        if not computed or len(self._points) >= N_EARLY:
+            return self._sobol.random(N_GLOBAL)
+        points = self._sobol.random(EARLY_DRAWS * N_GLOBAL)
+        probability = np.maximum(probability_of_feasibility(computed, points), MIN_WEIGHT)
+        return points[np.argsort(rng.exponential(size=len(points)) / probability, kind="stable")[:N_GLOBAL]]
 
     def _enough(self, pool: Array) -> Array:
         """Return a pool (p, d) of at least a generation."""

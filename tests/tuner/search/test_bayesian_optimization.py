@@ -16,6 +16,7 @@ from tests.tuner.search.search_runs import ask_generation, bowls, run, started, 
 from tuner.search import bayesian_optimization
 from tuner.search.acquisition import HypervolumeImprovement, ReferenceBox, sample_directions
 from tuner.search.bayesian_optimization import (
+    N_GLOBAL,
     BayesianOptimization,
     ConstraintModel,
     FeasibilityProbabilities,
@@ -339,13 +340,26 @@ def test_where_everything_breaks_what_is_known_it_goes_on():
         assert len(np.unique(points, axis=0)) == 8
 
 
+def test_points_of_the_pool_fill_the_part_of_the_cube_that_keeps_what_is_known():
+    """One point in 64 keeps the limit: of Sobol's 128 points 2 do."""
+    search = BayesianOptimization(started(3, 8), 1, 0, 1, [lambda points: points.max(axis=1, keepdims=True) - 0.25])
+    for _ in range(6):
+        search.tell(np.ones((len(search.ask()), 1)), np.zeros((len(search.ask()), 0)))
+    (screen,) = search._screens
+    points = search._global_points(screen.models, generator(1, "test", 0))
+    assert len(points) == N_GLOBAL and len(np.unique(points, axis=0)) == N_GLOBAL
+    kept = points[points.max(axis=1) <= 0.25]
+    # They are many times as many, and fill their part of the cube: deep inside the limit counts no more than near it.
+    assert len(kept) >= 16 and np.all(np.ptp(kept, axis=0) > 0.15)
+
+
 def test_a_pool_has_no_point_twice():
     points = started(1, 8)
     search = BayesianOptimization(points, 1, 0, 1)
     for _ in range(10):
         points = search.ask()
         search.tell(np.ones((len(points), 1)), np.zeros((len(points), 0)))
-    pool = search._pool(generator(1, "test", 0))
+    pool = search._pool([], generator(1, "test", 0))
     assert len(np.unique(np.concatenate([pool, points]), axis=0)) == len(pool) + len(points)
 
 
