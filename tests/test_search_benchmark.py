@@ -150,10 +150,11 @@ def test_the_best_known_is_one_of_all_seeds_where_all_are_judged_on_the_same_fli
 
 
 def test_runs_of_an_earlier_revision_replace_those_before_under_its_name():
-    here = [run_of(AUTO, 1, [], {500: 0.9}), run_of(BEFORE, 2, [], {500: 0.1})]
+    here = [run_of(AUTO, 1, [], {500: 0.9}), run_of(f"{AUTO} at abc", 3, [], {500: 0.1})]
     there = [run_of(AUTO, 3, [], {500: 0.8}), run_of("nsga2", 3, [], {500: 0.7})]
     merged = command.with_before(here, there)
-    assert [(run["contestant"], run["seed"]) for run in merged] == [(AUTO, 1), (BEFORE, 3)]
+    assert [(run["contestant"], run["seed"]) for run in merged] == [(AUTO, 1), (f"{AUTO} at abc", 3)]
+    assert merged[1]["entries"][0]["worth"] == 0.8
 
 
 def test_validation_problems_pose_loops_of_their_kind_and_judge_all_seeds_alike():
@@ -185,15 +186,18 @@ def test_the_verdict_names_peers_that_are_ahead_of_the_default():
     fast = {500: 0.9, 1000: 0.97, 3000: 0.98}
     runs = [
         run_of(AUTO, 1, [[0.0, 0.0]], fast),
+        # Seeds that a peer was not raced on have no say where it is compared.
+        *(run_of(AUTO, seed, [[0.0, 0.0]], {500: 0.2, 1000: 0.97, 3000: 0.98}) for seed in (2, 3)),
+        run_of("pymoo AGE-MOEA2", 1, [], {500: 0.85, 1000: 0.85, 3000: 0.85}),
         run_of(BEFORE, 1, [], {11_000: 0.8}),
         run_of("Optuna TPE", 1, [], {500: 0.95, 1000: 0.96}),
         run_of("pymoo NSGA-II", 1, [], {500: 0.3, 1000: 0.4, 3000: 0.5}),
     ]
     text = markdown(runs)
-    assert "quickstart: ends at 0.98 after 3,000 flights, 95% of the best known after 1,000." in text
+    assert "quickstart: ends at 0.98 [0.98, 0.98] after 3,000 flights, 95% of the best known after 1,000." in text
     assert f"`{BEFORE}`: ends at 0.80 after 11,000 flights, 95% of the best known after 0 of 1 seeds." in text
-    assert "Ahead of it: Optuna TPE at 500 flights" in text and "pymoo NSGA-II at" not in text
-    assert "Ended by their processor budget: Optuna TPE before 3,000 flights." in text
+    assert "Ahead of it: Optuna TPE at 500 flights (1 seeds)" in text and "pymoo NSGA-II at" not in text
+    assert "Ended: Optuna TPE before 3,000 flights." in text
     assert "| Optuna TPE | 1 | - | 0.95 | 0.96 | (0.96) |" in text
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from benchmarks.measuring import RESULTS, machine, write_json
 from benchmarks.peers.environments import ROOT, NotInstalled
-from benchmarks.search.contestants import AUTO, BEFORE, CONTESTANTS
+from benchmarks.search.contestants import AUTO, CONTESTANTS
 from benchmarks.search.figure import draw_figure
 from benchmarks.search.problems import FLIGHTS, PROBLEMS, RACED, VALIDATION, Course
 from benchmarks.search.race import raced
@@ -78,9 +78,14 @@ def on_record(file: Path) -> dict[str, Any]:
 
 
 def with_before(runs: list[dict[str, Any]], before: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return runs with those of the default of an earlier revision."""
-    others = [run for run in runs if run["contestant"] != BEFORE]
-    return others + [{**run, "contestant": BEFORE} for run in before if run["contestant"] == AUTO]
+    """Return runs with those of the default of an earlier revision, named by it."""
+    named = [
+        {**run, "contestant": f"{AUTO} at {run['revision'].removesuffix('-dirty')}"}
+        for run in before
+        if run["contestant"] == AUTO
+    ]
+    taken = {Key.of(run) for run in named}
+    return [run for run in runs if Key.of(run) not in taken] + named
 
 
 def wanted(chosen: argparse.Namespace, known: set[Key]) -> Iterator[tuple[Key, Course]]:

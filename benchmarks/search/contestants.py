@@ -6,8 +6,10 @@ from typing import Any, Literal
 from benchmarks.search.peer import PEERS, Peer
 
 CHEAP, COSTLY = 3000, 1000
-AUTO, BEFORE = "auto", "auto at f52a461d"
-"""The default now, and that of an earlier revision."""
+AUTO = "auto"
+# Earlier revisions whose default is raced in clones of them, and the one that the default is compared with.
+REVISIONS = ("f52a461d", "1657a4b6")
+BEFORE = f"{AUTO} at {REVISIONS[0]}"
 TOLD = "margins: told once it asked, for no flight; reference point: none"
 ASKS = "margins: asks before it proposes; reference point: from the default, its first candidate"
 BLIND = "margins: told for no flight, and uses nothing that it is told"
@@ -55,7 +57,7 @@ def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
 DEFAULT = {"search": {"algorithm": "auto"}}
 CONTESTANTS = {
     AUTO: Contestant(ASKS, "tool", DEFAULT, most_flights=11_000, most_seconds=120.0),
-    BEFORE: Contestant(ASKS, "tool", DEFAULT, is_of_clone=True),
+    **{f"{AUTO} at {revision}": Contestant(ASKS, "tool", DEFAULT, is_of_clone=True) for revision in REVISIONS},
     "nsga2": own("nsga2", 32, 4, TOLD),
     "cmaes": own("cmaes", 12, 4, TOLD, objectives=(1, 1)),
     "Optuna TPE": other("Optuna TPE", first=8, batch=1, most_seconds=40.0),

@@ -58,7 +58,6 @@ VALIDATION = {
     "iris in a gust": posed_for_validation(
         "iris_gust", "3 objectives, 7 gains, a gust of 12 m/s, the default breaks margins"
     ),
-    "f450 in a gust": posed_for_validation("f450_gust", "3 objectives, 7 gains, a gust of 8 m/s"),
     "hummingbird in a gust": posed_for_validation("hummingbird_gust", "3 objectives, 7 gains, a gust of 10 m/s"),
     "pid12": posed_for_validation("pid12", "2 objectives, 12 gains of PID, flights of 8 s"),
     "pid15": posed_for_validation("pid15", "2 objectives, 15 gains of PID, flights of 8 s"),

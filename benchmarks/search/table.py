@@ -186,14 +186,17 @@ def _ends(own: list[Curve]) -> str:
 
 
 def _ahead(found: dict[str, list[Curve]]) -> str:
-    """Return which peers have a larger median share than the default, and where; and which had ended before."""
+    """Return which peers have a larger median share than the default on their seeds, and which had ended before."""
     peers = {name: own for name, own in found.items() if CONTESTANTS[name].family in ("peer", "baseline")}
     marks = [(f"{count:,} flights", lambda curve, count=count: curve.after(count)) for count in DECIDING]
     marks += [(f"{seconds} s", lambda curve, seconds=seconds: curve.within(seconds)) for seconds in AT_SECONDS]
     ahead = []
     for mark, share in marks:
-        mine = _median(share(curve) for curve in found[AUTO])
-        ahead += [f"{name} at {mark}" for name, own in peers.items() if _median(map(share, own)) > mine]
+        for name, own in peers.items():
+            seeds = {curve.seed for curve in own}
+            mine = _median(share(curve) for curve in found[AUTO] if curve.seed in seeds)
+            if _median(map(share, own)) > mine:
+                ahead.append(f"{name} at {mark}" + (f" ({len(own)} seeds)" if len(own) < len(found[AUTO]) else ""))
     text = "Ahead of it: " + ("; ".join(ahead) if ahead else "no peer") + "."
     ended = [
         f"{name} before {count:,}"
@@ -201,12 +204,12 @@ def _ahead(found: dict[str, list[Curve]]) -> str:
         for name, own in peers.items()
         if any(curve.ended(count) for curve in own)
     ]
-    return text + (f" Ended by their processor budget: {'; '.join(ended)} flights." if ended else "")
+    return text + (f" Ended: {'; '.join(ended)} flights." if ended else "")
 
 
 def _median(shares: Iterable[float | None]) -> float:
     """Return the median over seeds; what was not judged yet counts as nothing."""
-    return median([share or 0.0 for share in shares])
+    return median([share or 0.0 for share in shares] or [0.0])
 
 
 def _knowledge(runs: Runs) -> str:
