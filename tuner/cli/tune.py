@@ -26,8 +26,8 @@ def run(
         list[Path] | None,
         typer.Option(
             "--starts",
-            help="Start the search from an earlier run, or a gains.json, of the same laws; repeatable. By default from the front of "
-            "the laws that comes with the tool; --set search.starts=[] from none.",
+            help="Start the search from an earlier run, or a gains.json, of the same laws; repeatable. By default from the front "
+            "of the laws that comes with the tool; --set search.starts=[] from none.",
         ),
     ] = None,
     as_json: AsJson = False,

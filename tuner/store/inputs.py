@@ -157,7 +157,7 @@ def left_open(file: Path, values: Mapping[str, Mapping[str, PlainValue]]) -> Pla
         f"{table}.{key}": value
         for table, entries in values.items()
         for key, value in entries.items()
-        if not any(key in layer.table.get(table, {}) for layer in layers)
+        if not any(isinstance(given := layer.table.get(table), dict) and key in given for layer in layers)
     }
 
 

@@ -52,9 +52,7 @@ def contest_from_table(path: Path, table: PlainTable, layers: tuple[Layer, ...] 
     _refuse_shared(path, table, terms.individual, terms.shared)
     added = checked_tables(ContestTable, table, path)
     shared = {key: value for key, value in table.items() if key not in (*CONTEST_TABLES, *INFERENCE_TABLES)}
-    contenders = evenly_started(
-        [_contender(i, entry, shared, path, layers) for i, entry in enumerate(added.contender)]
-    )
+    contenders = evenly_started([_contender(i, entry, shared, path, layers) for i, entry in enumerate(added.contender)])
     with located(path, ""):
         _check_names(contenders)
         check_alike(contenders)

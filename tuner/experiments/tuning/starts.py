@@ -1,7 +1,7 @@
 """Starting points of a search: the default, by which everything is measured, and points known to be good before flying.
 
 Points of earlier runs fill a third of the first generation, and points around them half as much, from which a model learns
-where the front goes; a Latin hypercube is left for a search that they mislead, and of it, what fails pre-screening goes to further
+where the front goes; a Latin hypercube is left for a search that they mislead. What of it fails pre-screening goes to further
 points of earlier runs. `benchmarks/results/transfer.md` measures both.
 """
 
@@ -118,7 +118,11 @@ def earlier_points(
     if not lost:
         return taken, spare, []
     count = f"{lost} of {min(most, len(points))}"
-    return taken, spare, [f"Starting points left out for limits known without flying, which nothing near keeps: {count}."]
+    return (
+        taken,
+        spare,
+        [f"Starting points left out for limits known without flying, which nothing near keeps: {count}."],
+    )
 
 
 def surrounding_points(

@@ -52,7 +52,11 @@ def test_the_default_and_repetitions_are_not_flown_twice():
     study = load_study(QUICKSTART, {**SMALL, "search.starts": [{"points": repeated}]})
     default = study.space.point(study.default_row)[None]
     taken, spare, texts = earlier_points(study, default, 4)
-    assert texts == [] and spare.shape == (0, taken.shape[1]) and np.array_equal(taken, merged_points(study.search.starts, study.space)[[1, 3]])
+    assert (
+        texts == []
+        and spare.shape == (0, taken.shape[1])
+        and np.array_equal(taken, merged_points(study.search.starts, study.space)[[1, 3]])
+    )
 
 
 def test_points_around_lie_between_points_and_near_them():
