@@ -25,7 +25,9 @@ def run(
     starts: Annotated[
         list[Path] | None,
         typer.Option(
-            "--starts", help="Start the search from an earlier run, or a gains.json, of the same laws; repeatable."
+            "--starts",
+            help="Start the search from an earlier run, or a gains.json, of the same laws; repeatable. By default from the front "
+            "of the laws that comes with the tool; --set search.starts=[] from none.",
         ),
     ] = None,
     as_json: AsJson = False,
