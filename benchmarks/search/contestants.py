@@ -56,7 +56,7 @@ def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
 # The search of a study whose [search] is empty.
 DEFAULT = {"search": {"algorithm": "auto"}}
 CONTESTANTS = {
-    AUTO: Contestant(ASKS, "tool", DEFAULT, most_flights=11_000, most_seconds=120.0),
+    AUTO: Contestant(ASKS, "tool", DEFAULT, most_flights=30_000, most_seconds=120.0),
     **{f"{AUTO} at {revision}": Contestant(ASKS, "tool", DEFAULT, is_of_clone=True) for revision in REVISIONS},
     "nsga2": own("nsga2", 32, 4, TOLD),
     "cmaes": own("cmaes", 12, 4, TOLD, objectives=(1, 1)),
