@@ -66,7 +66,7 @@ def first_passing(points: np.ndarray, count: int, passes_screening: Callable[[np
 def _replace_failing(
     points: np.ndarray, rng: np.random.Generator, passes_screening: Callable[[np.ndarray], np.ndarray], hypercubes: int
 ) -> np.ndarray:
-    """Return points (n, d) with those that fail screening replaced by passing samples of so many hypercubes."""
+    """Return points (n, d), those that fail screening replaced by passing samples."""
     points, open_rows = points.copy(), np.flatnonzero(~passes_screening(points))
     for _ in range(hypercubes // HYPERCUBE_BATCH):
         if not len(open_rows):
