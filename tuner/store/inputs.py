@@ -151,7 +151,7 @@ def flown_then(file: Path, searches: bool) -> PlainTable:
 
 
 def left_open(file: Path, values: Mapping[str, Mapping[str, PlainValue]]) -> PlainTable:
-    """Return those values, by table and key, that a study does not give, by dotted key."""
+    """Return values that a study lacks, by dotted key."""
     layers = read_layers(file)
 
     def is_given(table: str, key: str) -> bool:

@@ -85,7 +85,7 @@ def _halving(added: ContestTable, contenders: Sequence[Contender]) -> HalvingSch
 
 
 def with_starts(table: PlainTable, contenders: Sequence[Contender]) -> PlainTable:
-    """Return a contest's content with the starting points of each contender that is tuned."""
+    """Return a contest's content with the starting points of tuned contenders."""
     search = table.get("search")
     shared = (
         {"search": {key: value for key, value in search.items() if key != "starts"}} if isinstance(search, dict) else {}
@@ -98,7 +98,7 @@ def with_starts(table: PlainTable, contenders: Sequence[Contender]) -> PlainTabl
 
 
 def evenly_started(contenders: Sequence[Contender]) -> tuple[Contender, ...]:
-    """Return contenders that begin from fronts that come with the tool where there is one for each search.
+    """Return contenders, all or none of them with shipped fronts.
 
     Else those would be compared that have one with those that have none, and not their laws.
     """
@@ -116,7 +116,7 @@ def _without_starts(contender: Contender) -> Contender:
 
 
 def _starts_of(study: TuningStudy) -> PlainTable:
-    """Return the table that names the starting points of a search, none included."""
+    """Return the table of a search's starting points."""
     return {"search": {"starts": study.start_tables}}
 
 

@@ -250,7 +250,7 @@ class SearchedStudy:
 
     @property
     def has_shipped_front(self) -> bool:
-        """Whether a front comes with the tool that a search by a model begins from."""
+        """Whether a front of its controller comes with the tool."""
         return False
 
     @property

@@ -198,7 +198,7 @@ class Study(TuningStudy):
 
     @property
     def has_shipped_front(self) -> bool:
-        """Whether a front of its laws comes with the tool that has one of the searched gains."""
+        """Whether a shipped front has one of its searched gains."""
         cascade = self.system.cascade
         front = shipped_fronts().get((cascade.attitude.name, cascade.position.name))
         return front is not None and any(

@@ -70,7 +70,7 @@ def test_flights_are_those_of_the_run(study, ran):
     assert search == expected.search_at_most == 8 * 3 * 4
     # The finalists and the default, then the default and the recommended point once more.
     assert total == search + (finalists + 3) * expected.held_out_each
-    assert total <= expected.total_at_most and finalists <= expected.finalists_at_most == 24
+    assert total <= expected.total_at_most and finalists <= expected.finalists_at_most == 16
 
 
 def test_memory_and_disk_are_near_what_the_run_took(study, pilot, ran):
@@ -90,7 +90,7 @@ def test_counts_drive_the_costs(study, pilot):
     same = costs(scenario__0__search=16)[1]
     drawn = 12 * pilot.scenarios[0].draw_seconds
     assert same.search - plain[1].search == pytest.approx(drawn, rel=1e-9)
-    assert plain[0] == 96 + (24 + 3) * 32
+    assert plain[0] == 96 + (16 + 3) * 32
     longer = costs(search__generations=30)
     assert longer[0] == 960 + (40 + 3) * 32
     assert longer[1].search > 8.0 * (plain[1].search - drawn) and longer[3] > plain[3]
@@ -160,7 +160,7 @@ def test_command_prints_json_and_a_table(tmp_path, monkeypatch, capsys):
     code, out, err = tuner(monkeypatch, capsys, "plan", path, "--threads", 2, "--difference", 2, "--json")
     assert (code, err) == (0, "")
     document = json.loads(out)
-    assert document["flights"]["search_at_most"] == 144 * 8 and document["difference_percent"] == 2.0
+    assert document["flights"]["search_at_most"] == 48 * 8 and document["difference_percent"] == 2.0
     # Margins leave a few per cent of the ranges.
     assert document["pilot"]["worth_flying_percent"] < 30.0
     easy = tmp_path / "easy.toml"
