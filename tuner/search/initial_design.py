@@ -79,7 +79,7 @@ def first_passing(points: np.ndarray, count: int, passes_screening: Callable[[np
 def _replace_failing(
     points: np.ndarray, rng: np.random.Generator, passes: Callable[[np.ndarray], np.ndarray], hypercubes: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (n, d), failing ones replaced by passing samples of so many hypercubes, and all samples (k, d)."""
+    """Return points (n, d), failing ones replaced by passing samples, and all samples (k, d)."""
     drawn, points = [points], points.copy()
     open_rows = np.flatnonzero(~passes(points))
     for _ in range(hypercubes // HYPERCUBE_BATCH):

@@ -90,9 +90,9 @@ def test_the_words_say_how_many_survived(staged):
         assert said in (folder / name).read_text()
 
 
-def test_the_words_say_up_to_where_the_front_counts(staged):
-    outcome, folder = staged
-    assert outcome.study.search.algorithm == "gaussian_process"
+def test_the_words_say_up_to_where_the_front_counts(tmp_path):
+    folder = tmp_path / "r"
+    outcome = run_small(folder, search__algorithm="gaussian_process")
     text = json.loads((folder / "summary.json").read_text())["search"]
     values = re.search(
         r"The front counts in full up to \S+ (\S+) .*? and \S+ (\S+) .*, beyond that with a weight of 0.15", text
