@@ -1,7 +1,6 @@
 """A study that searches gains before anything flies: what it asks for, trims, the default's margins, limits out of reach."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from math import degrees, isfinite, radians
 from typing import Any, Literal
 
@@ -217,22 +216,19 @@ def plant_step_row(study: Study) -> PlantStep:
 
 def study_preview(described: Study) -> StudyPreview:
     """Return a quadrotor study's preview, computed without flying."""
-    with ThreadPoolExecutor(1) as executor:
-        # Flights in compiled code, margins in Python: 0.2 s of 1.6 beside each other.
-        step = executor.submit(plant_step_row, described)
-        diagnosis = Diagnosis(described)
-        beyond = beyond_reach(described, diagnosis)
-        trims, default = trim_rows(described), default_rows(described, diagnosis)
+    diagnosis = Diagnosis(described)
+    beyond = beyond_reach(described, diagnosis)
+    trims = trim_rows(described)
     return _preview(
         described,
-        step.result(),
+        plant_step_row(described),
         fitted_texts(described.system),
         kind="study",
         requirements=[requirement.label for requirement in described.requirements],
         stop=described.search.stop,
         vehicle=vehicle_row(described.airframe.name, described.system.vehicle),
         trim=trims,
-        default=default,
+        default=default_rows(described, diagnosis),
         # No search can help where nothing that is searched moves it.
         out_of_reach=[
             UnreachedLimit.model_validate({**entry.content(), "certain": not entry.moved_by}, strict=False)
