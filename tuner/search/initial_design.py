@@ -53,8 +53,8 @@ def initial_design(
         return np.all(excess(candidates) <= 0.0, axis=1)
 
     spare = starts[:0] if spare is None else spare
-    points, samples = _replace_failing(points, rng, passes, HYPERCUBE_BATCH if len(spare) else MAX_EXTRA_HYPERCUBES)
-    failing = np.flatnonzero(~passes(points))
+    hypercubes = HYPERCUBE_BATCH if len(spare) else MAX_EXTRA_HYPERCUBES
+    points, failing, samples = _replace_failing(points, rng, passes, hypercubes)
     if len(spare):
         others = first_passing(spare, len(failing), passes)
     elif len(failing) == len(points):
@@ -78,8 +78,11 @@ def first_passing(points: np.ndarray, count: int, passes_screening: Callable[[np
 
 def _replace_failing(
     points: np.ndarray, rng: np.random.Generator, passes: Callable[[np.ndarray], np.ndarray], hypercubes: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return points (n, d), failing ones replaced by passing samples, and all samples (k, d)."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points (n, d), failing ones replaced by passing samples.
+
+    And the rows that fail still, and all samples (k, d).
+    """
     drawn, points = [points], points.copy()
     open_rows = np.flatnonzero(~passes(points))
     for _ in range(hypercubes // HYPERCUBE_BATCH):
@@ -90,4 +93,4 @@ def _replace_failing(
         points[open_rows[: len(passing)]] = passing
         open_rows = open_rows[len(passing) :]
         drawn.append(samples)
-    return points, np.concatenate(drawn)
+    return points, open_rows, np.concatenate(drawn)
