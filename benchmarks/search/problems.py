@@ -19,8 +19,9 @@ from tuner.study.study import TuningStudy
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
-# Control period and plant step are one: that changes metrics by 1e-7 and halves the time of a flight.
-EQUAL_STEPS = {"controller.plant_step": 0.004, "search.starts": []}
+# Control period and plant step are one: that changes metrics by 1e-7 and halves the time of a flight. All begin from the course's
+# start, and not from the front that comes with the tool.
+OF_QUADROTORS = {"controller.plant_step": 0.004, "search.starts": []}
 # Candidates of the common start, of which a contestant takes as many as its first batch has.
 START = 64
 # Held-out flights of a candidate, and candidates that fly them by the number of objectives: the best of one, else as many of the
@@ -39,11 +40,11 @@ class Posed(NamedTuple):
 
     study: Path
     about: str
-    overrides: dict[str, float] = EQUAL_STEPS
+    overrides: dict[str, float] = OF_QUADROTORS
     judge_seed: int | None = None
 
 
-def posed_for_validation(name: str, about: str, overrides: dict[str, float] = EQUAL_STEPS) -> Posed:
+def posed_for_validation(name: str, about: str, overrides: dict[str, float] = OF_QUADROTORS) -> Posed:
     """Return a problem whose runs are all judged on the same flights."""
     return Posed(HERE / f"studies/{name}.toml", about, overrides, judge_seed=4242)
 

@@ -179,7 +179,7 @@ def _verdicts(runs: Runs, problems: list[str]) -> str:
 
 
 def _ends(own: list[Curve]) -> str:
-    """Return where runs of a contestant end, and their flights to enough of the best known."""
+    """Return the ends of a contestant's runs and their flights to enough of the best known, in words."""
     flights, reached = median(curve.flights[-1] for curve in own), _reached(own, 0, ",.0f")
     shares = _range(curve.shares[-1] for curve in own)
     return f"ends at {shares} after {flights:,.0f} flights, {ENOUGH:.0%} of the best known after {reached}"

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.measuring import RESULTS, machine, write_json
-from benchmarks.search.problems import EQUAL_STEPS, FINALISTS, HERE, ROOT, Course, finalists
+from benchmarks.search.problems import FINALISTS, HERE, OF_QUADROTORS, ROOT, Course, finalists
 from benchmarks.search.race import Step, tool_steps
 from plant.seeds import generator
 from tuner.experiments.tuning.run import TuningRun
@@ -72,12 +72,12 @@ class Judge(Course):
 
     def study(self, overrides: dict[str, Any]) -> Study:
         """Return the study with values of its file replaced."""
-        return load_study(self._target.study, {**EQUAL_STEPS, "seed": self.seed, **self._target.changes, **overrides})
+        return load_study(self._target.study, {**OF_QUADROTORS, "seed": self.seed, **self._target.changes, **overrides})
 
 
 def earlier_run(folder: Path, seed: int) -> Path:
     """Return the results folder of an earlier run of the quickstart."""
-    study = load_study(QUICKSTART, {**EQUAL_STEPS, **SIZES, "seed": 1000 + seed})
+    study = load_study(QUICKSTART, {**OF_QUADROTORS, **SIZES, "seed": 1000 + seed})
     TuningRun(study, Folder.create(folder), Watcher()).carry_out()
     return folder
 

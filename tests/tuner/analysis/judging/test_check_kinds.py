@@ -52,7 +52,7 @@ def checked(checked_once, monkeypatch, capsys):
 
 
 @pytest.fixture
-def told(checked_once, monkeypatch, capsys):
+def answer(checked_once, monkeypatch, capsys):
     """Check a file and return exit code and what the terminal shows, blanks made one."""
 
     def check(file):
@@ -89,7 +89,7 @@ def tilt_by_hand(vehicle, wind):
 
 
 @pytest.mark.parametrize(("wind_20", "narrow"), [(7.0, False), (11.0, True)])
-def test_the_trim_in_the_mean_wind_is_the_balance_of_forces(wind_20, narrow, checked, told, tmp_path):
+def test_the_trim_in_the_mean_wind_is_the_balance_of_forces(wind_20, narrow, checked, answer, tmp_path):
     air = f"intensity = {wind_20}\nwind_direction_deg = 0"
     path = write(tmp_path, changed('intensity = "light"', air))
     code, figures, _ = checked(path)
@@ -101,7 +101,7 @@ def test_the_trim_in_the_mean_wind_is_the_balance_of_forces(wind_20, narrow, che
     assert row["margin"] == pytest.approx(radians(30.0) - tilt, abs=1e-8)
     left = f"leaves {30.0 - degrees(tilt):.1f} deg to the tilt limit"
     assert narrow == (30.0 - degrees(tilt) < 5.0) == any(left in text for text in figures["problems"])
-    _, out = told(path)
+    _, out = answer(path)
     assert (
         f"tilt {degrees(tilt):.1f} deg" in out
         and f"thrust {thrust:.2f} times the weight" in out
@@ -122,7 +122,7 @@ def test_no_trim_is_told_where_no_mean_wind_blows(checked, tmp_path):
     assert (code, figures["trim"], figures["problems"]) == (0, [], [])
 
 
-def test_the_vehicle_is_told(checked, told, tmp_path):
+def test_the_vehicle_is_told(checked, answer, tmp_path):
     code, figures, _ = checked(write(tmp_path, STUDY))
     vehicle = HUMMINGBIRD.vehicle
     weight, most = vehicle.mass * vehicle.gravity, 4.0 * vehicle.thrust_coefficient * vehicle.speed_max**2
@@ -130,11 +130,11 @@ def test_the_vehicle_is_told(checked, told, tmp_path):
     assert code == 0 and figures["kind"] == "study"
     assert figures["vehicle"]["thrust_to_weight"] == {"value": pytest.approx(most / weight), "unit": "1"}
     assert figures["vehicle"]["hover_speed"] == {"value": pytest.approx(hover), "unit": "rad/s"}
-    _, out = told(write(tmp_path, STUDY))
+    _, out = answer(write(tmp_path, STUDY))
     assert f"thrust-to-weight {most / weight:.2f}, hovers at {hover:.0f} rad/s" in out
 
 
-def test_the_defaults_margins_are_told_loop_by_loop_against_the_limits(checked, told, tmp_path):
+def test_the_defaults_margins_are_told_loop_by_loop_against_the_limits(checked, answer, tmp_path):
     path = write(tmp_path, STUDY + MARGINS.format(20))
     _, figures, _ = checked(path)
     study = load_study(path)
@@ -152,13 +152,13 @@ def test_the_defaults_margins_are_told_loop_by_loop_against_the_limits(checked, 
     assert found == {key: pytest.approx(value) for key, value in expected.items()}
     assert {row["state"] for row in figures["default"]} > {"hover"}
     assert all(row["kept"] == (row["value"] >= row["limit"]) for row in figures["default"])
-    _, out = told(path)
+    _, out = answer(path)
     assert f"{degrees(phase[5]):.3g}" in next(
         line for line in out.splitlines() if line.strip().startswith("phase_margin(attitude)")
     )
 
 
-def test_a_limit_that_nothing_searched_moves_is_hopeless_before_any_flight(checked, told, tmp_path):
+def test_a_limit_that_nothing_searched_moves_is_hopeless_before_any_flight(checked, answer, tmp_path):
     fixed = changed('"roll.k1" = 20.0', '"roll.k1" = 20.0\n"yaw.lambda" = 100.0\n"yaw.omega_o" = 60.0')
     path = write(tmp_path, fixed + MARGINS.format(20))
     code, figures, _ = checked(path)
@@ -168,12 +168,12 @@ def test_a_limit_that_nothing_searched_moves_is_hopeless_before_any_flight(check
     fixed_gains = {entry["gain"]: entry["value"] for entry in found["fixed"]}
     assert fixed_gains["yaw.lambda"] == 100.0 and all(name.startswith("yaw.") for name in fixed_gains)
     assert found["design"]["value"] > radians(20.0)
-    _, out = told(path)
+    _, out = answer(path)
     assert "in the yaw loop reaches" in out and "`tuner design` reaches" in out
 
 
 def test_the_fixed_gains_that_decide_a_loop_are_named_and_no_searched_one_that_can_only_upset_it(
-    checked, told, tmp_path
+    checked, answer, tmp_path
 ):
     """A position loop at the fast end of its range upsets every loop below it, and mends the margin of none."""
     gains = '"roll.k1" = 20.0\n"yaw.lambda" = 30.0\n"yaw.omega_o" = 12.0\n"yaw.k1" = 30.0\n"position.omega_c" = { low = 0.5, high = 60 }'
@@ -188,7 +188,7 @@ def test_the_fixed_gains_that_decide_a_loop_are_named_and_no_searched_one_that_c
     found = next(entry for entry in figures["out_of_reach"] if entry["label"] == margin)
     assert found["reached"] > radians(20.0) and found["moved_by"] == []
     assert {"yaw.k1", "yaw.lambda"} <= {entry["gain"] for entry in found["fixed"]}
-    _, out = told(path)
+    _, out = answer(path)
     problem = out[out.index(f"Problem: {margin}") :].replace("\n", " ")
     assert "fixed by the study and decide this loop: write " in problem and '"yaw.k1" = {}' in problem
 
@@ -204,13 +204,13 @@ def test_a_limit_that_a_draw_keeps_is_no_problem(checked, tmp_path):
     assert code == 0 and figures["out_of_reach"] == [] and figures["problems"] == []
 
 
-def test_an_airframe_is_checked_as_one(checked, told, tmp_path):
+def test_an_airframe_is_checked_as_one(checked, answer, tmp_path):
     path = tmp_path / "own.toml"
     shutil.copy(HUMMINGBIRD.path, path)
     code, figures, _ = checked(path)
     assert code == 0 and figures["kind"] == "airframe" and figures["name"] == "own"
     assert figures["thrust_to_weight"]["value"] > 1.0
-    assert "thrust_to_weight" in told(path)[1]
+    assert "thrust_to_weight" in answer(path)[1]
     path.write_text(path.read_text().replace("mass = { value = 0.698", "mass = { value = 698"))
     code, _, err = checked(path)
     assert code == 2 and "own.toml" in err and "thrust" in err
@@ -218,14 +218,14 @@ def test_an_airframe_is_checked_as_one(checked, told, tmp_path):
     assert checked(path)[0] == 0
 
 
-def test_gains_are_checked_as_gains(checked, told, tmp_path):
+def test_gains_are_checked_as_gains(checked, answer, tmp_path):
     study = load_study(write(tmp_path, STUDY))
     path = tmp_path / "gains.json"
     document = to_document(study.controller(study.default_row), {})
     path.write_text(json.dumps(document))
     code, figures, _ = checked(path)
     assert code == 0 and figures["valid"]
-    assert "--requirements STUDY" in told(path)[1]
+    assert "--requirements STUDY" in answer(path)[1]
     path.write_text(json.dumps({**document, "gains": {}}))
     assert checked(path)[0] == 2
 
@@ -240,7 +240,7 @@ def test_a_folder_is_told_where_to_go(checked, tmp_path):
     assert code == 2 and "tuner show" in err
 
 
-def test_automatic_limits_are_told_with_their_key(checked, told, tmp_path):
+def test_automatic_limits_are_told_with_their_key(checked, answer, tmp_path):
     path = write(tmp_path, STUDY)
     _, figures, _ = checked(path)
     # A step of 1 m at 0.5 s of 2 s.
@@ -251,7 +251,7 @@ def test_automatic_limits_are_told_with_their_key(checked, told, tmp_path):
         "limit": pytest.approx(0.7 * sqrt(0.75), rel=1e-3),
         "key": "mission.followed",
     }
-    assert "quantile50(rms.position)@gusts at most 0.6062 m (automatic: mission.followed)" in told(path)[1]
+    assert "quantile50(rms.position)@gusts at most 0.6062 m (automatic: mission.followed)" in answer(path)[1]
 
 
 def test_the_shipped_quickstart_is_fine(checked):
