@@ -40,11 +40,11 @@ class Posed(NamedTuple):
 
     study: Path
     about: str
-    overrides: dict[str, float] = OF_QUADROTORS
+    overrides: dict[str, Any] = OF_QUADROTORS
     judge_seed: int | None = None
 
 
-def posed_for_validation(name: str, about: str, overrides: dict[str, float] = OF_QUADROTORS) -> Posed:
+def posed_for_validation(name: str, about: str, overrides: dict[str, Any] = OF_QUADROTORS) -> Posed:
     """Return a problem whose runs are all judged on the same flights."""
     return Posed(HERE / f"studies/{name}.toml", about, overrides, judge_seed=4242)
 
@@ -57,7 +57,9 @@ RACED = {
 }
 VALIDATION = {
     "iris in a gust": posed_for_validation(
-        "iris_gust", "3 objectives, 7 gains, a gust of 12 m/s, the default breaks margins"
+        "hummingbird_gust",
+        "3 objectives, 7 gains, a gust of 12 m/s, the default breaks margins",
+        {**OF_QUADROTORS, "airframe.name": "iris", "scenario.0.air.gust.amplitude": 12.0},
     ),
     "hummingbird in a gust": posed_for_validation("hummingbird_gust", "3 objectives, 7 gains, a gust of 10 m/s"),
     "pid12": posed_for_validation("pid12", "2 objectives, 12 gains of PID, flights of 8 s"),
