@@ -29,7 +29,7 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
     usual = ALGORITHMS[algorithm].sizes(tail, gains)
     generations = table.generations or usual.generations
     # A record of a run names its generations: as many as the usual ones are the usual ones.
-    grows = generations == usual.generations > ALGORITHMS[algorithm].sizes(tail, 0).generations
+    converges = ALGORITHMS[algorithm].grows and generations == usual.generations
     population = usual.population if table.population is None else table.population
     smallest = max(SMALLEST_POPULATION, objectives + objectives % 2)
     if population < smallest or population % 2:
@@ -59,7 +59,7 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
         racing=races,
         first=first if staged else None,
         flight_growth=staged and growth,
-        stop=CONVERGED if grows and "stop" not in table.model_fields_set else table.stop,
+        stop=CONVERGED if converges and "stop" not in table.model_fields_set else table.stop,
         why="as the study asks" if algorithm != choice.algorithm else choice.why,
     )
 

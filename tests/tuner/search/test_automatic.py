@@ -7,7 +7,7 @@ import pytest
 
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.search.automatic import MAX_CANDIDATES, MAX_GAINS, MAX_OBJECTIVES, automatic
-from tuner.search.names import ALGORITHMS
+from tuner.search.names import ALGORITHMS, CONVERGED
 from tuner.store.inputs import RunRecord, as_recorded
 from tuner.study import load_study
 from tuner.study.search_reading import least_tail
@@ -48,23 +48,22 @@ def loaded(tmp_path, search, flights=4):
 
 # An objective of the study's, the sizes that its search gets, and the flights that decide it then, of a mean all of them.
 @pytest.mark.parametrize(
-    ("risk", "tailed", "in_tail"),
+    ("risk", "first", "in_tail"),
     [
-        ('risk = "mean"', False, 4),
-        ('risk = "cvar"\nlevel = 0.5', False, 2),
-        ('risk = "quantile"\nlevel = 0.5', False, 2),
-        ('risk = "cvar"\nlevel = 0.8', True, 1.6),
-        ('risk = "cvar"\nlevel = 0.9', True, 0.8),
-        ('risk = "worst"', True, 1.1),
+        ('risk = "mean"', 4, 4),
+        ('risk = "cvar"\nlevel = 0.5', 4, 2),
+        ('risk = "quantile"\nlevel = 0.5', 4, 2),
+        ('risk = "cvar"\nlevel = 0.8', 8, 1.6),
+        ('risk = "cvar"\nlevel = 0.9', 8, 0.8),
+        ('risk = "worst"', 8, 1.1),
     ],
 )
-def test_a_study_that_leaves_it_open_gets_the_sizes_of_its_search(tmp_path, risk, tailed, in_tail):
+def test_a_study_that_leaves_it_open_gets_the_sizes_of_its_search(tmp_path, risk, first, in_tail):
     text = changed("population = 8\ngenerations = 2", "", changed("search = 4", "search = 32"))
     study = load_study(write(tmp_path, text.replace('risk = "cvar"\nlevel = 0.9', risk, 1)))
-    search, model = study.search, ALGORITHMS["gaussian_process"]
-    usual = model.tailed if tailed else model.usual
+    search = study.search
     assert search.algorithm == "gaussian_process" and not search.racing
-    assert (search.population, search.generations, search.first) == usual
+    assert (search.population, search.generations, search.first, search.stop) == (16, 26, first, CONVERGED)
     assert search.first and least_tail(study.objectives, 1) * search.first == pytest.approx(in_tail, rel=0.05)
     assert f"choice for 1 gain, 2 objectives and {search.candidates} candidates" in search.text
 
@@ -77,15 +76,15 @@ def test_pooled_scenarios_fill_a_tail(tmp_path):
     assert least_tail(named, 3) == alone
 
 
-def test_whatever_the_tail_a_search_makes_as_many_flights():
-    model = ALGORITHMS["gaussian_process"]
-    made = [
-        sizes.population * sizes.generations * sizes.first
-        for sizes in (model.usual, model.tailed)
-        if sizes and sizes.first
-    ]
-    # What survives 4 flights, 48 at most, makes the other 4 of 8.
-    assert made == [1088 - 48 * 4, 1088]
+@pytest.mark.parametrize(
+    ("gains", "generations"),
+    # 13 for each four gains, at least 26, and no more than a model was measured to serve.
+    [(1, 26), (7, 26), (8, 26), (12, 39), (16, 52), (40, MAX_CANDIDATES // 16)],
+)
+def test_generations_grow_with_gains(gains, generations):
+    sizes = ALGORITHMS["gaussian_process"].sizes(1.0, gains)
+    assert sizes.generations == generations
+    assert automatic(gains, 2, sizes.population * sizes.generations).algorithm == "gaussian_process"
 
 
 def test_a_large_population_gets_an_evolution_that_races(tmp_path):
@@ -114,8 +113,8 @@ def test_few_flights_first(tmp_path, search, flights, first):
 def test_the_content_of_a_study_names_what_was_chosen(tmp_path):
     text = changed("population = 8\ngenerations = 2", "", changed("search = 4", "search = 32"))
     study = load_study(write(tmp_path, text))
-    sizes = {"population": 8, "generations": 17, "first": 8}
-    model = {"algorithm": "gaussian_process", "flight_growth": True, "starts": []}
+    sizes = {"population": 16, "generations": 26, "first": 8}
+    model = {"algorithm": "gaussian_process", "flight_growth": True, "starts": [], "stop": CONVERGED}
     assert study.content["search"] == {**sizes, **model}
     resolved: dict[str, Any] = study.resolved()
     assert resolved["search"]["why"] == study.search.why

@@ -12,7 +12,7 @@ from objectives.evaluator import OF_CANDIDATES, Evaluation, Evaluator, concatena
 from objectives.racing import beaten_by
 from tuner.analysis.held_out import SearchEstimate
 from tuner.experiments.tuning.problem import remaining_batches
-from tuner.search.front import evenly, feasible_front, non_dominated
+from tuner.search.front import feasible_front, non_dominated, select_subset
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Generation, archive
 from tuner.search.watcher import REFINING, Watcher
@@ -108,7 +108,7 @@ def surviving(problem: Evaluator, seen: Evaluation, root: int) -> np.ndarray:
     chosen = list[int]()
     for layer in range(behind.max(initial=0) + 1):
         rows = np.flatnonzero(hopeful & (behind == layer))
-        chosen += rows[evenly(values[rows, 0], MOST_SURVIVORS - len(chosen))].tolist()
+        chosen += rows[select_subset(values[rows], seen.values[0], MOST_SURVIVORS - len(chosen))].tolist()
     return np.sort(feasible[chosen])
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,7 @@ from tests.tuner.in_process import tuner
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import MOST_SURVIVORS, layers, surviving
-from tuner.search.front import evenly, feasible_front, non_dominated
+from tuner.search.front import evenly, feasible_front, hypervolume, non_dominated
 
 FIRST, ALL = 4, 6
 
@@ -70,6 +71,31 @@ def test_the_front_survives_and_what_is_surely_beaten_does_not(staged):
         np.ones(2, dtype=bool),
     )
     assert surviving(outcome.problem, pair, 1).tolist() == [0]
+
+
+def test_a_front_of_many_is_thinned_by_hypervolume(staged):
+    """Of a front whose points crowd at one end, those stay that dominate most."""
+    outcome, _ = staged
+    seen = outcome.generations[0].evaluation
+    angle = 0.5 * np.pi * np.linspace(0.0, 1.0, 4 * MOST_SURVIVORS) ** 6
+    values = np.concatenate([[[1.0, 1.0]], np.stack([1.0 - np.sin(angle), 1.0 - np.cos(angle)], axis=1)])
+    count = len(values)
+    crowd = replace(
+        seen,
+        values=values,
+        excess=np.zeros((count, seen.excess.shape[1])),
+        failures=np.zeros(count),
+        scores=np.repeat(seen.scores[:1], count, axis=0),
+        requirements=np.zeros((count, 0)),
+        counted=None,
+        failed=None,
+        flown=np.ones(count, dtype=bool),
+    )
+    chosen = values[surviving(outcome.problem, crowd, 1)]
+    assert len(chosen) == MOST_SURVIVORS
+    dominated = hypervolume(chosen, values[0]) / hypervolume(values, values[0])
+    evenly_spaced = values[1:][evenly(values[1:, 0], MOST_SURVIVORS)]
+    assert dominated > 0.995 > hypervolume(evenly_spaced, values[0]) / hypervolume(values, values[0])
 
 
 def test_a_scenario_may_have_no_flights_left_for_survivors(tmp_path, monkeypatch, capsys):
