@@ -82,7 +82,7 @@ def resume(results: PathLike, *, watcher: Watcher | None = None, **options: Unpa
 
     Raises:
         StoreError: The folder is missing or damaged, or another version wrote it.
-        InputError: The budget is below what the run had, or an option does not go with its kind.
+        InputError: The budget or the flights are below what the run had, or an option does not go with its kind.
 
     Examples:
         >>> tuner.resume("results/first", budget=4).history.index.max()

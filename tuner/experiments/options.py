@@ -58,6 +58,12 @@ BUDGET = RunOption(
     "only a tuning study can be searched further; run this one with another search.generations",
     least=1,
 )
+SEARCH_FLIGHTS = RunOption(
+    int | None,
+    "Flights of each scenario in the search; more than before: the search goes on from where they change it.",
+    "only a tuning study makes more flights; run this one with another scenario.0.search",
+    least=1,
+)
 RECOMPUTE = RunOption(
     bool,
     "Recompute a run of another machine in this machine's arithmetic.",
@@ -80,6 +86,7 @@ class ResumeOptions(TypedDict, total=False):
     """Options of `resume`, in the order of its help."""
 
     budget: Annotated[int | None, BUDGET]
+    search_flights: Annotated[int | None, SEARCH_FLIGHTS]
     threads: Annotated[int | None, THREADS]
     dask: Annotated[str | None, DASK]
     recompute: Annotated[bool, RECOMPUTE]

@@ -59,9 +59,15 @@ class RecordedMachine(DocumentPart):
 class RunRecord(Document):
     """Content of run.json.
 
-    kind: of study. study: its file in the folder. digest: of all that decides the result. generations: asked for; null where a
-    study has no such number. model: `model_key` of the flights. arithmetic: of the engine that makes them. machine: what its
-    kernels were compiled for and its draws made with; none where an earlier version did not say.
+    Attributes:
+        kind: Kind of study.
+        study: Its file in the folder.
+        digest: Digest of all that decides the result.
+        generations: Generations that were asked for; None where a study has no such number.
+        search_flights: Flights of each scenario in the search, where `resume` asked for more than the study.
+        model: `model_key` of the flights.
+        arithmetic: Arithmetic of the engine that makes them.
+        machine: Machine that the kernels were compiled for and draws made with; None where an earlier version did not say.
     """
 
     format: Annotated[Literal["gainproof-run"], READ_FORMER]
@@ -71,6 +77,7 @@ class RunRecord(Document):
     study: Annotated[str, Field(pattern=r"^inputs/[^/\\]+$")]
     digest: str
     generations: int | None
+    search_flights: Annotated[int, Field(ge=1)] | None = None
     model: str
     arithmetic: str = LANES
     machine: RecordedMachine | None = None
@@ -91,9 +98,10 @@ def freeze(
     engine: str = LANES,
 ) -> None:
     """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
-    name, version = f"inputs/{source.stem}.toml", VERSION
+    name, version, search_flights = f"inputs/{source.stem}.toml", VERSION, None
     if (folder.path / RECORD).exists() and folder.keep(name):
-        version = read_record(folder.path).version
+        earlier = read_record(folder.path)
+        version, search_flights = earlier.version, earlier.search_flights
         for copy in sorted((folder.path / "inputs").iterdir()):
             folder.keep(f"inputs/{copy.name}")
     else:
@@ -106,6 +114,7 @@ def freeze(
         study=name,
         digest=digest,
         generations=generations,
+        search_flights=search_flights,
         model=model_key(),
         arithmetic=engine,
         machine=RecordedMachine(**arithmetic().processor._asdict(), libraries=arithmetic().libraries),
@@ -137,6 +146,10 @@ def as_recorded(record: RunRecord, file: Path) -> PlainTable:
     file: the study, of the run or another to be read alike. Raises InputError where it cannot be read.
     """
     changes: PlainTable = {} if record.generations is None else {"search.generations": record.generations}
+    if record.search_flights is not None:
+        listed = [entries for layer in read_layers(file) if isinstance(entries := layer.table.get("scenario"), list)]
+        scenarios = max(map(len, listed), default=0)
+        changes |= {f"scenario.{i}.search": record.search_flights for i in range(scenarios)}
     if record.version in LEFT_OPEN:
         changes = {**flown_then(file, record.generations is not None), **changes}
     return {**left_open(file, NO_STARTS), **changes} if record.version < NAMES_STARTS else changes

@@ -28,7 +28,7 @@ def resume(path: Path, watcher: Watcher | None = None, **options: Unpack[ResumeO
     _refuse_others(path, record, RESUMED)
     kind = EXPERIMENTS[record.kind]
     refuse_options(kind, **options)
-    study, folder = reopen(path, options.get("budget"), options.get("recompute", False))
+    study, folder = reopen(path, options.get("budget"), options.get("search_flights"), options.get("recompute", False))
     with kind.run.engine_for(study, watcher, path, **options) as engine:
         watcher.on_start(study, path, kind.run.notes(study))
         return completed(kind.run(study, folder, watcher, engine, **options), kind)
@@ -47,11 +47,17 @@ def recorded_study(path: Path) -> tuple[TuningStudy, RunRecord]:
     return study, record
 
 
-def reopen(path: Path, budget: int | None, recompute: bool = False) -> tuple[Any, Folder]:
+def reopen(
+    path: Path, budget: int | None, search_flights: int | None = None, recompute: bool = False
+) -> tuple[Any, Folder]:
     """Return the study of a results folder, and the folder for writing.
 
-    budget: another number of generations, or None. recompute: compute with this machine's arithmetic; what another
-    recorded has other keys, so all of it is computed anew.
+    Args:
+        path: The results folder.
+        budget: Number of generations, None for that of the run.
+        search_flights: Flights of each scenario in the search, None for those of the run.
+        recompute: Whether to compute with this machine's arithmetic; what another recorded has other keys, so all of it
+            is computed anew.
     """
     record = read_record(path)
     _refuse_others(path, record, RESUMED)
@@ -63,17 +69,31 @@ def reopen(path: Path, budget: int | None, recompute: bool = False) -> tuple[Any
     if not recompute:
         compute_as_recorded(path, record, None if record.kind in FLOWN_AGAIN else "run it anew")
     folder = Folder.open(path)
-    if budget is None or budget == record.generations:
+    extended = _extended(record, study, budget, search_flights)
+    if extended == record:
         return study, folder
-    if record.generations is not None and budget < record.generations:
+    longer = load(extended, path / record.study)
+    folder.write_json(RECORD, extended.model_copy(update={"digest": longer.digest()}))
+    return longer, folder
+
+
+def _extended(record: RunRecord, study: Any, budget: int | None, search_flights: int | None) -> RunRecord:
+    """Return the record of a longer search; InputError where it would be a shorter one."""
+    if budget is not None and record.generations is not None and budget < record.generations:
         raise InputError(
             f"given {budget} generations; the run was asked for {record.generations}, and a search is only ever extended",
             key="--budget",
         )
-    file, extended = path / record.study, record.model_copy(update={"generations": budget})
-    longer = load(extended, file)
-    folder.write_json(RECORD, extended.model_copy(update={"digest": longer.digest()}))
-    return longer, folder
+    changes = {} if budget is None else {"generations": budget}
+    if search_flights is not None:
+        most = max(entry.search for entry in study.scenarios)
+        if search_flights < most:
+            raise InputError(
+                f"given {search_flights} flights; the search made up to {most} of a scenario, and flights are only ever added",
+                key="--search-flights",
+            )
+        changes |= {} if search_flights == most else {"search_flights": search_flights}
+    return record.model_copy(update=changes)
 
 
 def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> None:

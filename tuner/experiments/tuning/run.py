@@ -47,7 +47,7 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
     on where it was, and ends with the bits that it would have ended with.
     """
 
-    takes = frozenset({"reuse", "dask", "backend", "budget", "recompute"})
+    takes = frozenset({"reuse", "dask", "backend", "budget", "search_flights", "recompute"})
     draw_figures = staticmethod(report.write_figures)
     draw_page = staticmethod(report.write_report)
 

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from objectives.risk import Risk
+from plant.errors import InputError
 from tests.tuner.conftest import run_small
 from tests.tuner.experiments.again.killing import compare, result_of
 from tuner.experiments.again.resume import resume
@@ -79,3 +80,19 @@ def test_a_number_that_the_study_gives_stays(tmp_path, monkeypatch):
     monkeypatch.setattr(flight_growth, "MAX_RATIO", 0.0)
     changes = {**GROWING, "search": {**GROWING["search"], "first": 8}}
     assert flights_each(run_small(tmp_path / "run", **changes)) == [8] * 6
+
+
+def test_a_run_that_gets_more_flights_ends_as_one_that_had_them(tmp_path, monkeypatch):
+    monkeypatch.setattr(flight_growth, "MAX_RATIO", 0.0)
+    folder = tmp_path / "run"
+    assert flights_each(run_small(folder, **{**GROWING, "scenario__0__search": 8})) == [8] * 6
+    resumed = resume(folder, Watcher(), search_flights=16, threads=1)
+    assert flights_each(resumed.outcome) == [16] * 6
+    run_small(tmp_path / "fresh", **{**GROWING, "scenario__0__search": 16})
+    for name in ("front.csv", "generations/0005.parquet"):
+        assert (folder / name).read_bytes() == (tmp_path / "fresh" / name).read_bytes()
+    assert verify(folder, 3, 2, Watcher()).identical
+    # To the end of the run, and of another one after it.
+    assert flights_each(resume(folder, Watcher()).outcome) == [16] * 6
+    with pytest.raises(InputError, match=r"--search-flights: given 8 flights; the search made up to 16"):
+        resume(folder, Watcher(), search_flights=8)

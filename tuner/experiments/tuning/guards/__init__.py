@@ -60,8 +60,10 @@ def _flown_values(outcome: Outcome) -> np.ndarray:
 def _lenient(outcome: Outcome) -> list[str]:
     rows = np.flatnonzero(outcome.finalists.non_dominated)
     held_out = outcome.finalists.evaluation.values[rows]
-    flights = outcome.survivors.evaluation.scores.shape[-1]
-    return after.lenient_flights(_labels(outcome), outcome.finalists.search[rows], held_out, flights)
+    flights = [entry.search for entry in outcome.study.scenarios]
+    return after.lenient_flights(
+        _labels(outcome), outcome.finalists.search[rows], held_out, flights, outcome.study.is_resumable
+    )
 
 
 def _duplicate_knees(outcome: Outcome) -> list[str]:

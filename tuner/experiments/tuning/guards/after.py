@@ -109,23 +109,35 @@ def gains_on_bounds(bounds: Sequence[BoundRow]) -> list[str]:
     ]
 
 
-def lenient_flights(labels: Sequence[str], search: np.ndarray, held_out: np.ndarray, flights: int) -> list[str]:
+def lenient_flights(
+    labels: Sequence[str],
+    search: np.ndarray,
+    held_out: np.ndarray,
+    flights: Sequence[int],
+    resumable: bool = True,
+) -> list[str]:
     """Warn of objectives that held-out flights do not confirm.
 
     Args:
         labels: Labels of the objectives.
         search: Values (n, objectives) of the front on the flights of the search.
         held_out: Values (n, objectives) of the front on held-out flights.
-        flights: Number of flights of a candidate in the search.
+        flights: Numbers of flights of a candidate in the search, one a scenario.
+        resumable: Whether the run can go on with more of them.
     """
     warnings = []
+    more = 2 * max(flights)
+    advice = (
+        f"Continue: `tuner resume` with --search-flights {more}."
+        if resumable
+        else f"Raise search, the flights of each scenario, to {more} and run anew."
+    )
     for label, column in zip(labels, value_ratios(search, held_out).T, strict=True):
         ratios = column[~np.isnan(column)]
         if len(ratios) and (ratio := float(np.median(ratios))) > MAX_RATIO:
             warnings.append(
-                f"{label} is {ratio:.2f} times as large on the held-out flights as on the {flights} of the search, in the median "
-                "of the front: these flights were lenient, and more generations on them help little. Raise search, the flights "
-                f"of each scenario, to {2 * flights} and run anew with --reuse of this folder."
+                f"{label} is {ratio:.2f} times as large on the held-out flights as on the {sum(flights)} of the search, in the "
+                f"median of the front: these flights were lenient, and more generations on them help little. {advice}"
             )
     return warnings
 

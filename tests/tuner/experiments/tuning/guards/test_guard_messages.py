@@ -64,9 +64,12 @@ def test_times_of_never_are_those_that_flights_without_an_event_are_scored_by():
 
 def test_lenient_flights_of_a_search_are_named_with_their_ratio():
     search, held_out = np.array([[1.0, 2.0], [2.0, 0.0], [4.0, 1.0]]), np.array([[1.5, 2.0], [2.8, 9.0], [5.2, 1.1]])
-    (text,) = lenient_flights(["itae", "travel"], search, held_out, 8)
-    assert "itae is 1.40 times as large" in text and "to 16 and run anew" in text
-    assert lenient_flights(["itae"], search[:0, :1], held_out[:0, :1], 8) == []
+    (text,) = lenient_flights(["itae", "travel"], search, held_out, [8, 4])
+    assert "itae is 1.40 times as large" in text and "on the 12 of the search" in text
+    assert "`tuner resume` with --search-flights 16" in text
+    (text,) = lenient_flights(["itae", "travel"], search, held_out, [8, 4], resumable=False)
+    assert "to 16 and run anew" in text
+    assert lenient_flights(["itae"], search[:0, :1], held_out[:0, :1], [8]) == []
 
 
 def test_a_search_that_still_gains_is_told_with_a_budget():
