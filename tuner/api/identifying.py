@@ -14,7 +14,7 @@ from plant.quadrotor.airframes.uncertainty import Uncertainty
 from tuner.analysis.airframe_text import new_airframe_file
 from tuner.analysis.identification.checks import LogIssue, check_flight
 from tuner.analysis.identification.document import earlier_posterior, identification_document, log_row, warnings_of
-from tuner.analysis.identification.identify import Identified, airborne, identify_vehicle
+from tuner.analysis.identification.identify import Identified, flights_of, identify_vehicle
 from tuner.analysis.identification.onward import identified_text, uncertainty_of
 from tuner.analysis.identification.parameters import ARM, MASS, EarlierPosterior
 from tuner.api.frames import Documented, figures, frame, shown
@@ -277,4 +277,9 @@ def _log(given: str, mapping: Path | None) -> FlightLog:
 
 
 def _problems(logs: Sequence[FlightLog], airframe: Airframe) -> list[tuple[FlightLog, LogIssue]]:
-    return [(log, finding) for log in logs for finding in check_flight(airborne(log, airframe), airframe)]
+    return [
+        (flight, finding)
+        for log in logs
+        for flight in flights_of(log, airframe)
+        for finding in check_flight(flight, airframe)
+    ]

@@ -20,7 +20,14 @@ from tests.tuner.analysis.identification.known_flights import (
 )
 from tuner.analysis.identification.checks import check_flight
 from tuner.analysis.identification.document import earlier_posterior, gyro_noise, identification_document, verdict
-from tuner.analysis.identification.identify import GIVEN, OF_OUTPUT, airborne, identify_vehicle, wider_than_prior
+from tuner.analysis.identification.identify import (
+    GIVEN,
+    OF_OUTPUT,
+    flights_of,
+    identify_vehicle,
+    longest_flight,
+    wider_than_prior,
+)
 from tuner.analysis.identification.onward import identified_text, identified_values, uncertainty_of
 from tuner.analysis.identification.parameters import EarlierPosterior
 from tuner.api.gains import default_gains
@@ -233,7 +240,7 @@ def test_the_noise_of_the_gyro_is_that_of_the_sensor(flights):
 def test_a_log_without_flight_is_refused(flights):
     log = replace(flights[0].log, command=0.1 * flights[0].log.command)
     with pytest.raises(InputError, match="holds no flight of 4 s"):
-        airborne(log, AIRFRAME)
+        flights_of(log, AIRFRAME)
 
 
 def hopped(log, lengths):
@@ -250,20 +257,28 @@ def hopped(log, lengths):
     return replace(log, time=np.array(time), gyro=log.gyro[rows], acceleration=log.acceleration[rows], command=command)
 
 
-def test_the_flight_of_a_log_that_is_used_is_named_and_so_are_the_others(flights):
-    log = airborne(hopped(flights[0].log, (7.0, 12.0)), AIRFRAME)
+def test_all_flights_of_a_log_that_are_long_enough_count(flights):
+    log = hopped(flights[0].log, (9.0, 12.0, 5.0))
+    first, second = flights_of(log, AIRFRAME)
+    assert first.time[-1] < second.time[0] and 4.0 < first.duration < 6.0 and 7.0 < second.duration < 9.0
+    assert first.notes == ("holds three flights; too short to use are those of 5.1 s",) and not second.notes
+    assert not flights_of(flights[0].log, AIRFRAME)[0].notes
+
+
+def test_the_longest_flight_of_a_log_is_named_and_so_are_the_others(flights):
+    log = longest_flight(hopped(flights[0].log, (9.0, 12.0)), AIRFRAME)
     (said,) = [text for text in log.notes if "flights" in text]
     assert "2 flights" in said and "the longest is used" in said and "@BEGIN:END" in said
     assert f"from {log.time[0]:.1f} to {log.time[-1]:.1f} s" in said and 7.0 < log.duration < 9.0
     assert any("the longest is used" in finding.text for finding in check_flight(log, AIRFRAME))
-    assert not airborne(flights[0].log, AIRFRAME).notes
+    assert not longest_flight(flights[0].log, AIRFRAME).notes
 
 
 def test_flights_that_are_too_short_are_refused_with_their_lengths(flights):
     with pytest.raises(
         InputError, match=r"two flights, of \d\.\d and \d\.\d s, of which 2 s at take-off and at landing"
     ) as refused:
-        airborne(hopped(flights[0].log, (6.5, 5.0)), AIRFRAME)
+        flights_of(hopped(flights[0].log, (6.5, 5.0)), AIRFRAME)
     assert "below 50 %" not in str(refused.value)
 
 
