@@ -113,7 +113,7 @@ def identify_vehicle(
     )
     free = np.array([name not in GIVEN for name in space.names])
     start = initial_estimate(space, samples, vehicle) if earlier is None else space.center
-    early = fit_parameters(fitting, start, free, _share(on_progress, 0))
+    early = fit_parameters(fitting, start, free, _share(on_progress, 0), scan=True)
     seen = prediction_windows(fitting, early.estimate, held_out=False)
     reasons = {**unidentifiable(early, seen), **impossible(early, airframe.vehicle)}
     fitting, complete = counted_outputs(fitting, reasons), counted_outputs(complete, reasons)

@@ -196,10 +196,11 @@ def fly(truth: Truth, duration: float, seed: int) -> Recording:
         second = accelerations(truth, mid_attitude, mid_rate, mid_velocity - wind, half, charge, arms)
         place = place + STEP * mid_velocity
         velocity = velocity + STEP * _free(mid_attitude, second[0])
-        rate = rate + STEP * _spun(truth, mid_rate, second[1], half, change)
+        before, rate = rate, rate + STEP * _spun(truth, mid_rate, second[1], half, change)
         attitude = _turned(attitude, mid_rate, STEP)
-        behind = np.einsum("nij,jkn->ikn", filter_step, np.stack([filtered - rate, slope]))
-        filtered, slope = behind[0] + rate, behind[1]
+        mean = 0.5 * (before + rate)
+        behind = np.einsum("nij,jkn->ikn", filter_step, np.stack([filtered - mean, slope]))
+        filtered, slope = behind[0] + mean, behind[1]
         speed = spin_up
     return Recording(rates, force, commands)
 
