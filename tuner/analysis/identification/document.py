@@ -260,7 +260,8 @@ def _curve(identified: Identified) -> list[IdentifiedNumber]:
             (prior, np.diag(identified.space.prior_std[part] ** 2)),
         )
     )
-    is_missing = any(name in identified.reasons for name in identified.space.names[part])
+    unknown = identified.reasons.keys() | identified.wider.keys()
+    is_missing = not unknown.isdisjoint(identified.space.names[part])
     reason = "a node of the curve is not told" if is_missing else ""
     return [
         IdentifiedNumber(

@@ -11,6 +11,7 @@ from plant.errors import InputError
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.airframes.rules import torque_ratios
 from plant.quadrotor.vehicle import Vehicle
+from tuner.analysis.identification.checks import SILENT
 from tuner.analysis.identification.fit import Fit, Problem, fit_parameters
 from tuner.analysis.identification.judging import FitValidation, validate_fit
 from tuner.analysis.identification.parameters import ARM, MASS, EarlierPosterior, ParameterSpace, space_of
@@ -93,7 +94,7 @@ def identify_vehicle(
     earlier: EarlierPosterior | None = None,
     on_progress: ProgressCallback | None = None,
 ) -> Identified:
-    """Identify a vehicle; raises InputError where no log holds a flight.
+    """Identify a vehicle; raises InputError where no log holds a flight, or all tell nothing.
 
     Args:
         logs: of flights of one vehicle.
@@ -105,6 +106,8 @@ def identify_vehicle(
     """
     flights = [flight for log in logs for flight in flights_of(log, airframe)]
     samples = resample_segments(flights)
+    if not samples:
+        raise InputError(SILENT, file=flights[0].name)
     vehicle, space = airframe.vehicle, space_of(airframe.vehicle, [str(i + 1) for i in range(len(flights))], mass, arm)
     space = space if earlier is None else space.with_prior(earlier)
     masks = fit_masks(samples)
@@ -117,6 +120,8 @@ def identify_vehicle(
     seen = prediction_windows(fitting, early.estimate, held_out=False)
     reasons = {**unidentifiable(early, seen), **impossible(early, airframe.vehicle)}
     fitting, complete = counted_outputs(fitting, reasons), counted_outputs(complete, reasons)
+    if not any(fitting.outputs):
+        raise InputError(SILENT, file=flights[0].name)
     free &= np.array([name not in reasons for name in space.names])
     start = np.where(free | np.array([name in GIVEN for name in space.names]), early.estimate, space.center)
     early = fit_parameters(fitting, start, free, _share(on_progress, 1))
