@@ -76,6 +76,52 @@ def betaflight(log):
     return "\n".join([", ".join(head), *[", ".join(f"{v:.10g}" for v in row) for row in table]]).encode() + b"\n"
 
 
+def blackbox(log):
+    """A recording of Betaflight in high resolution: every 32nd frame stands alone, others are differences."""
+    names = [
+        "loopIteration",
+        "time",
+        *[f"{kind}[{i}]" for kind in ("setpoint", "gyroADC", "accSmooth") for i in range(3)],
+    ]
+    names += [f"motor[{i}]" for i in range(4)]
+    heads = {
+        "Product": "Blackbox flight data recorder by Nicholas Sherlock",
+        "Data version": "2",
+        "I interval": "32",
+        "P interval": "1/1",
+        "Field I name": ",".join(names),
+        "Field I signed": ",".join("1" for _ in names),
+        "Field I predictor": ",".join("0" for _ in names),
+        "Field I encoding": ",".join("0" for _ in names),
+        "Field P predictor": ",".join(["6", *["1"] * (len(names) - 1)]),
+        "Field P encoding": ",".join(["9", *["0"] * (len(names) - 1)]),
+        "Firmware revision": "Betaflight 4.5.1 (77d01ba3b) STM32F7X2",
+        "acc_1G": "2048",
+        "motorOutput": "158,2047",
+        "blackbox_high_resolution": "1",
+    }
+    rates = 10.0 * np.degrees(log.gyro)
+    motors = 48.0 + (2047.0 - 48.0) * log.command[:, [3, 1, 2, 0]]
+    table = np.column_stack(
+        [np.arange(len(log.time)), 1e6 * log.time, 0.5 * rates, rates, log.acceleration * 2048.0 / G, motors]
+    )
+    rows = np.round(table).astype(int).tolist()
+    found = "".join(f"H {name}:{value}\n" for name, value in heads.items()).encode()
+    for k, row in enumerate(rows):
+        alone = k % 32 == 0
+        values = row if alone else [now - before for now, before in zip(row[1:], rows[k - 1][1:], strict=True)]
+        found += (b"I" if alone else b"P") + b"".join(map(signed_varint, values))
+    return found + b"E\xffEnd of log\0"
+
+
+def signed_varint(value):
+    """A whole number in zigzag, seven bits a byte, the lowest first."""
+    rest, found = (value << 1) ^ (value >> 63), b""
+    while rest > 127:
+        rest, found = rest >> 7, found + bytes([rest & 127 | 128])
+    return found + bytes([rest])
+
+
 def ulog(log):
     def message(kind, content):
         return struct.pack("<HB", len(content), ord(kind)) + content
@@ -114,6 +160,7 @@ def dataflash(log):
 WRITERS: dict[str, Callable[..., bytes]] = {
     "Crazyflie SD card": crazyflie,
     "CSV": csv,
+    "Betaflight blackbox (.bbl)": blackbox,
     "Betaflight blackbox as CSV": betaflight,
     "PX4 ULog": ulog,
     "ArduPilot DataFlash (.bin)": dataflash,
