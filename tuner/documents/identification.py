@@ -65,6 +65,30 @@ class RegressionRow(DocumentPart):
     torque_on_acceleration: float
 
 
+class ResponseRow(DocumentPart):
+    """Frequency response of an output [rad/s, m/s2] to the motor commands of its axis, from the logs and of the model.
+
+    instrument: "setpoint", or "" where the command is its own. averages: independent segments behind it. frequency: in Hz.
+    magnitude: in dB, phase: in degrees, coherence: of instrument and output; half_width: of the 95 % interval in dB, 1 dB of
+    which is 6.6 degrees of the phase. model_half_width, model_phase_half_width: of the model's own, in dB and degrees. compared:
+    whether the coherence is high enough, and noise and leakage low enough, to compare the two.
+    """
+
+    output: str
+    instrument: Annotated[str, OneOf(("", "setpoint"))]
+    averages: float
+    frequency: list[float]
+    magnitude: list[float]
+    phase: list[float]
+    coherence: list[float]
+    half_width: list[float]
+    model_magnitude: list[float]
+    model_phase: list[float]
+    model_half_width: list[float]
+    model_phase_half_width: list[float]
+    compared: list[bool]
+
+
 class Posterior(DocumentPart):
     """What logs tell of the vehicle's coordinates: logarithms of positive numbers, all others as they are, in SI units.
 
@@ -102,6 +126,7 @@ class IdentificationDocument(Document):
     verdict: str
     before: list[LogRow] = []
     posterior: Posterior | None = None
+    responses: list[ResponseRow] = []
 
 
 class LogFinding(DocumentPart):
