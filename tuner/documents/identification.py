@@ -66,12 +66,23 @@ class RegressionRow(DocumentPart):
 
 
 class ResponseRow(DocumentPart):
-    """Frequency response of an output [rad/s, m/s2] to the motor commands of its axis, from the logs and of the model.
+    """Frequency response of an output to the motor commands of its axis.
 
-    instrument: "setpoint", or "" where the command is its own. averages: independent segments behind it. frequency: in Hz.
-    magnitude: in dB, phase: in degrees, coherence: of instrument and output; half_width: of the 95 % interval in dB, 1 dB of
-    which is 6.6 degrees of the phase. model_half_width, model_phase_half_width: of the model's own, in dB and degrees. compared:
-    whether the coherence is high enough, and noise and leakage low enough, to compare the two.
+    Beside that of the logs stands that of the model; rates are in rad/s, lift is in m/s2, commands are shares of full command.
+
+    Attributes:
+        instrument: "setpoint", or "" where the command is its own.
+        averages: Independent segments.
+        frequency: [Hz].
+        magnitude: [dB].
+        phase: [degrees].
+        coherence: Of instrument and output.
+        half_width: Of the 95 % interval of the magnitude [dB]; 1 dB of it is 6.6 degrees of the phase.
+        model_magnitude: [dB].
+        model_phase: [degrees].
+        model_half_width: Of the 95 % interval of the model's magnitude [dB].
+        model_phase_half_width: Of its phase [degrees].
+        compared: Whether coherence, noise and leakage allow to compare the two.
     """
 
     output: str

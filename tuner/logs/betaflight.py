@@ -48,7 +48,10 @@ def read_betaflight(content: bytes, name: str, digest: str) -> FlightLog:
 
 
 def columns_of(names: Collection[str], name: str) -> list[str]:
-    """Return the columns to read, the rate setpoints at the end where they are there; InputError where one is missing."""
+    """Return the columns to read, rate setpoints last; InputError without one.
+
+    A log without setpoints is read without them.
+    """
     missing = [entry for entry in COLUMNS if entry not in names]
     if missing:
         raise InputError(f"lacks the columns {', '.join(missing)}; log gyro, accelerometer and motors", file=name)

@@ -24,7 +24,7 @@ PAUSE = 1.0
 """Time between recordings whose clock begins anew [s]."""
 
 
-class _Columns(list[Any]):
+class _FrameColumns(list[Any]):
     """Frames as the decoder appends them, of which some columns are kept: all would take 50 times the file's size."""
 
     def __init__(self, places: list[int]) -> None:
@@ -37,15 +37,15 @@ class _Columns(list[Any]):
         self.values.extend(self._chosen(frame))
 
 
-class _Nothing(list[Any]):
-    """Frames that nobody reads."""
+class _DiscardedFrames(list[Any]):
+    """Frames that are not read."""
 
     def append(self, frame: Any, /) -> None:
         """Append nothing."""
 
 
 def is_blackbox(content: bytes) -> bool:
-    """Return true for a file that begins with the head of a recording."""
+    """Return true for a file that begins as a recording."""
     return content[: len(MAGIC)] == MAGIC
 
 
@@ -79,16 +79,16 @@ def read_blackbox(content: bytes, name: str, digest: str) -> FlightLog:
 
 
 def _recording(parser: Any, name: str) -> Array:
-    """Return the columns (n, 11 or 14) of a recording in SI units, motors as they are."""
+    """Return the columns (n, 11 or 14) of a recording in SI units, but for motors."""
     parser.parse_header()
     config, names = parser.sys_config, parser.main_field_names
     # The decoder counts the loops between frames one by one.
     if config["frameIntervalPNum"] < 1 or config["frameIntervalI"] > LONGEST_INTERVAL or len(names) > MOST_FIELDS:
         raise InputError("its head is damaged", file=name)
     columns = columns_of(names, name)
-    frames = _Columns([names.index(column) for column in columns])
+    frames = _FrameColumns([names.index(column) for column in columns])
     parser.main_frames = frames
-    parser.slow_frames = parser.gps_frames = parser.events = _Nothing()
+    parser.slow_frames = parser.gps_frames = parser.events = _DiscardedFrames()
     parser.parse_data()
     table = np.array(frames.values).reshape(-1, len(columns))
     degree = np.pi / 180.0 / (10.0 if config.get("blackbox_high_resolution") == 1 else 1.0)

@@ -94,7 +94,7 @@ def response_panels(rows: Sequence[ResponseRow]) -> list[Panel]:
 def _response(row: ResponseRow) -> list[Panel]:
     frequency, coherence = np.array(row.frequency), np.array(row.coherence)
     width = np.array(row.half_width)
-    known = bands_of(width < WIDEST)
+    narrow = bands_of(width < WIDEST)
     x = Axis("frequency [Hz]", log=True)
     panels = []
     for name, unit, values, widths, model, model_width in (
@@ -104,7 +104,7 @@ def _response(row: ResponseRow) -> list[Panel]:
         y, middle, wide = np.array(values), np.array(model), np.array(model_width)
         marks: list[Mark] = [
             Band(look=MEASURED_BAND, x=frequency[band], low=(y - widths)[band], high=(y + widths)[band])
-            for band in known
+            for band in narrow
         ]
         marks += [
             Band(look=BAND, x=frequency, low=middle - wide, high=middle + wide),

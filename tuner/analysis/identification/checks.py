@@ -77,8 +77,8 @@ def is_silent(log: FlightLog) -> bool:
     # As in the windows of prediction, slow changes do not count.
     width = max(round(HORIZON / part.period), 1)
     windows = columns[: len(columns) // width * width].reshape(-1, width, 3)
-    lift, *asked = (windows - windows.mean(axis=1, keepdims=True)).reshape(-1, 3).T
-    return bool(max(*turning.tolist(), _explained(lift, _fitted(lift, np.column_stack(asked)))) < TELLING)
+    lift, *powers = (windows - windows.mean(axis=1, keepdims=True)).reshape(-1, 3).T
+    return bool(max(*turning.tolist(), _explained(lift, _fitted(lift, np.column_stack(powers)))) < TELLING)
 
 
 def _time_base(log: FlightLog) -> Iterator[LogIssue]:

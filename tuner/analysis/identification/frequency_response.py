@@ -116,10 +116,10 @@ def _transforms(record: Record, length: float, highest: float) -> ComplexArray |
     segments = series[:, starts[:, None] + np.arange(width)]
     window = np.hanning(width + 1)[:-1]
     scale = np.sqrt(2.0 * record.period / np.sum(window**2))
-    found = scale * np.fft.rfft(window * (segments - segments.mean(axis=-1, keepdims=True)))[..., 1 : last + 1]
+    transforms = scale * np.fft.rfft(window * (segments - segments.mean(axis=-1, keepdims=True)))[..., 1 : last + 1]
     if record.integrates:
-        found[1] /= 1j * np.sin(2.0 * np.pi * np.arange(1, last + 1) / width)
-    return found
+        transforms[1] /= 1j * np.sin(2.0 * np.pi * np.arange(1, last + 1) / width)
+    return transforms
 
 
 def _cross(a: ComplexArray, b: ComplexArray) -> ComplexArray:
@@ -127,6 +127,6 @@ def _cross(a: ComplexArray, b: ComplexArray) -> ComplexArray:
 
 
 def _leaks(power: Array) -> NDArray[np.bool_]:
-    """Return where a power density (f,) is below the leakage of its strongest neighbor."""
+    """Return the mask (f,) of a power density below leakage of its neighbors."""
     padded = np.pad(power, NEIGHBORS)
     return power < LEAKED * np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBORS + 1).max(axis=1)

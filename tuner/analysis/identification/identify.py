@@ -211,9 +211,9 @@ def impossible(fit: Fit, vehicle: Vehicle) -> dict[str, str]:
 
 
 def flights_of(log: FlightLog, airframe: Airframe) -> list[FlightLog]:
-    """Return the flights of a log that are long enough, with a note on those that are not.
+    """Return the flights of a log that are long enough; InputError without one.
 
-    Raises InputError where there is none.
+    A note of the first names the lengths of the others.
     """
     vehicle = airframe.vehicle
     hover = np.sqrt(vehicle.mass * vehicle.gravity / (4.0 * vehicle.thrust_coefficient)) / vehicle.speed_max
@@ -239,7 +239,7 @@ def flights_of(log: FlightLog, airframe: Airframe) -> list[FlightLog]:
 
 
 def _settled(log: FlightLog, begin: int, end: int, width: int) -> tuple[float, float]:
-    """Return begin and end [s] of a flight between two samples, without take-off and landing."""
+    """Return begin and end [s] of a flight, without take-off and landing."""
     # What was cut out of a flight begins and ends in the air.
     first = log.time[begin] + (SETTLED if begin > width else 0.0)
     last = log.time[end] - (SETTLED if end < len(log.time) - 1 - width else 0.0)
@@ -247,7 +247,10 @@ def _settled(log: FlightLog, begin: int, end: int, width: int) -> tuple[float, f
 
 
 def longest_flight(log: FlightLog, airframe: Airframe) -> FlightLog:
-    """Return the longest flight of a log, with a note where there are others; InputError where there is none."""
+    """Return the longest flight of a log; InputError where there is none.
+
+    A note says so where there are others.
+    """
     flights = flights_of(log, airframe)
     flight = max(flights, key=lambda entry: entry.duration)
     if len(flights) == 1:

@@ -26,7 +26,7 @@ def axis_commands(vehicle: Vehicle, command: Array) -> Array:
 def model_response(
     numbers: PhysicalParameters, vehicle: Vehicle, operating_point: float, frequency: Array, period: float
 ) -> ComplexArray:
-    """Return the responses (f, 4) of the rates [rad/s] and the lift [m/s2] to the commands of their axes.
+    """Return the responses (f, 4) of rates [rad/s] and lift [m/s2].
 
     Args:
         numbers: Of the vehicle.

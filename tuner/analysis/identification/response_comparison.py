@@ -1,4 +1,4 @@
-"""Frequency responses of the logs beside those of the fitted model, axis by axis, and where the two differ.
+"""Frequency responses of the logs beside those of the fitted model.
 
 Measured is the response of body rate, or lift, to the motor commands of the axis. Where the log has setpoints of the rates, they
 are the instrument; without them feedback biases the estimate towards the inverse of the controller, the more the larger noise and
@@ -118,7 +118,7 @@ def _record(part: LogSegment, command: Array, k: int, has_instrument: bool) -> R
 
 
 def difference_words(compared: Sequence[ResponseComparison]) -> list[str]:
-    """Return a sentence on each output whose responses differ, and one on all others."""
+    """Return sentences on outputs whose responses differ, and on all others."""
     words = [_difference(entry, entry.band) for entry in compared if entry.band is not None]
     agreed = [entry.output for entry in compared if entry.trusted.any() and entry.band is None]
     if agreed:
@@ -135,6 +135,6 @@ def _difference(entry: ResponseComparison, band: slice) -> str:
         else "; without setpoints in the log, feedback of noise and air may be the reason too"
     )
     return (
-        f"The frequency response of {entry.output} differs from the model's from {frequency[0]:.2g} to {frequency[-1]:.2g} Hz, "
+        f"The frequency response of {entry.output} differs from the model from {frequency[0]:.2g} to {frequency[-1]:.2g} Hz, "
         f"by up to {DECIBELS * worst.real:+.1f} dB and {np.degrees(worst.imag):+.0f} degrees{reason}."
     )
