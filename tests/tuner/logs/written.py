@@ -76,8 +76,11 @@ def betaflight(log):
     return "\n".join([", ".join(head), *[", ".join(f"{v:.10g}" for v in row) for row in table]]).encode() + b"\n"
 
 
-def blackbox(log):
-    """A recording of Betaflight in high resolution: every 32nd frame stands alone, others are differences."""
+def blackbox(log, setpoint=None):
+    """A recording of Betaflight in high resolution: every 32nd frame stands alone, others are differences.
+
+    setpoint: of the rates [rad/s]; half of the rates where none are given.
+    """
     names = [
         "loopIteration",
         "time",
@@ -100,10 +103,12 @@ def blackbox(log):
         "motorOutput": "158,2047",
         "blackbox_high_resolution": "1",
     }
-    rates = 10.0 * np.degrees(log.gyro)
+    rates, setpoints = (
+        10.0 * np.degrees(part) for part in (log.gyro, 0.5 * log.gyro if setpoint is None else setpoint)
+    )
     motors = 48.0 + (2047.0 - 48.0) * log.command[:, [3, 1, 2, 0]]
     table = np.column_stack(
-        [np.arange(len(log.time)), 1e6 * log.time, 0.5 * rates, rates, log.acceleration * 2048.0 / G, motors]
+        [np.arange(len(log.time)), 1e6 * log.time, setpoints, rates, log.acceleration * 2048.0 / G, motors]
     )
     rows = np.round(table).astype(int).tolist()
     found = "".join(f"H {name}:{value}\n" for name, value in heads.items()).encode()
