@@ -1,11 +1,12 @@
 """Frequency responses: against scipy's, known systems in noise, python-control, and betaflight-chirp-core on the same file."""
 
 from dataclasses import replace
+from typing import Any
 
-import control
+import control as python_control
 import numpy as np
 import pytest
-from scipy import signal
+import scipy.signal
 
 from plant.vectors import Vec3
 from tests.tuner.analysis.identification.known_flights import AIRFRAME, PRIOR, known_flights
@@ -20,11 +21,14 @@ from tuner.analysis.identification.response_comparison import compare_responses,
 from tuner.analysis.identification.samples import LogSegment
 from tuner.logs.reading import read_log
 
+# Their types are too narrow.
+signal: Any = scipy.signal
+control: Any = python_control
 PERIOD, LENGTH, HIGHEST = 0.002, 1.0, 100.0
 RATE = 1.0 / PERIOD
 # A resonance at 30 Hz behind a sample of delay.
-NUMERATOR, DENOMINATOR = signal.cont2discrete(([(60.0 * np.pi) ** 2], [1.0, 60.0, (60.0 * np.pi) ** 2]), PERIOD)[:2]
-NUMERATOR = np.ravel(NUMERATOR)
+RESONANCE = signal.cont2discrete(([(60.0 * np.pi) ** 2], [1.0, 60.0, (60.0 * np.pi) ** 2]), PERIOD)
+NUMERATOR, DENOMINATOR = np.ravel(RESONANCE[0]), np.ravel(RESONANCE[1])
 
 
 def truth_at(frequency):
@@ -177,7 +181,7 @@ def test_the_deviation_of_the_model_is_that_of_draws_of_its_numbers():
     ours = response_deviation(space, space.center, np.diag(deviations**2), setting)
     center = model_response(space.numbers(space.center), *setting)
     points = space.center + deviations * draw.normal(size=(2000, len(deviations)))
-    drawn = np.log(np.array([model_response(space.numbers(point), *setting) for point in points]) / center)
+    drawn: Any = np.log(np.array([model_response(space.numbers(point), *setting) for point in points]) / center)
     assert ours[0] == pytest.approx(drawn.real.std(axis=0), rel=0.08)
     assert ours[1] == pytest.approx(drawn.imag.std(axis=0), rel=0.08, abs=1e-5)
 
