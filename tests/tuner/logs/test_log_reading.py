@@ -163,6 +163,17 @@ def test_a_damaged_message_at_the_end_of_a_ulog_is_refused_at_once(tmp_path, map
     assert capsys.readouterr().out == ""
 
 
+def test_setpoints_of_a_table_are_read_and_left_out_where_one_is_no_number(tmp_path, mapping):
+    head, *rows = WRITERS["Betaflight blackbox as CSV"](truth()).decode().split("\n")
+    head += "".join(f", setpoint[{i}]" for i in range(3))
+    whole = [f"{row}, 90, {k}, 0" for k, row in enumerate(rows[:-1])]
+    log = read("Betaflight blackbox as CSV", "\n".join([head, *whole]).encode(), tmp_path, mapping)
+    assert log.setpoint is not None and log.setpoint[7] == pytest.approx([np.pi / 2.0, np.radians(7.0), 0.0])
+    whole[5] = whole[5].replace(" 90,", " x,")
+    log = read("Betaflight blackbox as CSV", "\n".join([head, *whole]).encode(), tmp_path, mapping)
+    assert log.setpoint is None and "setpoints are left out" in log.notes[-1]
+
+
 def test_the_first_row_of_a_table_may_be_cut(tmp_path, mapping):
     head, first, rest = WRITERS["Betaflight blackbox as CSV"](truth()).split(b"\n", 2)
     log = read("Betaflight blackbox as CSV", b"\n".join((head, first[:40], rest)), tmp_path, mapping)
