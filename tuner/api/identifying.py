@@ -281,4 +281,5 @@ def _problems(logs: Sequence[FlightLog], airframe: Airframe) -> list[tuple[Fligh
     problems = [(flight, finding) for flight in flights for finding in check_flight(flight, airframe)]
     silent = [flight for flight in flights if is_silent(flight)]
     # A calm flight beside one that tells is no reason to refuse both.
-    return [*[(flight, LogIssue(len(silent) == len(flights), SILENT)) for flight in silent], *problems]
+    problems = [*[(flight, LogIssue(len(silent) == len(flights), SILENT)) for flight in silent], *problems]
+    return list({(flight.name, finding): (flight, finding) for flight, finding in problems}.values())

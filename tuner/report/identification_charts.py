@@ -13,8 +13,6 @@ from tuner.report.charts.chart import Array, Axis, Band, Line, Mark, Panel, Rule
 from tuner.report.charts.look import BOUND, Look
 from tuner.report.charts.paper import Figure, figure_of
 
-WIDEST = 6.0
-"""Half width of the interval of a magnitude [dB] up to which a response is drawn."""
 SHOWN = 12
 """Windows that are drawn, those with the most motion."""
 HEIGHT = 3.0
@@ -94,7 +92,7 @@ def response_panels(rows: Sequence[ResponseRow]) -> list[Panel]:
 def _response(row: ResponseRow) -> list[Panel]:
     frequency, coherence = np.array(row.frequency), np.array(row.coherence)
     width = np.array(row.half_width)
-    narrow = bands_of(width < WIDEST)
+    compared = np.array(row.compared)
     x = Axis("frequency [Hz]", log=True)
     panels = []
     for name, unit, values, widths, model, model_width in (
@@ -104,20 +102,16 @@ def _response(row: ResponseRow) -> list[Panel]:
         y, middle, wide = np.array(values), np.array(model), np.array(model_width)
         marks: list[Mark] = [
             Band(look=MEASURED_BAND, x=frequency[band], low=(y - widths)[band], high=(y + widths)[band])
-            for band in narrow
+            for band in bands_of(compared)
         ]
         marks += [
             Band(look=BAND, x=frequency, low=middle - wide, high=middle + wide),
             Line(name="model", look=MODELLED, x=frequency, y=middle),
-            Line(name="logs", look=MEASURED, x=frequency, y=np.where(width < WIDEST, y, np.nan)),
+            Line(name="logs", look=MEASURED, x=frequency, y=np.where(compared, y, np.nan)),
         ]
-        panels.append(
-            Panel(f"response-{row.output}-{name}", row.output, x, Axis(f"{name} of {row.output} [{unit}]"), marks)
-        )
+        panels.append(Panel(f"response-{row.output}-{name}", row.output, x, Axis(f"{name} [{unit}]"), marks))
     marks = [Line(look=MEASURED, x=frequency, y=coherence), Rule(look=BOUND, axis="y", value=TRUSTED)]
-    panels.append(
-        Panel(f"response-{row.output}-coherence", row.output, x, Axis(f"coherence of {row.output}", 0.0, 1.0), marks)
-    )
+    panels.append(Panel(f"response-{row.output}-coherence", row.output, x, Axis("coherence", 0.0, 1.0), marks))
     return panels
 
 

@@ -26,9 +26,9 @@ AIDS = {
     "of the sensors.",
     "whiteness": "What is left behind the noise model. Of white noise, one bar in twenty stands beyond the dashed lines.",
     "responses": "Response of each output to the motor commands of its axis, by cross spectra of the logs and by the fitted "
-    "numbers, with 95 % bands. From the coherence of the dashed line on, the two are compared. Setpoints of the rates are the "
-    "instrument where the log has them; without them, feedback of noise and air bends the measured curve towards the inverse of "
-    "the controller.",
+    "numbers, with 95 % bands. That of the logs is drawn where the coherence is above the dashed line and noise and leakage are "
+    "small. Setpoints of the rates are the instrument where the log has them; without them, feedback of noise and air bends it "
+    "towards the inverse of the controller.",
     "numbers": "95 % intervals, and those of what was known before the flight.",
     "untold": "These stand where they stood before the flight, and their prior is in the airframe file's [uncertainty].",
     "regressions": "Ordinary least squares of the same data, one way and the other: the true inertia lies between the two.",

@@ -251,5 +251,6 @@ def _disorder(order: tuple[int, ...], signs: tuple[float, ...], size: Array) -> 
             f"the four motors act as {', '.join(ROTORS[k] for k in order)}: give them in the order {', '.join(ROTORS)}"
         )
     if turned:
-        errors.append(f"{' and '.join(turned)} turn against the motors: axes FRD taken for FLU, or a sign")
+        reason = "propellers that turn the other way than the airframe's, " if turned == ["yaw"] else ""
+        errors.append(f"{' and '.join(turned)} turn against the motors: {reason}axes FRD taken for FLU, or a sign")
     return "; ".join(errors)

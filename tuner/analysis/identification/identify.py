@@ -231,6 +231,8 @@ def flights_of(log: FlightLog, airframe: Airframe) -> list[FlightLog]:
     if not any(enough):
         raise InputError(_no_flight(lengths), file=log.name)
     flights = [log.between(*span) for span, is_enough in zip(settled, enough, strict=True) if is_enough]
+    # What was noted of a log is noted once.
+    flights[1:] = [replace(flight, notes=()) for flight in flights[1:]]
     short = [f"{length:.1f}" for length, is_enough in zip(lengths, enough, strict=True) if not is_enough]
     if not short:
         return flights

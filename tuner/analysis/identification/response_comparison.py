@@ -129,11 +129,7 @@ def difference_words(compared: Sequence[ResponseComparison]) -> list[str]:
 def _difference(entry: ResponseComparison, band: slice) -> str:
     frequency, off = entry.measured.frequency[band], entry.difference[band]
     worst = off[np.argmax(np.abs(off))]
-    reason = (
-        ""
-        if entry.has_instrument
-        else "; without setpoints in the log, feedback of noise and air may be the reason too"
-    )
+    reason = "" if entry.has_instrument else "; without an instrument, feedback of noise and air may be the reason too"
     return (
         f"The frequency response of {entry.output} differs from the model from {frequency[0]:.2g} to {frequency[-1]:.2g} Hz, "
         f"by up to {DECIBELS * worst.real:+.1f} dB and {np.degrees(worst.imag):+.0f} degrees{reason}."
