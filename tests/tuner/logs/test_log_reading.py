@@ -18,6 +18,8 @@ STEP = 1e-3
 PACKAGES = {"PX4 ULog": "pyulog", "Betaflight blackbox (.bbl)": "betaflight_chirp_core"}
 ROUNDED = {"Betaflight blackbox (.bbl)": (1e-3, 3e-3)}
 """Half a step of rates [rad/s] and of specific force [m/s2] in formats of whole numbers."""
+SETPOINTS = ("PX4 ULog", "ArduPilot DataFlash (.bin)", "Betaflight blackbox (.bbl)")
+"""Kinds whose writers give half of the rates as their setpoints."""
 LONGEST, MOST_MEMORY = 20.0, 50e6
 """Longest time [s] and most memory [bytes] that any file of these sizes, 20 to 100 kB, may take; each takes a hundredth of the time."""
 
@@ -51,6 +53,10 @@ def test_what_was_written_is_read(kind, tmp_path, mapping):
     assert log.gyro == pytest.approx(expected.gyro, abs=gyro)
     assert log.acceleration == pytest.approx(expected.acceleration, abs=acceleration)
     assert log.command == pytest.approx(expected.command, abs=STEP)
+    if kind in SETPOINTS:
+        assert log.setpoint == pytest.approx(0.5 * expected.gyro, abs=gyro)
+    else:
+        assert log.setpoint is None
 
 
 def test_the_first_version_of_the_deck_counts_milliseconds(tmp_path, mapping):

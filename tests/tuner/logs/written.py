@@ -134,6 +134,7 @@ def ulog(log):
     formats = (
         b"sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
         b"actuator_motors:uint64_t timestamp;float[4] control;",
+        b"vehicle_rates_setpoint:uint64_t timestamp;float roll;float pitch;float yaw;",
     )
     found = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0) + message("B", bytes(40))
     found += b"".join(message("F", text) for text in formats)
@@ -142,6 +143,7 @@ def ulog(log):
     for t, w, a, u in zip(log.time, log.gyro * FRD, log.acceleration * FRD, log.command[:, [1, 2, 0, 3]], strict=True):
         stamp = round(1e6 * t)
         found += message("D", struct.pack("<HQ4f", 1, stamp, *u)) + message("D", struct.pack("<HQ6f", 0, stamp, *w, *a))
+        found += message("D", struct.pack("<HQ3f", 2, stamp, *(0.5 * w)))
     return found
 
 
@@ -153,12 +155,14 @@ def dataflash(log):
     found = described(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
     found += described(129, 3 + 8 + 1 + 24, "IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
     found += described(130, 3 + 8 + 8, "RCOU", "QHHHH", "TimeUS,C1,C2,C3,C4")
+    found += described(131, 3 + 8 + 12, "RATE", "Qfff", "TimeUS,RDes,PDes,YDes")
     pulses = np.round(1000.0 + 1000.0 * log.command[:, [1, 2, 0, 3]]).astype(int)
     for t, w, a, u in zip(log.time, log.gyro * FRD, log.acceleration * FRD, pulses, strict=True):
         stamp = round(1e6 * t)
         found += (
             b"\xa3\x95\x82" + struct.pack("<Q4H", stamp, *u) + b"\xa3\x95\x81" + struct.pack("<QB6f", stamp, 0, *w, *a)
         )
+        found += b"\xa3\x95\x83" + struct.pack("<Q3f", stamp, *np.degrees(0.5 * w))
     return found
 
 
