@@ -6,6 +6,9 @@ from pydantic import Field
 
 from tuner.store.document import Document, DocumentPart, OneOf
 
+QUIET = 0.3
+"""RMS of an output on windows kept from the fit, over that on windows of the fit, below which they say nothing of it."""
+
 
 class LogRow(DocumentPart):
     """A log: file, kind, digest, the flight used [s], samples a second, samples lost, and what its reader had to assume."""
@@ -55,6 +58,11 @@ class PredictionRow(DocumentPart):
     correlated: float
     reach: float
     moved: float | None = None
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether the windows hold too little of the output to say anything of its prediction."""
+        return self.moved is not None and self.moved < QUIET
 
 
 class RegressionRow(DocumentPart):

@@ -83,7 +83,10 @@ def _key_figures(document: IdentificationDocument) -> list[tuple[str, str]]:
     n_identified = sum(row.identified for row in document.numbers)
     return [
         ("Numbers identified", f"{n_identified} of {len(document.numbers)}"),
-        *[(f"{row.output} explained", per_cent(max(row.explained, 0.0))) for row in document.prediction],
+        *[
+            (f"{row.output} explained", "hardly moved" if row.is_quiet else per_cent(max(row.explained, 0.0)))
+            for row in document.prediction
+        ],
         ("In the 95 % band", " to ".join(dict.fromkeys(_ends([row.covered for row in document.prediction])))),
     ]
 

@@ -40,8 +40,6 @@ QUANTILE = 1.96
 """Of a 95 % interval, in standard deviations."""
 POOR = 0.5
 """Share of an output's variance below which its prediction on windows kept from the fit is called poor."""
-QUIET = 0.3
-"""RMS of an output on windows kept from the fit, over that on windows of the fit, below which they say nothing of it."""
 LEAST_COVERED, MOST_CORRELATED = 0.8, 0.25
 """Share of what is measured below which the 95 % band is called too narrow; share of autocorrelations beyond their bound above
 which what is left over is not called white.
@@ -247,7 +245,7 @@ def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:
     """Return sentences on the accuracy of the predictions."""
     if not rows:
         return []
-    quiet = [row.output for row in rows if row.moved is not None and row.moved < QUIET]
+    quiet = [row.output for row in rows if row.is_quiet]
     poor = [row.output for row in rows if row.explained < POOR and row.output not in quiet]
     excited = [row for row in rows if row.output not in quiet]
     sentences = (
