@@ -61,7 +61,7 @@ class PredictionRow(DocumentPart):
 
     @property
     def is_quiet(self) -> bool:
-        """Whether the windows hold too little of the output to say anything of its prediction."""
+        """Whether the windows hold too little of the output."""
         return self.moved is not None and self.moved < QUIET
 
 

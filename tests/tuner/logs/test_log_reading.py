@@ -18,7 +18,7 @@ STEP = 1e-3
 PACKAGES = {"PX4 ULog": "pyulog", "Betaflight blackbox (.bbl)": "betaflight_chirp_core"}
 ROUNDED = {"Betaflight blackbox (.bbl)": (1e-3, 3e-3)}
 """Half a step of rates [rad/s] and of specific force [m/s2] in formats of whole numbers."""
-SETPOINTS = ("PX4 ULog", "ArduPilot DataFlash (.bin)", "Betaflight blackbox (.bbl)")
+SETPOINTS = ("CSV", "PX4 ULog", "ArduPilot DataFlash (.bin)", "Betaflight blackbox (.bbl)")
 """Kinds whose writers give half of the rates as their setpoints."""
 LONGEST, MOST_MEMORY = 20.0, 50e6
 """Longest time [s] and most memory [bytes] that any file of these sizes, 20 to 100 kB, may take; each takes a hundredth of the time."""
@@ -105,6 +105,8 @@ def test_a_log_of_no_use_is_refused_in_a_line(content, message, tmp_path):
     [
         ('"FRD"', '"NED"', "axes: given 'NED'; allowed: FLU, FRD"),
         ('"deg/s"', '"rpm"', "gyro.unit: given 'rpm'"),
+        ('"sr"], unit = "deg/s"', '"sr"], unit = "rpm"', "setpoint.unit: given 'rpm'"),
+        ('"sr"]', '"s_r"]', "unknown column 's_r'; did you mean 'sr'"),
         ("idle = 1000", "idle = 3000", "command.full: given 2000; it must be above idle"),
         ('["fl", "fr", "rl", "rr"]', '["fl", "fr", "rl"]', "command.columns"),
         ('"ax"', '"a_x"', "unknown column 'a_x'; did you mean 'ax'"),

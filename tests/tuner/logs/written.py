@@ -15,6 +15,7 @@ time = { column = "t", unit = "ms" }
 gyro = { columns = ["p", "q", "r"], unit = "deg/s" }
 acceleration = { columns = ["ax", "ay", "az"], unit = "g" }
 command = { columns = ["fl", "fr", "rl", "rr"], idle = 1000, full = 2000 }
+setpoint = { columns = ["sp", "sq", "sr"], unit = "deg/s" }
 """
 
 
@@ -58,10 +59,14 @@ def csv(log):
             np.degrees(log.gyro * FRD),
             log.acceleration * FRD / G,
             1000.0 + 1000.0 * log.command,
+            np.degrees(0.5 * log.gyro * FRD),
             log.time,
         ]
     )
-    lines = ["t,p,q,r,ax,ay,az,fl,fr,rl,rr,other", *[",".join(f"{value:.9g}" for value in row) for row in table]]
+    lines = [
+        "t,p,q,r,ax,ay,az,fl,fr,rl,rr,sp,sq,sr,other",
+        *[",".join(f"{value:.9g}" for value in row) for row in table],
+    ]
     return "\n".join(lines).encode() + b"\n"
 
 
