@@ -11,6 +11,7 @@ from plant.errors import InputError
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.airframes.rules import torque_ratios
 from plant.quadrotor.vehicle import Vehicle
+from tuner.analysis.identification.checks import SILENT
 from tuner.analysis.identification.fit import Fit, Problem, fit_parameters
 from tuner.analysis.identification.judging import FitValidation, validate_fit
 from tuner.analysis.identification.parameters import ARM, MASS, EarlierPosterior, ParameterSpace, space_of
@@ -93,7 +94,7 @@ def identify_vehicle(
     earlier: EarlierPosterior | None = None,
     on_progress: ProgressCallback | None = None,
 ) -> Identified:
-    """Identify a vehicle; raises InputError where no log holds a flight.
+    """Identify a vehicle; raises InputError where no log holds a flight, or all tell nothing.
 
     Args:
         logs: of flights of one vehicle.
@@ -105,6 +106,8 @@ def identify_vehicle(
     """
     flights = [flight for log in logs for flight in flights_of(log, airframe)]
     samples = resample_segments(flights)
+    if not samples:
+        raise InputError(SILENT, file=flights[0].name)
     vehicle, space = airframe.vehicle, space_of(airframe.vehicle, [str(i + 1) for i in range(len(flights))], mass, arm)
     space = space if earlier is None else space.with_prior(earlier)
     masks = fit_masks(samples)
@@ -117,6 +120,8 @@ def identify_vehicle(
     seen = prediction_windows(fitting, early.estimate, held_out=False)
     reasons = {**unidentifiable(early, seen), **impossible(early, airframe.vehicle)}
     fitting, complete = counted_outputs(fitting, reasons), counted_outputs(complete, reasons)
+    if not any(fitting.outputs):
+        raise InputError(SILENT, file=flights[0].name)
     free &= np.array([name not in reasons for name in space.names])
     start = np.where(free | np.array([name in GIVEN for name in space.names]), early.estimate, space.center)
     early = fit_parameters(fitting, start, free, _share(on_progress, 1))
@@ -206,9 +211,9 @@ def impossible(fit: Fit, vehicle: Vehicle) -> dict[str, str]:
 
 
 def flights_of(log: FlightLog, airframe: Airframe) -> list[FlightLog]:
-    """Return the flights of a log that are long enough, with a note on those that are not.
+    """Return the flights of a log that are long enough; InputError without one.
 
-    Raises InputError where there is none.
+    A note of the first names the lengths of the others.
     """
     vehicle = airframe.vehicle
     hover = np.sqrt(vehicle.mass * vehicle.gravity / (4.0 * vehicle.thrust_coefficient)) / vehicle.speed_max
@@ -226,6 +231,8 @@ def flights_of(log: FlightLog, airframe: Airframe) -> list[FlightLog]:
     if not any(enough):
         raise InputError(_no_flight(lengths), file=log.name)
     flights = [log.between(*span) for span, is_enough in zip(settled, enough, strict=True) if is_enough]
+    # What was noted of a log is noted once.
+    flights[1:] = [replace(flight, notes=()) for flight in flights[1:]]
     short = [f"{length:.1f}" for length, is_enough in zip(lengths, enough, strict=True) if not is_enough]
     if not short:
         return flights
@@ -234,7 +241,7 @@ def flights_of(log: FlightLog, airframe: Airframe) -> list[FlightLog]:
 
 
 def _settled(log: FlightLog, begin: int, end: int, width: int) -> tuple[float, float]:
-    """Return begin and end [s] of a flight between two samples, without take-off and landing."""
+    """Return begin and end [s] of a flight, without take-off and landing."""
     # What was cut out of a flight begins and ends in the air.
     first = log.time[begin] + (SETTLED if begin > width else 0.0)
     last = log.time[end] - (SETTLED if end < len(log.time) - 1 - width else 0.0)
@@ -242,7 +249,10 @@ def _settled(log: FlightLog, begin: int, end: int, width: int) -> tuple[float, f
 
 
 def longest_flight(log: FlightLog, airframe: Airframe) -> FlightLog:
-    """Return the longest flight of a log, with a note where there are others; InputError where there is none."""
+    """Return the longest flight of a log; InputError where there is none.
+
+    A note says so where there are others.
+    """
     flights = flights_of(log, airframe)
     flight = max(flights, key=lambda entry: entry.duration)
     if len(flights) == 1:

@@ -33,6 +33,7 @@ class LogSegment:
         gyro (n, 3): Body rates [rad/s].
         lift (n,): Specific force along z [m/s2].
         command (n, 4): Commands of the motors.
+        setpoint (n, 3): Body rates that the loops are given [rad/s]; None where the log has none.
     """
 
     log: int
@@ -43,6 +44,7 @@ class LogSegment:
     gyro: Array
     lift: Array
     command: Array
+    setpoint: Array | None = None
 
     @property
     def measured(self) -> Array:
@@ -65,12 +67,16 @@ def resample(stretch: FlightLog, log: int, begin: float, duration: float) -> Log
     time = np.arange(stretch.time[0], stretch.time[-1], 1.0 / rate)
     # Rounding must not take the sample before.
     held = np.searchsorted(stretch.time, time + ROUNDING / rate, side="right") - 1
-    gyro = np.column_stack([np.interp(time, stretch.time, column) for column in stretch.gyro.T])
+    gyro = _interpolated(time, stretch.time, stretch.gyro)
+    setpoint = None if stretch.setpoint is None else _interpolated(time, stretch.time, stretch.setpoint)
     lift = np.interp(time, stretch.time, stretch.acceleration[:, 2])
     share = max(round(rate / COMPARED_RATE), 1)
-    return LogSegment(
-        log, (time - begin) / duration, float(time[0]), 1.0 / rate, share, gyro, lift, stretch.command[held]
-    )
+    age = (time - begin) / duration
+    return LogSegment(log, age, float(time[0]), 1.0 / rate, share, gyro, lift, stretch.command[held], setpoint)
+
+
+def _interpolated(time: Array, sampled: Array, columns: Array) -> Array:
+    return np.column_stack([np.interp(time, sampled, column) for column in columns.T])
 
 
 def model_outputs(rates: Array, lift: Array, share: int) -> Array:

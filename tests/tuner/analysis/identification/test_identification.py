@@ -18,7 +18,7 @@ from tests.tuner.analysis.identification.known_flights import (
     misses,
     truth_of,
 )
-from tuner.analysis.identification.checks import check_flight
+from tuner.analysis.identification.checks import check_flight, is_silent
 from tuner.analysis.identification.document import earlier_posterior, gyro_noise, identification_document, verdict
 from tuner.analysis.identification.identify import (
     GIVEN,
@@ -33,6 +33,7 @@ from tuner.analysis.identification.parameters import EarlierPosterior
 from tuner.api.gains import default_gains
 from tuner.api.identifying import check_logs, refusals_of
 from tuner.documents.identification import IdentificationDocument
+from tuner.logs.csv_writing import MAPPING, csv_table
 from tuner.logs.reading import read_log
 
 CRAZYFLIE = Path(__file__).parents[2] / "logs" / "crazyflie" / "log15_70_to_85"
@@ -340,6 +341,36 @@ def test_a_good_log_has_no_faults(flights):
 def test_a_calm_log_is_told_to_be_flown_with_more_excitation(flown):
     flight = flown[3]
     assert any("hardly follow the motors" in finding.text for finding in check_flight(flight.log, AIRFRAME))
+
+
+def saturated(log):
+    """The log at 100 Hz with one motor at full command for a tenth of the time."""
+    slow = log.where(np.arange(len(log.time)) % 5 == 0)
+    full = (np.arange(len(slow.time)) % 10 == 0)[:, None] & (np.arange(4) == 2)
+    return replace(slow, command=np.where(full, 1.0, slow.command))
+
+
+def test_a_log_that_tells_nothing_is_refused_by_check_and_fit_alike(flown, tmp_path):
+    """It was called usable, and the fit ended in an IndexError."""
+    calm, mapping = saturated(flown[3].log), tmp_path / "columns.toml"
+    with pytest.raises(InputError, match="tell nothing of this vehicle"):
+        identify_vehicle([calm], AIRFRAME)
+    mapping.write_text(MAPPING)
+    for name, log in (("calm.csv", calm), ("shaken.csv", flown[0].log)):
+        (tmp_path / name).write_text(csv_table(log))
+    checked = check_logs(tmp_path / "calm.csv", airframe="crazyflie-pybullet", mapping=mapping)
+    assert not checked.usable
+    assert any("tell nothing of this vehicle" in row.text for row in checked.document.findings)
+    both = [tmp_path / "calm.csv", tmp_path / "shaken.csv"]
+    checked = check_logs(both, airframe="crazyflie-pybullet", mapping=mapping)
+    assert checked.usable and any("tell nothing of this vehicle" in row.text for row in checked.document.findings)
+    assert is_silent(calm) and not any(is_silent(flight.log) for flight in flown[:3])
+
+
+def test_a_curve_with_a_node_that_is_no_better_known_is_not_identified(identified):
+    assert all(row.identified for row in identification_document(identified[0], [], None).curve)
+    wide = replace(identified[0], wider={"thrust.65": "its interval is 110 % of the prior's"})
+    assert not any(row.identified for row in identification_document(wide, [], None).curve)
 
 
 def test_the_truth_of_a_flight_has_the_names_of_the_coordinates(flights, identified):
