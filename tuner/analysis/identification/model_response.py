@@ -2,7 +2,7 @@
 
 The command of an axis is its row of the mixer over the sum of the row's sizes, so a command of 1 is full command of all motors,
 each with the sign of its lever. The thrust curve is taken by its slope at the mean command, the lags up and down by the mean of
-their rates.
+their rates. Rates are seen behind the gyro's low-pass.
 """
 
 import numpy as np
@@ -44,11 +44,14 @@ def model_response(
     speed = np.sqrt(numbers.thrust[-1] / vehicle.thrust_coefficient)
     reaction = numbers.rotor * vehicle.rotor_inertia * speed * s
     inertia, rate = numbers.inertia, numbers.climb_drag / numbers.mass
+    # The low-pass of `model.low_passed` in continuous time; its delay is sqrt(2) over the cut-off in rad/s.
+    late = s * numbers.gyro_delay
+    sensed = rotor / (1.0 + late + 0.5 * late**2)
     return np.column_stack(
         [
-            rotor * slope * y / (inertia.x * s + numbers.rate_damping),
-            rotor * slope * x / (inertia.y * s + numbers.rate_damping),
-            rotor * 4.0 * (numbers.torque_ratio * slope + reaction) / (inertia.z * s),
+            sensed * slope * y / (inertia.x * s + numbers.rate_damping),
+            sensed * slope * x / (inertia.y * s + numbers.rate_damping),
+            sensed * 4.0 * (numbers.torque_ratio * slope + reaction) / (inertia.z * s),
             rotor * 4.0 * slope / numbers.mass * s / (s + rate),
         ]
     )

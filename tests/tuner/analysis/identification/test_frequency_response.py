@@ -14,7 +14,7 @@ from tests.tuner.logs.written import blackbox, truth
 from tuner.analysis.identification.document import gyro_noise, identification_document, response_rows, white_noise
 from tuner.analysis.identification.frequency_response import Record, estimate_response
 from tuner.analysis.identification.identify import identify_vehicle
-from tuner.analysis.identification.model import actuator, lagging, turning
+from tuner.analysis.identification.model import actuator, lagging, low_passed, turning
 from tuner.analysis.identification.model_response import axis_commands, model_response, response_deviation
 from tuner.analysis.identification.parameters import space_of
 from tuner.analysis.identification.response_comparison import DECIBELS, compare_responses, difference_words
@@ -140,6 +140,8 @@ def test_the_responses_of_the_model_are_those_of_python_control():
     ours = model_response(given, vehicle, at, frequency, PERIOD)
     slope = given.curve[1] + 2.0 * at * given.curve[2]
     lag, s = control.tf([1.0], [given.lag_up, 1.0]), control.tf("s")
+    # Butterworth's second-order low-pass.
+    gyro = control.tf(*signal.butter(2, np.sqrt(2.0) / given.gyro_delay, analog=True))
     y, x = (float(np.abs(np.array(places)).sum()) for places in (vehicle.rotor_y, vehicle.rotor_x))
     reaction = vehicle.rotor_inertia * np.sqrt(given.thrust[-1] / vehicle.thrust_coefficient)
     axes = [
@@ -150,7 +152,7 @@ def test_the_responses_of_the_model_are_those_of_python_control():
     ]
     z = np.exp(2j * np.pi * frequency * PERIOD)
     for k, axis in enumerate(axes):
-        held = control.sample_system(lag * axis, PERIOD, method="zoh")
+        held = control.sample_system(lag * axis * (gyro if k < 3 else 1.0), PERIOD, method="zoh")
         theirs = held(z) * z ** (-given.dead_time / PERIOD)
         # Ours leaves out what sampling folds down, most where the response falls slowly.
         assert np.abs(ours[:, k] / theirs - 1.0).max() < (0.01 if k < 2 else 0.05), k
@@ -162,6 +164,7 @@ def test_the_responses_of_the_model_are_those_of_its_own_simulation():
     part = LogSegment(0, np.zeros(20_000), 0.0, PERIOD, 2, np.zeros((20_000, 3)), np.zeros(20_000), 0.55 + 0.02 * noise)
     turned, lift = turning(part, lagging(part, [actuator(given)])[0], given, AIRFRAME.vehicle)
     rates = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * PERIOD * (turned[1:] + turned[:-1]), axis=0)])
+    rates = low_passed(rates, PERIOD, given.gyro_delay)
     commands = axis_commands(AIRFRAME.vehicle, part.command)
     for k, output in enumerate([*rates.T, lift]):
         u = commands[:, k]
@@ -170,7 +173,8 @@ def test_the_responses_of_the_model_are_those_of_its_own_simulation():
         model = model_response(given, AIRFRAME.vehicle, 0.55, found.frequency, PERIOD)[:, k]
         off = np.log(found.response / model)
         # Damping by the rates themselves is not in this simulation.
-        assert np.abs(off[found.frequency > 8.0]).max() < 0.08, k
+        # Differences of the rotors' speed and straight lines between samples lose 10 % of yaw at 50 Hz.
+        assert np.abs(off[found.frequency > 8.0]).max() < (0.11 if k == 2 else 0.08), k
 
 
 def test_the_deviation_of_the_model_is_that_of_draws_of_its_numbers():
