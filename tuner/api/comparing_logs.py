@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from plant.errors import InputError
 from plant.quadrotor.airframes import load
 from tuner.analysis.identification.document import log_row
-from tuner.analysis.identification.identify import airborne
+from tuner.analysis.identification.identify import longest_flight
 from tuner.analysis.identification.log_comparison import MEASURES, Spread, measured, ratio_of
 from tuner.api.flying import fly
 from tuner.api.frames import Documented, frame, shown
@@ -101,7 +101,7 @@ def compare_logs(
     if (gains is None) != (study is None):
         raise InputError("a prediction needs gains and a study; give both, or neither", key="--gains")
     prior = load(airframe, allow_unphysical=True)
-    logs = [airborne(log, prior) for log in read_logs([before, after], mapping)]
+    logs = [longest_flight(log, prior) for log in read_logs([before, after], mapping)]
     predicted = {} if gains is None else _predicted(gains, study, logs[1], watcher)
     first, second = (measured(log) for log in logs)
     rows = [_row(name, first[name], second[name], predicted.get(name)) for name in MEASURES]

@@ -12,9 +12,9 @@ from plant.errors import InputError, StoreError, UnphysicalError
 from plant.quadrotor.airframes import Airframe, load
 from plant.quadrotor.airframes.uncertainty import Uncertainty
 from tuner.analysis.airframe_text import new_airframe_file
-from tuner.analysis.identification.checks import LogIssue, check_flight
+from tuner.analysis.identification.checks import SILENT, LogIssue, check_flight, is_silent
 from tuner.analysis.identification.document import earlier_posterior, identification_document, log_row, warnings_of
-from tuner.analysis.identification.identify import Identified, airborne, identify_vehicle
+from tuner.analysis.identification.identify import Identified, flights_of, identify_vehicle
 from tuner.analysis.identification.onward import identified_text, uncertainty_of
 from tuner.analysis.identification.parameters import ARM, MASS, EarlierPosterior
 from tuner.api.frames import Documented, figures, frame, shown
@@ -277,4 +277,9 @@ def _log(given: str, mapping: Path | None) -> FlightLog:
 
 
 def _problems(logs: Sequence[FlightLog], airframe: Airframe) -> list[tuple[FlightLog, LogIssue]]:
-    return [(log, finding) for log in logs for finding in check_flight(airborne(log, airframe), airframe)]
+    flights = [flight for log in logs for flight in flights_of(log, airframe)]
+    problems = [(flight, finding) for flight in flights for finding in check_flight(flight, airframe)]
+    silent = [flight for flight in flights if is_silent(flight)]
+    # A calm flight beside one that tells is no reason to refuse both.
+    problems = [*[(flight, LogIssue(len(silent) == len(flights), SILENT)) for flight in silent], *problems]
+    return list({(flight.name, finding): (flight, finding) for flight, finding in problems}.values())

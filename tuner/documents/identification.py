@@ -6,6 +6,9 @@ from pydantic import Field
 
 from tuner.store.document import Document, DocumentPart, OneOf
 
+QUIET = 0.3
+"""RMS of an output on windows kept from the fit, over that on windows of the fit, below which they say nothing of it."""
+
 
 class LogRow(DocumentPart):
     """A log: file, kind, digest, the flight used [s], samples a second, samples lost, and what its reader had to assume."""
@@ -56,6 +59,11 @@ class PredictionRow(DocumentPart):
     reach: float
     moved: float | None = None
 
+    @property
+    def is_quiet(self) -> bool:
+        """Whether the windows hold too little of the output."""
+        return self.moved is not None and self.moved < QUIET
+
 
 class RegressionRow(DocumentPart):
     """An inertia [kg m2] from ordinary least squares, one way and the other."""
@@ -63,6 +71,41 @@ class RegressionRow(DocumentPart):
     axis: str
     acceleration_on_torque: float
     torque_on_acceleration: float
+
+
+class ResponseRow(DocumentPart):
+    """Frequency response of an output to the motor commands of its axis.
+
+    Beside that of the logs stands that of the model; rates are in rad/s, lift is in m/s2, commands are shares of full command.
+
+    Attributes:
+        instrument: "setpoint", or "" where the command is its own.
+        averages: Independent segments.
+        frequency: [Hz].
+        magnitude: [dB].
+        phase: [degrees].
+        coherence: Of instrument and output.
+        half_width: Of the 95 % interval of the magnitude [dB]; 1 dB of it is 6.6 degrees of the phase.
+        model_magnitude: [dB].
+        model_phase: [degrees].
+        model_half_width: Of the 95 % interval of the model's magnitude [dB].
+        model_phase_half_width: Of its phase [degrees].
+        compared: Whether coherence, noise and leakage allow to compare the two.
+    """
+
+    output: str
+    instrument: Annotated[str, OneOf(("", "setpoint"))]
+    averages: float
+    frequency: list[float]
+    magnitude: list[float]
+    phase: list[float]
+    coherence: list[float]
+    half_width: list[float]
+    model_magnitude: list[float]
+    model_phase: list[float]
+    model_half_width: list[float]
+    model_phase_half_width: list[float]
+    compared: list[bool]
 
 
 class Posterior(DocumentPart):
@@ -102,6 +145,7 @@ class IdentificationDocument(Document):
     verdict: str
     before: list[LogRow] = []
     posterior: Posterior | None = None
+    responses: list[ResponseRow] = []
 
 
 class LogFinding(DocumentPart):

@@ -1,6 +1,7 @@
 """Messages of an autopilot's log on the times of the gyro; each kind of message arrives at different times."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from plant.errors import InputError
 from tuner.logs.flight_log import FRD_TO_FLU, Array, FlightLog
@@ -20,10 +21,20 @@ def joined(
     acceleration: Array,
     command_time: Array,
     command: Array,
+    setpoint: Array | None,
 ) -> FlightLog:
-    """Return a log on the gyro's times [s], commands held; gyro and acceleration (n, 3) are in FRD, command (m, 4) in our order.
+    """Return a log on the gyro's times, commands and setpoints held; InputError where gyro or commands are missing.
 
-    Raises InputError where either is missing.
+    Args:
+        name: Of the file.
+        kind: Of the log.
+        digest: Of the file.
+        time: Of the gyro (n,) [s].
+        gyro: Body rates (n, 3) [rad/s], FRD.
+        acceleration: Specific force (n, 3) [m/s2], FRD.
+        command_time: Times (m,) [s].
+        command: Of the motors (m, 4), in our order.
+        setpoint: Times [s] and setpoints of the rates [rad/s], FRD (k, 4); None where the log has none.
     """
     for what, series in (("gyro samples", time), ("motor commands", command_time)):
         if len(series) < 2:
@@ -35,7 +46,9 @@ def joined(
         else ()
     )
     inside = (time >= command_time[0]) & (time <= command_time[-1])
-    held = np.searchsorted(command_time, time[inside], side="right") - 1
+    held = _last_before(time[inside], command_time)
+    if setpoint is not None and len(setpoint):
+        setpoint = setpoint[_last_before(time[inside], setpoint[:, 0]), 1:] * FRD_TO_FLU
     return FlightLog(
         name,
         kind,
@@ -45,4 +58,10 @@ def joined(
         acceleration[inside] * FRD_TO_FLU,
         command[held],
         notes,
+        setpoint if setpoint is not None and len(setpoint) else None,
     )
+
+
+def _last_before(time: Array, of_samples: Array) -> NDArray[np.intp]:
+    """Return the index (n,) of the last sample before each time; of the first before all samples."""
+    return np.maximum(np.searchsorted(of_samples, time, side="right") - 1, 0)

@@ -16,7 +16,7 @@ MOST_COLUMNS, LONGEST_LINE = 500, 2**15
 def read_csv(content: bytes, name: str, digest: str, mapping: Mapping, kind: str = "CSV") -> FlightLog:
     """Return the log in a table; raises InputError where it is none or lacks a column."""
     table = read_columns(content, name, mapping.columns, mapping.separator)
-    return FlightLog(name, kind, digest, *mapping.parts(table))
+    return mapping.log((name, kind, digest), table)
 
 
 def read_columns(content: bytes, name: str, columns: list[str], separator: str = ",") -> Array:

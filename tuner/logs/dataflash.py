@@ -20,7 +20,10 @@ LETTERS = {
     "N": "S16", "Z": "S64", "c": "<i2", "C": "<u2", "e": "<i4", "E": "<u4", "L": "<i4", "M": "<u1", "q": "<i8", "Q": "<u8",
 }  # fmt: skip
 SENSORS = ("TimeUS", "GyrX", "GyrY", "GyrZ", "AccX", "AccY", "AccZ")
+SETPOINTS = ("TimeUS", "RDes", "PDes", "YDes")
 OUTPUTS = ("TimeUS", *[f"C{i + 1}" for i in MOTORS])
+SETPOINT_UNITS = np.array([1e-6, *[np.pi / 180.0] * 3])
+"""[us] in [s], and [deg/s] in [rad/s]."""
 # Pulses of motor outputs [us].
 IDLE, FULL = 1000.0, 2000.0
 
@@ -39,7 +42,7 @@ def is_dataflash(content: bytes) -> bool:
 
 def read_dataflash(content: bytes, name: str, digest: str) -> FlightLog:
     """Return the log; raises InputError where it lacks a message or is damaged beyond use."""
-    kinds, parts = _messages(content, ("IMU", "RCOU"))
+    kinds, parts = _messages(content, ("IMU", "RCOU", "RATE"))
     imu, outputs = (_table(kinds, parts, message, name) for message in ("IMU", "RCOU"))
     if "I" in (imu.dtype.names or ()):
         imu = imu[imu["I"] == 0]
@@ -53,7 +56,18 @@ def read_dataflash(content: bytes, name: str, digest: str) -> FlightLog:
         sensors[:, 4:],
         pulses[:, 0] * 1e-6,
         (pulses[:, 1:] - IDLE) / (FULL - IDLE),
+        _setpoint(kinds, parts, name),
     )
+
+
+def _setpoint(kinds: dict[int, _Described], parts: dict[str, list[bytes]], name: str) -> Array | None:
+    """Return times [s] and setpoints of the rates [rad/s] (k, 4); None without them."""
+    if not parts["RATE"]:
+        return None
+    table = _table(kinds, parts, "RATE", name)
+    if not set(SETPOINTS) <= set(table.dtype.names or ()):
+        return None
+    return _columns(table, SETPOINTS, name) * SETPOINT_UNITS
 
 
 def _messages(content: bytes, wanted: tuple[str, ...]) -> tuple[dict[int, _Described], dict[str, list[bytes]]]:

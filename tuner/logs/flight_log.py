@@ -34,6 +34,7 @@ class FlightLog:
         command: Share of full command (n, 4), 0 to 1, rotors as in an airframe: front left, front right, rear left,
             rear right.
         notes: The reader's assumptions and omissions.
+        setpoint: Body rates (n, 3) that the rate loops are given [rad/s]; None where the log has none.
     """
 
     name: str
@@ -44,6 +45,7 @@ class FlightLog:
     acceleration: Array
     command: Array
     notes: tuple[str, ...] = ()
+    setpoint: Array | None = None
 
     @property
     def period(self) -> float:
@@ -85,6 +87,7 @@ class FlightLog:
             gyro=self.gyro[chosen],
             acceleration=self.acceleration[chosen],
             command=self.command[chosen],
+            setpoint=None if self.setpoint is None else self.setpoint[chosen],
         )
 
     def stretches(self) -> list["FlightLog"]:
@@ -105,6 +108,8 @@ def checked(log: FlightLog) -> FlightLog:
         if finite.all()
         else replace(log.where(finite), notes=(*log.notes, f"{np.sum(~finite):,} samples are no numbers"))
     )
+    if log.setpoint is not None and not np.isfinite(log.setpoint).all():
+        log = replace(log, setpoint=None, notes=(*log.notes, "setpoints are left out, for some are no numbers"))
     if len(log.time) < LEAST_SAMPLES:
         raise InputError(f"has {len(log.time)} usable samples; at least {LEAST_SAMPLES} are needed", file=log.name)
     forward = np.concatenate([[True], log.time[1:] > np.maximum.accumulate(log.time)[:-1]])

@@ -6,7 +6,10 @@
     acceleration = { columns = ["ax", "ay", "az"], unit = "g" }
     command = { columns = ["m1", "m2", "m3", "m4"], idle = 1000, full = 2000 }
 
-The motors stand in the order of an airframe: front left, front right, rear left, rear right.
+    setpoint = { columns = ["sp", "sq", "sr"], unit = "deg/s" }
+
+The motors stand in the order of an airframe: front left, front right, rear left, rear right. Setpoints of the rates may
+be left out.
 """
 
 from math import isfinite
@@ -19,7 +22,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from plant.errors import InputError
 from plant.input_files import given_text
 from plant.texts import check_texts, toml_table
-from tuner.logs.flight_log import FRD_TO_FLU, STANDARD_GRAVITY, Array
+from tuner.logs.flight_log import FRD_TO_FLU, STANDARD_GRAVITY, Array, FlightLog
 from tuner.text.input_errors import Fault
 
 TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
@@ -65,22 +68,26 @@ class Mapping(_Strict):
     gyro: Columns
     acceleration: Columns
     command: Commands
+    setpoint: Columns | None = None
     axes: str = "FLU"
     separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
 
     @property
     def columns(self) -> list[str]:
-        """All columns in the order time, gyro, acceleration, command."""
-        return [self.time.column, *self.gyro.columns, *self.acceleration.columns, *self.command.columns]
+        """All columns in the order time, gyro, acceleration, command, setpoint."""
+        setpoint = [] if self.setpoint is None else self.setpoint.columns
+        return [self.time.column, *self.gyro.columns, *self.acceleration.columns, *self.command.columns, *setpoint]
 
-    def parts(self, table: Array) -> tuple[Array, Array, Array, Array]:
-        """Return time, gyro, acceleration and command in SI units and FLU: of a table (n, 11)."""
+    def log(self, origin: tuple[str, str, str], table: Array) -> FlightLog:
+        """Return the log of a table (n, 11 or 14); origin: its name, kind and digest."""
         flip, span = AXES[self.axes], self.command.full - self.command.idle
-        return (
+        return FlightLog(
+            *origin,
             table[:, 0] * TIME[self.time.unit],
             table[:, 1:4] * GYRO[self.gyro.unit] * flip,
             table[:, 4:7] * ACCELERATION[self.acceleration.unit] * flip,
-            (table[:, 7:] - self.command.idle) / span,
+            (table[:, 7:11] - self.command.idle) / span,
+            setpoint=None if self.setpoint is None else table[:, 11:] * GYRO[self.setpoint.unit] * flip,
         )
 
 
@@ -99,6 +106,7 @@ def read_mapping(file: Path) -> Mapping:
         ("time.unit", mapping.time.unit, TIME),
         ("gyro.unit", mapping.gyro.unit, GYRO),
         ("acceleration.unit", mapping.acceleration.unit, ACCELERATION),
+        *([] if mapping.setpoint is None else [("setpoint.unit", mapping.setpoint.unit, GYRO)]),
     ):
         if given not in allowed:
             raise InputError(f"given '{given}'; allowed: {', '.join(allowed)}", file=file, key=key)

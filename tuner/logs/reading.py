@@ -8,6 +8,7 @@ from typing import NamedTuple
 from plant.errors import InputError
 from plant.input_files import given_content
 from tuner.logs.betaflight import is_betaflight, read_betaflight
+from tuner.logs.blackbox import is_blackbox, read_blackbox
 from tuner.logs.crazyflie import is_crazyflie, read_crazyflie
 from tuner.logs.csv_table import read_csv
 from tuner.logs.dataflash import is_dataflash, read_dataflash
@@ -31,6 +32,8 @@ READERS = (
     Reader("Crazyflie SD card", is_crazyflie, read_crazyflie),
     Reader("PX4 ULog", is_ulog, read_ulog),
     Reader("ArduPilot DataFlash (.bin)", is_dataflash, read_dataflash),
+    # Its head holds the words by which a table is known.
+    Reader("Betaflight blackbox (.bbl)", is_blackbox, read_blackbox),
     Reader("Betaflight blackbox as CSV", is_betaflight, read_betaflight),
 )
 """Every kind of log that tells itself by its content; the first that knows it reads it."""

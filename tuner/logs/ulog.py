@@ -12,6 +12,7 @@ from tuner.logs.flight_log import Array, FlightLog
 
 MAGIC = b"ULog\x01\x12\x35"
 SENSORS = "sensor_combined"
+SETPOINTS, AXES = "vehicle_rates_setpoint", ("roll", "pitch", "yaw")
 OUTPUTS = {"actuator_motors": ("control", 0.0, 1.0), "actuator_outputs": ("output", 1000.0, 2000.0)}
 """Topics of motor commands -> field, idle and full; the first that is there counts."""
 
@@ -51,7 +52,7 @@ def read_ulog(content: bytes, name: str, digest: str) -> FlightLog:
     try:
         # It prints what it finds damaged.
         with redirect_stdout(StringIO()):
-            log = ULog(ReadOnce(content), [SENSORS, *OUTPUTS])
+            log = ULog(ReadOnce(content), [SENSORS, SETPOINTS, *OUTPUTS])
         topics = {topic.name: topic.data for topic in reversed(log.data_list) if topic.multi_id == 0}
     except EndlessError:
         raise InputError(
@@ -74,7 +75,16 @@ def read_ulog(content: bytes, name: str, digest: str) -> FlightLog:
         _fields(sensors, [f"accelerometer_m_s2[{i}]" for i in range(3)], name),
         _time(outputs, name),
         command,
+        _setpoint(topics, name),
     )
+
+
+def _setpoint(topics: dict[str, Any], name: str) -> Array | None:
+    """Return times [s] and setpoints of the rates [rad/s] (k, 4); None without them."""
+    topic = topics.get(SETPOINTS, {})
+    if not all(field in topic for field in ("timestamp", *AXES)):
+        return None
+    return np.column_stack([_time(topic, name), _fields(topic, list(AXES), name)])
 
 
 def _topic(topics: dict[str, Any], topic: str, name: str) -> Any:

@@ -1,10 +1,14 @@
-"""Charts of an identification: windows that were kept from the fit, what the model leaves over, and whether that is white."""
+"""Charts of an identification: predictions on held-out windows, residuals and their whiteness, frequency responses."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from tuner.analysis.identification.document import QUANTILE, UNITS
 from tuner.analysis.identification.identify import Identified
+from tuner.analysis.identification.response_comparison import DECIBELS, TRUSTED, bands_of
 from tuner.analysis.identification.samples import OUTPUTS
+from tuner.documents.identification import ResponseRow
 from tuner.report.charts.chart import Array, Axis, Band, Line, Mark, Panel, Rule
 from tuner.report.charts.look import BOUND, Look
 from tuner.report.charts.paper import Figure, figure_of
@@ -13,6 +17,7 @@ SHOWN = 12
 """Windows that are drawn, those with the most motion."""
 HEIGHT = 3.0
 MEASURED, MODELLED, BAND, STEM = Look("default"), Look("tuned"), Look("tuned", opacity=0.22), Look("tuned", width=4.0)
+MEASURED_BAND = Look("default", opacity=0.22)
 
 
 def prediction_figure(fit: Identified) -> Figure:
@@ -76,6 +81,37 @@ def whiteness_panels(fit: Identified) -> list[Panel]:
                 marks,
             )
         )
+    return panels
+
+
+def response_panels(rows: Sequence[ResponseRow]) -> list[Panel]:
+    """Return three panels for each output: magnitude and phase beside the model's with 95 % bands, and coherence."""
+    return [panel for row in rows for panel in _response(row)]
+
+
+def _response(row: ResponseRow) -> list[Panel]:
+    frequency, coherence = np.array(row.frequency), np.array(row.coherence)
+    width = np.array(row.half_width)
+    compared = np.array(row.compared)
+    x = Axis("frequency [Hz]", log=True)
+    panels = []
+    for name, unit, values, widths, model, model_width in (
+        ("magnitude", "dB", row.magnitude, width, row.model_magnitude, row.model_half_width),
+        ("phase", "degrees", row.phase, np.degrees(width / DECIBELS), row.model_phase, row.model_phase_half_width),
+    ):
+        y, middle, wide = np.array(values), np.array(model), np.array(model_width)
+        marks: list[Mark] = [
+            Band(look=MEASURED_BAND, x=frequency[band], low=(y - widths)[band], high=(y + widths)[band])
+            for band in bands_of(compared)
+        ]
+        marks += [
+            Band(look=BAND, x=frequency, low=middle - wide, high=middle + wide),
+            Line(name="model", look=MODELLED, x=frequency, y=middle),
+            Line(name="logs", look=MEASURED, x=frequency, y=np.where(compared, y, np.nan)),
+        ]
+        panels.append(Panel(f"response-{row.output}-{name}", row.output, x, Axis(f"{name} [{unit}]"), marks))
+    marks = [Line(look=MEASURED, x=frequency, y=coherence), Rule(look=BOUND, axis="y", value=TRUSTED)]
+    panels.append(Panel(f"response-{row.output}-coherence", row.output, x, Axis("coherence", 0.0, 1.0), marks))
     return panels
 
 

@@ -7,7 +7,14 @@ from tuner.documents.identification import IdentificationDocument, IdentifiedNum
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.look import Look, legend
 from tuner.report.charts.web import grid, page_data
-from tuner.report.identification_charts import MEASURED, MODELLED, prediction_panels, spectrum_panels, whiteness_panels
+from tuner.report.identification_charts import (
+    MEASURED,
+    MODELLED,
+    prediction_panels,
+    response_panels,
+    spectrum_panels,
+    whiteness_panels,
+)
 from tuner.report.page import Page, Section, aid, wide
 from tuner.text.markup import Markup, described, element, join, table
 from tuner.text.numbers import count, estimate, per_cent, significant
@@ -18,6 +25,10 @@ AIDS = {
     "spectra": "Where the model explains nothing, both lines lie on each other; what it leaves over at high frequencies is noise "
     "of the sensors.",
     "whiteness": "What is left behind the noise model. Of white noise, one bar in twenty stands beyond the dashed lines.",
+    "responses": "Response of each output to the motor commands of its axis, by cross spectra of the logs and by the fitted "
+    "numbers, with 95 % bands. That of the logs is drawn where the coherence is above the dashed line and noise and leakage are "
+    "small. Setpoints of the rates are the instrument where the log has them; without them, feedback of noise and air bends it "
+    "towards the inverse of the controller.",
     "numbers": "95 % intervals, and those of what was known before the flight.",
     "untold": "These stand where they stood before the flight, and their prior is in the airframe file's [uncertainty].",
     "regressions": "Ordinary least squares of the same data, one way and the other: the true inertia lies between the two.",
@@ -25,12 +36,14 @@ AIDS = {
 
 PREDICTED = (("measured", MEASURED), ("predicted, with its 95 % band", MODELLED))
 SPECTRA = (("measured", MEASURED), ("left over", MODELLED))
+RESPONSES = (("from the logs", MEASURED), ("of the model", MODELLED))
 
 
 def identification_page(fit: Identified, document: IdentificationDocument) -> Page:
     """Return the page."""
     parts = (prediction_panels(fit), spectrum_panels(fit), whiteness_panels(fit))
     shown = [[panel for panel, used in zip(part, fit.problem.outputs, strict=True) if used] for part in parts]
+    shown.append(response_panels(document.responses))
     return Page(
         kind="identification",
         title=f"{document.airframe}, identified from flight logs",
@@ -43,13 +56,18 @@ def identification_page(fit: Identified, document: IdentificationDocument) -> Pa
 
 
 def _sections(
-    document: IdentificationDocument, predicted: Sequence[Panel], spectra: Sequence[Panel], whiteness: Sequence[Panel]
+    document: IdentificationDocument,
+    predicted: Sequence[Panel],
+    spectra: Sequence[Panel],
+    whiteness: Sequence[Panel],
+    responses: Sequence[Panel],
 ) -> list[Section]:
     identified, left = ([row for row in document.numbers if row.identified is wanted] for wanted in (True, False))
     return [
         Section("prediction", "Predicted and measured", _charts("prediction", predicted, PREDICTED)),
         Section("spectra", "What the model leaves over", _charts("spectra", spectra, SPECTRA)),
         Section("whiteness", "Whether that is noise", _charts("whiteness", whiteness)),
+        Section("responses", "Frequency responses", _charts("responses", responses, RESPONSES)),
         Section(
             "numbers",
             "What the flight tells",
@@ -65,7 +83,10 @@ def _key_figures(document: IdentificationDocument) -> list[tuple[str, str]]:
     n_identified = sum(row.identified for row in document.numbers)
     return [
         ("Numbers identified", f"{n_identified} of {len(document.numbers)}"),
-        *[(f"{row.output} explained", per_cent(max(row.explained, 0.0))) for row in document.prediction],
+        *[
+            (f"{row.output} explained", "hardly moved" if row.is_quiet else per_cent(max(row.explained, 0.0)))
+            for row in document.prediction
+        ],
         ("In the 95 % band", " to ".join(dict.fromkeys(_ends([row.covered for row in document.prediction])))),
     ]
 

@@ -9,13 +9,17 @@ import pytest
 
 from plant.errors import InputError, MissingPackageError
 from tests.tuner.logs.written import MAPPING, WRITERS, crazyflie, truth
-from tuner.logs import ulog
+from tuner.logs import blackbox, ulog
 from tuner.logs.flight_log import LEAST_SAMPLES
 from tuner.logs.reading import READERS, read_log
 
 # Steps of the motor commands in the formats: 16 bits, 12 bits, pulses of 1 us.
 STEP = 1e-3
-PACKAGES = {"PX4 ULog": "pyulog"}
+PACKAGES = {"PX4 ULog": "pyulog", "Betaflight blackbox (.bbl)": "betaflight_chirp_core"}
+ROUNDED = {"Betaflight blackbox (.bbl)": (1e-3, 3e-3)}
+"""Half a step of rates [rad/s] and of specific force [m/s2] in formats of whole numbers."""
+SETPOINTS = ("CSV", "PX4 ULog", "ArduPilot DataFlash (.bin)", "Betaflight blackbox (.bbl)")
+"""Kinds whose writers give half of the rates as their setpoints."""
 LONGEST, MOST_MEMORY = 20.0, 50e6
 """Longest time [s] and most memory [bytes] that any file of these sizes, 20 to 100 kB, may take; each takes a hundredth of the time."""
 
@@ -45,9 +49,14 @@ def test_what_was_written_is_read(kind, tmp_path, mapping):
     log = read(kind, WRITERS[kind](expected), tmp_path, mapping)
     assert log.kind == kind
     assert log.time - log.time[0] == pytest.approx(expected.time - expected.time[0], abs=2e-6)
-    assert log.gyro == pytest.approx(expected.gyro, abs=1e-5)
-    assert log.acceleration == pytest.approx(expected.acceleration, abs=1e-5)
+    gyro, acceleration = ROUNDED.get(kind, (1e-5, 1e-5))
+    assert log.gyro == pytest.approx(expected.gyro, abs=gyro)
+    assert log.acceleration == pytest.approx(expected.acceleration, abs=acceleration)
     assert log.command == pytest.approx(expected.command, abs=STEP)
+    if kind in SETPOINTS:
+        assert log.setpoint == pytest.approx(0.5 * expected.gyro, abs=gyro)
+    else:
+        assert log.setpoint is None
 
 
 def test_the_first_version_of_the_deck_counts_milliseconds(tmp_path, mapping):
@@ -96,6 +105,8 @@ def test_a_log_of_no_use_is_refused_in_a_line(content, message, tmp_path):
     [
         ('"FRD"', '"NED"', "axes: given 'NED'; allowed: FLU, FRD"),
         ('"deg/s"', '"rpm"', "gyro.unit: given 'rpm'"),
+        ('"sr"], unit = "deg/s"', '"sr"], unit = "rpm"', "setpoint.unit: given 'rpm'"),
+        ('"sr"]', '"s_r"]', "unknown column 's_r'; did you mean 'sr'"),
         ("idle = 1000", "idle = 3000", "command.full: given 2000; it must be above idle"),
         ('["fl", "fr", "rl", "rr"]', '["fl", "fr", "rl"]', "command.columns"),
         ('"ax"', '"a_x"', "unknown column 'a_x'; did you mean 'ax'"),
@@ -108,12 +119,49 @@ def test_a_mapping_that_is_wrong_is_told_with_its_key(old, new, message, tmp_pat
         read("CSV", WRITERS["CSV"](truth()), tmp_path, mapping)
 
 
-def test_a_missing_package_is_told_with_the_line_that_installs_it(monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    ("magic", "package"), [(ulog.MAGIC, "pyulog"), (blackbox.MAGIC, "betaflight_chirp_core")], ids=["ulog", "bbl"]
+)
+def test_a_missing_package_is_told_with_the_line_that_installs_it(magic, package, monkeypatch, tmp_path):
     monkeypatch.setattr("plant.errors.find_spec", lambda package: None)
     file = tmp_path / "log"
-    file.write_bytes(ulog.MAGIC + bytes(100))
-    with pytest.raises(MissingPackageError, match=r"pip install 'pyulog>="):
+    file.write_bytes(magic + bytes(100))
+    with pytest.raises(MissingPackageError, match=rf"needs the package {package}; .*pip install ") as refused:
         read_log(file)
+    assert package.replace("_", "-") in str(refused.value).partition("pip install")[2]
+
+
+BLACKBOX = "Betaflight blackbox (.bbl)"
+
+
+def test_recordings_of_a_blackbox_file_follow_each_other_and_keep_their_setpoints(tmp_path, mapping):
+    made = truth()
+    one, later = WRITERS[BLACKBOX](made), WRITERS[BLACKBOX](made._replace(time=made.time + 60.0))
+    log = read(BLACKBOX, one + later + one, tmp_path, mapping)
+    assert len(log.time) == 3 * len(made.time) and "3 recordings" in log.notes[0]
+    assert [len(part.time) for part in log.stretches()] == [len(made.time)] * 3
+    # The first two share a clock, the third begins anew.
+    starts = [part.time[0] for part in log.stretches()]
+    assert np.diff(starts) == pytest.approx([60.0, made.time[-1] - made.time[0] + 1.0], abs=1e-5)
+    assert log.setpoint == pytest.approx(0.5 * log.gyro, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (b"P interval:1/1", b"P interval:0/1", "its head is damaged"),
+        (b"I interval:32", b"I interval:9999999", "its head is damaged"),
+        (b"P interval:1/1", b"P interval:0", "in the last recording"),
+        (b"accSmooth[2]", b"accSmooth[7]", r"lacks the columns accSmooth\[2\]"),
+        (b"acc_1G:2048", b"acc_1G:x", "in the last recording"),
+        (b"by Nicholas", b"by Nicolaus", "it holds no recording"),
+    ],
+)
+def test_a_blackbox_file_with_a_damaged_head_is_refused(old, new, message, tmp_path, mapping):
+    content = WRITERS[BLACKBOX](truth())
+    assert old in content
+    with pytest.raises(InputError, match=message):
+        read(BLACKBOX, content.replace(old, new), tmp_path, mapping)
 
 
 def test_a_damaged_message_at_the_end_of_a_ulog_is_refused_at_once(tmp_path, mapping, capsys):
@@ -121,6 +169,17 @@ def test_a_damaged_message_at_the_end_of_a_ulog_is_refused_at_once(tmp_path, map
     with pytest.raises(InputError, match="reading it does not end"):
         read("PX4 ULog", ulog.MAGIC + bytes(9) + b"\xff\xff\0" + bytes(40), tmp_path, mapping)
     assert capsys.readouterr().out == ""
+
+
+def test_setpoints_of_a_table_are_read_and_left_out_where_one_is_no_number(tmp_path, mapping):
+    head, *rows = WRITERS["Betaflight blackbox as CSV"](truth()).decode().split("\n")
+    head += "".join(f", setpoint[{i}]" for i in range(3))
+    whole = [f"{row}, 90, {k}, 0" for k, row in enumerate(rows[:-1])]
+    log = read("Betaflight blackbox as CSV", "\n".join([head, *whole]).encode(), tmp_path, mapping)
+    assert log.setpoint is not None and log.setpoint[7] == pytest.approx([np.pi / 2.0, np.radians(7.0), 0.0])
+    whole[5] = whole[5].replace(" 90,", " x,")
+    log = read("Betaflight blackbox as CSV", "\n".join([head, *whole]).encode(), tmp_path, mapping)
+    assert log.setpoint is None and "setpoints are left out" in log.notes[-1]
 
 
 def test_the_first_row_of_a_table_may_be_cut(tmp_path, mapping):

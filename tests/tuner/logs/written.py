@@ -15,6 +15,7 @@ time = { column = "t", unit = "ms" }
 gyro = { columns = ["p", "q", "r"], unit = "deg/s" }
 acceleration = { columns = ["ax", "ay", "az"], unit = "g" }
 command = { columns = ["fl", "fr", "rl", "rr"], idle = 1000, full = 2000 }
+setpoint = { columns = ["sp", "sq", "sr"], unit = "deg/s" }
 """
 
 
@@ -58,10 +59,14 @@ def csv(log):
             np.degrees(log.gyro * FRD),
             log.acceleration * FRD / G,
             1000.0 + 1000.0 * log.command,
+            np.degrees(0.5 * log.gyro * FRD),
             log.time,
         ]
     )
-    lines = ["t,p,q,r,ax,ay,az,fl,fr,rl,rr,other", *[",".join(f"{value:.9g}" for value in row) for row in table]]
+    lines = [
+        "t,p,q,r,ax,ay,az,fl,fr,rl,rr,sp,sq,sr,other",
+        *[",".join(f"{value:.9g}" for value in row) for row in table],
+    ]
     return "\n".join(lines).encode() + b"\n"
 
 
@@ -76,6 +81,57 @@ def betaflight(log):
     return "\n".join([", ".join(head), *[", ".join(f"{v:.10g}" for v in row) for row in table]]).encode() + b"\n"
 
 
+def blackbox(log, setpoint=None):
+    """A recording of Betaflight in high resolution: every 32nd frame stands alone, others are differences.
+
+    setpoint: of the rates [rad/s]; half of the rates where none are given.
+    """
+    names = [
+        "loopIteration",
+        "time",
+        *[f"{kind}[{i}]" for kind in ("setpoint", "gyroADC", "accSmooth") for i in range(3)],
+    ]
+    names += [f"motor[{i}]" for i in range(4)]
+    heads = {
+        "Product": "Blackbox flight data recorder by Nicholas Sherlock",
+        "Data version": "2",
+        "I interval": "32",
+        "P interval": "1/1",
+        "Field I name": ",".join(names),
+        "Field I signed": ",".join("1" for _ in names),
+        "Field I predictor": ",".join("0" for _ in names),
+        "Field I encoding": ",".join("0" for _ in names),
+        "Field P predictor": ",".join(["6", *["1"] * (len(names) - 1)]),
+        "Field P encoding": ",".join(["9", *["0"] * (len(names) - 1)]),
+        "Firmware revision": "Betaflight 4.5.1 (77d01ba3b) STM32F7X2",
+        "acc_1G": "2048",
+        "motorOutput": "158,2047",
+        "blackbox_high_resolution": "1",
+    }
+    rates, setpoints = (
+        10.0 * np.degrees(part) for part in (log.gyro, 0.5 * log.gyro if setpoint is None else setpoint)
+    )
+    motors = 48.0 + (2047.0 - 48.0) * log.command[:, [3, 1, 2, 0]]
+    table = np.column_stack(
+        [np.arange(len(log.time)), 1e6 * log.time, setpoints, rates, log.acceleration * 2048.0 / G, motors]
+    )
+    rows = np.round(table).astype(int).tolist()
+    found = "".join(f"H {name}:{value}\n" for name, value in heads.items()).encode()
+    for k, row in enumerate(rows):
+        alone = k % 32 == 0
+        values = row if alone else [now - before for now, before in zip(row[1:], rows[k - 1][1:], strict=True)]
+        found += (b"I" if alone else b"P") + b"".join(map(signed_varint, values))
+    return found + b"E\xffEnd of log\0"
+
+
+def signed_varint(value):
+    """A whole number in zigzag, seven bits a byte, the lowest first."""
+    rest, found = (value << 1) ^ (value >> 63), b""
+    while rest > 127:
+        rest, found = rest >> 7, found + bytes([rest & 127 | 128])
+    return found + bytes([rest])
+
+
 def ulog(log):
     def message(kind, content):
         return struct.pack("<HB", len(content), ord(kind)) + content
@@ -83,6 +139,7 @@ def ulog(log):
     formats = (
         b"sensor_combined:uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
         b"actuator_motors:uint64_t timestamp;float[4] control;",
+        b"vehicle_rates_setpoint:uint64_t timestamp;float roll;float pitch;float yaw;",
     )
     found = b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0) + message("B", bytes(40))
     found += b"".join(message("F", text) for text in formats)
@@ -91,6 +148,7 @@ def ulog(log):
     for t, w, a, u in zip(log.time, log.gyro * FRD, log.acceleration * FRD, log.command[:, [1, 2, 0, 3]], strict=True):
         stamp = round(1e6 * t)
         found += message("D", struct.pack("<HQ4f", 1, stamp, *u)) + message("D", struct.pack("<HQ6f", 0, stamp, *w, *a))
+        found += message("D", struct.pack("<HQ3f", 2, stamp, *(0.5 * w)))
     return found
 
 
@@ -102,18 +160,21 @@ def dataflash(log):
     found = described(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
     found += described(129, 3 + 8 + 1 + 24, "IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
     found += described(130, 3 + 8 + 8, "RCOU", "QHHHH", "TimeUS,C1,C2,C3,C4")
+    found += described(131, 3 + 8 + 12, "RATE", "Qfff", "TimeUS,RDes,PDes,YDes")
     pulses = np.round(1000.0 + 1000.0 * log.command[:, [1, 2, 0, 3]]).astype(int)
     for t, w, a, u in zip(log.time, log.gyro * FRD, log.acceleration * FRD, pulses, strict=True):
         stamp = round(1e6 * t)
         found += (
             b"\xa3\x95\x82" + struct.pack("<Q4H", stamp, *u) + b"\xa3\x95\x81" + struct.pack("<QB6f", stamp, 0, *w, *a)
         )
+        found += b"\xa3\x95\x83" + struct.pack("<Q3f", stamp, *np.degrees(0.5 * w))
     return found
 
 
 WRITERS: dict[str, Callable[..., bytes]] = {
     "Crazyflie SD card": crazyflie,
     "CSV": csv,
+    "Betaflight blackbox (.bbl)": blackbox,
     "Betaflight blackbox as CSV": betaflight,
     "PX4 ULog": ulog,
     "ArduPilot DataFlash (.bin)": dataflash,

@@ -35,7 +35,7 @@ class ExpectedAccuracy:
 
 def problem_of(log: FlightLog, airframe: Airframe, space: ParameterSpace) -> Problem:
     """Return the identification problem of a log."""
-    samples = identify.resample_segments([identify.airborne(log, airframe)])
+    samples = identify.resample_segments([identify.longest_flight(log, airframe)])
     return Problem(space, airframe.vehicle, samples, tuple(np.ones(len(part.time)) for part in samples))
 
 

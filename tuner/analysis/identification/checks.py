@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.nominal import mixer_matrix
 from tuner.analysis.identification.model import Actuator, lagging
+from tuner.analysis.identification.prediction import HORIZON
 from tuner.analysis.identification.regression import LAGS
 from tuner.analysis.identification.samples import COMPARED_RATE, LogSegment, resample
 from tuner.logs.flight_log import STANDARD_GRAVITY, FlightLog
@@ -26,11 +27,21 @@ SHAPED = 0.3
 """Correlation of turning with what the motors ask for, below which nothing is said of their order."""
 SIZED = 0.6
 """The same, below which an axis is too calm, and nothing is said of its size."""
+LEAST_STRETCH = 0.5
+"""Shortest part without a pause that turning is compared on [s]."""
+TELLING = 0.5
+"""Share of an output's variance that the motors explain, below which a flight tells nothing by it."""
 FACTOR = 6.0
 """Factor between turning and what the airframe would do, beyond which a unit is wrong and not an inertia."""
 DEGREES = 180.0 / np.pi
 ROTORS = ("front left", "front right", "rear left", "rear right")
 AXES = ("roll", "pitch", "yaw")
+
+
+SILENT = (
+    "its data tell nothing of this vehicle: neither turning nor lift follow the motors; fly with short doublets of roll, pitch, "
+    "yaw and thrust"
+)
 
 
 class LogIssue(NamedTuple):
@@ -48,8 +59,26 @@ def check_flight(log: FlightLog, airframe: Airframe) -> tuple[LogIssue, ...]:
         *_commands(log),
         *_gravity(log, airframe),
     ]
-    findings += _turning(log, airframe)
+    silent = is_silent(log)
+    # Where nothing follows the motors, nothing is known of their order either.
+    findings += [finding for finding in _turning(log, airframe) if not (silent and finding.fatal)]
     return tuple(sorted(findings, key=lambda entry: not entry.fatal))
+
+
+def is_silent(log: FlightLog) -> bool:
+    """Return true for a flight in which no output follows the motors."""
+    part = _longest_segment(log)
+    if part is None:
+        return True
+    turned, thrust, lag = _changes(part, LAGS.tolist())
+    turning = _explained(turned, thrust @ _gains(turned, thrust).T)
+    lagged = lagging(part, [Actuator(lag, lag, 0.0)])[0]
+    columns = np.column_stack([part.lift, lagged.sum(axis=1), (lagged**2).sum(axis=1)])
+    # As in the windows of prediction, slow changes do not count.
+    width = max(round(HORIZON / part.period), 1)
+    windows = columns[: len(columns) // width * width].reshape(-1, width, 3)
+    lift, *powers = (windows - windows.mean(axis=1, keepdims=True)).reshape(-1, 3).T
+    return bool(max(*turning.tolist(), _explained(lift, _fitted(lift, np.column_stack(powers)))) < TELLING)
 
 
 def _time_base(log: FlightLog) -> Iterator[LogIssue]:
@@ -106,12 +135,9 @@ def _gravity(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
 
 def _turning(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
     """Compare angular accelerations with motor commands: in every order of the motors and with all signs of the axes."""
-    parts = log.stretches()
-    if not parts or log.rate < SLOWEST:
+    part = _longest_segment(log)
+    if part is None or log.rate < SLOWEST:
         return
-    part = max(
-        (resample(entry, 0, float(log.time[0]), log.duration) for entry in parts), key=lambda entry: len(entry.lift)
-    )
     turned, best, lag = _changes(part, LAGS.tolist())
     mixer = mixer_matrix(airframe.vehicle)[1:]
     gain = _gains(turned, best)
@@ -137,6 +163,24 @@ def _turning(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
     ]
     if ratios:
         yield from _scale(float(np.exp(np.mean(np.log(ratios)))), lag)
+
+
+def _longest_segment(log: FlightLog) -> LogSegment | None:
+    """Return the longest of a log's stretches on a uniform grid; None where all are short."""
+    longest = max(log.stretches(), key=lambda part: part.duration, default=None)
+    if longest is None or longest.duration < LEAST_STRETCH:
+        return None
+    return resample(longest, 0, float(log.time[0]), log.duration)
+
+
+def _fitted(measured: Array, columns: Array) -> Array:
+    """Return the least squares fit (m,) of columns (m, k) to a series (m,)."""
+    return columns @ np.linalg.lstsq(columns, measured, rcond=None)[0]
+
+
+def _explained(measured: Array, modeled: Array) -> Array:
+    """Return the share (...) of the variance of series (m, ...) that a model explains."""
+    return 1.0 - np.var(measured - modeled, axis=0) / np.maximum(np.var(measured, axis=0), 1e-300)
 
 
 def _scale(ratio: float, lag: float) -> Iterator[LogIssue]:
@@ -207,5 +251,6 @@ def _disorder(order: tuple[int, ...], signs: tuple[float, ...], size: Array) -> 
             f"the four motors act as {', '.join(ROTORS[k] for k in order)}: give them in the order {', '.join(ROTORS)}"
         )
     if turned:
-        errors.append(f"{' and '.join(turned)} turn against the motors: axes FRD taken for FLU, or a sign")
+        reason = "propellers that turn the other way than the airframe's, " if turned == ["yaw"] else ""
+        errors.append(f"{' and '.join(turned)} turn against the motors: {reason}axes FRD taken for FLU, or a sign")
     return "; ".join(errors)

@@ -14,6 +14,12 @@ from tuner.analysis.identification.identify import GIVEN, Identified
 from tuner.analysis.identification.onward import uncertainty_of
 from tuner.analysis.identification.parameters import NODES, EarlierPosterior, Parameter, space_of
 from tuner.analysis.identification.prediction import HORIZON, cut
+from tuner.analysis.identification.response_comparison import (
+    DECIBELS,
+    ResponseComparison,
+    compare_responses,
+    difference_words,
+)
 from tuner.analysis.identification.samples import OUTPUTS
 from tuner.documents.identification import (
     IdentificationDocument,
@@ -22,6 +28,7 @@ from tuner.documents.identification import (
     Posterior,
     PredictionRow,
     RegressionRow,
+    ResponseRow,
 )
 from tuner.logs.flight_log import FlightLog
 from tuner.text.numbers import per_cent
@@ -33,12 +40,12 @@ QUANTILE = 1.96
 """Of a 95 % interval, in standard deviations."""
 POOR = 0.5
 """Share of an output's variance below which its prediction on windows kept from the fit is called poor."""
-QUIET = 0.3
-"""RMS of an output on windows kept from the fit, over that on windows of the fit, below which they say nothing of it."""
 LEAST_COVERED, MOST_CORRELATED = 0.8, 0.25
 """Share of what is measured below which the 95 % band is called too narrow; share of autocorrelations beyond their bound above
 which what is left over is not called white.
 """
+MOST_SHOWN = 1e4
+"""Largest number of decibels or degrees in the document."""
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
 WEIGH = (
     "Weigh the vehicle and measure its arms: no log tells mass and arm, and where they are wrong by 5 %, inertias and thrust "
@@ -53,6 +60,9 @@ def identification_document(
     fit, uncertainty = identified.fit, uncertainty_of(identified)
     deviations = np.sqrt(np.diag(fit.covariance)).tolist()
     reasons = identified.wider | identified.reasons
+    noise = gyro_noise(identified.logs)
+    lift_noise = white_noise([log.acceleration[:, 2:] for log in identified.logs])
+    compared = compare_responses(identified.fit, identified.problem, [*noise, *lift_noise])
     rows = zip(
         identified.space.parameters[: identified.space.physical], fit.estimate.tolist(), deviations, strict=False
     )
@@ -71,11 +81,12 @@ def identification_document(
             RegressionRow(axis=axis, acceleration_on_torque=ways[0], torque_on_acceleration=ways[1])
             for axis, ways in zip("xyz", identified.regressions, strict=True)
         ],
-        gyro_noise=gyro_noise(identified.logs),
+        gyro_noise=noise,
         warnings=list(warnings),
-        verdict=verdict(identified),
+        verdict=" ".join([verdict(identified), *difference_words(compared)]),
         before=list(before),
         posterior=posterior_of(identified),
+        responses=response_rows(compared),
     )
 
 
@@ -161,9 +172,47 @@ def warnings_of(findings: Sequence[tuple[FlightLog, LogIssue]]) -> list[str]:
     return [f"{log.name}: {finding.text}" for log, finding in findings]
 
 
+def response_rows(compared: Sequence[ResponseComparison]) -> list[ResponseRow]:
+    """Return the frequency responses as rows of the document."""
+    rows = []
+    for entry in compared:
+        phase, off = np.unwrap(np.angle(entry.modeled)), entry.difference
+        magnitude = np.log(np.abs(entry.modeled))
+        rows.append(
+            ResponseRow(
+                output=entry.output,
+                instrument="setpoint" if entry.has_instrument else "",
+                averages=entry.measured.averages,
+                frequency=_rounded(entry.measured.frequency),
+                magnitude=_rounded(DECIBELS * (magnitude + off.real)),
+                phase=_rounded(np.degrees(phase + off.imag)),
+                coherence=_rounded(entry.measured.coherence),
+                half_width=_rounded(DECIBELS * entry.measured.half_width),
+                model_magnitude=_rounded(DECIBELS * magnitude),
+                model_phase=_rounded(np.degrees(phase)),
+                model_half_width=_rounded(DECIBELS * QUANTILE * entry.model_deviation[0]),
+                model_phase_half_width=_rounded(np.degrees(QUANTILE * entry.model_deviation[1])),
+                compared=entry.trusted.tolist(),
+            )
+        )
+    return rows
+
+
+def _rounded(series: Array) -> list[float]:
+    """Return numbers for a chart, without an infinite one."""
+    return (
+        np.round(np.nan_to_num(series, posinf=MOST_SHOWN, neginf=-MOST_SHOWN), 4).clip(-MOST_SHOWN, MOST_SHOWN).tolist()
+    )
+
+
 def gyro_noise(logs: Sequence[FlightLog]) -> list[float]:
-    """Return the RMS (3,) of the gyro's white noise [rad/s]: from third differences, in which motion hardly counts."""
-    third = np.concatenate([np.diff(log.gyro, n=3, axis=0) for log in logs])
+    """Return the RMS (3,) of the gyro's white noise [rad/s]."""
+    return white_noise([log.gyro for log in logs])
+
+
+def white_noise(series: Sequence[Array]) -> list[float]:
+    """Return the RMS (k,) of the white noise in series (n, k): from third differences, in which motion hardly counts."""
+    third = np.concatenate([np.diff(part, n=3, axis=0) for part in series])
     # The median leaves shocks out; 20 is the sum of the squares of 1, 3, 3 and 1.
     return (1.4826 * np.median(np.abs(third), axis=0) / np.sqrt(20.0)).tolist()
 
@@ -196,7 +245,7 @@ def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:
     """Return sentences on the accuracy of the predictions."""
     if not rows:
         return []
-    quiet = [row.output for row in rows if row.moved is not None and row.moved < QUIET]
+    quiet = [row.output for row in rows if row.is_quiet]
     poor = [row.output for row in rows if row.explained < POOR and row.output not in quiet]
     excited = [row for row in rows if row.output not in quiet]
     sentences = (
@@ -260,7 +309,8 @@ def _curve(identified: Identified) -> list[IdentifiedNumber]:
             (prior, np.diag(identified.space.prior_std[part] ** 2)),
         )
     )
-    is_missing = any(name in identified.reasons for name in identified.space.names[part])
+    unknown = identified.reasons.keys() | identified.wider.keys()
+    is_missing = not unknown.isdisjoint(identified.space.names[part])
     reason = "a node of the curve is not told" if is_missing else ""
     return [
         IdentifiedNumber(

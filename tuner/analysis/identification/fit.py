@@ -15,7 +15,7 @@ from plant.quadrotor.vehicle import Vehicle
 from tuner.analysis.identification.model import actuator, lagging, predicted
 from tuner.analysis.identification.parameters import ParameterSpace
 from tuner.analysis.identification.samples import OUTPUTS, LogSegment
-from tuner.analysis.identification.whitening import autoregression, whitened
+from tuner.analysis.identification.whitening import autoregression, leaky_sum, whitened
 
 Array = NDArray[np.float64]
 
@@ -23,6 +23,12 @@ MAX_NOISE_FITS, MAX_ITERATIONS, STEP_TOLERANCE = 5, 12, 0.02
 """Fits of the noise, Gauss-Newton iterations of each, and the step, in posterior standard deviations, that ends them."""
 DIFFERENCE_STEP = 1e-4
 """Of a difference quotient, in prior standard deviations."""
+SCANNED = np.arange(-6, 7)
+"""Dead times that are tried around an estimate, in half periods of the grid. Between two periods a held command acts as their
+mean, so each period has a minimum of its own: from 0 a fit ended at 0 where 2 ms were true.
+"""
+SCANNED_WITH, SCAN_ITERATIONS = ("lag_up", "lag_down", "gyro_delay", "inertia.x", "inertia.y"), 4
+"""Coordinates that follow each of these, and Gauss-Newton iterations of theirs."""
 BLOCK = 0.2
 """Length of the blocks whose scores are taken as independent [s]: whitening leaves little correlation beyond."""
 
@@ -33,6 +39,11 @@ class Noise:
 
     coefficients: tuple[Array, ...]
     innovation_std: Array
+
+    def whiten(self, series: Array) -> Array:
+        """Return the innovations (m, 4, ...) of a series of outputs."""
+        summed = _summed(series)
+        return np.stack([whitened(summed[:, k], a) for k, a in enumerate(self.coefficients)], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,9 +101,21 @@ class Problem:
 
 
 def fit_parameters(
-    problem: Problem, start: Array, free: NDArray[np.bool_], on_progress: Callable[[int, int], None] | None = None
+    problem: Problem,
+    start: Array,
+    free: NDArray[np.bool_],
+    on_progress: Callable[[int, int], None] | None = None,
+    scan: bool = False,
 ) -> Fit:
-    """Fit the free coordinates from a start; on_progress: called with round and number of rounds."""
+    """Fit the free coordinates.
+
+    Args:
+        problem: Logs and prior.
+        start: Coordinates (n,) to begin with.
+        free: Mask (n,) of the coordinates that are fitted.
+        on_progress: Called with round and number of rounds.
+        scan: Whether dead times far from the start's are tried.
+    """
     point, columns = start.copy(), np.flatnonzero(free).tolist()
     everything = list(range(len(point)))
     prior = problem.space.precision
@@ -100,7 +123,8 @@ def fit_parameters(
     for k in range(MAX_NOISE_FITS):
         if on_progress is not None:
             on_progress(k, MAX_NOISE_FITS)
-        reached = _gauss_newton(problem, point, columns, noise, prior)
+        begin = _scan_dead_time(problem, point, columns, noise, prior) if scan and k == 1 else point
+        reached = _gauss_newton(problem, begin, columns, noise, prior)
         still = k > 0 and np.array_equal(reached, point)
         point, noise = reached, noise_of(problem, reached)
         if still:
@@ -126,26 +150,47 @@ def cramer_rao_covariance(space: ParameterSpace, information: Array, free: NDArr
 
 def noise_of(problem: Problem, point: Array) -> Noise:
     """Fit the noise of every output at a point."""
-    residuals = problem.residuals(point)
+    residuals = [_summed(part) for part in problem.residuals(point)]
     models = [autoregression([part[:, k] for part in residuals], problem.masks) for k in range(len(OUTPUTS))]
     return Noise(tuple(a for a, _ in models), np.array([innovation_std for _, innovation_std in models]))
+
+
+def _summed(series: Array) -> Array:
+    """Return outputs (m, 4, ...) with changes of rates in leaky sums."""
+    return np.concatenate([leaky_sum(series[:, :3]), series[:, 3:]], axis=1)
 
 
 def _white(problem: Problem, series: Sequence[Array], noise: Noise) -> list[Array]:
     """Return whitened series (m, 4, ...) in innovation standard deviations, 0 where masked."""
     scaled = []
     for part, mask in zip(series, problem.masks, strict=True):
+        extra = [1] * (part.ndim - 2)
         weights = np.array(problem.outputs) / noise.innovation_std
-        channels = [weights[k] * whitened(part[:, k], a) for k, a in enumerate(noise.coefficients)]
-        white = np.stack(channels, axis=1)
-        scaled.append(white * mask.reshape(-1, *[1] * (white.ndim - 1)))
+        scaled.append(noise.whiten(part) * weights.reshape(-1, *extra) * mask.reshape(-1, 1, *extra))
     return scaled
 
 
-def _gauss_newton(problem: Problem, point: Array, columns: list[int], noise: Noise, prior: Array) -> Array:
+def _scan_dead_time(problem: Problem, point: Array, columns: list[int], noise: Noise, prior: Array) -> Array:
+    """Return the point of least cost over dead times around a point's, where the dead time is fitted."""
+    names = problem.space.names
+    at, period = names.index("dead_time"), min(part.period for part in problem.samples)
+    if at not in columns:
+        return point
+    following = [k for k in columns if names[k] in SCANNED_WITH]
+    reached = []
+    for shift in SCANNED.tolist():
+        moved = point.copy()
+        moved[at] += 0.5 * period * shift
+        reached.append(_gauss_newton(problem, moved, following, noise, prior, SCAN_ITERATIONS))
+    return min(reached, key=lambda entry: _cost(problem, entry, noise, prior))
+
+
+def _gauss_newton(
+    problem: Problem, point: Array, columns: list[int], noise: Noise, prior: Array, iterations: int = MAX_ITERATIONS
+) -> Array:
     """Return the point after Gauss-Newton steps, each shortened until the likelihood grows."""
     center, cost = problem.space.center, _cost(problem, point, noise, prior)
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(iterations):
         residuals, jacobians = problem.sensitivities(point, columns)
         white, whitened_jacobians = _white(problem, residuals, noise), _white(problem, jacobians, noise)
         j = np.concatenate([part.reshape(-1, len(columns)) for part in whitened_jacobians])

@@ -11,6 +11,7 @@ from plant.errors import InputError
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.airframes.rules import torque_ratios
 from plant.quadrotor.vehicle import Vehicle
+from tuner.analysis.identification.checks import SILENT
 from tuner.analysis.identification.fit import Fit, Problem, fit_parameters
 from tuner.analysis.identification.judging import FitValidation, validate_fit
 from tuner.analysis.identification.parameters import ARM, MASS, EarlierPosterior, ParameterSpace, space_of
@@ -93,7 +94,7 @@ def identify_vehicle(
     earlier: EarlierPosterior | None = None,
     on_progress: ProgressCallback | None = None,
 ) -> Identified:
-    """Identify a vehicle; raises InputError where no log holds a flight.
+    """Identify a vehicle; raises InputError where no log holds a flight, or all tell nothing.
 
     Args:
         logs: of flights of one vehicle.
@@ -103,9 +104,11 @@ def identify_vehicle(
         earlier: posterior of earlier logs, which replaces the prior.
         on_progress: called with step and number of steps.
     """
-    flights = [airborne(log, airframe) for log in logs]
+    flights = [flight for log in logs for flight in flights_of(log, airframe)]
     samples = resample_segments(flights)
-    vehicle, space = airframe.vehicle, space_of(airframe.vehicle, [str(i + 1) for i in range(len(logs))], mass, arm)
+    if not samples:
+        raise InputError(SILENT, file=flights[0].name)
+    vehicle, space = airframe.vehicle, space_of(airframe.vehicle, [str(i + 1) for i in range(len(flights))], mass, arm)
     space = space if earlier is None else space.with_prior(earlier)
     masks = fit_masks(samples)
     fitting, complete = (
@@ -113,10 +116,12 @@ def identify_vehicle(
     )
     free = np.array([name not in GIVEN for name in space.names])
     start = initial_estimate(space, samples, vehicle) if earlier is None else space.center
-    early = fit_parameters(fitting, start, free, _share(on_progress, 0))
+    early = fit_parameters(fitting, start, free, _share(on_progress, 0), scan=True)
     seen = prediction_windows(fitting, early.estimate, held_out=False)
     reasons = {**unidentifiable(early, seen), **impossible(early, airframe.vehicle)}
     fitting, complete = counted_outputs(fitting, reasons), counted_outputs(complete, reasons)
+    if not any(fitting.outputs):
+        raise InputError(SILENT, file=flights[0].name)
     free &= np.array([name not in reasons for name in space.names])
     start = np.where(free | np.array([name in GIVEN for name in space.names]), early.estimate, space.center)
     early = fit_parameters(fitting, start, free, _share(on_progress, 1))
@@ -205,10 +210,10 @@ def impossible(fit: Fit, vehicle: Vehicle) -> dict[str, str]:
     return dict.fromkeys(OF_OUTPUT["yaw"], reason)
 
 
-def airborne(log: FlightLog, airframe: Airframe) -> FlightLog:
-    """Return the longest flight of a log: with a note where there are others.
+def flights_of(log: FlightLog, airframe: Airframe) -> list[FlightLog]:
+    """Return the flights of a log that are long enough; InputError without one.
 
-    Raises InputError where there is none, or none that is long enough.
+    A note of the first names the lengths of the others.
     """
     vehicle = airframe.vehicle
     hover = np.sqrt(vehicle.mass * vehicle.gravity / (4.0 * vehicle.thrust_coefficient)) / vehicle.speed_max
@@ -220,20 +225,41 @@ def airborne(log: FlightLog, airframe: Airframe) -> FlightLog:
     up = np.concatenate([[False], mean > AIRBORNE * hover, [False]])
     edges = np.flatnonzero(np.diff(up.astype(int)))
     parts = [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    begin, end = max(parts, key=lambda entry: log.time[entry[1]] - log.time[entry[0]], default=(0, 0))
+    lengths = [float(log.time[b] - log.time[a]) for a, b in parts]
+    settled = [_settled(log, begin, end, width) for begin, end in parts]
+    enough = [last - first >= LEAST_FLIGHT for first, last in settled]
+    if not any(enough):
+        raise InputError(_no_flight(lengths), file=log.name)
+    flights = [log.between(*span) for span, is_enough in zip(settled, enough, strict=True) if is_enough]
+    # What was noted of a log is noted once.
+    flights[1:] = [replace(flight, notes=()) for flight in flights[1:]]
+    short = [f"{length:.1f}" for length, is_enough in zip(lengths, enough, strict=True) if not is_enough]
+    if not short:
+        return flights
+    note = f"holds {counted(len(parts), 'flight')}; too short to use are those of {listing(short)} s"
+    return [replace(flights[0], notes=(*flights[0].notes, note)), *flights[1:]]
+
+
+def _settled(log: FlightLog, begin: int, end: int, width: int) -> tuple[float, float]:
+    """Return begin and end [s] of a flight, without take-off and landing."""
     # What was cut out of a flight begins and ends in the air.
     first = log.time[begin] + (SETTLED if begin > width else 0.0)
     last = log.time[end] - (SETTLED if end < len(log.time) - 1 - width else 0.0)
-    lengths = [float(log.time[b] - log.time[a]) for a, b in parts]
-    if last - first < LEAST_FLIGHT:
-        raise InputError(_no_flight(lengths), file=log.name)
-    flight = log.between(first, last)
-    if len(parts) == 1:
+    return float(first), float(last)
+
+
+def longest_flight(log: FlightLog, airframe: Airframe) -> FlightLog:
+    """Return the longest flight of a log; InputError where there is none.
+
+    A note says so where there are others.
+    """
+    flights = flights_of(log, airframe)
+    flight = max(flights, key=lambda entry: entry.duration)
+    if len(flights) == 1:
         return flight
-    texts = listing([f"{length:.1f}" for length in lengths])
     note = (
-        f"holds {len(parts)} flights, of {texts} s; the longest is used, from {first:.1f} to {last:.1f} s, for a log counts "
-        f"as one flight: give others as {log.name}@BEGIN:END"
+        f"holds {len(flights)} flights; the longest is used, from {flight.time[0]:.1f} to {flight.time[-1]:.1f} s: "
+        f"give others as {log.name}@BEGIN:END"
     )
     return replace(flight, notes=(*flight.notes, note))
 

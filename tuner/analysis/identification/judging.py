@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tuner.analysis.identification.fit import Fit, Problem
 from tuner.analysis.identification.prediction import PredictionWindows, cut, prediction_windows
 from tuner.analysis.identification.samples import OUTPUTS
-from tuner.analysis.identification.whitening import ORDERS, whitened
+from tuner.analysis.identification.whitening import ORDERS
 
 Array = NDArray[np.float64]
 
@@ -92,7 +92,7 @@ def autocorrelation(fit: Fit, problem: Problem, residuals: list[Array]) -> tuple
     """Return autocorrelations (lags, 4) of the whitened held-out residuals, and the number of samples."""
     products, powers, counted = np.zeros((LAGS, len(OUTPUTS))), np.zeros(len(OUTPUTS)), 0
     for part, mask in zip(residuals, problem.masks, strict=True):
-        white = np.column_stack([whitened(part[:, k], a) for k, a in enumerate(fit.noise.coefficients)])
+        white = fit.noise.whiten(part)
         chosen = (mask == 0.0) & (np.arange(len(mask)) >= ORDERS[-1])
         powers += np.sum(white[chosen] ** 2, axis=0)
         counted += int(np.count_nonzero(chosen))

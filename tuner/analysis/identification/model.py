@@ -6,6 +6,7 @@ left to the noise.
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -120,4 +121,24 @@ def predicted(samples: LogSegment, lagged: Array, numbers: PhysicalParameters, v
     turned, lift = turning(samples, lagged, numbers, vehicle)
     steps = 0.5 * samples.period * (turned[1:] + turned[:-1])
     rates = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
-    return model_outputs(rates, lift, samples.share)
+    return model_outputs(low_passed(rates, samples.period, numbers.gyro_delay), lift, samples.share)
+
+
+def low_passed(rates: Array, period: float, delay: float) -> Array:
+    """Return rates (n, 3), from 0, behind a Butterworth low-pass of second order; delay: its own at low frequencies [s].
+
+    Exact for rates that are straight lines between samples.
+    """
+    from scipy.signal import lfilter
+
+    return np.asarray(lfilter(*_ramp_invariant(period, delay), rates, axis=0), np.float64)
+
+
+@lru_cache(maxsize=64)
+def _ramp_invariant(period: float, delay: float) -> tuple[Array, Array]:
+    """Return numerator and denominator of the low-pass in z."""
+    from scipy.signal import cont2discrete
+
+    w = np.sqrt(2.0) / delay
+    numerator, denominator, _ = cont2discrete(([w * w], [1.0, np.sqrt(2.0) * w, w * w]), period, method="foh")
+    return numerator.ravel(), denominator

@@ -7,14 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plant.quadrotor.airframes.geometry import SPINS
-from plant.quadrotor.airframes.schema import Sourced
+from plant.quadrotor.airframes.schema import OPTIONAL, Sourced
 from plant.quadrotor.airframes.uncertainty import CENTRE, NAMES, Uncertainty
 from tuner.analysis.airframe_text import airframe_text, rounded, uncertainty_from
 from tuner.analysis.identification.identify import Identified
-from tuner.analysis.identification.parameters import NODES, PhysicalParameters
+from tuner.analysis.identification.parameters import NODES, PhysicalParameters, low_pass_delay
 from tuner.documents.identification import LogRow
 
 Array = NDArray[np.float64]
+OF_FILTERS = {"dead_time": "dead_time", "gyro_cutoff": "gyro_delay"}
+"""Numbers that a file gives only where a log tells them, by key: the parameter."""
 INFLOW = "estimated: the drag of a climb at the places of the rotors, or the airframe's own where larger; no log is asked for it"
 
 
@@ -77,18 +79,24 @@ def identified_values(identified: Identified, read: Sequence[tuple[str, str]]) -
         "drag_linear.z": numbers.climb_drag,
         "rate_damping.x": numbers.rate_damping,
         "rate_damping.y": numbers.rate_damping,
+        "dead_time": max(numbers.dead_time, 0.0),
+        "gyro_cutoff": low_pass_delay(numbers.gyro_delay),
         "speed_max": sqrt(full / vehicle.thrust_coefficient),
     }
     notes = {
         "inertia.z": f"{source}: its share of x + y" + (" as before" if "inertia_share" in identified.reasons else ""),
         "speed_max": f"{source}: thrust of {full:.4g} N at full command, at the thrust_coefficient given",
         **dict.fromkeys(("rate_damping.x", "rate_damping.y"), INFLOW),
+        "dead_time": f"{source}: from a logged command to the rotor; controller.delay ends at the logged command",
     }
     sources = identified.airframe.sources
+    units = {key: field.unit for key, field in OPTIONAL.items()} | {key: entry.unit for key, entry in sources.items()}
+    no_better = identified.reasons | identified.wider
+    left = {*identified.reasons, *(key for key, name in OF_FILTERS.items() if name in no_better)}
     return sources | {
-        key: Sourced(rounded(value), sources[key].unit, notes.get(key, source))
+        key: Sourced(rounded(value), units[key], notes.get(key, source))
         for key, value in values.items()
-        if key not in identified.reasons
+        if key not in left
     }
 
 

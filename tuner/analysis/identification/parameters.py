@@ -6,7 +6,7 @@ A point is a vector of coordinates that are near normal: logarithms of positive 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import exp, hypot, log
+from math import exp, hypot, log, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -52,6 +52,7 @@ class PhysicalParameters(NamedTuple):
         climb_drag: Of a climb, along z.
         rate_damping: Of roll and pitch.
         rotor: Factor on the inertia of a rotor.
+        gyro_delay: Of the gyro's second-order low-pass at low frequencies.
         lift_bias (logs,): Bias of the accelerometer along z.
         yaw_bias (logs,): Constant torque.
         sag (logs,): Share of the thrust that is lost from begin to end.
@@ -69,6 +70,7 @@ class PhysicalParameters(NamedTuple):
     climb_drag: float
     rate_damping: float
     rotor: float
+    gyro_delay: float
     lift_bias: Array
     yaw_bias: Array
     sag: Array
@@ -86,6 +88,10 @@ ROTOR, INFLOW = 0.3, 0.5
 WIDE, LAG, SHARE = 0.5, 1.0, 0.12
 """Prior standard deviations of inertias and thrusts, of lags, and of the inertia about z over the sum of the others, which is
 between 0.6 and 1: logarithms; 1 is a factor of e either way.
+"""
+GYRO_DELAY, GYRO_SPREAD, GYRO_READ = 0.0015, 0.8, 0.2
+"""Delay of a gyro's low-pass [s] where the airframe names no cut-off, here 150 Hz, and its logarithm's prior standard deviation:
+then, 30 to 700 Hz, and where it does.
 """
 DEAD_TIME, CENTRE = 0.01, 0.1
 """Of the dead time [s], and of the centre of mass as a share of the arm."""
@@ -186,8 +192,20 @@ class ParameterSpace:
             v[14],
             v[15],
             v[16],
+            v[17],
             *biases.T,
         )
+
+
+def _gyro_delay(cutoff: float) -> Parameter:
+    """Return the coordinate of the gyro's delay; cutoff: of its low-pass [Hz], 0 where it is unknown."""
+    value, deviation = (low_pass_delay(cutoff), GYRO_READ) if cutoff > 0.0 else (GYRO_DELAY, GYRO_SPREAD)
+    return Parameter("gyro_delay", "s", value, deviation, True, "delay of the gyro's low-pass")
+
+
+def low_pass_delay(cutoff: float) -> float:
+    """Return the delay at low frequencies [s] of a Butterworth low-pass of second order; also its inverse."""
+    return sqrt(2.0) / (2.0 * pi * cutoff)
 
 
 def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: float = ARM) -> ParameterSpace:
@@ -219,12 +237,13 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
         ],
         Parameter("lag_up", "s", vehicle.lag_up, LAG, True, "time constant of a rotor that speeds up"),
         Parameter("lag_down", "s", vehicle.lag_down, LAG, True, "time constant of a rotor that slows down"),
-        Parameter("dead_time", "s", 0.0, DEAD_TIME, False, "from a logged command to the rotor, less that of the gyro"),
+        Parameter("dead_time", "s", vehicle.dead_time, DEAD_TIME, False, "from a logged command to the rotor"),
         *[Parameter(f"centre.{a}", "m", 0.0, CENTRE * lever, False, f"centre of mass along {a}") for a in "xy"],
         Parameter("torque_ratio", "m", vehicle.torque_ratio, WIDE, True, "yaw torque of a rotor per thrust"),
         Parameter("drag_linear.z", "N s/m", climb_drag, LAG, True, "drag of a climb"),
         Parameter("rate_damping", "N m s", damping, INFLOW, True, "damping of roll and pitch"),
         Parameter("rotor_inertia", "1", 1.0, ROTOR, True, "factor on the inertia of a rotor"),
+        _gyro_delay(vehicle.gyro_cutoff),
     ]
     for name in logs:
         entries += [

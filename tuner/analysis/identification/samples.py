@@ -11,8 +11,10 @@ Array = NDArray[np.float64]
 
 COMPARED_RATE = 250.0
 """Rate of the means that are compared [Hz]; what rotors do to a body is slower."""
-FASTEST_GRID = 1000.0
-"""Rate of the grid that the model runs on, at most [Hz]."""
+MODEL_RATE = 1000.0
+"""Rate of the grid that the model runs on [Hz]: that of the log times a whole number, or this where the log is faster. At 500 Hz
+the low-pass of a gyro of 300 Hz was not told from dead time.
+"""
 ROUNDING = 0.01
 """Share of a period by which a sample may stand late on the grid."""
 OUTPUTS = ("roll", "pitch", "yaw", "lift")
@@ -31,6 +33,7 @@ class LogSegment:
         gyro (n, 3): Body rates [rad/s].
         lift (n,): Specific force along z [m/s2].
         command (n, 4): Commands of the motors.
+        setpoint (n, 3): Body rates that the loops are given [rad/s]; None where the log has none.
     """
 
     log: int
@@ -41,6 +44,7 @@ class LogSegment:
     gyro: Array
     lift: Array
     command: Array
+    setpoint: Array | None = None
 
     @property
     def measured(self) -> Array:
@@ -59,16 +63,20 @@ def resample(stretch: FlightLog, log: int, begin: float, duration: float) -> Log
 
     begin, duration: of its log [s].
     """
-    rate = min(stretch.rate, FASTEST_GRID)
+    rate = min(stretch.rate * max(round(MODEL_RATE / stretch.rate), 1), MODEL_RATE)
     time = np.arange(stretch.time[0], stretch.time[-1], 1.0 / rate)
     # Rounding must not take the sample before.
     held = np.searchsorted(stretch.time, time + ROUNDING / rate, side="right") - 1
-    gyro = np.column_stack([np.interp(time, stretch.time, column) for column in stretch.gyro.T])
+    gyro = _interpolated(time, stretch.time, stretch.gyro)
+    setpoint = None if stretch.setpoint is None else _interpolated(time, stretch.time, stretch.setpoint)
     lift = np.interp(time, stretch.time, stretch.acceleration[:, 2])
     share = max(round(rate / COMPARED_RATE), 1)
-    return LogSegment(
-        log, (time - begin) / duration, float(time[0]), 1.0 / rate, share, gyro, lift, stretch.command[held]
-    )
+    age = (time - begin) / duration
+    return LogSegment(log, age, float(time[0]), 1.0 / rate, share, gyro, lift, stretch.command[held], setpoint)
+
+
+def _interpolated(time: Array, sampled: Array, columns: Array) -> Array:
+    return np.column_stack([np.interp(time, sampled, column) for column in columns.T])
 
 
 def model_outputs(rates: Array, lift: Array, share: int) -> Array:

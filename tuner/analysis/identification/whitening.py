@@ -12,6 +12,10 @@ Array = NDArray[np.float64]
 
 ORDERS = (2, 4, 8, 16, 32)
 """Orders that are tried; Akaike's criterion chooses."""
+KEPT = 0.975
+"""Share of a leaky sum that a step of 4 ms leaves. Differences of white noise have a zero at frequency 0, which no autoregression
+inverts; their sum has none.
+"""
 
 
 def autoregression(series: Sequence[Array], weights: Sequence[Array]) -> tuple[Array, float]:
@@ -41,11 +45,18 @@ def autoregression(series: Sequence[Array], weights: Sequence[Array]) -> tuple[A
 
 def whitened(series: Array, a: Array) -> Array:
     """Return x_t - sum a_i x_(t-i) along the first axis; zeros for the first samples, which lack a past."""
-    white = series.copy()
-    for i, share in enumerate(a.tolist(), start=1):
-        white[i:] -= share * series[:-i]
+    from scipy.signal import lfilter
+
+    white = np.asarray(lfilter(np.concatenate([[1.0], -a]), [1.0], series, axis=0), np.float64)
     white[: ORDERS[-1]] = 0.0
     return white
+
+
+def leaky_sum(series: Array) -> Array:
+    """Return s_t = `KEPT` s_(t-1) + x_t along the first axis."""
+    from scipy.signal import lfilter
+
+    return np.asarray(lfilter([1.0], [1.0, -KEPT], series, axis=0), np.float64)
 
 
 def _lags(series: Array, order: int) -> Array:

@@ -98,7 +98,7 @@ def prediction_table(document: IdentificationDocument) -> TerminalTable:
     for row in document.prediction:
         table.add_row(
             row.output,
-            per_cent(max(row.explained, 0.0)),
+            "hardly moved" if row.is_quiet else per_cent(max(row.explained, 0.0)),
             significant(row.error, 3),
             row.unit,
             per_cent(row.covered),

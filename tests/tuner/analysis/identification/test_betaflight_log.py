@@ -1,5 +1,6 @@
 """A vehicle out of a genuine blackbox file: Betaflight's own program flies our plant, and writes what it hears and commands."""
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ from plant.records import zeros
 from plant.vectors import Quaternion, Rotors, Vec3, to_body
 from tests.clients import ask, client
 from tests.tuner.analysis.identification.known_flights import GYRO, LIFT, distances
+from tests.tuner.analysis.identification.test_frequency_response import distances_from_chirp_core
+from tuner.analysis.identification.document import identification_document
 from tuner.analysis.identification.identify import identify_vehicle
 from tuner.engines.firmware.betaflight import board
 from tuner.engines.firmware.betaflight.bench import install
@@ -114,15 +117,40 @@ def fly(firmware: Any, vehicle, monkeypatch):
         firmware._step(instant, DISARMED)
 
 
-@pytest.mark.slow
-def test_the_vehicle_that_betaflight_flew_lies_within_the_intervals(tmp_path, monkeypatch):
-    vehicle, firmware = flown_vehicle(), powered(tmp_path / "board")
+@pytest.fixture(scope="module")
+def flight(tmp_path_factory):
+    """Folder with a flight's blackbox file, `log.bbl`, and the same decoded by another program, `log.csv`."""
+    folder = tmp_path_factory.mktemp("flight")
+    firmware = powered(folder / "board")
     try:
-        fly(firmware, vehicle, monkeypatch)
-        ask("betaflight", DECODE, f"{firmware._workspace.name}/LOG00001.BF", str(tmp_path / "log.csv"))
+        with pytest.MonkeyPatch.context() as monkeypatch:
+            fly(firmware, flown_vehicle(), monkeypatch)
+        written = Path(firmware._workspace.name) / "LOG00001.BF"
+        shutil.copy(written, folder / "log.bbl")
+        ask("betaflight", DECODE, str(written), str(folder / "log.csv"))
     finally:
         firmware.close()
-    found = identify_vehicle([read_log(tmp_path / "log.csv")], AIRFRAME)
+    return folder
+
+
+@pytest.mark.slow
+def test_a_blackbox_file_is_read_as_another_program_decodes_it(flight):
+    pytest.importorskip("betaflight_chirp_core")
+    ours, theirs = (read_log(flight / name) for name in ("log.bbl", "log.csv"))
+    for part in ("time", "gyro", "acceleration", "command", "setpoint"):
+        assert getattr(ours, part) == pytest.approx(getattr(theirs, part), rel=1e-12, abs=1e-12), part
+
+
+@pytest.mark.slow
+def test_frequency_responses_of_a_genuine_file_are_those_of_betaflight_chirp_core(flight):
+    for magnitude, phase, count in distances_from_chirp_core(flight / "log.bbl").values():
+        assert magnitude < 0.5 and phase < 5.0 and count > 2
+
+
+@pytest.mark.slow
+def test_the_vehicle_that_betaflight_flew_lies_within_the_intervals(flight):
+    vehicle = flown_vehicle()
+    found = identify_vehicle([read_log(flight / "log.csv")], AIRFRAME)
     full, (x, y, z) = vehicle.thrust_coefficient * vehicle.speed_max**2, vehicle.inertia
     truth = {
         "inertia.x": x,
@@ -144,3 +172,6 @@ def test_the_vehicle_that_betaflight_flew_lies_within_the_intervals(tmp_path, mo
         extra = 0.08 if name.startswith("lag") else 0.0
         assert abs(distance) * deviations[name] < 3.5 * deviations[name] + extra, name
     assert max(deviations[name] for name in ("inertia.x", "inertia.y", "lag_up", "lag_down")) < 0.1
+    document = identification_document(found, [], None)
+    assert "The model agrees with the frequency response of roll, pitch, yaw and lift" in document.verdict
+    assert [row.instrument for row in document.responses] == ["setpoint", "setpoint", "setpoint", ""]

@@ -18,14 +18,22 @@ from tests.tuner.analysis.identification.known_flights import (
     misses,
     truth_of,
 )
-from tuner.analysis.identification.checks import check_flight
+from tuner.analysis.identification.checks import check_flight, is_silent
 from tuner.analysis.identification.document import earlier_posterior, gyro_noise, identification_document, verdict
-from tuner.analysis.identification.identify import GIVEN, OF_OUTPUT, airborne, identify_vehicle, wider_than_prior
+from tuner.analysis.identification.identify import (
+    GIVEN,
+    OF_OUTPUT,
+    flights_of,
+    identify_vehicle,
+    longest_flight,
+    wider_than_prior,
+)
 from tuner.analysis.identification.onward import identified_text, identified_values, uncertainty_of
 from tuner.analysis.identification.parameters import EarlierPosterior
 from tuner.api.gains import default_gains
 from tuner.api.identifying import check_logs, refusals_of
 from tuner.documents.identification import IdentificationDocument
+from tuner.logs.csv_writing import MAPPING, csv_table
 from tuner.logs.reading import read_log
 
 CRAZYFLIE = Path(__file__).parents[2] / "logs" / "crazyflie" / "log15_70_to_85"
@@ -175,11 +183,16 @@ def test_a_negative_dead_time_is_explained(crazyflie, dead_time, is_noted):
     assert ("dead_time is negative, -50 ms" in said) is is_noted
 
 
-def test_a_dead_time_of_the_prior_stays_in_the_file(crazyflie, tmp_path):
+def test_a_dead_time_goes_into_the_file_where_the_log_tells_it(crazyflie, tmp_path):
     prior = crazyflie.airframe
     late = replace(prior, sources=prior.sources | {"dead_time": Sourced(0.002, "s", "measured")})
     file = tmp_path / "mine.toml"
     file.write_text(identified_text(replace(crazyflie, airframe=late), "A Crazyflie"))
+    numbers = crazyflie.space.numbers(crazyflie.fit.estimate)
+    assert load(file).vehicle.dead_time == pytest.approx(numbers.dead_time, rel=1e-4)
+    assert "controller.delay ends at the logged command" in load(file).sources["dead_time"].source
+    untold = replace(crazyflie, airframe=late, reasons=crazyflie.reasons | {"dead_time": "hardly narrower"})
+    file.write_text(identified_text(untold, "A Crazyflie"))
     assert load(file).vehicle.dead_time == 0.002
 
 
@@ -233,7 +246,7 @@ def test_the_noise_of_the_gyro_is_that_of_the_sensor(flights):
 def test_a_log_without_flight_is_refused(flights):
     log = replace(flights[0].log, command=0.1 * flights[0].log.command)
     with pytest.raises(InputError, match="holds no flight of 4 s"):
-        airborne(log, AIRFRAME)
+        flights_of(log, AIRFRAME)
 
 
 def hopped(log, lengths):
@@ -250,20 +263,28 @@ def hopped(log, lengths):
     return replace(log, time=np.array(time), gyro=log.gyro[rows], acceleration=log.acceleration[rows], command=command)
 
 
-def test_the_flight_of_a_log_that_is_used_is_named_and_so_are_the_others(flights):
-    log = airborne(hopped(flights[0].log, (7.0, 12.0)), AIRFRAME)
+def test_all_flights_of_a_log_that_are_long_enough_count(flights):
+    log = hopped(flights[0].log, (9.0, 12.0, 5.0))
+    first, second = flights_of(log, AIRFRAME)
+    assert first.time[-1] < second.time[0] and 4.0 < first.duration < 6.0 and 7.0 < second.duration < 9.0
+    assert first.notes == ("holds three flights; too short to use are those of 5.1 s",) and not second.notes
+    assert not flights_of(flights[0].log, AIRFRAME)[0].notes
+
+
+def test_the_longest_flight_of_a_log_is_named_and_so_are_the_others(flights):
+    log = longest_flight(hopped(flights[0].log, (9.0, 12.0)), AIRFRAME)
     (said,) = [text for text in log.notes if "flights" in text]
     assert "2 flights" in said and "the longest is used" in said and "@BEGIN:END" in said
     assert f"from {log.time[0]:.1f} to {log.time[-1]:.1f} s" in said and 7.0 < log.duration < 9.0
     assert any("the longest is used" in finding.text for finding in check_flight(log, AIRFRAME))
-    assert not airborne(flights[0].log, AIRFRAME).notes
+    assert not longest_flight(flights[0].log, AIRFRAME).notes
 
 
 def test_flights_that_are_too_short_are_refused_with_their_lengths(flights):
     with pytest.raises(
         InputError, match=r"two flights, of \d\.\d and \d\.\d s, of which 2 s at take-off and at landing"
     ) as refused:
-        airborne(hopped(flights[0].log, (6.5, 5.0)), AIRFRAME)
+        flights_of(hopped(flights[0].log, (6.5, 5.0)), AIRFRAME)
     assert "below 50 %" not in str(refused.value)
 
 
@@ -322,6 +343,37 @@ def test_a_calm_log_is_told_to_be_flown_with_more_excitation(flown):
     assert any("hardly follow the motors" in finding.text for finding in check_flight(flight.log, AIRFRAME))
 
 
+def saturated(log):
+    """The log at 100 Hz with one motor at full command for a tenth of the time."""
+    slow = log.where(np.arange(len(log.time)) % 5 == 0)
+    full = (np.arange(len(slow.time)) % 10 == 0)[:, None] & (np.arange(4) == 2)
+    return replace(slow, command=np.where(full, 1.0, slow.command))
+
+
+def test_a_log_that_tells_nothing_is_refused_by_check_and_fit_alike(flown, tmp_path):
+    """It was called usable, and the fit ended in an IndexError."""
+    calm, mapping = saturated(flown[3].log), tmp_path / "columns.toml"
+    with pytest.raises(InputError, match="tell nothing of this vehicle"):
+        identify_vehicle([calm], AIRFRAME)
+    mapping.write_text(MAPPING)
+    for name, log in (("calm.csv", calm), ("shaken.csv", flown[0].log)):
+        (tmp_path / name).write_text(csv_table(log))
+    checked = check_logs(tmp_path / "calm.csv", airframe="crazyflie-pybullet", mapping=mapping)
+    assert not checked.usable
+    assert any("tell nothing of this vehicle" in row.text for row in checked.document.findings)
+    both = [tmp_path / "calm.csv", tmp_path / "shaken.csv"]
+    checked = check_logs(both, airframe="crazyflie-pybullet", mapping=mapping)
+    assert checked.usable and any("tell nothing of this vehicle" in row.text for row in checked.document.findings)
+    assert is_silent(calm) and not any(is_silent(flight.log) for flight in flown[:3])
+
+
+def test_a_curve_with_a_node_that_is_no_better_known_is_not_identified(identified):
+    assert all(row.identified for row in identification_document(identified[0], [], None).curve)
+    wide = replace(identified[0], wider={"thrust.65": "its interval is 110 % of the prior's"})
+    assert not any(row.identified for row in identification_document(wide, [], None).curve)
+
+
 def test_the_truth_of_a_flight_has_the_names_of_the_coordinates(flights, identified):
-    assert set(truth_of(flights[0])) == set(identified[0].space.names[: identified[0].space.physical])
+    # These flights have no low-pass in their gyro, whose delay is positive.
+    assert {*truth_of(flights[0]), "gyro_delay"} == set(identified[0].space.names[: identified[0].space.physical])
     assert set(AXES) == set(OF_OUTPUT) and PRIOR.mass == AIRFRAME.vehicle.mass

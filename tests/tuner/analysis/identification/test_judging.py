@@ -67,6 +67,8 @@ def test_an_output_that_hardly_moves_on_the_windows_kept_is_not_called_poor(iden
     still = rows[0].model_copy(update={"explained": 0.1, "moved": 0.05})
     words = " ".join(prediction_words([still, *rows[1:]]))
     assert "hold hardly any roll" in words and "predicted poorly" not in words
+    document = identification_document(found, [], None).model_copy(update={"prediction": [still, *rows[1:]]})
+    assert "hardly moved" in identification_page(found, document).text()
     moving = rows[0].model_copy(update={"explained": 0.1})
     assert "roll is predicted poorly" in " ".join(prediction_words([moving, *rows[1:]]))
 
