@@ -171,7 +171,10 @@ def _white(problem: Problem, series: Sequence[Array], noise: Noise) -> list[Arra
 
 
 def _scan_dead_time(problem: Problem, point: Array, columns: list[int], noise: Noise, prior: Array) -> Array:
-    """Return the point of least cost over dead times around a point's, where the dead time is fitted."""
+    """Return the point of least cost over dead times around a point.
+
+    The point itself where the dead time is not fitted.
+    """
     names = problem.space.names
     at, period = names.index("dead_time"), min(part.period for part in problem.samples)
     if at not in columns:

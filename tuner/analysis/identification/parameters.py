@@ -204,7 +204,10 @@ def _gyro_delay(cutoff: float) -> Parameter:
 
 
 def low_pass_delay(cutoff: float) -> float:
-    """Return the delay at low frequencies [s] of a Butterworth low-pass of second order; also its inverse."""
+    """Return the delay [s] of a second-order Butterworth low-pass at low frequencies.
+
+    Its own inverse: of a delay it returns the cut-off [Hz].
+    """
     return sqrt(2.0) / (2.0 * pi * cutoff)
 
 

@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 ORDERS = (2, 4, 8, 16, 32)
 """Orders that are tried; Akaike's criterion chooses."""
-KEPT = 0.975
+DECAY = 0.975
 """Share of a leaky sum that a step of 4 ms leaves. Differences of white noise have a zero at frequency 0, which no autoregression
 inverts; their sum has none.
 """
@@ -53,10 +53,10 @@ def whitened(series: Array, a: Array) -> Array:
 
 
 def leaky_sum(series: Array) -> Array:
-    """Return s_t = `KEPT` s_(t-1) + x_t along the first axis."""
+    """Return s_t = `DECAY` s_(t-1) + x_t along the first axis."""
     from scipy.signal import lfilter
 
-    return np.asarray(lfilter([1.0], [1.0, -KEPT], series, axis=0), np.float64)
+    return np.asarray(lfilter([1.0], [1.0, -DECAY], series, axis=0), np.float64)
 
 
 def _lags(series: Array, order: int) -> Array:
