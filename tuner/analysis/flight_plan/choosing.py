@@ -7,6 +7,7 @@ Identification, 1977, chapter 6).
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,6 +104,11 @@ class AccuracyTarget:
         """Return the standard deviations over the largest ones."""
         return np.sqrt(np.diag(covariance)[self.places]) / self.deviations
 
+    def score(self, covariance: Array) -> float:
+        """Return the mean log ratio of intervals to their targets; narrow ones count little."""
+        excess = np.log(self.excess(covariance))
+        return float(np.mean(np.where(excess > 0.0, excess, ENOUGH * excess)))
+
 
 @dataclass(frozen=True, eq=False)
 class ExcitationSet:
@@ -117,11 +123,6 @@ class ExcitationSet:
         still = {name for axis, names in OF_OUTPUT.items() if not lengths.get(axis) for name in names}
         free = identifiable_parameters(self.space) & np.array([name not in still for name in self.space.names])
         return cramer_rao_covariance(self.space, sum(parts, np.zeros_like(self.space.covariance)), free)
-
-    def score(self, lengths: Mapping[str, float], accuracy: AccuracyTarget) -> float:
-        """Return the mean log ratio of intervals to their targets; narrow ones count little."""
-        excess = np.log(accuracy.excess(self.covariance(lengths)))
-        return float(np.mean(np.where(excess > 0.0, excess, ENOUGH * excess)))
 
     def excitations(self, lengths: Mapping[str, float]) -> tuple[Excitation, ...]:
         """Return the excitations of every axis that has a length."""
@@ -166,7 +167,8 @@ def maximize_amplitude(task: Task, excitation: Excitation) -> Excitation:
             excessive = min(excessive, amplitude)
         if 1.0 <= factor < CLOSE:
             break
-        goal = amplitude * float(np.clip(factor, 0.1, 10.0))
+        # Into the middle of the room that is left: an amplitude that comes from above meets the limit itself never.
+        goal = amplitude * float(np.clip(factor, 0.1, 10.0)) / sqrt(CLOSE)
         if not allowed < goal < excessive:
             goal = float(np.sqrt(max(allowed, 0.01 * excessive) * excessive))
         excitation = replace(excitation, amplitude=goal)
@@ -209,7 +211,7 @@ def select_excitations(
         options = [
             ExcitationSet(space, chosen | {axis: trials[axis][k] for axis in axes}) for k in range(len(trials[axes[0]]))
         ]
-        chosen = dict(min(options, key=lambda option: option.score(lengths, accuracy)).trials)
+        chosen = dict(min(options, key=lambda option: accuracy.score(option.covariance(lengths))).trials)
     return ExcitationSet(space, chosen)
 
 
@@ -222,9 +224,14 @@ def required_durations(
         groups = [group for group in capabilities.groups if lengths[group[0]] < LONGEST]
         if not groups:
             break
-        now = selection.score(lengths, accuracy)
-        gains = [_gain(selection, lengths, _longer(lengths, group), now, accuracy) for group in groups]
-        lengths = _longer(lengths, groups[int(np.argmax(gains))])
+        now = accuracy.score(selection.covariance(lengths))
+        # All axes together come last: an inertia needs the thrust, which another axis tells.
+        options = [_longer(lengths, axes) for axes in (*groups, tuple(axis for group in groups for axis in group))]
+        gains = [_gain(selection, lengths, longer, now, accuracy) for longer in options]
+        if max(gains) <= 0.0:
+            # More data of one axis carries errors of given numbers along, which may outweigh what it tells.
+            break
+        lengths = options[int(np.argmax(gains))]
     return lengths
 
 
@@ -240,4 +247,4 @@ def _gain(
     accuracy: AccuracyTarget,
 ) -> float:
     """Return the improvement of the score per second."""
-    return (now - selection.score(longer, accuracy)) / (sum(longer.values()) - sum(lengths.values()))
+    return (now - accuracy.score(selection.covariance(longer))) / (sum(longer.values()) - sum(lengths.values()))
