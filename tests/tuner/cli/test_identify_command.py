@@ -8,7 +8,7 @@ import pytest
 from plant.quadrotor.airframes import load
 from tests.tuner.in_process import called
 from tests.tuner.logs.written import crazyflie, truth
-from tuner.analysis.flight_plan import planning
+from tuner.analysis.flight_plan import limits
 from tuner.text.errors import BROKEN, USER_ERROR
 
 LOG = Path(__file__).parents[1] / "logs" / "crazyflie" / "log15_70_to_85"
@@ -73,7 +73,7 @@ def test_a_check_that_fails_says_so_by_its_exit_code(tmp_path):
 
 
 def test_a_limit_without_an_option_is_not_to_be_raised(monkeypatch):
-    monkeypatch.setattr(planning, "MOTORS", 1e-4)
+    monkeypatch.setattr(limits, "MOTORS", 1e-4)
     _, _, message = called("identify", "--plan", "f450")
     assert "air and noise alone take the motors to" in message and "(--gains)" in message
     assert "raise" not in message and "allow more" not in message

@@ -57,7 +57,20 @@ def expected_accuracy(log: FlightLog, airframe: Airframe, space: ParameterSpace,
     """Return the expected accuracy of identification from a simulated flight."""
     problem, is_free = problem_of(log, airframe, space), identifiable_parameters(space)
     first = expected_fit(problem, truth, is_free)
-    reasons = identify.unidentifiable(first, prediction_windows(problem, truth, held_out=False))
+    windows = prediction_windows(problem, truth, held_out=False)
+    reasons = identify.unidentifiable(first, windows) | identify.impossible(first, airframe.vehicle)
     is_free &= np.array([name not in reasons for name in space.names])
     fit = expected_fit(identify.counted_outputs(problem, reasons), truth, is_free)
-    return ExpectedAccuracy(fit, reasons | identify.wider_than_prior(fit, is_free))
+    return ExpectedAccuracy(fit, reasons | _untold(fit, is_free))
+
+
+def _untold(fit: Fit, is_free: NDArray[np.bool_]) -> dict[str, str]:
+    """Return the fitted parameters whose intervals do not shrink to half of their prior's, with the reason."""
+    space = fit.space
+    ratio = np.sqrt(np.diag(fit.covariance)) / space.initial_std
+    wide = {
+        name: f"its interval shrinks to {100.0 * ratio[k]:.0f} % of the prior's only"
+        for k, name in enumerate(space.names[: space.physical])
+        if is_free[k] and ratio[k] > identify.NARROWED
+    }
+    return wide | identify.wider_than_prior(fit, is_free)
