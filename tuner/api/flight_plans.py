@@ -26,6 +26,7 @@ from tuner.api.gains import GainsLike, as_gains, default_gains
 from tuner.api.identifying import check_deviation, new_page
 from tuner.api.studies import StudyLike
 from tuner.documents.flight_plan import FlightPlanDocument
+from tuner.exchange.excitation_target import HALF_FIRST
 from tuner.exchange.excitations import USUAL, exciter
 from tuner.logs.csv_writing import MAPPING, csv_table
 from tuner.search.watcher import Watcher, compilation
@@ -162,8 +163,10 @@ def plan_flight(
             with compilation(heard):
                 simulated.flown([], "warm-up", 1)
         made = plan_experiment(simulated, prior, request, target.capabilities, heard.on_message)
-        files = target.files(made.excitations, simulated)
-        document = flight_plan_document(made, target.name, target.notes, [] if folder is None else sorted(files))
+        files = target.all_files(made.excitations, simulated)
+        document = flight_plan_document(
+            made, target.name, [*target.notes, HALF_FIRST], [] if folder is None else sorted(files)
+        )
         if folder is not None:
             log = {LOG: csv_table(made.proof.logs[0]).encode(), COLUMNS: MAPPING.encode()}
             folder.write_together({**files, **log})

@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 
 BANDS = ((0.5, 4.0), (1.0, 6.0), (1.0, 12.0), (2.0, 20.0))
 """First and last frequencies that are tried [Hz]."""
+STEPS = ((0.5, 0.5), (1.0, 1.0))
+"""Frequencies of throttle steps that are tried [Hz]: a pilot keeps time with one or two steps a second."""
+SQUARE = Shape(dwell=0.0, fade_in=0.0, fade_out=0.0, cosine=True)
+"""Shape of throttle steps."""
 TRIAL, STREAM = 8.0, "experiment"
 """Length of the excitations that bands are compared with [s]; name of the streams of their air."""
 LEAST, STEP, USUAL, LONGEST = 8.0, 2.0, 20.0, 60.0
@@ -49,13 +53,15 @@ class TargetCapabilities:
     Attributes:
         quantities: Axis -> excited quantity.
         waves: Waves of the target.
+        lift_waves: Waves of its lift.
         shape: Shape of its chirps.
-        alike: True if band and length are the same on all axes.
+        alike: True if band and length of all axes but the lift are the same.
         least: Lowest frequency [Hz].
     """
 
     quantities: Mapping[str, str]
     waves: tuple[str, ...] = ("chirp",)
+    lift_waves: tuple[str, ...] = ("chirp",)
     shape: Shape = Shape()
     alike: bool = False
     least: float = 0.0
@@ -63,7 +69,18 @@ class TargetCapabilities:
     @property
     def groups(self) -> list[tuple[str, ...]]:
         """Axes whose band and length are one choice."""
-        return [tuple(self.quantities)] if self.alike else [(axis,) for axis in self.quantities]
+        alike = tuple(axis for axis in self.quantities if self.alike and axis != "lift")
+        return [axes for axes in (alike, *[(axis,) for axis in self.quantities if axis not in alike]) if axes]
+
+    def shapes(self, axis: str) -> list[tuple[str, tuple[float, float], Shape]]:
+        """Return wave, band and shape of every excitation of an axis that the target can fly."""
+        waves = self.lift_waves if axis == "lift" else self.waves
+        bands = [band for band in BANDS if band[0] >= self.least]
+        return [
+            (wave, band, SQUARE if wave == "steps" else self.shape)
+            for wave in waves
+            for band in (STEPS if wave == "steps" else bands)
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,12 +152,10 @@ class ExcitationSet:
 
 def candidate_excitations(task: Task, axis: str) -> list[CandidateExcitation]:
     """Return a candidate of an axis for every available wave and band."""
-    capabilities, quantity = task.capabilities, task.capabilities.quantities[axis]
+    quantity = task.capabilities.quantities[axis]
     tried = [
-        Excitation(axis, quantity, FIRST_TRY[quantity], *band, TRIAL, wave, capabilities.shape)
-        for wave in capabilities.waves
-        for band in BANDS
-        if band[0] >= capabilities.least
+        Excitation(axis, quantity, FIRST_TRY[quantity], *band, TRIAL, wave, shape)
+        for wave, band, shape in task.capabilities.shapes(axis)
     ]
     return [_trial(task, maximize_amplitude(task, entry)) for entry in tried]
 

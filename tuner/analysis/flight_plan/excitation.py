@@ -5,7 +5,7 @@ those of a sine. Exponential sweeps are what ArduPilot's SYSTEMID mode and Betaf
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,12 @@ UNITS = {"angle": "rad", "rate": "rad/s", "acceleration": "m/s2"}
 WAVES = ("chirp", "doublets", "steps")
 LEAD, PAUSE, TAIL = 3.0, 2.0, 2.0
 """Hover before the first excitation, between two, and after the last [s]."""
+LAG, LEAD = 3.0, 30.0
+"""Corners of the filter that lowers amplitudes at high frequencies [Hz].
+
+They are those of Betaflight's chirp (`chirp_lag_freq_hz`, `chirp_lead_freq_hz`): up to some 30 Hz a rate loop differentiates its
+set point, so that commands of a level chirp grow with the frequency (betaflight/betaflight, pull request 13105).
+"""
 _ANGLES = {"roll": ROLL, "pitch": PITCH, "yaw": YAW}
 
 
@@ -108,6 +114,11 @@ def _mean_sign(phase: Array) -> Array:
     edges = np.concatenate([[2.0 * phase[0] - middle[0]], middle, [2.0 * phase[-1] - middle[-1]]])
     width, area = np.diff(edges), np.diff(np.arccos(np.cos(edges)))
     return np.divide(area, width, out=np.copysign(1.0, np.sin(phase)), where=width > 0.0)
+
+
+def halved(excitations: Sequence[Excitation]) -> list[Excitation]:
+    """Return the excitations with half the amplitude."""
+    return [replace(entry, amplitude=0.5 * entry.amplitude) for entry in excitations]
 
 
 def _faded(time: Array, fade: float) -> Array:
