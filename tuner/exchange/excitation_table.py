@@ -6,7 +6,7 @@ import numpy as np
 
 from plant.references.spec import PITCH, ROLL, YAW, YAW_RATE
 from tuner.analysis.flight_plan.choosing import TargetCapabilities
-from tuner.analysis.flight_plan.excitation import LAG, LEAD, WAVES, Excitation, Shape, references
+from tuner.analysis.flight_plan.excitation import LAG_CORNER, LEAD_CORNER, WAVES, Excitation, Shape, references
 from tuner.analysis.flight_plan.flying import SimulatedVehicle
 from tuner.exchange.excitation_target import ExcitationTarget
 
@@ -40,12 +40,12 @@ EXCITATIONS = ExcitationTarget(
         {"roll": "angle", "pitch": "angle", "yaw": "rate", "lift": "acceleration"},
         waves=("chirp", "doublets"),
         lift_waves=WAVES,
-        shape=Shape(lag=LAG, lead=LEAD),
+        shape=Shape(lag=LAG_CORNER, lead=LEAD_CORNER),
     ),
     files,
     (
         "excitation.csv holds set points in FLU: roll right, pitch down and yaw left are positive; height counts from hover.",
-        f"Amplitudes fall above {LAG:g} Hz, to a tenth at high frequencies: commands of a level chirp grow with the frequency.",
+        f"Amplitudes fall above {LAG_CORNER:g} Hz, to a tenth at high frequencies: commands of a level chirp grow with the frequency.",
         "Send either yaw or its rate, and of height, climb and its acceleration what your vehicle takes.",
     ),
 )

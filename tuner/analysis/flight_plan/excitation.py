@@ -21,7 +21,7 @@ UNITS = {"angle": "rad", "rate": "rad/s", "acceleration": "m/s2"}
 WAVES = ("chirp", "doublets", "steps")
 LEAD, PAUSE, TAIL = 3.0, 2.0, 2.0
 """Hover before the first excitation, between two, and after the last [s]."""
-LAG, LEAD = 3.0, 30.0
+LAG_CORNER, LEAD_CORNER = 3.0, 30.0
 """Corners of the filter that lowers amplitudes at high frequencies [Hz].
 
 They are those of Betaflight's chirp (`chirp_lag_freq_hz`, `chirp_lead_freq_hz`): up to some 30 Hz a rate loop differentiates its

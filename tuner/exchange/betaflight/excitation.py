@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from math import ceil, degrees
 
 from tuner.analysis.flight_plan.choosing import TargetCapabilities
-from tuner.analysis.flight_plan.excitation import LAG, LEAD, Excitation, Shape
+from tuner.analysis.flight_plan.excitation import LAG_CORNER, LEAD_CORNER, Excitation, Shape
 from tuner.analysis.flight_plan.flying import SimulatedVehicle
 from tuner.exchange.autopilot.parameters import as_bytes
 from tuner.exchange.excitation_target import ExcitationTarget, throttle_share
@@ -25,8 +25,8 @@ def settings(excitations: Sequence[Excitation]) -> dict[str, int]:
     first = excitations[0]
     sizes = {entry.axis: round(degrees(entry.amplitude)) for entry in excitations}
     return {
-        "chirp_lag_freq_hz": round(LAG),
-        "chirp_lead_freq_hz": round(LEAD),
+        "chirp_lag_freq_hz": round(LAG_CORNER),
+        "chirp_lead_freq_hz": round(LEAD_CORNER),
         **{f"chirp_amplitude_{axis}": sizes.get(axis, 0) for axis in AXES},
         "chirp_frequency_start_deci_hz": round(10.0 * first.first),
         "chirp_frequency_end_deci_hz": round(10.0 * first.last),
@@ -62,7 +62,7 @@ EXCITATIONS = ExcitationTarget(
     TargetCapabilities(
         {**dict.fromkeys(AXES, "rate"), "lift": "acceleration"},
         lift_waves=("steps",),
-        shape=Shape(dwell=0.0, fade_in=0.0, fade_out=0.0, cosine=True, lag=LAG, lead=LEAD),
+        shape=Shape(dwell=0.0, fade_in=0.0, fade_out=0.0, cosine=True, lag=LAG_CORNER, lead=LEAD_CORNER),
         alike=True,
         least=LEAST,
     ),

@@ -76,7 +76,7 @@ def test_a_flight_excites_one_axis_after_the_other_with_consistent_references():
     )
     samples = references(made, PERIOD)
     assert len(samples) == round(length_of(made) / PERIOD) and not samples[:, HOLD].any()
-    assert length_of(made) == LEAD + 38.0 + 4 * PAUSE + TAIL
+    assert length_of(made) == LEAD + 38.0 + 4 * PAUSE + TAIL == 51.0
     columns = (ROLL, PITCH, YAW_RATE, 8)
     for entry, begin, column in zip(made, begins(made), columns, strict=True):
         time = PERIOD * np.arange(float(len(samples)))
