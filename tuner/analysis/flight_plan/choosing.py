@@ -5,19 +5,25 @@ grow, axis by axis, where a second more is most informative, until the target is
 Identification, 1977, chapter 6).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import ceil, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plant.quadrotor.airframes import Airframe
-from tuner.analysis.flight_plan.excitation import Excitation, Shape
-from tuner.analysis.flight_plan.expected_accuracy import identifiable_parameters, information_of
+from tuner.analysis.flight_plan.excitation import Excitation, Shape, length_of
+from tuner.analysis.flight_plan.expected_accuracy import (
+    OutputPower,
+    identifiable_parameters,
+    information_of,
+    output_power,
+    problem_of,
+)
 from tuner.analysis.flight_plan.flying import FLIGHTS, SimulatedVehicle
 from tuner.analysis.identification.fit import cramer_rao_covariance
-from tuner.analysis.identification.identify import OF_OUTPUT
+from tuner.analysis.identification.identify import EXPLAINED, OF_OUTPUT
 from tuner.analysis.identification.parameters import ParameterSpace
 
 Array = NDArray[np.float64]
@@ -42,6 +48,10 @@ FIRST_TRY = {"angle": 0.1, "rate": 0.5, "acceleration": 2.0}
 """Amplitudes that are flown first [rad, rad/s, m/s2]."""
 RESOLUTION = {"angle": np.radians(0.1), "rate": np.radians(1.0), "acceleration": 0.05}
 """Steps of amplitudes [rad, rad/s, m/s2]: targets take no finer ones, and a pilot reads them."""
+SPARE = 0.05
+"""Spare share of an output's variance that is explained, above the least that identification believes."""
+LONGER = (1.5, 2.0, 3.0, 4.0, 6.0)
+"""Factors on a length that are tried beside the step: an output may count from some length on only."""
 ENOUGH = 0.1
 """Weight of intervals within their target, relative to those above it."""
 
@@ -104,10 +114,16 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class CandidateExcitation:
-    """An excitation at its largest amplitude, and its information per second (n, n)."""
+    """An excitation at its largest amplitude.
+
+    Attributes:
+        information (n, n): Per second.
+        power: Of the output of its axis.
+    """
 
     excitation: Excitation
     information: Array
+    power: OutputPower = OutputPower()
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,17 +152,24 @@ class ExcitationSet:
 
     def covariance(self, lengths: Mapping[str, float]) -> Array:
         """Return the covariance (n, n) after excitations of these lengths [s]: 0 leaves an axis unidentified."""
-        parts = (lengths[axis] * trial.information for axis, trial in self.trials.items())
-        still = {name for axis, names in OF_OUTPUT.items() if not lengths.get(axis) for name in names}
+        counted = [axis for axis in self.trials if self._counts(axis, lengths)]
+        parts = (lengths[axis] * self.trials[axis].information for axis in counted)
+        still = {name for axis, names in OF_OUTPUT.items() if axis not in counted for name in names}
         free = identifiable_parameters(self.space) & np.array([name not in still for name in self.space.names])
         return cramer_rao_covariance(self.space, sum(parts, np.zeros_like(self.space.covariance)), free)
+
+    def _counts(self, axis: str, lengths: Mapping[str, float]) -> bool:
+        """Return true where identification would believe the output of an axis."""
+        length = lengths.get(axis, 0.0)
+        rest = length_of(self.excitations(lengths)) - length
+        return length > 0.0 and self.trials[axis].power.explained(length, rest) >= EXPLAINED + SPARE
 
     def excitations(self, lengths: Mapping[str, float]) -> tuple[Excitation, ...]:
         """Return the excitations of every axis that has a length."""
         return tuple(
             replace(trial.excitation, duration=lengths[axis])
             for axis, trial in self.trials.items()
-            if lengths[axis] > 0.0
+            if lengths.get(axis, 0.0) > 0.0
         )
 
 
@@ -162,8 +185,9 @@ def candidate_excitations(task: Task, axis: str) -> list[CandidateExcitation]:
 
 def _trial(task: Task, excitation: Excitation) -> CandidateExcitation:
     log = task.simulated.alone.flown([excitation], STREAM, 1).log(0, STREAM)
-    information = information_of(log, task.airframe, task.space, task.truth, excitation.axis)
-    return CandidateExcitation(excitation, information / TRIAL)
+    problem = problem_of(log, task.airframe, task.space)
+    information = information_of(problem, task.truth, excitation.axis) / TRIAL
+    return CandidateExcitation(excitation, information, output_power(problem, task.truth, excitation))
 
 
 def maximize_amplitude(task: Task, excitation: Excitation) -> Excitation:
@@ -221,8 +245,9 @@ def select_excitations(
 ) -> ExcitationSet:
     """Return the most informative candidate of each axis for the target: by coordinate descent."""
     chosen = {axis: tried[len(tried) // 2] for axis, tried in trials.items()}
-    lengths = dict.fromkeys(chosen, TRIAL)
     for axes in capabilities.groups:
+        # Long enough for its output to count beside those of the others.
+        lengths = dict.fromkeys(chosen, TRIAL) | dict.fromkeys(axes, USUAL)
         options = [
             ExcitationSet(space, chosen | {axis: trials[axis][k] for axis in axes}) for k in range(len(trials[axes[0]]))
         ]
@@ -241,7 +266,8 @@ def required_durations(
             break
         now = accuracy.score(selection.covariance(lengths))
         # All axes together come last: an inertia needs the thrust, which another axis tells.
-        options = [_longer(lengths, axes) for axes in (*groups, tuple(axis for group in groups for axis in group))]
+        together = tuple(axis for group in groups for axis in group)
+        options = [longer for axes in (*groups, together) for longer in _longer(lengths, axes)]
         gains = [_gain(selection, lengths, longer, now, accuracy) for longer in options]
         if max(gains) <= 0.0:
             # More data of one axis carries errors of given numbers along, which may outweigh what it tells.
@@ -250,8 +276,14 @@ def required_durations(
     return lengths
 
 
-def _longer(lengths: dict[str, float], group: tuple[str, ...]) -> dict[str, float]:
-    return lengths | {axis: lengths[axis] + STEP if lengths[axis] else LEAST for axis in group}
+def _longer(lengths: dict[str, float], axes: Sequence[str]) -> list[dict[str, float]]:
+    """Return the lengths with longer excitations of some axes: by a step, and by factors."""
+    shortest = [lengths | {axis: lengths[axis] + STEP if lengths[axis] else LEAST for axis in axes}]
+    factored = [
+        lengths | {axis: min(STEP * ceil(factor * max(lengths[axis], LEAST) / STEP), LONGEST) for axis in axes}
+        for factor in LONGER
+    ]
+    return shortest + factored
 
 
 def _gain(

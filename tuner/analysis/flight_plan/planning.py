@@ -28,8 +28,8 @@ from tuner.analysis.identification.parameters import Parameter, ParameterSpace, 
 
 Array = NDArray[np.float64]
 
-ROUNDS, GROWTH = 8, 1.3
-"""Times that a flight is simulated and corrected, and the least growth of its excitations."""
+ROUNDS, PATIENCE, GROWTH = 8, 2, 1.3
+"""Times that a flight is simulated and corrected, those without a better one that end it, and the least growth of excitations."""
 NEARLY = 1.25
 """Room that is left to the narrowest interval where nobody asks for a number that stays wider than the others may."""
 FORGIVEN = 0.8
@@ -224,7 +224,7 @@ def _iterate(
 
     They are the most informative ones that met the limits, and may still miss the target. InputError where none meets them.
     """
-    best, least = None, np.inf
+    best, least, behind = None, np.inf, 0
     for _ in range(ROUNDS):
         checked = task.simulated.flown(excitations, f"{choosing.STREAM}/check", FLIGHTS)
         shares = shares_of_limits(checked, excitations, request.limits)
@@ -234,10 +234,11 @@ def _iterate(
         log = task.simulated.alone.flown(excitations, f"{choosing.STREAM}/check", 1).log(0, choosing.STREAM)
         expected = expected_accuracy(log, task.airframe, task.space, task.truth)
         score = accuracy.score(expected.fit.covariance)
-        if score >= least:
-            # A longer flight, or a weaker one, tells less.
+        behind += 1
+        if score < least:
+            best, least, behind = (excitations, checked, expected), score, 0
+        if behind == PATIENCE:
             break
-        best, least = (excitations, checked, expected), score
         longer = _longer(task, accuracy, excitations, expected)
         if longer == excitations:
             break
