@@ -135,6 +135,7 @@ def plan_flight(
 
     Raises:
         InputError: No flight tells what is asked for within the limits; or a name is unknown.
+        UnphysicalError: No vehicle has the numbers of the airframe.
         StoreError: The folder holds something already, or cannot be written.
 
     Examples:
@@ -153,7 +154,7 @@ def plan_flight(
     check_deviation(mass, "--mass")
     check_deviation(arm, "--arm")
     target, page = exciter(to), None if report is None else new_page(Path(report))
-    heard, prior = watcher or Watcher(), load(airframe, allow_unphysical=True)
+    heard, prior = watcher or Watcher(), load(airframe)
     check_names(numbers, space_of(prior.vehicle, []))
     request = ExperimentSpec(tuple(numbers), within, radians(tilt_deg), radians(rate_deg), mass, arm)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)

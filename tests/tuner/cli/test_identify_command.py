@@ -108,6 +108,7 @@ def test_what_cannot_be_used_is_told_in_a_line(arguments, message):
         ([LOG], "give a log and --airframe, or --plan AIRFRAME"),
         (["--airframe", "f450"], "give a log and --airframe, or --plan AIRFRAME"),
         (["--plan", "f45"], "unknown airframe"),
+        (["--plan", "paper-literal"], "no real airframe has these numbers"),
         (["--plan", "f450", "--within", "much"], "give a share, 5% or 0.05"),
         (["--plan", "f450", "--within", "200%"], "allowed: 0.001 to 1"),
         (["--plan", "f450", "--tilt", "90"], "allowed: 1 to 60"),
