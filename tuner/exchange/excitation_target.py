@@ -31,7 +31,7 @@ class ExcitationTarget:
     notes: tuple[str, ...]
 
     def all_files(self, excitations: Sequence[Excitation], simulated: SimulatedVehicle) -> dict[str, bytes]:
-        """Return the files of the plan, and those with half the amplitude, which fly first."""
+        """Return the files of a plan and those with half the amplitude."""
         half = self.files(halved(excitations), simulated)
         return {**self.files(excitations, simulated), **{f"{HALF}{name}": content for name, content in half.items()}}
 

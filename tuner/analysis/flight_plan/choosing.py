@@ -83,7 +83,7 @@ class TargetCapabilities:
         return [axes for axes in (alike, *[(axis,) for axis in self.quantities if axis not in alike]) if axes]
 
     def shapes(self, axis: str) -> list[tuple[str, tuple[float, float], Shape]]:
-        """Return wave, band and shape of every excitation of an axis that the target can fly."""
+        """Return wave, band and shape of every possible excitation of an axis."""
         waves = self.lift_waves if axis == "lift" else self.waves
         bands = [band for band in BANDS if band[0] >= self.least]
         return [

@@ -6,8 +6,8 @@ import numpy as np
 
 from tuner.analysis.flight_plan.excitation import UNITS, Excitation, begins, length_of
 from tuner.analysis.flight_plan.flying import FLIGHTS, HEATING
+from tuner.analysis.flight_plan.informativeness import half_widths
 from tuner.analysis.flight_plan.planning import NEARLY, Experiment
-from tuner.analysis.flight_plan.told import half_widths
 from tuner.analysis.identification.identify import GIVEN
 from tuner.documents.flight_plan import FlightPlanDocument, PlannedExcitation, PlannedNumber, PlannedPeak
 from tuner.documents.parts import LawNames

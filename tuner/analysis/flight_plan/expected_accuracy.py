@@ -36,7 +36,7 @@ class ExpectedAccuracy:
 
 
 class OutputPower(NamedTuple):
-    """Mean squares of an output and of its residual, in its axis's excitation and in hover."""
+    """Mean squares of an output and its residual: excited, and in hover."""
 
     excited: float = 1.0
     residual: float = 0.0
@@ -44,13 +44,13 @@ class OutputPower(NamedTuple):
     still_residual: float = 0.0
 
     def explained(self, length: float, rest: float) -> float:
-        """Return the share of the variance that the model explains after an excitation and a rest of so long [s]."""
+        """Return the explained share of the variance; excitation and rest [s]."""
         residual = length * self.residual + rest * self.still_residual
         return 1.0 - residual / max(length * self.excited + rest * self.still, 1e-300)
 
 
 def output_power(problem: Problem, truth: Array, excitation: Excitation) -> OutputPower:
-    """Return the power of an axis's output in a flight that begins with its excitation."""
+    """Return the power of an axis's output in a flight of its excitation."""
     windows, k = prediction_windows(problem, truth, held_out=False), OUTPUTS.index(excitation.axis)
     middle, measured = windows.time.mean(axis=1), windows.measured[..., k]
     residual = measured - windows.modeled[..., k]
@@ -91,7 +91,7 @@ def expected_accuracy(log: FlightLog, airframe: Airframe, space: ParameterSpace,
 
 
 def _untold(fit: Fit, is_free: NDArray[np.bool_]) -> dict[str, str]:
-    """Return the fitted parameters whose intervals do not shrink to half of their prior's, with the reason."""
+    """Return the fitted parameters with wide intervals, and the reason."""
     space = fit.space
     ratio = np.sqrt(np.diag(fit.covariance)) / space.initial_std
     wide = {

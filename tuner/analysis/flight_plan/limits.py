@@ -48,9 +48,10 @@ def shares_of_limits(flown: Flown, excitations: Sequence[Excitation], limits: Ma
 
 
 def reduce_amplitudes(excitations: Sequence[Excitation], shares: Sequence[float]) -> tuple[Excitation, ...]:
-    """Return excitations reduced by their excess, all by the margin where none exceeds.
+    """Return excitations reduced by their excess over limits.
 
-    shares: largest share of a limit that each takes; where none exceeds 1, a flight was lost, or the excess is of a pause.
+    shares: largest share of a limit that each takes; where none exceeds 1, a flight was lost or the excess is of a pause, and all
+    are weaker by the margin.
     """
     if max(shares) <= 1.0:
         return tuple(_by(entry, choosing.MARGIN) for entry in excitations)

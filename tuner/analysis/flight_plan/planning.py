@@ -21,8 +21,8 @@ from tuner.analysis.flight_plan.choosing import (
 from tuner.analysis.flight_plan.excitation import Excitation
 from tuner.analysis.flight_plan.expected_accuracy import ExpectedAccuracy, expected_accuracy
 from tuner.analysis.flight_plan.flying import FLIGHTS, Flown, SimulatedVehicle
+from tuner.analysis.flight_plan.informativeness import QUANTILE, check_is_informative
 from tuner.analysis.flight_plan.limits import peaks_of_hover, reduce_amplitudes, shares_of_limits
-from tuner.analysis.flight_plan.told import QUANTILE, check_is_informative
 from tuner.analysis.identification.identify import GIVEN, NARROWED, OF_OUTPUT, WEIGHED, Identified, identify_vehicle
 from tuner.analysis.identification.parameters import Parameter, ParameterSpace, space_of
 

@@ -35,7 +35,7 @@ def settings(excitations: Sequence[Excitation]) -> dict[str, int]:
 
 
 def files(excitations: Sequence[Excitation], simulated: SimulatedVehicle) -> Mapping[str, bytes]:
-    """Return the lines to paste into the command line, and the pilot's throttle steps in words."""
+    """Return the settings of the command line, and the pilot's throttle steps."""
     chirps = [entry for entry in excitations if entry.axis in AXES]
     lines = [f"set {name} = {value}" for name, value in settings(chirps).items()] if chirps else []
     made = {"chirp.txt": as_bytes([HEAD, *lines, "save"])} if chirps else {}

@@ -7,7 +7,7 @@ from plant.errors import InputError
 from plant.quadrotor.airframes import load
 from tuner.analysis.flight_plan.choosing import AccuracyTarget
 from tuner.analysis.flight_plan.document import verdict
-from tuner.analysis.flight_plan.told import check_is_informative
+from tuner.analysis.flight_plan.informativeness import check_is_informative
 from tuner.analysis.identification.parameters import space_of
 from tuner.documents.flight_plan import PlannedNumber
 

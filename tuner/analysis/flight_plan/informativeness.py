@@ -16,8 +16,8 @@ QUANTILE = 1.96
 """Of a 95 % interval, in standard deviations."""
 
 
-def is_told(space: ParameterSpace, deviations: Array) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the coordinates that a flight tells, as identification counts them.
+def is_identified(space: ParameterSpace, deviations: Array) -> NDArray[np.bool_]:
+    """Return a mask (n,) of the coordinates that a flight identifies.
 
     deviations (n,): standard deviations after the flight.
     """
@@ -25,7 +25,7 @@ def is_told(space: ParameterSpace, deviations: Array) -> NDArray[np.bool_]:
 
 
 def check_is_informative(is_named: bool, space: ParameterSpace, accuracy: AccuracyTarget, deviations: Array) -> None:
-    """Raise InputError for a flight that does not tell a named number, or none at all.
+    """Raise InputError for a flight uninformative of a named number, or all.
 
     Args:
         is_named: True where the numbers are named.
@@ -33,8 +33,8 @@ def check_is_informative(is_named: bool, space: ParameterSpace, accuracy: Accura
         accuracy: Numbers that are to be identified.
         deviations: Standard deviations (n,) after the flight.
     """
-    told = is_told(space, deviations)
-    untold = [int(k) for k in accuracy.places if not told[k]]
+    identified = is_identified(space, deviations)
+    untold = [int(k) for k in accuracy.places if not identified[k]]
     if not untold or (len(untold) < len(accuracy.places) and not is_named):
         return
     after, before = (half_widths(space, entry) for entry in (deviations, space.prior_std))
