@@ -50,7 +50,7 @@ class OutputPower(NamedTuple):
 
 
 def output_power(problem: Problem, truth: Array, excitation: Excitation) -> OutputPower:
-    """Return the power of an axis's output in a flight of its excitation."""
+    """Return the power of an output in a flight of its excitation."""
     windows, k = prediction_windows(problem, truth, held_out=False), OUTPUTS.index(excitation.axis)
     middle, measured = windows.time.mean(axis=1), windows.measured[..., k]
     residual = measured - windows.modeled[..., k]
