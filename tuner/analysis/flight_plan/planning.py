@@ -183,7 +183,7 @@ def accuracy_target(
     missed = [place for place in requested if not reached[place]]
     if missed or not reached.any():
         place = missed[0] if missed else int(np.argmin(np.where(is_identifiable, least / largest, np.inf)))
-        text = _out_of_reach(names[place], float(least[place] / largest[place]), request, longest)
+        text = out_of_reach(names[place], float(least[place] / largest[place]), request, longest)
         raise InputError(text, key="--numbers" if missed else "--within")
     places = np.array(requested or np.flatnonzero(is_identifiable).tolist())
     return AccuracyTarget(places, np.maximum(largest, NEARLY * least)[places])
@@ -199,22 +199,36 @@ def _largest(entry: Parameter, within: float, airframe: Airframe) -> float:
     return within * scales.get(entry.name, abs(entry.value)) / QUANTILE
 
 
-def _out_of_reach(name: str, excess: float, request: ExperimentSpec, selection: ExcitationSet) -> str:
+def out_of_reach(name: str, excess: float, request: ExperimentSpec, selection: ExcitationSet) -> str:
     """Return the reason for a missed target: the best accuracy, and the remedy."""
     if excess > 1.0 / request.within:
         return f"{name} hardly shows in such a flight; leave it out, or allow more (--tilt, --rate)"
     best = f"{name} comes to within {100.0 * excess * request.within:.1f} % at best, given {100.0 * request.within:g} %"
-    place = selection.space.names.index(name)
-    given, all_of_it = (
-        selection.covariance(dict.fromkeys(selection.trials, length))[place, place]
-        for length in (1e6 * choosing.LONGEST, choosing.LONGEST)
-    )
-    if given > FORGIVEN**2 * all_of_it:
+    shares = _given_shares(name, selection)
+    if sum(shares.values()) <= FORGIVEN**2:
+        return f"{best}; allow more (--tilt, --rate), or ask for less (--within)"
+    largest = max(shares, key=lambda entry: shares[entry])
+    if largest in WEIGHED:
         return (
             f"{best}, for the mass is known to {100.0 * request.mass:g} % and lengths to {100.0 * request.arm:g} %; weigh and "
             "measure better (--mass, --arm), or ask for less (--within)"
         )
-    return f"{best}; allow more (--tilt, --rate), or ask for less (--within)"
+    entry = selection.space.parameters[selection.space.names.index(largest)]
+    return (
+        f"{best}, for the {entry.meaning} is given to {100.0 * entry.deviation:g} % and not identified; ask for less (--within), "
+        "or for other numbers"
+    )
+
+
+def _given_shares(name: str, selection: ExcitationSet) -> dict[str, float]:
+    """Return the share of a variance due to each given parameter, after the longest flight."""
+    covariance = selection.covariance(dict.fromkeys(selection.trials, choosing.LONGEST))
+    names, place = selection.space.names, selection.space.names.index(name)
+    at = {given: names.index(given) for given in GIVEN}
+    return {
+        given: float(covariance[place, k] ** 2 / (covariance[k, k] * covariance[place, place]))
+        for given, k in at.items()
+    }
 
 
 def _iterate(
