@@ -45,7 +45,7 @@ EXCITATIONS = ExcitationTarget(
     files,
     (
         "excitation.csv holds set points in FLU: roll right, pitch down and yaw left are positive; height counts from hover.",
-        f"Amplitudes fall above {LAG_CORNER:g} Hz, to a tenth: of a level chirp, commands would grow with the frequency.",
+        f"Amplitudes fall above {LAG_CORNER:g} Hz, to 0.18 at 20 Hz: of a level chirp, commands would grow with the frequency.",
         "Send either yaw or its rate, and of height, climb and its acceleration what your vehicle takes.",
     ),
 )

@@ -15,7 +15,7 @@ ROTOR_RMS, ROTOR_PEAK = 6.0, 30.0
 
 Motors are sized by their RMS torque, for windings heat with the square of the current. The torque that accelerates a rotor is
 T times this acceleration of the one that hover takes, T = J w / Q, 0.10 to 0.15 s of five shipped airframes. So 6/s are 0.6 to
-0.9 of hover's torque and heat 1.4 to 1.8 times as much as hover; 30/s are some 4 times hover's torque, as full throttle takes.
+0.9 of hover's torque and heat 1.3 to 1.8 times as much as hover; 30/s are 3 to 4.5 times hover's torque, as full throttle takes.
 """
 STILL = 0.5
 """Share of a limit that air and noise alone may take."""
