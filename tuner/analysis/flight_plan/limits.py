@@ -13,7 +13,8 @@ HEIGHT, MOTORS = 1.0, 0.9
 ROTOR_RMS, ROTOR_PEAK = 6.0, 30.0
 """Limits of the acceleration of a rotor over its hover speed [1/s]: RMS over `flying.HEATING`, and peak.
 
-Motors are sized by their RMS torque, for windings heat with the square of the current. The torque that accelerates a rotor is
+Motors are sized by their RMS torque, for windings heat with the square of the current (D. Collins, Why RMS torque is important
+for motor sizing, linearmotiontips.com, 2015). The torque that accelerates a rotor is
 T times this acceleration of the one that hover takes, T = J w / Q, 0.10 to 0.15 s of five shipped airframes. So 6/s are 0.6 to
 0.9 of hover's torque and heat 1.3 to 1.8 times as much as hover; 30/s are 3 to 4.5 times hover's torque, as full throttle takes.
 """
