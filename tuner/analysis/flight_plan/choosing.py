@@ -36,8 +36,11 @@ SQUARE = Shape(dwell=0.0, fade_in=0.0, fade_out=0.0, cosine=True)
 """Shape of throttle steps."""
 TRIAL, STREAM = 8.0, "experiment"
 """Length of the excitations that bands are compared with [s]; name of the streams of their air."""
-LEAST, STEP, USUAL, LONGEST = 8.0, 2.0, 20.0, 60.0
-"""Shortest excitation, what it grows by, the longest where no number is named, and the longest of all [s]."""
+LEAST, STEP, USUAL, LONGEST = 12.0, 2.0, 20.0, 60.0
+"""Shortest excitation, what it grows by, the longest where no number is named, and the longest of all [s].
+
+The width of an interval comes from scores of blocks of 0.2 s: of 60 blocks it is right to 9 %, 1 / sqrt(2 n).
+"""
 MARGIN = 0.9
 """Share of a limit that excitations are made for."""
 LIFT = 5.0

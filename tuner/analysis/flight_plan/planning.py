@@ -21,7 +21,7 @@ from tuner.analysis.flight_plan.choosing import (
 from tuner.analysis.flight_plan.excitation import Excitation
 from tuner.analysis.flight_plan.expected_accuracy import ExpectedAccuracy, expected_accuracy
 from tuner.analysis.flight_plan.flying import FLIGHTS, Flown, SimulatedVehicle
-from tuner.analysis.flight_plan.informativeness import QUANTILE, check_is_informative
+from tuner.analysis.flight_plan.informativeness import QUANTILE, check_is_informative, is_identified
 from tuner.analysis.flight_plan.limits import peaks_of_hover, reduce_amplitudes, shares_of_limits
 from tuner.analysis.identification.identify import GIVEN, NARROWED, OF_OUTPUT, WEIGHED, Identified, identify_vehicle
 from tuner.analysis.identification.parameters import Parameter, ParameterSpace, space_of
@@ -121,15 +121,26 @@ def plan_experiment(
     )
     trials = {axis: choosing.candidate_excitations(task, axis) for axis in capabilities.quantities}
     accuracy = accuracy_target(task, request, trials)
-    selection = choosing.select_excitations(trials, space, accuracy, capabilities)
-    excitations, checked, expected = _iterate(
-        task, request, accuracy, selection.excitations(choosing.required_durations(selection, accuracy, capabilities))
-    )
+    excitations, checked, expected = _excite(task, request, accuracy, trials)
+    identified = is_identified(space, expected.deviations)[accuracy.places]
+    if not request.numbers and identified.any() and not identified.all():
+        # Numbers that it cannot tell would only lengthen the flight.
+        accuracy = AccuracyTarget(accuracy.places[identified], accuracy.deviations[identified])
+        excitations, checked, expected = _excite(task, request, accuracy, trials)
     check_is_informative(bool(request.numbers), space, accuracy, expected.deviations)
     on_progress("Identifying the vehicle from a simulated log of it.")
     log = simulated.alone.flown(excitations, f"{choosing.STREAM}/proof", 1).log(0, "simulated flight")
     proof = identify_vehicle([log], airframe, mass=request.mass, arm=request.arm)
     return Experiment(task, request, excitations, accuracy, checked, expected, proof)
+
+
+def _excite(
+    task: Task, request: ExperimentSpec, accuracy: AccuracyTarget, trials: Mapping[str, list[CandidateExcitation]]
+) -> tuple[tuple[Excitation, ...], Flown, ExpectedAccuracy]:
+    """Return the excitations for an accuracy, their checked flights and expected accuracy."""
+    selection = choosing.select_excitations(trials, task.space, accuracy, task.capabilities)
+    lengths = choosing.required_durations(selection, accuracy, task.capabilities)
+    return _iterate(task, request, accuracy, selection.excitations(lengths))
 
 
 def nominal_vehicle(simulated: SimulatedVehicle, space: ParameterSpace) -> SimulatedVehicle:
