@@ -232,7 +232,7 @@ def out_of_reach(name: str, excess: float, request: ExperimentSpec, selection: E
 
 
 def _given_shares(name: str, selection: ExcitationSet) -> dict[str, float]:
-    """Return the share of a variance due to each given parameter, after the longest flight."""
+    """Return the share of a variance that each given parameter causes."""
     covariance = selection.covariance(dict.fromkeys(selection.trials, choosing.LONGEST))
     names, place = selection.space.names, selection.space.names.index(name)
     at = {given: names.index(given) for given in GIVEN}
