@@ -277,12 +277,21 @@ def test_plans_keep_their_word_in_flight_after_flight():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", names())
 def test_every_airframe_obtains_widths_as_foreseen_or_is_refused(name):
-    """Of what a flight identifies, the median number has an interval 0.9 to 1.2 times as wide as foreseen."""
+    """Of what flights identify, the median number has an interval 0.9 to 1.2 times as wide as foreseen.
+
+    A width of one flight of 12 s an axis is right to 9 % only, so that each number has its median of three flights.
+    """
     if name == "paper-literal":
         with pytest.raises(UnphysicalError, match="no real airframe has these numbers"):
             tuner.plan_flight(name)
         return
-    document = tuner.plan_flight(name).document
-    rows = [row for row in document.numbers if row.target is not None and not row.reason]
-    assert len(rows) >= 6 and 0.9 <= np.median([row.obtained / row.foreseen for row in rows]) <= 1.2
-    assert all(row.peak <= row.limit for row in document.peaks if row.limit is not None)
+    plan = tuner.plan_flight(name)
+    made, rows = plan.made, plan.document.numbers
+    at = [k for k, row in enumerate(rows) if row.target is not None and not row.reason]
+    widths = [np.sqrt(np.diag(made.proof.fit.covariance))[at]]
+    for k in range(2):
+        log = made.task.simulated.alone.flown(made.excitations, f"flight {k}", 1).log(0, f"flight {k}")
+        widths.append(np.sqrt(np.diag(identify_vehicle([log], made.task.airframe).fit.covariance))[at])
+    ratios = np.median(widths, axis=0) / made.expected.deviations[at]
+    assert len(at) >= 6 and 0.9 <= np.median(ratios) <= 1.2
+    assert all(row.peak <= row.limit for row in plan.document.peaks if row.limit is not None)
