@@ -26,6 +26,7 @@ from tuner.api.gains import GainsLike, as_gains, default_gains
 from tuner.api.identifying import check_deviation, new_page
 from tuner.api.studies import StudyLike
 from tuner.documents.flight_plan import FlightPlanDocument
+from tuner.exchange.excitation_target import HALF_FIRST
 from tuner.exchange.excitations import USUAL, exciter
 from tuner.logs.csv_writing import MAPPING, csv_table
 from tuner.search.watcher import Watcher, compilation
@@ -134,6 +135,7 @@ def plan_flight(
 
     Raises:
         InputError: No flight tells what is asked for within the limits; or a name is unknown.
+        UnphysicalError: No vehicle has the numbers of the airframe.
         StoreError: The folder holds something already, or cannot be written.
 
     Examples:
@@ -152,7 +154,7 @@ def plan_flight(
     check_deviation(mass, "--mass")
     check_deviation(arm, "--arm")
     target, page = exciter(to), None if report is None else new_page(Path(report))
-    heard, prior = watcher or Watcher(), load(airframe, allow_unphysical=True)
+    heard, prior = watcher or Watcher(), load(airframe)
     check_names(numbers, space_of(prior.vehicle, []))
     request = ExperimentSpec(tuple(numbers), within, radians(tilt_deg), radians(rate_deg), mass, arm)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
@@ -162,8 +164,10 @@ def plan_flight(
             with compilation(heard):
                 simulated.flown([], "warm-up", 1)
         made = plan_experiment(simulated, prior, request, target.capabilities, heard.on_message)
-        files = target.files(made.excitations, simulated)
-        document = flight_plan_document(made, target.name, target.notes, [] if folder is None else sorted(files))
+        files = target.all_files(made.excitations, simulated)
+        document = flight_plan_document(
+            made, target.name, [*target.notes, HALF_FIRST], [] if folder is None else sorted(files)
+        )
         if folder is not None:
             log = {LOG: csv_table(made.proof.logs[0]).encode(), COLUMNS: MAPPING.encode()}
             folder.write_together({**files, **log})

@@ -51,7 +51,7 @@ def identify(
     """Estimate an airframe with 95 % intervals from flight logs.
 
     Formats: Crazyflie (SD card), PX4 (ULog), ArduPilot (.bin), Betaflight (decoded to CSV), CSV with a mapping. With --plan it
-    designs an identification flight for the target intervals, within limits of tilt and rate.
+    designs an identification flight for the target intervals, within limits of tilt, rate and the acceleration of rotors.
 
     Example: tuner identify log15 --airframe crazyflie-pybullet --out mine.toml --report mine.html
     """

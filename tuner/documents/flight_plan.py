@@ -12,7 +12,7 @@ class PlannedExcitation(DocumentPart):
     """An excitation of one axis: what of it is excited, amplitude in the unit, frequencies [Hz], begin and length [s]."""
 
     axis: Annotated[str, OneOf(("roll", "pitch", "yaw", "lift"))]
-    wave: Annotated[str, OneOf(("chirp", "doublets"))]
+    wave: Annotated[str, OneOf(("chirp", "doublets", "steps"))]
     quantity: Annotated[str, OneOf(("angle", "rate", "acceleration"))]
     unit: str
     amplitude: float

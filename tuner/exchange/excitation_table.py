@@ -6,7 +6,7 @@ import numpy as np
 
 from plant.references.spec import PITCH, ROLL, YAW, YAW_RATE
 from tuner.analysis.flight_plan.choosing import TargetCapabilities
-from tuner.analysis.flight_plan.excitation import WAVES, Excitation, references
+from tuner.analysis.flight_plan.excitation import LAG_CORNER, LEAD_CORNER, WAVES, Excitation, Shape, references
 from tuner.analysis.flight_plan.flying import SimulatedVehicle
 from tuner.exchange.excitation_target import ExcitationTarget
 
@@ -36,11 +36,16 @@ def files(excitations: Sequence[Excitation], simulated: SimulatedVehicle) -> Map
 
 EXCITATIONS = ExcitationTarget(
     "csv",
-    TargetCapabilities({"roll": "angle", "pitch": "angle", "yaw": "rate", "lift": "acceleration"}, waves=WAVES),
+    TargetCapabilities(
+        {"roll": "angle", "pitch": "angle", "yaw": "rate", "lift": "acceleration"},
+        waves=("chirp", "doublets"),
+        lift_waves=WAVES,
+        shape=Shape(lag=LAG_CORNER, lead=LEAD_CORNER),
+    ),
     files,
     (
         "excitation.csv holds set points in FLU: roll right, pitch down and yaw left are positive; height counts from hover.",
-        "Begin with half the amplitude: half of every angle, rate and height.",
+        f"Amplitudes fall above {LAG_CORNER:g} Hz, to 0.18 at 20 Hz: of a level chirp, commands would grow with the frequency.",
         "Send either yaw or its rate, and of height, climb and its acceleration what your vehicle takes.",
     ),
 )

@@ -8,7 +8,7 @@ import pytest
 from plant.quadrotor.airframes import load
 from tests.tuner.in_process import called
 from tests.tuner.logs.written import crazyflie, truth
-from tuner.analysis.flight_plan import planning
+from tuner.analysis.flight_plan import limits
 from tuner.text.errors import BROKEN, USER_ERROR
 
 LOG = Path(__file__).parents[1] / "logs" / "crazyflie" / "log15_70_to_85"
@@ -73,7 +73,7 @@ def test_a_check_that_fails_says_so_by_its_exit_code(tmp_path):
 
 
 def test_a_limit_without_an_option_is_not_to_be_raised(monkeypatch):
-    monkeypatch.setattr(planning, "MOTORS", 1e-4)
+    monkeypatch.setattr(limits, "MOTORS", 1e-4)
     _, _, message = called("identify", "--plan", "f450")
     assert "air and noise alone take the motors to" in message and "(--gains)" in message
     assert "raise" not in message and "allow more" not in message
@@ -108,6 +108,7 @@ def test_what_cannot_be_used_is_told_in_a_line(arguments, message):
         ([LOG], "give a log and --airframe, or --plan AIRFRAME"),
         (["--airframe", "f450"], "give a log and --airframe, or --plan AIRFRAME"),
         (["--plan", "f45"], "unknown airframe"),
+        (["--plan", "paper-literal"], "no real airframe has these numbers"),
         (["--plan", "f450", "--within", "much"], "give a share, 5% or 0.05"),
         (["--plan", "f450", "--within", "200%"], "allowed: 0.001 to 1"),
         (["--plan", "f450", "--tilt", "90"], "allowed: 1 to 60"),

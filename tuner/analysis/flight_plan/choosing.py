@@ -5,28 +5,42 @@ grow, axis by axis, where a second more is most informative, until the target is
 Identification, 1977, chapter 6).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import ceil, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plant.quadrotor.airframes import Airframe
-from tuner.analysis.flight_plan.excitation import Excitation, Shape
-from tuner.analysis.flight_plan.expected_accuracy import identifiable_parameters, information_of
+from tuner.analysis.flight_plan.excitation import Excitation, Shape, length_of
+from tuner.analysis.flight_plan.expected_accuracy import (
+    OutputPower,
+    identifiable_parameters,
+    information_of,
+    output_power,
+    problem_of,
+)
 from tuner.analysis.flight_plan.flying import FLIGHTS, SimulatedVehicle
 from tuner.analysis.identification.fit import cramer_rao_covariance
-from tuner.analysis.identification.identify import OF_OUTPUT
+from tuner.analysis.identification.identify import EXPLAINED, OF_OUTPUT
 from tuner.analysis.identification.parameters import ParameterSpace
 
 Array = NDArray[np.float64]
 
 BANDS = ((0.5, 4.0), (1.0, 6.0), (1.0, 12.0), (2.0, 20.0))
 """First and last frequencies that are tried [Hz]."""
+STEPS = ((0.5, 0.5), (1.0, 1.0))
+"""Frequencies of throttle steps that are tried [Hz]: a pilot keeps time with one or two steps a second."""
+SQUARE = Shape(dwell=0.0, fade_in=0.0, fade_out=0.0, cosine=True)
+"""Shape of throttle steps."""
 TRIAL, STREAM = 8.0, "experiment"
 """Length of the excitations that bands are compared with [s]; name of the streams of their air."""
-LEAST, STEP, USUAL, LONGEST = 8.0, 2.0, 20.0, 60.0
-"""Shortest excitation, what it grows by, the longest where no number is named, and the longest of all [s]."""
+LEAST, STEP, USUAL, LONGEST = 12.0, 2.0, 20.0, 60.0
+"""Shortest excitation, what it grows by, the longest where no number is named, and the longest of all [s].
+
+The width of an interval comes from scores of blocks of 0.2 s: of 60 blocks it is right to 9 %, 1 / sqrt(2 n).
+"""
 MARGIN = 0.9
 """Share of a limit that excitations are made for."""
 LIFT = 5.0
@@ -37,6 +51,10 @@ FIRST_TRY = {"angle": 0.1, "rate": 0.5, "acceleration": 2.0}
 """Amplitudes that are flown first [rad, rad/s, m/s2]."""
 RESOLUTION = {"angle": np.radians(0.1), "rate": np.radians(1.0), "acceleration": 0.05}
 """Steps of amplitudes [rad, rad/s, m/s2]: targets take no finer ones, and a pilot reads them."""
+SPARE = 0.05
+"""Spare share of an output's variance that is explained, above the least that identification believes."""
+LONGER = (1.5, 2.0, 3.0, 4.0, 6.0)
+"""Factors on a length that are tried beside the step: an output may count from some length on only."""
 ENOUGH = 0.1
 """Weight of intervals within their target, relative to those above it."""
 
@@ -48,13 +66,15 @@ class TargetCapabilities:
     Attributes:
         quantities: Axis -> excited quantity.
         waves: Waves of the target.
+        lift_waves: Waves of its lift.
         shape: Shape of its chirps.
-        alike: True if band and length are the same on all axes.
+        alike: True if band and length of all axes but the lift are the same.
         least: Lowest frequency [Hz].
     """
 
     quantities: Mapping[str, str]
     waves: tuple[str, ...] = ("chirp",)
+    lift_waves: tuple[str, ...] = ("chirp",)
     shape: Shape = Shape()
     alike: bool = False
     least: float = 0.0
@@ -62,7 +82,18 @@ class TargetCapabilities:
     @property
     def groups(self) -> list[tuple[str, ...]]:
         """Axes whose band and length are one choice."""
-        return [tuple(self.quantities)] if self.alike else [(axis,) for axis in self.quantities]
+        alike = tuple(axis for axis in self.quantities if self.alike and axis != "lift")
+        return [axes for axes in (alike, *[(axis,) for axis in self.quantities if axis not in alike]) if axes]
+
+    def shapes(self, axis: str) -> list[tuple[str, tuple[float, float], Shape]]:
+        """Return wave, band and shape of every possible excitation of an axis."""
+        waves = self.lift_waves if axis == "lift" else self.waves
+        bands = [band for band in BANDS if band[0] >= self.least]
+        return [
+            (wave, band, SQUARE if wave == "steps" else self.shape)
+            for wave in waves
+            for band in (STEPS if wave == "steps" else bands)
+        ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,10 +117,16 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class CandidateExcitation:
-    """An excitation at its largest amplitude, and its information per second (n, n)."""
+    """An excitation at its largest amplitude.
+
+    Attributes:
+        information (n, n): Per second.
+        power: Of the output of its axis.
+    """
 
     excitation: Excitation
     information: Array
+    power: OutputPower = OutputPower()
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +140,11 @@ class AccuracyTarget:
         """Return the standard deviations over the largest ones."""
         return np.sqrt(np.diag(covariance)[self.places]) / self.deviations
 
+    def score(self, covariance: Array) -> float:
+        """Return the mean log ratio of intervals to their targets; narrow ones count little."""
+        excess = np.log(self.excess(covariance))
+        return float(np.mean(np.where(excess > 0.0, excess, ENOUGH * excess)))
+
 
 @dataclass(frozen=True, eq=False)
 class ExcitationSet:
@@ -113,41 +155,42 @@ class ExcitationSet:
 
     def covariance(self, lengths: Mapping[str, float]) -> Array:
         """Return the covariance (n, n) after excitations of these lengths [s]: 0 leaves an axis unidentified."""
-        parts = (lengths[axis] * trial.information for axis, trial in self.trials.items())
-        still = {name for axis, names in OF_OUTPUT.items() if not lengths.get(axis) for name in names}
+        counted = [axis for axis in self.trials if self._counts(axis, lengths)]
+        parts = (lengths[axis] * self.trials[axis].information for axis in counted)
+        still = {name for axis, names in OF_OUTPUT.items() if axis not in counted for name in names}
         free = identifiable_parameters(self.space) & np.array([name not in still for name in self.space.names])
         return cramer_rao_covariance(self.space, sum(parts, np.zeros_like(self.space.covariance)), free)
 
-    def score(self, lengths: Mapping[str, float], accuracy: AccuracyTarget) -> float:
-        """Return the mean log ratio of intervals to their targets; narrow ones count little."""
-        excess = np.log(accuracy.excess(self.covariance(lengths)))
-        return float(np.mean(np.where(excess > 0.0, excess, ENOUGH * excess)))
+    def _counts(self, axis: str, lengths: Mapping[str, float]) -> bool:
+        """Return true where identification would believe the output of an axis."""
+        length = lengths.get(axis, 0.0)
+        rest = length_of(self.excitations(lengths)) - length
+        return length > 0.0 and self.trials[axis].power.explained(length, rest) >= EXPLAINED + SPARE
 
     def excitations(self, lengths: Mapping[str, float]) -> tuple[Excitation, ...]:
         """Return the excitations of every axis that has a length."""
         return tuple(
             replace(trial.excitation, duration=lengths[axis])
             for axis, trial in self.trials.items()
-            if lengths[axis] > 0.0
+            if lengths.get(axis, 0.0) > 0.0
         )
 
 
 def candidate_excitations(task: Task, axis: str) -> list[CandidateExcitation]:
     """Return a candidate of an axis for every available wave and band."""
-    capabilities, quantity = task.capabilities, task.capabilities.quantities[axis]
+    quantity = task.capabilities.quantities[axis]
     tried = [
-        Excitation(axis, quantity, FIRST_TRY[quantity], *band, TRIAL, wave, capabilities.shape)
-        for wave in capabilities.waves
-        for band in BANDS
-        if band[0] >= capabilities.least
+        Excitation(axis, quantity, FIRST_TRY[quantity], *band, TRIAL, wave, shape)
+        for wave, band, shape in task.capabilities.shapes(axis)
     ]
     return [_trial(task, maximize_amplitude(task, entry)) for entry in tried]
 
 
 def _trial(task: Task, excitation: Excitation) -> CandidateExcitation:
     log = task.simulated.alone.flown([excitation], STREAM, 1).log(0, STREAM)
-    information = information_of(log, task.airframe, task.space, task.truth, excitation.axis)
-    return CandidateExcitation(excitation, information / TRIAL)
+    problem = problem_of(log, task.airframe, task.space)
+    information = information_of(problem, task.truth, excitation.axis) / TRIAL
+    return CandidateExcitation(excitation, information, output_power(problem, task.truth, excitation))
 
 
 def maximize_amplitude(task: Task, excitation: Excitation) -> Excitation:
@@ -166,7 +209,8 @@ def maximize_amplitude(task: Task, excitation: Excitation) -> Excitation:
             excessive = min(excessive, amplitude)
         if 1.0 <= factor < CLOSE:
             break
-        goal = amplitude * float(np.clip(factor, 0.1, 10.0))
+        # Into the middle of the room that is left: an amplitude that comes from above meets the limit itself never.
+        goal = amplitude * float(np.clip(factor, 0.1, 10.0)) / sqrt(CLOSE)
         if not allowed < goal < excessive:
             goal = float(np.sqrt(max(allowed, 0.01 * excessive) * excessive))
         excitation = replace(excitation, amplitude=goal)
@@ -204,12 +248,13 @@ def select_excitations(
 ) -> ExcitationSet:
     """Return the most informative candidate of each axis for the target: by coordinate descent."""
     chosen = {axis: tried[len(tried) // 2] for axis, tried in trials.items()}
-    lengths = dict.fromkeys(chosen, TRIAL)
     for axes in capabilities.groups:
+        # Long enough for its output to count beside those of the others.
+        lengths = dict.fromkeys(chosen, TRIAL) | dict.fromkeys(axes, USUAL)
         options = [
             ExcitationSet(space, chosen | {axis: trials[axis][k] for axis in axes}) for k in range(len(trials[axes[0]]))
         ]
-        chosen = dict(min(options, key=lambda option: option.score(lengths, accuracy)).trials)
+        chosen = dict(min(options, key=lambda option: accuracy.score(option.covariance(lengths))).trials)
     return ExcitationSet(space, chosen)
 
 
@@ -222,14 +267,26 @@ def required_durations(
         groups = [group for group in capabilities.groups if lengths[group[0]] < LONGEST]
         if not groups:
             break
-        now = selection.score(lengths, accuracy)
-        gains = [_gain(selection, lengths, _longer(lengths, group), now, accuracy) for group in groups]
-        lengths = _longer(lengths, groups[int(np.argmax(gains))])
+        now = accuracy.score(selection.covariance(lengths))
+        # All axes together come last: an inertia needs the thrust, which another axis tells.
+        together = tuple(axis for group in groups for axis in group)
+        options = [longer for axes in (*groups, together) for longer in _longer(lengths, axes)]
+        gains = [_gain(selection, lengths, longer, now, accuracy) for longer in options]
+        if max(gains) <= 0.0:
+            # More data of one axis carries errors of given numbers along, which may outweigh what it tells.
+            break
+        lengths = options[int(np.argmax(gains))]
     return lengths
 
 
-def _longer(lengths: dict[str, float], group: tuple[str, ...]) -> dict[str, float]:
-    return lengths | {axis: lengths[axis] + STEP if lengths[axis] else LEAST for axis in group}
+def _longer(lengths: dict[str, float], axes: Sequence[str]) -> list[dict[str, float]]:
+    """Return the lengths with longer excitations of some axes: by a step, and by factors."""
+    shortest = [lengths | {axis: lengths[axis] + STEP if lengths[axis] else LEAST for axis in axes}]
+    factored = [
+        lengths | {axis: min(STEP * ceil(factor * max(lengths[axis], LEAST) / STEP), LONGEST) for axis in axes}
+        for factor in LONGER
+    ]
+    return shortest + factored
 
 
 def _gain(
@@ -240,4 +297,4 @@ def _gain(
     accuracy: AccuracyTarget,
 ) -> float:
     """Return the improvement of the score per second."""
-    return (now - selection.score(longer, accuracy)) / (sum(longer.values()) - sum(lengths.values()))
+    return (now - accuracy.score(selection.covariance(longer))) / (sum(longer.values()) - sum(lengths.values()))

@@ -5,8 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from tuner.analysis.flight_plan.excitation import UNITS, Excitation, begins, length_of
-from tuner.analysis.flight_plan.flying import FLIGHTS
-from tuner.analysis.flight_plan.planning import NEARLY, Experiment, half_widths, is_informative
+from tuner.analysis.flight_plan.flying import FLIGHTS, HEATING
+from tuner.analysis.flight_plan.informativeness import half_widths
+from tuner.analysis.flight_plan.planning import NEARLY, Experiment
+from tuner.analysis.identification.identify import GIVEN
 from tuner.documents.flight_plan import FlightPlanDocument, PlannedExcitation, PlannedNumber, PlannedPeak
 from tuner.documents.parts import LawNames
 from tuner.text.numbers import per_cent
@@ -17,6 +19,8 @@ PEAKS = {
     "rate": ("largest body rate", "rad/s"),
     "height": ("off the hover height", "m"),
     "motors": ("motors, of the way from hover to idle or full", "1"),
+    "rotor_rms": (f"acceleration of a rotor over its hover speed, RMS over {HEATING:g} s", "1/s"),
+    "rotor_peak": ("acceleration of a rotor over its hover speed", "1/s"),
     "drift": ("drift over ground, with nobody holding against it", "m"),
 }
 """Name of a peak -> meaning, unit."""
@@ -41,7 +45,7 @@ def flight_plan_document(
         peaks=peaks_of(made),
         notes=list(notes),
         files=list(files),
-        verdict=verdict(rows),
+        verdict=verdict(rows, is_named=bool(made.request.numbers)),
     )
 
 
@@ -110,23 +114,31 @@ def width_text(row: PlannedNumber, width: float) -> str:
     return f"{row.name} ({row.foreseen / width:.2g} times)"
 
 
-def verdict(rows: Sequence[PlannedNumber]) -> str:
-    """Return sentences on the expected accuracy, missed targets, and a simulated identification."""
+def verdict(rows: Sequence[PlannedNumber], is_named: bool = False) -> str:
+    """Return sentences on the expected accuracy, missed targets, and a simulated identification.
+
+    is_named: true where the numbers to be known are named, so that nothing is said of others.
+    """
     targets = [(row, row.target) for row in rows if row.target is not None]
-    missed = [(row, width) for row, width in targets if row.foreseen > width]
-    sentences = [f"The flight is to tell {counted(len(targets) - len(missed), 'number')} as narrowly as asked."]
-    untold = [row for row, _ in missed if not is_informative(row.foreseen, row.before)]
-    near = [row.name for row, width in missed if row not in untold and row.foreseen <= NEARLY * width]
+    missed = [(row, width) for row, width in targets if row.foreseen > width and not row.reason]
+    reached = sum(1 for row, width in targets if row.foreseen <= width and not row.reason)
+    sentences = [f"The flight is to tell {counted(reached, 'number')} as narrowly as asked."]
+    judged = [row for row in rows if row.target is not None or not is_named]
+    untold = [row for row in judged if row.reason and row.name not in GIVEN]
+    near = [row.name for row, width in missed if row.foreseen <= NEARLY * width]
     if near:
         sentences.append(f"A little wider than asked: {listing(near)}.")
-    wide = [width_text(row, width) for row, width in missed if row not in untold and row.name not in near]
+    wide = [width_text(row, width) for row, width in missed if row.name not in near]
     if wide:
         sentences.append(f"Wider than asked: {listing(wide)}.")
     if untold:
-        names = listing([row.name for row in untold])
+        names, interval = (
+            listing([row.name for row in untold]),
+            "its interval" if len(untold) == 1 else "their intervals",
+        )
         sentences.append(
-            f"It tells nothing of {names}: their intervals stay as wide as before. Allow more (--tilt, --rate), measure them on "
-            "a test stand, or ask for the others alone (--numbers)."
+            f"It does not tell {names}: {interval} would not shrink to half. Allow more (--tilt, --rate), measure on a test "
+            "stand, or ask for the others alone (--numbers)."
         )
     ratio = float(np.median([row.obtained / row.foreseen for row, _ in targets]))
     sentences.append(

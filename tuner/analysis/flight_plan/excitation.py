@@ -1,11 +1,11 @@
 """Excitations of single axes, and the reference of their flight.
 
-A chirp dwells at its first frequency, then sweeps exponentially to its last; doublets are the signs of a chirp. Exponential
-sweeps are what ArduPilot's SYSTEMID mode and Betaflight's CHIRP mode fly.
+A chirp dwells at its first frequency, then sweeps exponentially to its last; doublets are the signs of a chirp, throttle steps
+those of a sine. Exponential sweeps are what ArduPilot's SYSTEMID mode and Betaflight's CHIRP mode fly.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -18,19 +18,38 @@ Array = NDArray[np.float64]
 AXES = ("roll", "pitch", "yaw", "lift")
 UNITS = {"angle": "rad", "rate": "rad/s", "acceleration": "m/s2"}
 """Excited quantity -> unit of its amplitude."""
-WAVES = ("chirp", "doublets")
+WAVES = ("chirp", "doublets", "steps")
 LEAD, PAUSE, TAIL = 3.0, 2.0, 2.0
 """Hover before the first excitation, between two, and after the last [s]."""
+LAG_CORNER, LEAD_CORNER = 3.0, 30.0
+"""Corners of the filter that lowers amplitudes at high frequencies [Hz].
+
+They are those of Betaflight's chirp (`chirp_lag_freq_hz`, `chirp_lead_freq_hz`): up to some 30 Hz a rate loop differentiates its
+set point, so that commands of a level chirp grow with the frequency (betaflight/betaflight, pull request 13105).
+"""
 _ANGLES = {"roll": ROLL, "pitch": PITCH, "yaw": YAW}
 
 
 class Shape(NamedTuple):
-    """Beginning and end of a chirp: periods at the first frequency, fades [s], and whether it begins at its top."""
+    """Envelope of an excitation.
+
+    Attributes:
+        dwell: Periods at the first frequency.
+        fade_in, fade_out: Fades [s].
+        cosine: True if it begins at its top.
+        lag, lead: Corners [Hz] of a lag-lead filter, between which the amplitude falls with the frequency; equal for none.
+    """
 
     dwell: float = 2.0
     fade_in: float = 1.0
     fade_out: float = 0.5
     cosine: bool = False
+    lag: float = 1.0
+    lead: float = 1.0
+
+    def share(self, frequency: Array) -> Array:
+        """Return the share of the amplitude at frequencies (n,) [Hz]."""
+        return np.sqrt((1.0 + (frequency / self.lead) ** 2) / (1.0 + (frequency / self.lag) ** 2))
 
 
 @dataclass(frozen=True)
@@ -56,11 +75,10 @@ class Excitation:
     shape: Shape = Shape()
 
     def values(self, time: Array) -> Array:
-        """Return the excitation at times from its begin (n,) [s]; zero outside."""
-        phase = self._phase(time)
-        wave = np.cos(phase) if self.shape.cosine else np.sin(phase)
-        wave = np.copysign(1.0, wave) if self.wave == "doublets" else wave
-        return self.amplitude * self.envelope(time) * wave
+        """Return the excitation at two or more times from its begin (n,) [s]; zero outside."""
+        phase = self._phase(time) + (0.5 * np.pi if self.shape.cosine else 0.0)
+        wave = np.sin(phase) if self.wave == "chirp" else _mean_sign(phase)
+        return self.amplitude * self.envelope(time) * self.shape.share(self._frequency(time)) * wave
 
     @property
     def angle(self) -> float:
@@ -72,12 +90,35 @@ class Excitation:
         inside = (time >= 0.0) & (time <= self.duration)
         return inside * _faded(time, self.shape.fade_in) * _faded(self.duration - time, self.shape.fade_out)
 
+    def _frequency(self, time: Array) -> Array:
+        """Return the frequency (n,) [Hz]."""
+        dwell = self.shape.dwell / self.first
+        sweep = self.duration - dwell
+        return self.first * (self.last / self.first) ** (np.clip(time - dwell, 0.0, sweep) / sweep)
+
     def _phase(self, time: Array) -> Array:
         begin = 2.0 * np.pi * self.first
         dwell = self.shape.dwell / self.first
         sweep, growth = self.duration - dwell, np.log(self.last / self.first)
         late = np.clip(time - dwell, 0.0, sweep)
-        return np.where(time < dwell, begin * (time - dwell), begin * sweep / growth * np.expm1(growth * late / sweep))
+        swept = late if self.first == self.last else sweep / growth * np.expm1(growth * late / sweep)
+        return np.where(time < dwell, begin * (time - dwell), begin * swept)
+
+
+def _mean_sign(phase: Array) -> Array:
+    """Return the mean sign (n,) of the sine over each sample.
+
+    Signs at the samples themselves would be late by up to a sample, and the climb that is their integral would wander.
+    """
+    middle = 0.5 * (phase[1:] + phase[:-1])
+    edges = np.concatenate([[2.0 * phase[0] - middle[0]], middle, [2.0 * phase[-1] - middle[-1]]])
+    width, area = np.diff(edges), np.diff(np.arccos(np.cos(edges)))
+    return np.divide(area, width, out=np.copysign(1.0, np.sin(phase)), where=width > 0.0)
+
+
+def halved(excitations: Sequence[Excitation]) -> list[Excitation]:
+    """Return the excitations with half the amplitude."""
+    return [replace(entry, amplitude=0.5 * entry.amplitude) for entry in excitations]
 
 
 def _faded(time: Array, fade: float) -> Array:

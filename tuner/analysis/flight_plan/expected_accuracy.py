@@ -5,11 +5,13 @@ The flight is simulated; sensitivities, noise model and the rules by which a num
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from plant.quadrotor.airframes import Airframe
+from tuner.analysis.flight_plan.excitation import LEAD, Excitation
 from tuner.analysis.identification import identify
 from tuner.analysis.identification.fit import Fit, Problem, expected_fit
 from tuner.analysis.identification.parameters import ParameterSpace
@@ -33,19 +35,43 @@ class ExpectedAccuracy:
         return np.sqrt(np.diag(self.fit.covariance))
 
 
+class OutputPower(NamedTuple):
+    """Mean squares of an output and its residual: excited, and in hover."""
+
+    excited: float = 1.0
+    residual: float = 0.0
+    still: float = 0.0
+    still_residual: float = 0.0
+
+    def explained(self, length: float, rest: float) -> float:
+        """Return the explained share of the variance; excitation and rest [s]."""
+        residual = length * self.residual + rest * self.still_residual
+        return 1.0 - residual / max(length * self.excited + rest * self.still, 1e-300)
+
+
+def output_power(problem: Problem, truth: Array, excitation: Excitation) -> OutputPower:
+    """Return the power of an output in a flight of its excitation."""
+    windows, k = prediction_windows(problem, truth, held_out=False), OUTPUTS.index(excitation.axis)
+    middle, measured = windows.time.mean(axis=1), windows.measured[..., k]
+    residual = measured - windows.modeled[..., k]
+    inside = (middle >= LEAD) & (middle <= LEAD + excitation.duration)
+    powers = [float(np.mean(series[part] ** 2)) for part in (inside, ~inside) for series in (measured, residual)]
+    return OutputPower(*powers)
+
+
 def problem_of(log: FlightLog, airframe: Airframe, space: ParameterSpace) -> Problem:
     """Return the identification problem of a log."""
     samples = identify.resample_segments([identify.longest_flight(log, airframe)])
     return Problem(space, airframe.vehicle, samples, tuple(np.ones(len(part.time)) for part in samples))
 
 
-def information_of(log: FlightLog, airframe: Airframe, space: ParameterSpace, truth: Array, axis: str) -> Array:
+def information_of(problem: Problem, truth: Array, axis: str) -> Array:
     """Return the Fisher information (n, n) of a simulated flight that excites one axis.
 
     Only this output counts: identification believes no output that hardly moves.
     """
-    problem = replace(problem_of(log, airframe, space), outputs=tuple(name == axis for name in OUTPUTS))
-    return expected_fit(problem, truth, identifiable_parameters(space)).information
+    problem = replace(problem, outputs=tuple(name == axis for name in OUTPUTS))
+    return expected_fit(problem, truth, identifiable_parameters(problem.space)).information
 
 
 def identifiable_parameters(space: ParameterSpace) -> NDArray[np.bool_]:
@@ -57,7 +83,20 @@ def expected_accuracy(log: FlightLog, airframe: Airframe, space: ParameterSpace,
     """Return the expected accuracy of identification from a simulated flight."""
     problem, is_free = problem_of(log, airframe, space), identifiable_parameters(space)
     first = expected_fit(problem, truth, is_free)
-    reasons = identify.unidentifiable(first, prediction_windows(problem, truth, held_out=False))
+    windows = prediction_windows(problem, truth, held_out=False)
+    reasons = identify.unidentifiable(first, windows) | identify.impossible(first, airframe.vehicle)
     is_free &= np.array([name not in reasons for name in space.names])
     fit = expected_fit(identify.counted_outputs(problem, reasons), truth, is_free)
-    return ExpectedAccuracy(fit, reasons | identify.wider_than_prior(fit, is_free))
+    return ExpectedAccuracy(fit, reasons | _untold(fit, is_free))
+
+
+def _untold(fit: Fit, is_free: NDArray[np.bool_]) -> dict[str, str]:
+    """Return the fitted parameters with wide intervals, and the reason."""
+    space = fit.space
+    ratio = np.sqrt(np.diag(fit.covariance)) / space.initial_std
+    wide = {
+        name: f"its interval shrinks to {100.0 * ratio[k]:.0f} % of the prior's only"
+        for k, name in enumerate(space.names[: space.physical])
+        if is_free[k] and ratio[k] > identify.NARROWED
+    }
+    return wide | identify.wider_than_prior(fit, is_free)

@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 
 ACCELEROMETER = 0.4
 """RMS of the noise of an accelerometer on a vehicle in flight [m/s2], of vibration above all."""
+HEATING = 5.0
+"""Time over which the torque of a motor is averaged [s]: windings of small motors warm within some seconds."""
 FLIGHTS = 16
 """Flights that limits are checked in."""
 
@@ -95,23 +97,44 @@ class Flown:
         thrust = self.trace[..., 21:25]
         return np.sqrt(np.maximum(thrust, 0.0) / vehicle.thrust_coefficient) / vehicle.speed_max
 
-    @property
+    @cached_property
+    def rotor_acceleration(self) -> Array:
+        """Acceleration of the rotors over their hover speed (flights, instants less one, 4) [1/s]."""
+        nominal = self.simulated.system.nominal
+        hover = np.sqrt(nominal.hover / nominal.vehicle.thrust_coefficient)
+        return np.diff(self.trace[..., rows(Body, "rotor_speed")], axis=1) / (self._period * hover)
+
+    @cached_property
     def peaks(self) -> dict[str, float]:
-        """Peaks over the flights.
+        """Peaks over the flights; see `peaks_between`."""
+        return self.peaks_between(0.0, np.inf)
+
+    def peaks_between(self, begin: float, end: float) -> dict[str, float]:
+        """Return the peaks over a part of the flights [s].
 
         tilt [rad], rate [rad/s]; height [m]: off the hover; motors: share of the way from hover to idle or to full command;
+        rotor_rms, rotor_peak [1/s]: acceleration of a rotor over its hover speed, RMS over `HEATING`, and largest;
         drift [m]: without a pilot or a position loop.
         """
-        position = self.trace[..., rows(Body, "position")]
+        count = self.trace.shape[1]
+        part = slice(int(begin / self._period), int(min(np.ceil(end / self._period), count)))
+        position = self.trace[:, part, rows(Body, "position")]
+        acceleration = self.rotor_acceleration[:, part]
         return {
-            "tilt": float(self.tilt.max()),
-            "rate": float(np.abs(self.rates).max()),
+            "tilt": float(self.tilt[:, part].max()),
+            "rate": float(np.abs(self.rates[:, part]).max()),
             "height": float(np.abs(position[..., 2]).max()),
-            "motors": float(self._reserve_used.max()),
+            "motors": float(self._reserve_used[:, part].max()),
+            "rotor_rms": largest_rms(acceleration, round(HEATING / self._period)),
+            "rotor_peak": float(np.abs(acceleration).max()),
             "drift": float(np.hypot(position[..., 0], position[..., 1]).max()),
         }
 
     @property
+    def _period(self) -> float:
+        return self.simulated.system.timing.control_period
+
+    @cached_property
     def _reserve_used(self) -> Array:
         nominal = self.simulated.system.nominal
         hover = np.sqrt(nominal.hover / nominal.thrust_max)
@@ -122,7 +145,7 @@ class Flown:
 
         Of rotors, frame and low-pass in the path of the gyro the log knows nothing.
         """
-        period = self.simulated.system.timing.control_period
+        period = self._period
         body, noise = self.trace[flight, :, : size(Body)], self._noise(flight)
         lift = self.lift(flight) + ACCELEROMETER * self._draw(name, flight).standard_normal(len(body))
         acceleration = np.column_stack([np.zeros((len(body), 2)), lift])
@@ -151,6 +174,15 @@ class Flown:
         air = pack(Disturbance, _pad(inputs.disturbances, size(Disturbance)).T)
         moved = bind(body_rate)(body, speed, air, dynamics).velocity
         return bind(to_body)(body.attitude, Vec3(moved.x, moved.y, moved.z + dynamics.gravity)).z
+
+
+def largest_rms(series: Array, width: int) -> float:
+    """Return the largest RMS over windows of a width, of all series (flights, instants, rotors)."""
+    width = min(width, series.shape[1])
+    sums = np.cumsum(series**2, axis=1)
+    windows = sums[:, width - 1 :].copy()
+    windows[:, 1:] -= sums[:, :-width]
+    return float(np.sqrt(windows.max() / width))
 
 
 def _pad(columns: Array, width: int) -> Array:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from plant.errors import InputError, check_name
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.vehicle import late_periods
-from tuner.analysis.flight_plan import choosing
+from tuner.analysis.flight_plan import choosing, limits
 from tuner.analysis.flight_plan.choosing import (
     AccuracyTarget,
     CandidateExcitation,
@@ -21,25 +21,17 @@ from tuner.analysis.flight_plan.choosing import (
 from tuner.analysis.flight_plan.excitation import Excitation
 from tuner.analysis.flight_plan.expected_accuracy import ExpectedAccuracy, expected_accuracy
 from tuner.analysis.flight_plan.flying import FLIGHTS, Flown, SimulatedVehicle
+from tuner.analysis.flight_plan.informativeness import QUANTILE, check_is_informative, is_identified
+from tuner.analysis.flight_plan.limits import peaks_of_hover, reduce_amplitudes, shares_of_limits
 from tuner.analysis.identification.identify import GIVEN, NARROWED, OF_OUTPUT, WEIGHED, Identified, identify_vehicle
 from tuner.analysis.identification.parameters import Parameter, ParameterSpace, space_of
 
 Array = NDArray[np.float64]
 
-QUANTILE = 1.96
-"""Of a 95 % interval, in standard deviations."""
-HEIGHT, MOTORS = 1.0, 0.9
-"""Largest excursion of the height [m], and share of the way from hover to idle or full command that motors may go."""
-MOVED = {"tilt": ("roll", "pitch"), "rate": ("roll", "pitch", "yaw"), "height": ("lift",), "motors": tuple(OF_OUTPUT)}
-"""Axes whose excitation moves what has a limit."""
-ROUNDS, GROWTH = 8, 1.3
-"""Times that a flight is simulated and corrected, and the least growth of its excitations."""
-STILL = 0.5
-"""Share of a limit that air and noise alone may take."""
+ROUNDS, PATIENCE, GROWTH = 8, 2, 1.3
+"""Times that a flight is simulated and corrected, those without a better one that end it, and the least growth of excitations."""
 NEARLY = 1.25
 """Room that is left to the narrowest interval where nobody asks for a number that stays wider than the others may."""
-TELLING = 0.9
-"""Half-width after a flight over that before it, above which the flight tells nothing."""
 FORGIVEN = 0.8
 """Share of an interval that is left by what is weighed and measured beyond which a longer flight is no advice."""
 
@@ -67,7 +59,14 @@ class ExperimentSpec:
     @property
     def limits(self) -> dict[str, float]:
         """Limits by the names of `Flown.peaks`."""
-        return {"tilt": self.tilt, "rate": self.rate, "height": HEIGHT, "motors": MOTORS}
+        return {
+            "tilt": self.tilt,
+            "rate": self.rate,
+            "height": limits.HEIGHT,
+            "motors": limits.MOTORS,
+            "rotor_rms": limits.ROTOR_RMS,
+            "rotor_peak": limits.ROTOR_PEAK,
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,43 +107,40 @@ def plan_experiment(
     InputError where no flight can reach the accuracy, or where the limits leave no room for one; on_progress: called with texts.
     """
     space = space_of(airframe.vehicle, ["1"], request.mass, request.arm)
-    limits = {name: choosing.MARGIN * limit for name, limit in request.limits.items()}
+    allowed = {name: choosing.MARGIN * limit for name, limit in request.limits.items()}
     on_progress("Planning an experiment; this takes half a minute.")
     simulated = nominal_vehicle(simulated, space)
     task = Task(
-        simulated, airframe, space, truth_of(space, simulated), capabilities, limits, _still(simulated, request.limits)
+        simulated,
+        airframe,
+        space,
+        truth_of(space, simulated),
+        capabilities,
+        allowed,
+        peaks_of_hover(simulated, request.limits),
     )
     trials = {axis: choosing.candidate_excitations(task, axis) for axis in capabilities.quantities}
     accuracy = accuracy_target(task, request, trials)
-    selection = choosing.select_excitations(trials, space, accuracy, capabilities)
-    excitations, checked, expected = _iterate(
-        task, request, accuracy, selection.excitations(choosing.required_durations(selection, accuracy, capabilities))
-    )
-    check_is_informative(request, space, accuracy, expected)
+    excitations, checked, expected = _excite(task, request, accuracy, trials)
+    identified = is_identified(space, expected.deviations)[accuracy.places]
+    if not request.numbers and identified.any() and not identified.all():
+        # Numbers that it cannot tell would only lengthen the flight.
+        accuracy = AccuracyTarget(accuracy.places[identified], accuracy.deviations[identified])
+        excitations, checked, expected = _excite(task, request, accuracy, trials)
+    check_is_informative(bool(request.numbers), space, accuracy, expected.deviations)
     on_progress("Identifying the vehicle from a simulated log of it.")
     log = simulated.alone.flown(excitations, f"{choosing.STREAM}/proof", 1).log(0, "simulated flight")
     proof = identify_vehicle([log], airframe, mass=request.mass, arm=request.arm)
     return Experiment(task, request, excitations, accuracy, checked, expected, proof)
 
 
-def is_informative(after: float, before: float) -> bool:
-    """Return true where a flight narrows an interval: half-widths after and before it."""
-    return after < TELLING * before
-
-
-def check_is_informative(
-    request: ExperimentSpec, space: ParameterSpace, accuracy: AccuracyTarget, expected: ExpectedAccuracy
-) -> None:
-    """Raise InputError for a plan uninformative of a named parameter, or all."""
-    after, before = (half_widths(space, deviations) for deviations in (expected.deviations, space.prior_std))
-    untold = [space.names[k] for k in accuracy.places if not is_informative(float(after[k]), float(before[k]))]
-    if not untold or (len(untold) < len(accuracy.places) and not request.numbers):
-        return
-    raise InputError(
-        f"no flight within these limits tells of {', '.join(untold)}: intervals would be as wide after it as before; allow more "
-        "(--tilt, --rate), give gains that follow faster (--gains), or measure them on a test stand",
-        key="--numbers" if request.numbers else "--within",
-    )
+def _excite(
+    task: Task, request: ExperimentSpec, accuracy: AccuracyTarget, trials: Mapping[str, list[CandidateExcitation]]
+) -> tuple[tuple[Excitation, ...], Flown, ExpectedAccuracy]:
+    """Return the excitations for an accuracy, their checked flights and expected accuracy."""
+    selection = choosing.select_excitations(trials, task.space, accuracy, task.capabilities)
+    lengths = choosing.required_durations(selection, accuracy, task.capabilities)
+    return _iterate(task, request, accuracy, selection.excitations(lengths))
 
 
 def nominal_vehicle(simulated: SimulatedVehicle, space: ParameterSpace) -> SimulatedVehicle:
@@ -163,12 +159,6 @@ def truth_of(space: ParameterSpace, simulated: SimulatedVehicle) -> Array:
     period, point = simulated.system.timing.control_period, space.center
     point[space.names.index("dead_time")] = period * late_periods(simulated.system.vehicle, period)
     return point
-
-
-def half_widths(space: ParameterSpace, deviations: Array) -> Array:
-    """Return the half-widths of 95 % intervals (n,): relative for positive parameters, else in their units."""
-    positive = np.array([entry.positive for entry in space.parameters])
-    return np.where(positive, np.expm1(QUANTILE * deviations), QUANTILE * deviations)
 
 
 def check_names(numbers: Sequence[str], space: ParameterSpace) -> None:
@@ -204,7 +194,7 @@ def accuracy_target(
     missed = [place for place in requested if not reached[place]]
     if missed or not reached.any():
         place = missed[0] if missed else int(np.argmin(np.where(is_identifiable, least / largest, np.inf)))
-        text = _out_of_reach(names[place], float(least[place] / largest[place]), request, longest)
+        text = out_of_reach(names[place], float(least[place] / largest[place]), request, longest)
         raise InputError(text, key="--numbers" if missed else "--within")
     places = np.array(requested or np.flatnonzero(is_identifiable).tolist())
     return AccuracyTarget(places, np.maximum(largest, NEARLY * least)[places])
@@ -220,38 +210,36 @@ def _largest(entry: Parameter, within: float, airframe: Airframe) -> float:
     return within * scales.get(entry.name, abs(entry.value)) / QUANTILE
 
 
-def _out_of_reach(name: str, excess: float, request: ExperimentSpec, selection: ExcitationSet) -> str:
+def out_of_reach(name: str, excess: float, request: ExperimentSpec, selection: ExcitationSet) -> str:
     """Return the reason for a missed target: the best accuracy, and the remedy."""
     if excess > 1.0 / request.within:
         return f"{name} hardly shows in such a flight; leave it out, or allow more (--tilt, --rate)"
     best = f"{name} comes to within {100.0 * excess * request.within:.1f} % at best, given {100.0 * request.within:g} %"
-    place = selection.space.names.index(name)
-    given, all_of_it = (
-        selection.covariance(dict.fromkeys(selection.trials, length))[place, place]
-        for length in (1e6 * choosing.LONGEST, choosing.LONGEST)
-    )
-    if given > FORGIVEN**2 * all_of_it:
+    shares = _given_shares(name, selection)
+    if sum(shares.values()) <= FORGIVEN**2:
+        return f"{best}; allow more (--tilt, --rate), or ask for less (--within)"
+    largest = max(shares, key=lambda entry: shares[entry])
+    if largest in WEIGHED:
         return (
             f"{best}, for the mass is known to {100.0 * request.mass:g} % and lengths to {100.0 * request.arm:g} %; weigh and "
             "measure better (--mass, --arm), or ask for less (--within)"
         )
-    return f"{best}; allow more (--tilt, --rate), or ask for less (--within)"
+    entry = selection.space.parameters[selection.space.names.index(largest)]
+    return (
+        f"{best}, for the {entry.meaning} is given to {100.0 * entry.deviation:g} % and not identified; ask for less (--within), "
+        "or for other numbers"
+    )
 
 
-def _still(simulated: SimulatedVehicle, limits: Mapping[str, float]) -> dict[str, float]:
-    """Return the peaks of flights without excitation; InputError where these leave no room for one."""
-    flown = simulated.flown([], choosing.STREAM, FLIGHTS)
-    peaks = flown.peaks
-    name, limit = max(limits.items(), key=lambda entry: peaks[entry[0]] / entry[1])
-    if peaks[name] > STILL * limit or not flown.completed:
-        has_option = name in ("tilt", "rate")
-        raise InputError(
-            f"air and noise alone take the {name} to {100.0 * peaks[name] / limit:.0f} % of the limit, and more than "
-            f"{100.0 * STILL:.0f} % leave no room for an experiment; {f'allow more (--{name}), or ' if has_option else ''}give "
-            "gains that fly the vehicle well (--gains)",
-            key=f"--{name}" if has_option else "--gains",
-        )
-    return peaks
+def _given_shares(name: str, selection: ExcitationSet) -> dict[str, float]:
+    """Return the share of a variance that each given parameter causes."""
+    covariance = selection.covariance(dict.fromkeys(selection.trials, choosing.LONGEST))
+    names, place = selection.space.names, selection.space.names.index(name)
+    at = {given: names.index(given) for given in GIVEN}
+    return {
+        given: float(covariance[place, k] ** 2 / (covariance[k, k] * covariance[place, place]))
+        for given, k in at.items()
+    }
 
 
 def _iterate(
@@ -259,41 +247,30 @@ def _iterate(
 ) -> tuple[tuple[Excitation, ...], Flown, ExpectedAccuracy]:
     """Return excitations within limits and target, their checked flights and expected accuracy.
 
-    The last iteration may still miss the target by a little. InputError where none meets the limits.
+    They are the most informative ones that met the limits, and may still miss the target. InputError where none meets them.
     """
-    accepted = None
+    best, least, behind = None, np.inf, 0
     for _ in range(ROUNDS):
         checked = task.simulated.flown(excitations, f"{choosing.STREAM}/check", FLIGHTS)
-        shares = {name: checked.peaks[name] / limit for name, limit in request.limits.items()}
-        if max(shares.values()) > 1.0 or not checked.completed:
+        shares = shares_of_limits(checked, excitations, request.limits)
+        if max(checked.peaks[name] / limit for name, limit in request.limits.items()) > 1.0 or not checked.completed:
             excitations = reduce_amplitudes(excitations, shares)
             continue
         log = task.simulated.alone.flown(excitations, f"{choosing.STREAM}/check", 1).log(0, choosing.STREAM)
-        accepted = excitations, checked, expected_accuracy(log, task.airframe, task.space, task.truth)
-        longer = _longer(task, accuracy, excitations, accepted[2])
+        expected = expected_accuracy(log, task.airframe, task.space, task.truth)
+        score = accuracy.score(expected.fit.covariance)
+        behind += 1
+        if score < least:
+            best, least, behind = (excitations, checked, expected), score, 0
+        if behind == PATIENCE:
+            break
+        longer = _longer(task, accuracy, excitations, expected)
         if longer == excitations:
             break
         excitations = longer
-    if accepted is None:
+    if best is None:
         raise InputError("no excitation within the limits was found; raise them (--tilt, --rate)", key="--tilt")
-    return accepted
-
-
-def reduce_amplitudes(excitations: Sequence[Excitation], shares: Mapping[str, float]) -> tuple[Excitation, ...]:
-    """Return excitations reduced by the excess of the limits that they affect: all where none affects one.
-
-    shares: of the limits that are taken; where none exceeds 1, a flight was lost, and all are weaker by the margin.
-    """
-    over = {axis: max(share for name, share in shares.items() if axis in MOVED[name]) for axis in OF_OUTPUT}
-    if not any(over[entry.axis] > 1.0 for entry in excitations):
-        return tuple(_by(entry, choosing.MARGIN / max(1.0, *shares.values())) for entry in excitations)
-    return tuple(
-        _by(entry, choosing.MARGIN / over[entry.axis]) if over[entry.axis] > 1.0 else entry for entry in excitations
-    )
-
-
-def _by(excitation: Excitation, factor: float) -> Excitation:
-    return choosing.quantize_amplitude(replace(excitation, amplitude=factor * excitation.amplitude))
+    return best
 
 
 def _longer(

@@ -12,7 +12,7 @@ from tuner.analysis.flight_plan.choosing import TargetCapabilities
 from tuner.analysis.flight_plan.excitation import Excitation, Shape
 from tuner.analysis.flight_plan.flying import SimulatedVehicle
 from tuner.exchange.ardupilot.text import write_param
-from tuner.exchange.excitation_target import ExcitationTarget
+from tuner.exchange.excitation_target import ExcitationTarget, throttle_share
 
 AXES = {"roll": 1, "pitch": 2, "yaw": 3, "lift": 13}
 """Axis -> SID_AXIS."""
@@ -22,9 +22,7 @@ SHAPE = Shape(dwell=2.0, fade_in=1.0, fade_out=0.5)
 
 def parameters(excitation: Excitation, simulated: SimulatedVehicle) -> dict[str, float]:
     """Return the parameters of an excitation by name."""
-    vehicle = simulated.system.vehicle
-    full = 4.0 * vehicle.thrust_coefficient * vehicle.speed_max**2
-    lift = excitation.amplitude * vehicle.mass / full
+    lift = throttle_share(excitation.amplitude, simulated.system.vehicle)
     return {
         "SID_AXIS": float(AXES[excitation.axis]),
         "SID_MAGNITUDE": round(lift if excitation.axis == "lift" else degrees(excitation.amplitude), 4),
@@ -42,10 +40,7 @@ def files(excitations: Sequence[Excitation], simulated: SimulatedVehicle) -> Map
         f"{k}_{entry.axis}.param": write_param(
             parameters(entry, simulated),
             "comma",
-            (
-                f"{entry.axis}: load it, hover, switch to SYSTEMID, and back when it is over",
-                f"begin with half the amplitude: SID_MAGNITUDE {0.5 * parameters(entry, simulated)['SID_MAGNITUDE']:g}",
-            ),
+            (f"{entry.axis}: load it, hover, switch to SYSTEMID, and back when it is over",),
         )
         for k, entry in enumerate(excitations, start=1)
     }
@@ -57,6 +52,7 @@ EXCITATIONS = ExcitationTarget(
     files,
     (
         "SYSTEMID flies one axis each time it is switched on; load the next file in the air, with the sticks in the middle.",
+        "The mode's amplitude does not fall with the frequency; feel the motors after each file.",
         "The mode has no position and no height hold; its pilot keeps both.",
         "The thrust's chirp is added to the throttle, which is thrust as far as MOT_THST_EXPO fits the motors.",
         "Log IMU and motors fast: identification reads the messages IMU and RCOU.",
