@@ -29,6 +29,10 @@ mean, so each period has a minimum of its own: from 0 a fit ended at 0 where 2 m
 """
 SCANNED_WITH, SCAN_ITERATIONS = ("lag_up", "lag_down", "gyro_delay", "inertia.x", "inertia.y"), 4
 """Coordinates that follow each of these, and Gauss-Newton iterations of theirs."""
+SPLIT = 0.0025
+"""Standard deviation of the gyro's share in the delay of rotors and gyro together [s]: a loop that answers the noise of its gyro
+looks like one with a slower gyro. On 40 vehicles of an independent simulator, logged at 500 Hz, it was off by 1 to 6 ms.
+"""
 BLOCK = 0.2
 """Length of the blocks whose scores are taken as independent [s]: whitening leaves little correlation beyond."""
 
@@ -132,6 +136,7 @@ def fit_parameters(
     residuals, jacobians = problem.sensitivities(point, everything)
     information, scores = _information(problem, residuals, jacobians, noise)
     covariance = _covariance(problem.space, information, _score_covariance(scores, free), free)
+    covariance += _split_covariance(problem.space, point, free)
     return Fit(problem.space, point, free, covariance, information, noise)
 
 
@@ -223,6 +228,14 @@ def _cost(problem: Problem, point: Array, noise: Noise, prior: Array) -> float:
     off = point - problem.space.center
     cost = sum(float(np.sum(part**2)) for part in white) + float(off @ prior @ off)
     return cost if np.isfinite(cost) else np.inf
+
+
+def _split_covariance(space: ParameterSpace, point: Array, free: NDArray[np.bool_]) -> Array:
+    """Return the covariance (n, n) of the split of the delay between rotors and gyro."""
+    along, at = np.zeros(len(point)), [space.names.index(name) for name in ("dead_time", "gyro_delay")]
+    if free[at].all():
+        along[at] = SPLIT, -min(SPLIT / space.numbers(point).gyro_delay, float(space.prior_std[at[1]]))
+    return np.outer(along, along)
 
 
 def _information(problem: Problem, residuals: list[Array], jacobians: list[Array], noise: Noise) -> tuple[Array, Array]:

@@ -1,0 +1,185 @@
+"""`python -m benchmarks.identification`: how often intervals of identified vehicles hold the truth.
+
+Logs are those of `tests/tuner/analysis/identification/independent_flights.py`, a simulator that shares no code with the product:
+vehicles of 20 g to 7 kg whose rotors lose thrust to inflow and whose thrust goes with the 1.5th to second power of their speed,
+gyros with second-order low-passes and colored noise, gusts, sagging batteries, centers of mass off the middle. Priors are as far
+from the truth as people know a vehicle beforehand.
+"""
+
+import argparse
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from benchmarks.measuring import RESULTS, machine, write_json
+from plant.quadrotor.airframes import Airframe
+from plant.quadrotor.vehicle import Vehicle
+from plant.vectors import Rotors, Vec3
+from tests.tuner.analysis.identification.independent_flights import (
+    EVERY,
+    GRAVITY,
+    STEP,
+    Recording,
+    Truth,
+    draw_truths,
+    fly,
+)
+from tests.tuner.analysis.identification.known_flights import AIRFRAME, distances
+from tuner.analysis.identification.identify import identify_vehicle
+from tuner.logs.flight_log import FlightLog
+from tuner.store.environment import commit
+
+BATCH, DURATION, QUANTILE = 20, 20.0, 1.96
+"""Vehicles that fly side by side, length of a log [s], and half a 95 % interval in standard deviations."""
+DAMPING = 1.4
+"""Twice the damping of the gyros' low-passes."""
+
+
+class Outcome(NamedTuple):
+    """An identification: by number, distance from the truth and half width of the interval, and the numbers not told."""
+
+    distance: dict[str, float]
+    half_width: dict[str, float]
+    untold: list[str]
+
+
+def prior_of(truth: Truth, i: int, draw: np.random.Generator) -> Airframe:
+    """Return what is known of a vehicle beforehand: mass and lengths to 2 %, the rest to 8 to 50 %."""
+
+    def about(value: float, deviation: float) -> float:
+        return float(value * np.exp(deviation * draw.normal()))
+
+    inertia = truth.inertia[:, i]
+    mass, lever = about(truth.mass[i], 0.02), about(truth.lever[i], 0.02)
+    x, y = about(inertia[0], 0.3), about(inertia[1], 0.3)
+    share = min(about(inertia[2] / (inertia[0] + inertia[1]), 0.08), 0.98)
+    full, speed, lag = about(truth.full[i], 0.2), about(truth.speed[i], 0.1), about(truth.lag_up[i], 0.5)
+    climb = 4.0 * truth.inflow[i]
+    damping = about(climb * lever**2, 0.5)
+    vehicle = AIRFRAME.vehicle._replace(
+        mass=mass,
+        inertia=Vec3(x, y, share * (x + y)),
+        rotor_x=Rotors(lever, lever, -lever, -lever),
+        rotor_y=Rotors(lever, -lever, lever, -lever),
+        spin=Rotors(-1.0, 1.0, 1.0, -1.0),
+        thrust_coefficient=full / speed**2,
+        speed_max=speed,
+        torque_ratio=about(truth.torque_ratio[i], 0.3),
+        rotor_inertia=about(truth.rotor_inertia[i], 0.3),
+        lag_up=lag,
+        lag_down=1.2 * lag,
+        drag_linear=Vec3(truth.side[i], truth.side[i], about(climb, 0.5)),
+        drag_quadratic=Vec3(0.0, 0.0, 0.0),
+        rate_damping=Vec3(damping, damping, 0.0),
+        gravity=GRAVITY,
+    )
+    return replace(AIRFRAME, vehicle=vehicle)
+
+
+def numbers_of(truth: Truth, i: int, prior: Vehicle) -> dict[str, float]:
+    """Return the true numbers of a vehicle by the names of the coordinates."""
+    inertia, exponent, full = truth.inertia[:, i], truth.exponent[i], truth.full[i]
+    return {
+        "mass": truth.mass[i],
+        "arm": truth.lever[i] / prior.rotor_x.r1,
+        "inertia.x": inertia[0],
+        "inertia.y": inertia[1],
+        "inertia_share": inertia[2] / (inertia[0] + inertia[1]),
+        **{f"thrust.{100 * u:.0f}": full * u**exponent for u in (0.3, 0.65, 1.0)},
+        "lag_up": truth.lag_up[i],
+        "lag_down": truth.lag_down[i],
+        "dead_time": STEP * truth.late[i],
+        "centre.x": truth.center[0, i],
+        "centre.y": truth.center[1, i],
+        "torque_ratio": truth.torque_ratio[i],
+        "drag_linear.z": 4.0 * truth.inflow[i] + 0.2 * truth.side[i],
+        "rate_damping": 4.0 * truth.inflow[i] * truth.lever[i] ** 2,
+        # The product's rotors turn as fast as its own thrust coefficient asks.
+        "rotor_inertia": truth.rotor_inertia[i]
+        * truth.speed[i]
+        / (prior.rotor_inertia * np.sqrt(full / prior.thrust_coefficient)),
+        "gyro_delay": DAMPING / (2.0 * np.pi * truth.cutoff[i]),
+    }
+
+
+def log_of(recording: Recording, i: int) -> FlightLog:
+    """Return the log of a vehicle."""
+    time = np.asarray(STEP * EVERY * np.arange(len(recording.rates)), np.float64)
+    columns = (recording.rates[:, :, i], recording.force[:, :, i], recording.commands[:, :, i])
+    return FlightLog(f"log {i}", "made", f"{i}".rjust(64, "0"), time, *columns)
+
+
+def identify_log(recording: Recording, truth: Truth, seed: int, i: int) -> Outcome:
+    """Identify a vehicle from its log."""
+    prior = prior_of(truth, i, np.random.default_rng((seed, i, 5)))
+    found = identify_vehicle([log_of(recording, i)], prior)
+    true = numbers_of(truth, i, prior.vehicle)
+    deviations = dict(zip(found.space.names, np.sqrt(np.diag(found.fit.covariance)).tolist(), strict=True))
+    widths = {name: QUANTILE * deviations[name] for name in true}
+    return Outcome(distances(found, true), widths, sorted(found.reasons | found.wider))
+
+
+def table_of(outcomes: list[Outcome]) -> list[dict[str, Any]]:
+    """Return a row for each number and one for all: shares of intervals that hold the truth, and median half widths."""
+    rows = []
+    for name in outcomes[0].distance:
+        held = np.array([abs(entry.distance[name]) <= QUANTILE for entry in outcomes])
+        told = np.array([name not in entry.untold for entry in outcomes])
+        rows.append(
+            {
+                "number": name,
+                "covered": float(held.mean()),
+                "told": float(told.mean()),
+                "covered_of_told": float(held[told].mean()) if told.any() else None,
+                "median_half_width": float(np.median([entry.half_width[name] for entry in outcomes])),
+            }
+        )
+    return rows
+
+
+def markdown(rows: list[dict[str, Any]], logs: int) -> str:
+    """Return the table as text."""
+    total = float(np.mean([row["covered"] for row in rows]))
+    lines = [
+        f"{logs} logs of {DURATION:g} s of as many vehicles: {100 * total:.1f} % of the 95 % intervals hold the truth.",
+        "",
+        "| number | intervals that hold it | told in | of these, hold it | median half width (relative; s, m) |",
+        "|---|---:|---:|---:|---:|",
+    ]
+    for row in rows:
+        of_told = "" if row["covered_of_told"] is None else f"{100 * row['covered_of_told']:.0f} %"
+        lines.append(
+            f"| `{row['number']}` | {100 * row['covered']:.0f} % | {100 * row['told']:.0f} % | {of_told} "
+            f"| {row['median_half_width']:.2g} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--logs", type=int, default=200, help="number of vehicles, a log each")
+    parser.add_argument("--processes", type=int, default=2)
+    chosen = parser.parse_args()
+    outcomes: list[Outcome] = []
+    with ProcessPoolExecutor(chosen.processes) as pool:
+        for seed in range(-(-chosen.logs // BATCH)):
+            truth = draw_truths(np.random.default_rng(seed), BATCH)
+            identify = partial(identify_log, fly(truth, DURATION, seed), truth, seed)
+            outcomes += pool.map(identify, range(min(BATCH, chosen.logs - len(outcomes))))
+            print(f"{len(outcomes)} of {chosen.logs}", flush=True)
+    rows = table_of(outcomes)
+    write_json(
+        RESULTS / "identification.json",
+        {"machine": machine(), "revision": commit(), "logs": len(outcomes), "numbers": rows},
+    )
+    text = markdown(rows, len(outcomes))
+    (RESULTS / "identification.md").write_text(text, encoding="utf-8")
+    print(text)
+
+
+if __name__ == "__main__":
+    main()
