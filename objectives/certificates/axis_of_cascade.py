@@ -20,9 +20,8 @@ def rotor_lag(nominal: Nominal, timing: Timing, order: int = 1) -> RotorLag:
     lag = 0.5 * (vehicle.lag_up + vehicle.lag_down)
     late = late_periods(vehicle, control_period)
     # Of the first order the approximant lags too little where a dead time of whole periods is added.
-    return RotorLag(
-        lag, (0.5 + nominal.delay + late) * control_period, nominal.position_achieved > 0.5, order + (late > 0)
-    )
+    order = max(order, 2 if late else 1)
+    return RotorLag(lag, (0.5 + nominal.delay + late) * control_period, nominal.position_achieved > 0.5, order)
 
 
 def yaw_actuator(nominal: Nominal, timing: Timing, order: int = 1) -> RotorLag:

@@ -62,6 +62,16 @@ def test_a_slower_attitude_makes_a_slower_position() -> None:
         assert found[axis].load_rejection < 0.6 * designs("pid")[axis].load_rejection
 
 
+def test_a_dead_time_of_the_rotors_makes_a_slower_attitude() -> None:
+    """As much as the computing delay of one period more makes it."""
+    cascade = close_cascade(LAWS["pid"], LAWS["pid"])
+    late = design_axes(cascade, nominal(HUMMINGBIRD._replace(dead_time=H), ControlOptions(delay=True), H), TIMING)[
+        "roll"
+    ]
+    assert late.designed
+    assert late.load_rejection < 0.9 * designs("pid")["roll"].load_rejection
+
+
 # Front rotors further out than rear ones: their shares of a torque differ.
 UNEVEN = HUMMINGBIRD._replace(
     rotor_y=Rotors(*(y * share for y, share in zip(HUMMINGBIRD.rotor_y, (1.3, 1.3, 0.8, 0.8), strict=True)))

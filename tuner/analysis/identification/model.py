@@ -7,7 +7,7 @@ left to the noise.
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,5 +140,6 @@ def _ramp_invariant(period: float, delay: float) -> tuple[Array, Array]:
     from scipy.signal import cont2discrete
 
     w = np.sqrt(2.0) / delay
-    numerator, denominator, _ = cont2discrete(([w * w], [1.0, np.sqrt(2.0) * w, w * w]), period, method="foh")
-    return numerator.ravel(), denominator
+    # Its types do not know that two polynomials come back as two.
+    discrete: Any = cont2discrete(([w * w], [1.0, np.sqrt(2.0) * w, w * w]), period, method="foh")
+    return np.ravel(discrete[0]), np.ravel(discrete[1])
