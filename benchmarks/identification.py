@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.measuring import RESULTS, machine, write_json
+from plant.errors import InputError
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Rotors, Vec3
@@ -112,10 +113,13 @@ def log_of(recording: Recording, i: int) -> FlightLog:
     return FlightLog(f"log {i}", "made", f"{i}".rjust(64, "0"), time, *columns)
 
 
-def identify_log(recording: Recording, truth: Truth, seed: int, i: int) -> Outcome:
-    """Identify a vehicle from its log."""
+def identify_log(recording: Recording, truth: Truth, seed: int, i: int) -> Outcome | None:
+    """Identify a vehicle from its log; None where the log is refused."""
     prior = prior_of(truth, i, np.random.default_rng((seed, i, 5)))
-    found = identify_vehicle([log_of(recording, i)], prior)
+    try:
+        found = identify_vehicle([log_of(recording, i)], prior)
+    except InputError:
+        return None
     true = numbers_of(truth, i, prior.vehicle)
     deviations = dict(zip(found.space.names, np.sqrt(np.diag(found.fit.covariance)).tolist(), strict=True))
     widths = {name: QUANTILE * deviations[name] for name in true}
@@ -140,11 +144,12 @@ def table_of(outcomes: list[Outcome]) -> list[dict[str, Any]]:
     return rows
 
 
-def markdown(rows: list[dict[str, Any]], logs: int) -> str:
+def markdown(rows: list[dict[str, Any]], logs: int, refused: int) -> str:
     """Return the table as text."""
     total = float(np.mean([row["covered"] for row in rows]))
     lines = [
-        f"{logs} logs of {DURATION:g} s of as many vehicles: {100 * total:.1f} % of the 95 % intervals hold the truth.",
+        f"{logs} logs of {DURATION:g} s of as many vehicles, {refused} refused for they tell nothing: {100 * total:.1f} % of the "
+        "95 % intervals of the others hold the truth.",
         "",
         "| number | intervals that hold it | told in | of these, hold it | median half width (relative; s, m) |",
         "|---|---:|---:|---:|---:|",
@@ -164,19 +169,20 @@ def main() -> None:
     parser.add_argument("--logs", type=int, default=200, help="number of vehicles, a log each")
     parser.add_argument("--processes", type=int, default=2)
     chosen = parser.parse_args()
-    outcomes: list[Outcome] = []
+    tried: list[Outcome | None] = []
     with ProcessPoolExecutor(chosen.processes) as pool:
         for seed in range(-(-chosen.logs // BATCH)):
             truth = draw_truths(np.random.default_rng(seed), BATCH)
             identify = partial(identify_log, fly(truth, DURATION, seed), truth, seed)
-            outcomes += pool.map(identify, range(min(BATCH, chosen.logs - len(outcomes))))
-            print(f"{len(outcomes)} of {chosen.logs}", flush=True)
-    rows = table_of(outcomes)
+            tried += pool.map(identify, range(min(BATCH, chosen.logs - len(tried))))
+            print(f"{len(tried)} of {chosen.logs}", flush=True)
+    outcomes = [entry for entry in tried if entry is not None]
+    rows, refused = table_of(outcomes), len(tried) - len(outcomes)
     write_json(
         RESULTS / "identification.json",
-        {"machine": machine(), "revision": commit(), "logs": len(outcomes), "numbers": rows},
+        {"machine": machine(), "revision": commit(), "logs": len(tried), "refused": refused, "numbers": rows},
     )
-    text = markdown(rows, len(outcomes))
+    text = markdown(rows, len(tried), refused)
     (RESULTS / "identification.md").write_text(text, encoding="utf-8")
     print(text)
 

@@ -145,7 +145,9 @@ def expected_fit(problem: Problem, point: Array, free: NDArray[np.bool_]) -> Fit
     noise = noise_of(problem, point)
     residuals, jacobians = problem.sensitivities(point, list(range(len(point))))
     information, _ = _information(problem, residuals, jacobians, noise)
-    return Fit(problem.space, point, free, cramer_rao_covariance(problem.space, information, free), information, noise)
+    covariance = cramer_rao_covariance(problem.space, information, free)
+    covariance += _split_covariance(problem.space, point, free)
+    return Fit(problem.space, point, free, covariance, information, noise)
 
 
 def cramer_rao_covariance(space: ParameterSpace, information: Array, free: NDArray[np.bool_]) -> Array:

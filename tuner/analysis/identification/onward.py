@@ -9,10 +9,9 @@ from numpy.typing import NDArray
 from plant.quadrotor.airframes.geometry import SPINS
 from plant.quadrotor.airframes.schema import OPTIONAL, Sourced
 from plant.quadrotor.airframes.uncertainty import CENTRE, NAMES, Uncertainty
-from plant.quadrotor.vehicle import Vehicle
 from tuner.analysis.airframe_text import airframe_text, rounded, uncertainty_from
 from tuner.analysis.identification.identify import Identified
-from tuner.analysis.identification.parameters import NODES, PhysicalParameters, low_pass_delay
+from tuner.analysis.identification.parameters import NODES, PhysicalParameters
 from tuner.documents.identification import LogRow
 
 Array = NDArray[np.float64]
@@ -78,15 +77,15 @@ def identified_values(identified: Identified, read: Sequence[tuple[str, str]]) -
         "drag_linear.z": numbers.climb_drag,
         "rate_damping.x": numbers.rate_damping,
         "rate_damping.y": numbers.rate_damping,
-        "dead_time": loop_delay(numbers, vehicle),
+        "dead_time": max(numbers.dead_time, 0.0),
         "speed_max": sqrt(full / vehicle.thrust_coefficient),
     }
     notes = {
         "inertia.z": f"{source}: its share of x + y" + (" as before" if "inertia_share" in identified.reasons else ""),
         "speed_max": f"{source}: thrust of {full:.4g} N at full command, at the thrust_coefficient given",
         **dict.fromkeys(("rate_damping.x", "rate_damping.y"), INFLOW),
-        "dead_time": f"{source}: from a logged command to the gyro's answer, {_filter_words(vehicle)}; "
-        "controller.delay ends at the logged command",
+        "dead_time": f"{source}: from a logged command to the rotor; controller.delay ends at the logged command. "
+        f"The delay of the gyro, {1e3 * numbers.gyro_delay:.2g} ms, is left to the filters of the study, or gyro_cutoff here",
     }
     sources = identified.airframe.sources
     units = {key: field.unit for key, field in OPTIONAL.items()} | {key: entry.unit for key, entry in sources.items()}
@@ -95,21 +94,6 @@ def identified_values(identified: Identified, read: Sequence[tuple[str, str]]) -
         for key, value in values.items()
         if key not in identified.reasons
     }
-
-
-def loop_delay(numbers: PhysicalParameters, vehicle: Vehicle) -> float:
-    """Return the dead time [s] of a vehicle's file, at least 0.
-
-    A log tells the delays of rotors and gyro together better than each, so all of it stands there but what the file's own
-    low-pass of the gyro holds.
-    """
-    own = low_pass_delay(vehicle.gyro_cutoff) if vehicle.gyro_cutoff else 0.0
-    return max(numbers.dead_time + numbers.gyro_delay - own, 0.0)
-
-
-def _filter_words(vehicle: Vehicle) -> str:
-    """Return a clause on the gyro's low-pass in a dead time."""
-    return "less that of its low-pass" if vehicle.gyro_cutoff else "with that of its low-pass"
 
 
 def identified_text(identified: Identified, title: str, before: Sequence[LogRow] = ()) -> str:

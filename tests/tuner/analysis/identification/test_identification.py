@@ -28,8 +28,8 @@ from tuner.analysis.identification.identify import (
     longest_flight,
     wider_than_prior,
 )
-from tuner.analysis.identification.onward import identified_text, identified_values, loop_delay, uncertainty_of
-from tuner.analysis.identification.parameters import EarlierPosterior, low_pass_delay
+from tuner.analysis.identification.onward import identified_text, identified_values, uncertainty_of
+from tuner.analysis.identification.parameters import EarlierPosterior
 from tuner.api.gains import default_gains
 from tuner.api.identifying import check_logs, refusals_of
 from tuner.documents.identification import IdentificationDocument
@@ -189,11 +189,7 @@ def test_a_dead_time_goes_into_the_file_where_the_log_tells_it(crazyflie, tmp_pa
     file = tmp_path / "mine.toml"
     file.write_text(identified_text(replace(crazyflie, airframe=late), "A Crazyflie"))
     numbers = crazyflie.space.numbers(crazyflie.fit.estimate)
-    assert load(file).vehicle.dead_time == pytest.approx(numbers.dead_time + numbers.gyro_delay, rel=1e-4)
-    # The loop of a vehicle whose file has the gyro's low-pass holds its delay already.
-    filtered = late.vehicle._replace(gyro_cutoff=low_pass_delay(0.4 * numbers.gyro_delay))
-    assert loop_delay(numbers, filtered) == pytest.approx(numbers.dead_time + 0.6 * numbers.gyro_delay)
-    assert loop_delay(numbers._replace(dead_time=-1.0), filtered) == 0.0
+    assert load(file).vehicle.dead_time == pytest.approx(numbers.dead_time, rel=1e-4)
     assert "controller.delay ends at the logged command" in load(file).sources["dead_time"].source
     untold = replace(crazyflie, airframe=late, reasons=crazyflie.reasons | {"dead_time": "hardly narrower"})
     file.write_text(identified_text(untold, "A Crazyflie"))
