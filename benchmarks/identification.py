@@ -40,11 +40,11 @@ DAMPING = 1.4
 
 
 class Outcome(NamedTuple):
-    """An identification: by number, distance from the truth and half width of the interval, and the numbers not told."""
+    """An identification: by number, distance from the truth and half width of the interval, and the unidentified numbers."""
 
     distance: dict[str, float]
     half_width: dict[str, float]
-    untold: list[str]
+    unidentified: list[str]
 
 
 def prior_of(truth: Truth, i: int, draw: np.random.Generator) -> Airframe:
@@ -131,13 +131,13 @@ def table_of(outcomes: list[Outcome]) -> list[dict[str, Any]]:
     rows = []
     for name in outcomes[0].distance:
         held = np.array([abs(entry.distance[name]) <= QUANTILE for entry in outcomes])
-        told = np.array([name not in entry.untold for entry in outcomes])
+        identified = np.array([name not in entry.unidentified for entry in outcomes])
         rows.append(
             {
                 "number": name,
                 "covered": float(held.mean()),
-                "told": float(told.mean()),
-                "covered_of_told": float(held[told].mean()) if told.any() else None,
+                "identified": float(identified.mean()),
+                "covered_of_identified": float(held[identified].mean()) if identified.any() else None,
                 "median_half_width": float(np.median([entry.half_width[name] for entry in outcomes])),
             }
         )
@@ -151,13 +151,13 @@ def markdown(rows: list[dict[str, Any]], logs: int, refused: int) -> str:
         f"{logs} logs of {DURATION:g} s of as many vehicles, {refused} refused for they tell nothing: {100 * total:.1f} % of the "
         "95 % intervals of the others hold the truth.",
         "",
-        "| number | intervals that hold it | told in | of these, hold it | median half width (relative; s, m) |",
+        "| number | intervals that hold it | identified in | of these, hold it | median half width (relative; s, m) |",
         "|---|---:|---:|---:|---:|",
     ]
     for row in rows:
-        of_told = "" if row["covered_of_told"] is None else f"{100 * row['covered_of_told']:.0f} %"
+        of_identified = "" if row["covered_of_identified"] is None else f"{100 * row['covered_of_identified']:.0f} %"
         lines.append(
-            f"| `{row['number']}` | {100 * row['covered']:.0f} % | {100 * row['told']:.0f} % | {of_told} "
+            f"| `{row['number']}` | {100 * row['covered']:.0f} % | {100 * row['identified']:.0f} % | {of_identified} "
             f"| {row['median_half_width']:.2g} |"
         )
     return "\n".join(lines) + "\n"

@@ -233,7 +233,7 @@ def _cost(problem: Problem, point: Array, noise: Noise, prior: Array) -> float:
 
 
 def _split_covariance(space: ParameterSpace, point: Array, free: NDArray[np.bool_]) -> Array:
-    """Return the covariance (n, n) of the split of the delay between rotors and gyro."""
+    """Return the covariance (n, n) of the gyro's share in the delay."""
     along, at = np.zeros(len(point)), [space.names.index(name) for name in ("dead_time", "gyro_delay")]
     if free[at].all():
         along[at] = SPLIT, -min(SPLIT / space.numbers(point).gyro_delay, float(space.prior_std[at[1]]))

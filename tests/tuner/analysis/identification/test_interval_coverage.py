@@ -23,13 +23,18 @@ def test_intervals_hold_the_truth_of_an_independent_simulator():
     assert np.median(distances) > 0.2, "intervals far too wide"
 
 
-def test_the_table_counts_what_is_held_and_what_is_told():
+def test_the_table_counts_what_is_held_and_what_identified():
     outcomes = [
-        identification.Outcome({"lag_up": distance}, {"lag_up": width}, untold)
-        for distance, width, untold in ((0.5, 0.1, []), (-3.0, 0.2, []), (1.0, 0.3, ["lag_up"]), (2.5, 0.4, ["lag_up"]))
+        identification.Outcome({"lag_up": distance}, {"lag_up": width}, unidentified)
+        for distance, width, unidentified in (
+            (0.5, 0.1, []),
+            (-3.0, 0.2, []),
+            (1.0, 0.3, ["lag_up"]),
+            (2.5, 0.4, ["lag_up"]),
+        )
     ]
     (row,) = table_of(outcomes)
-    assert (row["covered"], row["told"], row["covered_of_told"]) == (0.5, 0.5, 0.5)
+    assert (row["covered"], row["identified"], row["covered_of_identified"]) == (0.5, 0.5, 0.5)
     assert row["median_half_width"] == pytest.approx(0.25)
     assert "5 logs" in markdown([row], 5, 1) and "1 refused" in markdown([row], 5, 1)
     assert "| `lag_up` | 50 % | 50 % | 50 % | 0.25 |" in markdown([row], 5, 1)
