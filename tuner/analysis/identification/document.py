@@ -62,7 +62,8 @@ def identification_document(
     reasons = identified.wider | identified.reasons
     noise = gyro_noise(identified.logs)
     lift_noise = white_noise([log.acceleration[:, 2:] for log in identified.logs])
-    compared = compare_responses(identified.fit, identified.problem, [*noise, *lift_noise])
+    rate = min(log.rate for log in identified.logs)
+    compared = compare_responses(identified.fit, identified.problem, [*noise, *lift_noise], rate)
     rows = zip(
         identified.space.parameters[: identified.space.physical], fit.estimate.tolist(), deviations, strict=False
     )

@@ -77,13 +77,14 @@ def bands_of(mask: NDArray[np.bool_]) -> list[slice]:
     return [slice(begin, end) for begin, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def compare_responses(fit: Fit, problem: Problem, noise: Sequence[float]) -> list[ResponseComparison]:
+def compare_responses(fit: Fit, problem: Problem, noise: Sequence[float], rate: float) -> list[ResponseComparison]:
     """Compare the responses of all outputs that the fit uses.
 
     Args:
         fit: To the logs.
         problem: With their segments.
         noise: RMS of the white noise of the outputs' sensors.
+        rate: Least sampling rate of the logs [Hz]; the grid of the segments may be finer.
     """
     samples, vehicle = problem.samples, problem.vehicle
     total = sum(len(part.lift) * part.period for part in samples)
@@ -97,14 +98,14 @@ def compare_responses(fit: Fit, problem: Problem, noise: Sequence[float]) -> lis
             continue
         has_instrument = k < 3 and all(part.setpoint is not None and np.ptp(part.setpoint[:, k]) for part in samples)
         records = [_record(part, mixed[:, k], k, has_instrument) for part, mixed in zip(samples, commands, strict=True)]
-        measured = estimate_response(records, length, min(HIGHEST, OF_RATE / period))
+        measured = estimate_response(records, length, min(HIGHEST, OF_RATE * rate))
         if measured is None:
             continue
         setting = (vehicle, center, measured.frequency, period)
         magnitude, phase = response_deviation(fit.space, fit.estimate, fit.covariance, setting)
         trusted = (measured.coherence >= TRUSTED) & ~measured.leaks
         if not has_instrument:
-            trusted &= measured.output_power > ABOVE_NOISE * 2.0 * period * noise[k] ** 2
+            trusted &= measured.output_power > ABOVE_NOISE * 2.0 / rate * noise[k] ** 2
         modeled = model_response(fit.space.numbers(fit.estimate), *setting)[:, k]
         deviation = (magnitude[:, k], phase[:, k])
         compared.append(ResponseComparison(output, has_instrument, measured, modeled, deviation, trusted))

@@ -197,7 +197,13 @@ def identified():
 
 def compared(found, fit):
     noise = [*gyro_noise(found.logs), *white_noise([log.acceleration[:, 2:] for log in found.logs])]
-    return compare_responses(fit, found.problem, noise)
+    return compare_responses(fit, found.problem, noise, found.logs[0].rate)
+
+
+def test_nothing_is_compared_beyond_what_the_log_holds(identified):
+    """The grid of the model is finer than a slow log, whose samples lie on straight lines there."""
+    entries = compare_responses(identified.fit, identified.problem, [0.0] * 4, 100.0)
+    assert all(entry.measured.frequency[-1] == pytest.approx(40.0, abs=1.0) for entry in entries)
 
 
 def test_a_model_that_is_right_agrees_and_a_wrong_one_is_named_with_its_band(identified):
@@ -221,7 +227,7 @@ def test_a_model_that_is_right_agrees_and_a_wrong_one_is_named_with_its_band(ide
 def test_setpoints_are_the_instrument_where_they_move(identified):
     samples = tuple(replace(part, setpoint=part.gyro * [1.0, 1.0, 0.0]) for part in identified.problem.samples)
     noise = [0.0] * 4
-    entries = compare_responses(identified.fit, replace(identified.problem, samples=samples), noise)
+    entries = compare_responses(identified.fit, replace(identified.problem, samples=samples), noise, RATE)
     assert [entry.has_instrument for entry in entries] == [True, True, False, False]
     assert [row.instrument for row in response_rows(entries)] == ["setpoint", "setpoint", "", ""]
 
