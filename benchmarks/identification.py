@@ -48,7 +48,7 @@ class Outcome(NamedTuple):
 
 
 def prior_of(truth: Truth, i: int, draw: np.random.Generator) -> Airframe:
-    """Return what is known of a vehicle beforehand: mass and lengths to 2 %, the rest to 8 to 50 %."""
+    """Return the prior of a vehicle: mass and lengths to 2 %, the rest to 8 to 50 %."""
 
     def about(value: float, deviation: float) -> float:
         return float(value * np.exp(deviation * draw.normal()))

@@ -92,23 +92,27 @@ def compare_responses(fit: Fit, problem: Problem, noise: Sequence[float], rate: 
     period = max(part.period for part in samples)
     commands = [axis_commands(vehicle, part.command) for part in samples]
     center = float(np.mean(np.concatenate([part.command for part in samples])))
-    compared = []
-    for k, output in enumerate(OUTPUTS):
-        if not problem.outputs[k]:
-            continue
+    estimates: dict[int, tuple[bool, FrequencyResponse]] = {}
+    for k in np.flatnonzero(problem.outputs).tolist():
         has_instrument = k < 3 and all(part.setpoint is not None and np.ptp(part.setpoint[:, k]) for part in samples)
         records = [_record(part, mixed[:, k], k, has_instrument) for part, mixed in zip(samples, commands, strict=True)]
         measured = estimate_response(records, length, min(HIGHEST, OF_RATE * rate))
-        if measured is None:
-            continue
-        setting = (vehicle, center, measured.frequency, period)
-        magnitude, phase = response_deviation(fit.space, fit.estimate, fit.covariance, setting)
+        if measured is not None:
+            estimates[k] = (has_instrument, measured)
+    if not estimates:
+        return []
+    # Records of all outputs are as long, so their frequencies are the same.
+    frequency = next(iter(estimates.values()))[1].frequency
+    setting = (vehicle, center, frequency, period)
+    magnitude, phase = response_deviation(fit.space, fit.estimate, fit.covariance, setting)
+    modeled = model_response(fit.space.numbers(fit.estimate), *setting)
+    compared = []
+    for k, (has_instrument, measured) in estimates.items():
         trusted = (measured.coherence >= TRUSTED) & ~measured.leaks
         if not has_instrument:
             trusted &= measured.output_power > ABOVE_NOISE * 2.0 / rate * noise[k] ** 2
-        modeled = model_response(fit.space.numbers(fit.estimate), *setting)[:, k]
         deviation = (magnitude[:, k], phase[:, k])
-        compared.append(ResponseComparison(output, has_instrument, measured, modeled, deviation, trusted))
+        compared.append(ResponseComparison(OUTPUTS[k], has_instrument, measured, modeled[:, k], deviation, trusted))
     return compared
 
 

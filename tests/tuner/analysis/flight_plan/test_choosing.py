@@ -47,8 +47,8 @@ def test_durations_end_where_more_of_an_axis_carries_in_more_error_than_it_tells
     at, given = SPACE.names.index("inertia.x"), SPACE.names.index("rate_damping")
     row = np.zeros(len(SPACE.names))
     row[at], row[given] = 1.0, 2.0
-    told = CandidateExcitation(replace(YAW, axis="roll"), 0.5 * np.outer(row, row))
-    selection = ExcitationSet(SPACE, {"roll": told})
+    candidate = CandidateExcitation(replace(YAW, axis="roll"), 0.5 * np.outer(row, row))
+    selection = ExcitationSet(SPACE, {"roll": candidate})
     accuracy = AccuracyTarget(np.array([at]), np.array([0.01]))
     capabilities = TargetCapabilities({"roll": "angle"})
     lengths = required_durations(selection, accuracy, capabilities)

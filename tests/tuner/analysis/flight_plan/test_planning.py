@@ -114,10 +114,10 @@ def test_rotors_accelerate_as_their_lag_lets_them_follow_the_commands(made):
     """d w / dt = (w_c - w) / lag: of a vehicle with one lag up and down, and with commands that are held over a period."""
     lag, period = AIRFRAME.vehicle.lag_up, made.task.simulated.system.timing.control_period
     speed_max, hover = AIRFRAME.vehicle.speed_max, np.sqrt(0.027 * 9.81 / 4.0 / 2.8816e-8)
-    asked = speed_max * made.checked.command
-    speed, accelerations = asked[:, 0].copy(), []
-    for k in range(asked.shape[1] - 1):
-        step = (asked[:, k] - speed) * -np.expm1(-period / lag)
+    target = speed_max * made.checked.command
+    speed, accelerations = target[:, 0].copy(), []
+    for k in range(target.shape[1] - 1):
+        step = (target[:, k] - speed) * -np.expm1(-period / lag)
         speed += step
         accelerations.append(step / period / hover)
     oracle = np.moveaxis(np.array(accelerations), 0, 1)

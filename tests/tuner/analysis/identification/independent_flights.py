@@ -167,16 +167,16 @@ def fly(truth: Truth, duration: float, seed: int) -> Recording:
             noise = sensors * (0.8 * draw.normal(size=(6, count)) + 0.6 * colour) + bias
             measured = filtered + noise[:3]
             lifted = accelerations(truth, attitude, rate, velocity - wind, speed, charge, arms)[0]
-            asked = truth.shake * np.sin(2.0 * np.pi * frequency * time + phase).sum(axis=1) / np.sqrt(6.0)
+            target = truth.shake * np.sin(2.0 * np.pi * frequency * time + phase).sum(axis=1) / np.sqrt(6.0)
             roll, pitch = np.arctan2(attitude[2, 1], attitude[2, 2]), -np.arcsin(np.clip(attitude[2, 0], -1.0, 1.0))
             wanted = np.stack(
                 [
-                    quick**2 * 2.0 * (asked[0] - roll) - 2.0 * quick * measured[0],
-                    quick**2 * 2.0 * (asked[1] - pitch) - 2.0 * quick * measured[1],
-                    0.5 * quick * (asked[2] - measured[2]),
+                    quick**2 * 2.0 * (target[0] - roll) - 2.0 * quick * measured[0],
+                    quick**2 * 2.0 * (target[1] - pitch) - 2.0 * quick * measured[1],
+                    0.5 * quick * (target[2] - measured[2]),
                 ]
             )
-            climb = truth.mass * (GRAVITY + asked[3] - 1.5 * velocity[2] - 0.5 * place[2])
+            climb = truth.mass * (GRAVITY + target[3] - 1.5 * velocity[2] - 0.5 * place[2])
             demand = np.concatenate([climb[None], truth.inertia * wanted])
             thrust = np.einsum("nij,jn->in", mix, demand)
             command = np.clip(thrust / truth.full, 0.002, 1.0) ** (1.0 / truth.exponent)
