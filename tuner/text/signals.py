@@ -25,6 +25,8 @@ PATIENCE = 3.0
 """Time from a signal to the end of the process, at most [s]."""
 RETRY = 0.02
 """Time after which a signal is raised again that could not be taken where it came [s]."""
+END = threading.RLock()
+"""Held by the thread that ends the process: others, which the same signal reached, print nothing."""
 SWALLOWING = ("<frozen importlib._bootstrap>", f"{os.sep}pydantic{os.sep}")
 """Parts of the names of files whose code makes something else of an exception: half a module, another branch of a union."""
 
@@ -129,8 +131,9 @@ def is_swallowed(frame: FrameType | None) -> bool:
 
 def end_now(number: int, frame: FrameType | None = None) -> None:
     """Print one line and end the process where it stands: a handler of a signal before and after a command's own work."""
-    with suppress(OSError):
-        os.write(2, b"Interrupted.\n")
+    if END.acquire(timeout=PATIENCE):
+        with suppress(OSError):
+            os.write(2, b"Interrupted.\n")
     os._exit(SIGNALLED + number)
 
 

@@ -164,6 +164,20 @@ def test_the_second_signal_waits_for_nothing(blocked):
     assert time.monotonic() - begin < PATIENCE_OF_SIGNALS / 2
 
 
+def test_two_threads_that_end_the_process_print_one_line():
+    code = (
+        "import os, threading, time\nfrom tuner.text import signals\n"
+        "write = os.write\n"
+        "def write_slowly(*arguments):\n"
+        "    time.sleep(0.1); write(*arguments); time.sleep(0.1)\n"
+        "signals.os.write = write_slowly\n"
+        f"threading.Thread(target=signals.end_now, args=({signal.SIGINT:d},)).start()\n"
+        f"signals.end_now({signal.SIGINT:d})"
+    )
+    process = started(code=code)
+    assert (process.communicate(timeout=PATIENCE)[1], process.returncode) == ("Interrupted.\n", 130)
+
+
 def test_an_ignored_signal_stays_ignored():
     code = (
         "import signal, sys\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\nfrom tuner.text.errors import guarded\n"
