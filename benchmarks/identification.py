@@ -171,7 +171,9 @@ def table_of(outcomes: list[Outcome]) -> list[dict[str, Any]]:
     return rows
 
 
-def markdown(rows: list[dict[str, Any]], logs: int, refused: int, bands: list[float], duration: float = DURATION) -> str:
+def markdown(
+    rows: list[dict[str, Any]], logs: int, refused: int, bands: list[float], duration: float = DURATION
+) -> str:
     """Return the table of a simulator as text."""
     total = float(np.mean([row["covered"] for row in rows]))
     lines = [
@@ -233,16 +235,22 @@ def main() -> None:
         for outcome in SIMULATORS[chosen.simulator](pool, chosen.logs, chosen.duration, chosen.first):
             tried.append(outcome)
             print(f"{len(tried)} of {chosen.logs}", flush=True)
+    write_results(chosen.simulator, tried, chosen.duration)
+
+
+def write_results(simulator: str, tried: list[Outcome | None], duration: float) -> None:
+    """Write the results of a simulator beside those of the other."""
     path = RESULTS / "identification.json"
     kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    results = kept.get("simulators", {}) | {chosen.simulator: measure(tried, chosen.duration)}
+    results = kept.get("simulators", {}) | {simulator: measure(tried, duration)}
     write_json(path, {"machine": machine(), "simulators": results})
     tables = [
         f"## {name}\n\n" + markdown(*[entry[key] for key in ("numbers", "logs", "refused", "bands", "duration")])
         for name, entry in results.items()
     ]
-    (RESULTS / "identification.md").write_text("\n".join(tables), encoding="utf-8")
-    print("\n".join(tables))
+    text = "\n".join(tables)
+    (RESULTS / "identification.md").write_text(text, encoding="utf-8")
+    print(text)
 
 
 if __name__ == "__main__":
