@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from tests.tuner.analysis.identification.known_flights import AIRFRAME, known_flights
+from tuner.analysis.identification import fit
 from tuner.analysis.identification.document import identification_document, prediction_words
 from tuner.analysis.identification.identify import identify_vehicle
 from tuner.analysis.identification.judging import density, validate_fit
+from tuner.analysis.identification.prediction import SETTLING
 from tuner.report.identification_page import identification_page
 
 
@@ -37,6 +39,22 @@ def test_a_posterior_without_numbers_has_a_narrower_band(identified):
     found = identified[0]
     sure = validate_fit(replace(found.early, covariance=0.0 * found.early.covariance), found.problem)
     assert np.all(sure.spread < found.validation.spread)
+
+
+def test_how_the_delay_splits_does_not_widen_the_band(identified, monkeypatch):
+    found = identified[0]
+    whole = found.early.covariance - fit.split_covariance(found.space, found.early.estimate, found.early.free)
+    monkeypatch.setattr(fit, "SPLIT", 0.0)
+    assert validate_fit(replace(found.early, covariance=whole), found.problem).spread == pytest.approx(
+        found.validation.spread
+    )
+
+
+def test_neither_fit_nor_validation_uses_the_begin_of_a_segment(identified):
+    for found in identified:
+        part, mask = found.problem.samples[0], found.problem.masks[0]
+        assert not mask[part.time < part.begin + SETTLING].any()
+        assert found.windows.time.min() >= part.begin + SETTLING
 
 
 def test_the_density_of_white_noise_is_flat_and_that_of_a_sine_stands_at_its_frequency():
