@@ -1,4 +1,4 @@
-"""Marginal posterior of a positive number whose effect on the outputs is linear, by quadrature.
+"""Marginal posterior of a positive number that acts linearly, by quadrature.
 
 A Gauss-Newton fit takes the posterior of the logarithm as normal. Of a number that the data hardly tell, the likelihood is normal
 over the number itself: it falls off towards large numbers and stays flat towards 0, so a large estimate looks too certain.
@@ -14,7 +14,9 @@ REACH, POINTS = 6.0, 1201
 
 
 def marginal_moments(mode: float, variance: float, center: float, prior_std: float) -> tuple[float, float]:
-    """Return mean and variance of a logarithm behind a likelihood that is normal over the number.
+    """Return mean and variance of the logarithm of a number.
+
+    Its likelihood is normal over the number, its prior over the logarithm.
 
     Args:
         mode: Of the posterior.
@@ -36,7 +38,10 @@ def marginal_moments(mode: float, variance: float, center: float, prior_std: flo
 
 
 def with_moments(estimate: Array, covariance: Array, k: int, mean: float, variance: float) -> tuple[Array, Array]:
-    """Return estimate (n,) and covariance (n, n) with the moments of a coordinate; the others follow by regression on it."""
+    """Return estimate (n,) and covariance (n, n) with a coordinate's moments.
+
+    The others follow by regression on it.
+    """
     slope = covariance[:, k] / covariance[k, k]
     moved = estimate + slope * (mean - estimate[k])
     return moved, covariance + np.outer(slope, slope) * (variance - covariance[k, k])

@@ -49,7 +49,10 @@ def settled_masks(samples: Sequence[LogSegment]) -> tuple[Array, ...]:
 
 
 def fit_masks(samples: Sequence[LogSegment]) -> tuple[Array, ...]:
-    """Return masks (m,) of the samples of the fit: 0 on every `OF`-th part of `PART` seconds, and while rotors settle."""
+    """Return masks (m,) of the samples of the fit.
+
+    0 on every `OF`-th part of `PART` seconds, and while rotors settle.
+    """
     return tuple(
         (_is_settled(part) & ((part.time - part.begin) // PART % OF >= HELD_OUT)).astype(float) for part in samples
     )
