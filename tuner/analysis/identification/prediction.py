@@ -59,7 +59,7 @@ def fit_masks(samples: Sequence[LogSegment]) -> tuple[Array, ...]:
 
 
 def held_out(part: LogSegment, mask: Array) -> NDArray[np.bool_]:
-    """Return the mask (m,) of the samples that validate a fit of a mask (m,)."""
+    """Return the samples (m,) that validate a fit of a mask."""
     return (mask == 0.0) & _is_settled(part)
 
 
