@@ -121,7 +121,6 @@ def fit_parameters(
         scan: Whether dead times far from the start's are tried.
     """
     point, columns = start.copy(), np.flatnonzero(free).tolist()
-    everything = list(range(len(point)))
     prior = problem.space.precision
     noise = noise_of(problem, point)
     for k in range(MAX_NOISE_FITS):
@@ -133,7 +132,18 @@ def fit_parameters(
         point, noise = reached, noise_of(problem, reached)
         if still:
             break
-    residuals, jacobians = problem.sensitivities(point, everything)
+    return _fit_at(problem, point, free, noise)
+
+
+def fit_with_noise(problem: Problem, start: Array, free: NDArray[np.bool_], noise: Noise) -> Fit:
+    """Fit the free coordinates (n,) from a start (n,) with given noise."""
+    columns = np.flatnonzero(free).tolist()
+    return _fit_at(problem, _gauss_newton(problem, start, columns, noise, problem.space.precision), free, noise)
+
+
+def _fit_at(problem: Problem, point: Array, free: NDArray[np.bool_], noise: Noise) -> Fit:
+    """Return the fit whose estimate is a point (n,)."""
+    residuals, jacobians = problem.sensitivities(point, list(range(len(point))))
     information, scores = _information(problem, residuals, jacobians, noise)
     covariance = _covariance(problem.space, information, _score_covariance(scores, free), free)
     covariance += _split_covariance(problem.space, point, free)

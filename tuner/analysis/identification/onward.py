@@ -28,7 +28,7 @@ def uncertainty_of(identified: Identified) -> Uncertainty:
     rows = _rows(space.names, numbers, _hover_weights(identified, numbers))
     names = tuple(name for name in NAMES if name in rows)
     jacobian = np.array([rows[name] for name in names])
-    covariance = jacobian @ identified.fit.covariance @ jacobian.T
+    covariance = jacobian @ identified.covariance @ jacobian.T
     for k, name in enumerate(names):
         if name in CENTRE:
             covariance[k, k] += numbers.center[CENTRE.index(name)] ** 2

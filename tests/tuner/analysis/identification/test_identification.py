@@ -20,14 +20,9 @@ from tests.tuner.analysis.identification.known_flights import (
 )
 from tuner.analysis.identification.checks import check_flight, is_silent
 from tuner.analysis.identification.document import earlier_posterior, gyro_noise, identification_document, verdict
-from tuner.analysis.identification.identify import (
-    GIVEN,
-    OF_OUTPUT,
-    flights_of,
-    identify_vehicle,
-    longest_flight,
-    wider_than_prior,
-)
+from tuner.analysis.identification.flights import flights_of, longest_flight
+from tuner.analysis.identification.identifiability import GIVEN, OF_OUTPUT, wider_than_prior
+from tuner.analysis.identification.identify import identify_vehicle
 from tuner.analysis.identification.onward import identified_text, identified_values, uncertainty_of
 from tuner.analysis.identification.parameters import EarlierPosterior
 from tuner.api.gains import default_gains
@@ -229,7 +224,9 @@ def test_a_second_log_on_top_of_the_first_tells_what_both_at_once_tell(flights):
 def test_what_the_first_log_told_stays_told_where_the_second_is_silent(flown):
     first = identify_vehicle([flown[0].log], AIRFRAME)
     n = first.space.physical
-    known = EarlierPosterior(first.fit.estimate[:n], first.fit.covariance[:n, :n], first.space.initial_std[:n])
+    known = EarlierPosterior(
+        first.space.names[:n], first.fit.estimate[:n], first.fit.covariance[:n, :n], first.space.initial_std[:n]
+    )
     second = identify_vehicle([flown[2].log], AIRFRAME, earlier=known)
     at = first.space.names.index("inertia.y")
     assert "inertia.y" not in second.reasons
