@@ -121,7 +121,7 @@ class Posterior(DocumentPart):
 
 
 class FlightNumber(DocumentPart):
-    """A number from one flight with its 95 % interval, given mass and arms.
+    """A number of one flight with its 95 % interval.
 
     difference: from the others in standard deviations where it is beyond 1.96, else null.
     """
