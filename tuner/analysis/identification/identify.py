@@ -33,6 +33,7 @@ from tuner.analysis.identification.prediction import PredictionWindows, fit_mask
 from tuner.analysis.identification.random_effects import (
     FlightEstimate,
     HomogeneityTest,
+    adjusted,
     compare_estimates,
     compare_flights,
     predictive_variance,
@@ -90,7 +91,8 @@ class Identified:
         if self.earlier is None:
             return compare_flights(self.flights)
         scatter = predictive_variance(self.earlier.flights)
-        return [compare_estimates(flight, earlier_estimate(self.earlier), scatter) for flight in self.flights]
+        earlier = earlier_estimate(self.earlier)
+        return adjusted([compare_estimates(flight, earlier, scatter) for flight in self.flights])
 
     @property
     def windows(self) -> PredictionWindows:

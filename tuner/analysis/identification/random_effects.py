@@ -71,7 +71,7 @@ class HomogeneityTest(NamedTuple):
     Attributes:
         statistic: Chi-square.
         degrees: Its degrees of freedom.
-        probability: Of a larger statistic where the vehicle is the same.
+        probability: Of a larger statistic in any of the tests where the vehicle is the same.
         differences: Name of a parameter -> difference in standard deviations, those beyond 1.96.
     """
 
@@ -159,10 +159,17 @@ def compare_flights(estimates: Sequence[FlightEstimate]) -> list[HomogeneityTest
     """Test each of two or more flights against all others; [] for one."""
     if len(estimates) == 1:
         return []
-    return [
+    tests = [
         compare_estimates(entry, pooled_estimate([*estimates[:i], *estimates[i + 1 :]]))
         for i, entry in enumerate(estimates)
     ]
+    # The tests of two flights are one.
+    return tests if len(tests) == 2 else adjusted(tests)
+
+
+def adjusted(tests: Sequence[HomogeneityTest]) -> list[HomogeneityTest]:
+    """Return tests with probabilities times their number (Bonferroni)."""
+    return [test._replace(probability=min(len(tests) * test.probability, 1.0)) for test in tests]
 
 
 def _marginals(estimates: Sequence[FlightEstimate]) -> dict[str, tuple[Array, Array]]:

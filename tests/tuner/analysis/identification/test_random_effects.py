@@ -18,6 +18,7 @@ from tuner.analysis.identification.random_effects import (
     FlightEstimate,
     between_flight_std,
     compare_estimates,
+    compare_flights,
     pooled_estimate,
     predictive_variance,
 )
@@ -82,6 +83,15 @@ def test_what_differs_is_named_with_its_causes():
     assert set(found.causes) == {cause for cause, names in CAUSES.items() if "thrust.30" in names}
     # Scatter that is as large explains it.
     assert not compare_estimates(estimate([0.0, 0.4, 0.0], 0.001 * np.eye(3)), others, {"thrust.30": 0.2}).is_rejected
+
+
+def test_of_many_flights_of_one_vehicle_any_is_rejected_as_often_as_allowed():
+    draw, tries, flights = np.random.default_rng(11), 800, 5
+    rejected = 0
+    for _ in range(tries):
+        drawn = [estimate(0.1 * draw.normal(size=3), 0.01 * np.eye(3), flight=str(k)) for k in range(flights)]
+        rejected += any(test.is_rejected for test in compare_flights(drawn))
+    assert rejected <= 0.01 * tries + 3.0 * np.sqrt(0.01 * tries)
 
 
 def test_flights_without_a_common_number_agree():
