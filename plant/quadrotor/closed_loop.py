@@ -47,10 +47,10 @@ def place(body: Body, reference: Reference) -> Body:
     return Body(reference.position, body.velocity, body.attitude, body.rate, body.rotor_speed)
 
 
-def held_by(body: Body, angles: Vec3, nominal: Nominal) -> TrimCommand:
-    """Return the trim command of a body as it is; angles: its roll, pitch, yaw [rad]."""
+def held_by(body: Body, speed: Rotors, angles: Vec3, nominal: Nominal) -> TrimCommand:
+    """Return the trim command of a body; speed: of its rotors by the nominal curve [rad/s]; angles: roll, pitch, yaw [rad]."""
     vehicle = nominal.vehicle
-    thrust = rotor_thrusts(body.rotor_speed, vehicle.thrust_coefficient)
+    thrust = rotor_thrusts(speed, vehicle.thrust_coefficient)
     lift, up = rotors_sum(thrust) / vehicle.mass, thrust_direction(body.attitude)
     acceleration = Vec3(lift * up.x, lift * up.y, lift * up.z - vehicle.gravity)
     return TrimCommand(thrust, acceleration, Tilt(angles.x, angles.y))
@@ -145,11 +145,6 @@ class CascadeLoop(ClosedLoop):
     cascade: Cascade
 
 
-def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynamics, plant_step: float) -> Body:
-    """Fly one plant step with the rotor speeds in force [rad/s]."""
-    return runge_kutta_step(body, speed, disturbance, dynamics, plant_step)
-
-
 def close_loop(cascade: Cascade, meter: MeterModel, features: VehicleFeatures = BARE) -> CascadeLoop:
     """Bind the closed loop to a cascade, its meters and its vehicle's features."""
     line, gyro, notches, supply = rotor_line(features.delay_steps), features.gyro, features.notches, features.supply
@@ -177,19 +172,27 @@ def close_loop(cascade: Cascade, meter: MeterModel, features: VehicleFeatures = 
     gyro_start, hear = gyro.start, gyro.hear
     notches_start, follow = notches.start, notches.follow
     supply_start, feed = supply.start, supply.feed
+    command_of, speed_of = features.drive
     keep_meters = selector(Meters)
 
     def start(
-        body: Body, constants: Any, nominal: Nominal, reference: Reference, noise: Noise, targets: Targets
+        body: Body,
+        constants: Any,
+        nominal: Nominal,
+        reference: Reference,
+        noise: Noise,
+        targets: Targets,
+        dynamics: Dynamics,
     ) -> Any:
         angles = euler_angles(body.attitude)
-        held = held_by(body, angles, nominal)
+        turning = body.rotor_speed
+        speed = command_of(turning, dynamics.curve)
+        held = held_by(body, speed_of(speed, nominal.curve), angles, nominal)
         thrust = held.thrust
         control = cascade_start(constants, measure(body, angles, body.rate, noise), nominal, held)
         sample = sample_of(body, angles, reference, held.tilt, thrust, thrust, nominal, 0.0)
-        speed = body.rotor_speed
         meters = meter_start(sample, targets)
-        gyro, notches, battery = gyro_start(body, nominal), notches_start(speed), supply_start(speed, nominal)
+        gyro, notches, battery = gyro_start(body, nominal), notches_start(turning), supply_start(turning, nominal)
         return Flight(body, speed, filled(speed), thrust, thrust, gyro, notches, battery, control, meters, 0.0, 0.0)
 
     def decide(
@@ -216,10 +219,13 @@ def close_loop(cascade: Cascade, meter: MeterModel, features: VehicleFeatures = 
         sample = sample_of(body, angles, reference, control.tilt, command, flight.pending, nominal, time)
         meters = keep_meters(alive, meter_update(flight.meters, sample, targets, h), flight.meters)
         end_time = select(alive, time + h, flight.end_time)
-        speed_command = speed_commands(in_force, nominal)
+        speed_command = command_of(speed_commands(in_force, nominal), nominal.curve)
         turned_to, battery = feed(flight.battery, speed_command, body.rotor_speed, nominal, h)
         speed, queue = passed(flight.queue, turned_to)
         return Flight(body, speed, queue, in_force, command, gyro, notches, battery, control, meters, status, end_time)
+
+    def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynamics, plant_step: float) -> Body:
+        return runge_kutta_step(body, speed_of(speed, dynamics.curve), disturbance, dynamics, plant_step)
 
     records = LoopRecords(
         cascade.Gains,

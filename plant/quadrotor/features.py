@@ -6,6 +6,7 @@ from plant.errors import InputError
 from plant.quadrotor.battery import DRAINING, HELD, MAINS, Supply, has_battery
 from plant.quadrotor.gyro import Gyro, gyro_of
 from plant.quadrotor.notches import Notches, notches_of
+from plant.quadrotor.thrust_curve import CURVED, PROPORTIONAL, RotorDrive
 from plant.quadrotor.vehicle import Vehicle, late_periods
 
 # The bilinear transform of a mode keeps its frequency up to here, over the control rate.
@@ -15,7 +16,7 @@ MOST_OF_RATE = 0.4
 class VehicleFeatures(NamedTuple):
     """late: control periods by which rotors feel a command late. vibrates: whether the gyro hears rotors. flexes: whether the
     frame has a mode. filters: whether the gyro has a low-pass below half the control rate. harmonics: of the rotors' speed, at
-    each of which the controller has a notch. supply: of the rotors.
+    each of which the controller has a notch. supply: of the rotors. drive: from commanded to held rotor speeds.
     """
 
     delay_steps: int = 0
@@ -24,6 +25,7 @@ class VehicleFeatures(NamedTuple):
     has_low_pass: bool = False
     harmonics: int = 0
     supply: Supply = MAINS
+    drive: RotorDrive = PROPORTIONAL
 
     @property
     def gyro(self) -> Gyro:
@@ -51,6 +53,7 @@ class VehicleFeatures(NamedTuple):
             "flexes": self.has_flexible_mode,
             "filters": self.has_low_pass,
             "sags": sags,
+            "curved": self.drive is not PROPORTIONAL,
         }
         delay = f"_late{self.delay_steps}" if self.delay_steps else ""
         notches = f"_notches{self.harmonics}" if self.harmonics else ""
@@ -88,4 +91,5 @@ def vehicle_features(vehicle: Vehicle, control_period: float, harmonics: float =
         has_low_pass,
         int(harmonics),
         supply,
+        CURVED if vehicle.thrust_linear else PROPORTIONAL,
     )

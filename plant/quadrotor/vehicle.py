@@ -27,6 +27,7 @@ class Vehicle(NamedTuple):
         rate_damping [N m s].
         gravity [m/s2].
         dead_time from a command to the first change of rotor speed [s], see `late_periods`.
+        thrust_linear: share of the thrust at full command that is linear in the command [1], see `thrust_curve.py`.
 
     Of the gyro (`gyro.py`), 0 for none:
         vibration_1 to vibration_3: lines at 1, 2 and 3 times the speed of a rotor, of each at hover speed [rad/s].
@@ -58,6 +59,7 @@ class Vehicle(NamedTuple):
     rate_damping: Vec3
     gravity: float
     dead_time: float = 0.0
+    thrust_linear: float = 0.0
     vibration_1: float = 0.0
     vibration_2: float = 0.0
     vibration_3: float = 0.0
