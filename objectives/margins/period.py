@@ -19,7 +19,7 @@ from plant.backends import array, symbolic
 from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.quadrotor.attitude import euler_angles
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, Cascade, commanded_torque
-from plant.quadrotor.closed_loop import Limits, close_loop, rotor_line
+from plant.quadrotor.closed_loop import Limits, close_loop
 from plant.quadrotor.disturbance import Disturbance
 from plant.quadrotor.features import BARE, VehicleFeatures
 from plant.quadrotor.gains import gain_addresses
@@ -74,7 +74,7 @@ def state_type(cascade: Cascade, fitted: VehicleFeatures = BARE) -> Any:
     """
     parts = {
         "body": Body,
-        "queue": rotor_line(fitted.delay_steps).Queue,
+        "queue": fitted.line.Queue,
         "in_force": Rotors,
         "pending": Rotors,
         "gyro": fitted.gyro.Memory,
@@ -220,9 +220,9 @@ def constants_of(cascade: Cascade, gains: Array, control_period: float) -> Any:
     return array.rebinder()(cascade.prepare)(pack(cascade.Gains, gains.T[..., None, None]), control_period)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=32)
 def period_map(cascade: Cascade, timing: Timing, fitted: VehicleFeatures) -> PeriodMap:
-    """Return the control period of a cascade; steady states and vehicles share one, for its functions take 0.1 s to derive."""
+    """Return the control period of a cascade, shared by trims and vehicles of one dead time: deriving it takes 0.1 s."""
     return PeriodMap(cascade, timing, fitted)
 
 

@@ -4,12 +4,10 @@ With compute delay, the command decided at k comes into force at k + 1. Rotors w
 (`vehicle.late_periods`), and the gyro hears more than the body's rate (`gyro.py`), which the controller does not know.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from plant.loop import LARGEST_STATE, ClosedLoop, LoopRecords, MeterModel
-from plant.model.functions import written
 from plant.primitives import absolute, both, either, select, sqrt
 from plant.quadrotor.allocation import saturated, speed_commands
 from plant.quadrotor.attitude import euler_angles, nearest_turn, thrust_direction
@@ -19,6 +17,7 @@ from plant.quadrotor.features import BARE, VehicleFeatures
 from plant.quadrotor.integrator import runge_kutta_step
 from plant.quadrotor.nominal import Nominal
 from plant.quadrotor.rigid_body import Body, Dynamics, rotor_thrusts
+from plant.quadrotor.rotor_line import select_rotors
 from plant.quadrotor.sample import Sample, Targets
 from plant.quadrotor.sensors import Noise, measure
 from plant.records import record_type, rows, selector
@@ -106,38 +105,6 @@ def sample_of(
     )
 
 
-def select_rotors(condition: bool, a: Rotors, b: Rotors) -> Rotors:
-    """Return a where the condition holds, else b."""
-    return Rotors(
-        select(condition, a.r1, b.r1),
-        select(condition, a.r2, b.r2),
-        select(condition, a.r3, b.r3),
-        select(condition, a.r4, b.r4),
-    )
-
-
-class RotorLine(NamedTuple):
-    """Speeds on their way to the rotors.
-
-    Queue: record of those that wait, the oldest first; filled(speed) -> Queue; passed(queue, speed) -> (oldest, Queue).
-    """
-
-    Queue: Any
-    filled: Callable[..., Any]
-    passed: Callable[..., Any]
-
-
-def rotor_line(delay_steps: int) -> RotorLine:
-    """Return a delay line of rotor speeds, so many control periods long."""
-    waiting = [f"p{i}" for i in range(delay_steps)]
-    Queue = record_type("Queue", dict.fromkeys(waiting, Rotors))
-    oldest, *others = [*[f"queue.{name}" for name in waiting], "speed"]
-    filled = ["def filled(speed):", f"    return Queue({', '.join(['speed'] * delay_steps)})"]
-    passed = ["def passed(queue, speed):", f"    return {oldest}, Queue({', '.join(others)})"]
-    names = {"Queue": Queue}
-    return RotorLine(Queue, written("filled", filled, names), written("passed", passed, names))
-
-
 @dataclass(frozen=True)
 class CascadeLoop(ClosedLoop):
     """The closed loop of a quadrotor, bound to a cascade and to meters."""
@@ -147,7 +114,7 @@ class CascadeLoop(ClosedLoop):
 
 def close_loop(cascade: Cascade, meter: MeterModel, features: VehicleFeatures = BARE) -> CascadeLoop:
     """Bind the closed loop to a cascade, its meters and its vehicle's features."""
-    line, gyro, notches, supply = rotor_line(features.delay_steps), features.gyro, features.notches, features.supply
+    line, gyro, notches, supply = features.line, features.gyro, features.notches, features.supply
     Flight = record_type(
         "Flight",
         {
@@ -193,7 +160,8 @@ def close_loop(cascade: Cascade, meter: MeterModel, features: VehicleFeatures = 
         sample = sample_of(body, angles, reference, held.tilt, thrust, thrust, nominal, 0.0)
         meters = meter_start(sample, targets)
         gyro, notches, battery = gyro_start(body, nominal), notches_start(turning), supply_start(turning, nominal)
-        return Flight(body, speed, filled(speed), thrust, thrust, gyro, notches, battery, control, meters, 0.0, 0.0)
+        queue = filled(speed, dynamics.dead_time)
+        return Flight(body, speed, queue, thrust, thrust, gyro, notches, battery, control, meters, 0.0, 0.0)
 
     def decide(
         flight: Any,
@@ -221,7 +189,7 @@ def close_loop(cascade: Cascade, meter: MeterModel, features: VehicleFeatures = 
         end_time = select(alive, time + h, flight.end_time)
         speed_command = command_of(speed_commands(in_force, nominal), nominal.curve)
         turned_to, battery = feed(flight.battery, speed_command, body.rotor_speed, nominal, h)
-        speed, queue = passed(flight.queue, turned_to)
+        speed, queue = passed(flight.queue, turned_to, h)
         return Flight(body, speed, queue, in_force, command, gyro, notches, battery, control, meters, status, end_time)
 
     def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynamics, plant_step: float) -> Body:

@@ -55,6 +55,7 @@ class Dynamics(NamedTuple):
         rise, fall: rotor poles 1/tau [1/s].
         drag_linear, drag_quadratic, drag_height, rate_damping, gravity: as in `Vehicle`.
         curve: of rotor speed over its command.
+        dead_time [s].
     """
 
     inverse_mass: float
@@ -74,6 +75,7 @@ class Dynamics(NamedTuple):
     rate_damping: Vec3
     gravity: float
     curve: CommandCurve
+    dead_time: float
 
 
 def dynamics(vehicle: Vehicle) -> Dynamics:
@@ -101,6 +103,7 @@ def dynamics(vehicle: Vehicle) -> Dynamics:
         vehicle.rate_damping,
         vehicle.gravity,
         command_curve(vehicle.thrust_linear, vehicle.speed_max),
+        vehicle.dead_time,
     )
 
 
