@@ -56,7 +56,8 @@ def airframe_text(
         lines.append(f"{name if dot else key} = {_entry(values[key])}")
     lines += [
         "",
-        "# Standard deviations: of centre.x and centre.y in m, dead_time in s, thrust_linear in 1, others relative; and their correlation.",
+        "# Standard deviations: of centre.x and centre.y in m, of dead_time in s, of thrust_linear in 1, of all others relative;",
+        "# and their correlation.",
         "[uncertainty]",
         f"source = {quoted(source)}",
         f"names = [{', '.join(quoted(name) for name in uncertainty.names)}]",
