@@ -92,9 +92,9 @@ class MarginModel(LoopMargins):
         prompt, has_slow = period_map(self.cascade, timing, fitted), cascade.position_every > 1
 
         def linearized(each: Vehicle, is_slow: bool) -> TrimLinearization:
-            own = fitted._replace(delay_steps=late_periods(each, timing.control_period))
-            slow = slow_position(cascade, timing, own) if is_slow else None
-            return TrimLinearization(period_map(self.cascade, timing, own), self.trim, nominal, each, slow)
+            features = fitted._replace(delay_steps=late_periods(each, timing.control_period))
+            slow = slow_position(cascade, timing, features) if is_slow else None
+            return TrimLinearization(period_map(self.cascade, timing, features), self.trim, nominal, each, slow)
 
         loops = [linearized(each, has_slow) for each in self.vehicles]
         coarse = [linearized(each, False) for each in self.vehicles if has_slow and not exact]

@@ -133,7 +133,7 @@ class PeriodMap:
         return Batch("rest", [body, gains, nominal, reference, dynamics], [column_of(state)])
 
     def commands(self, speed: Array, dynamics: Array) -> Array:
-        """Return the commanded speeds (4,) at which the rotors of a vehicle hold speeds (4,) [rad/s]."""
+        """Return the commands (4,) of rotor speeds (4,) [rad/s]; dynamics: of the vehicle."""
         held, flown = pack(Rotors, speed.tolist()), pack(Dynamics, dynamics.tolist())
         return np.array(self._drive.command_of(held, flown.curve))
 
@@ -222,7 +222,10 @@ def constants_of(cascade: Cascade, gains: Array, control_period: float) -> Any:
 
 @lru_cache(maxsize=32)
 def period_map(cascade: Cascade, timing: Timing, fitted: VehicleFeatures) -> PeriodMap:
-    """Return the control period of a cascade, shared by trims and vehicles of one dead time: deriving it takes 0.1 s."""
+    """Return the control period of a cascade.
+
+    Trims and vehicles of one dead time share it, for deriving its functions takes 0.1 s.
+    """
     return PeriodMap(cascade, timing, fitted)
 
 

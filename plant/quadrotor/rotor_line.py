@@ -1,5 +1,6 @@
-"""Delay line of the rotors: commanded speeds wait for whole control periods, the dead time rounded.
+"""Delay line of the rotors.
 
+Commanded speeds wait for whole control periods, the dead time rounded.
 Vehicles that are drawn may have each its own dead time; then the line is as long as the longest, and each takes its place of it.
 """
 
@@ -35,7 +36,7 @@ def select_rotors(condition: bool, a: Rotors, b: Rotors) -> Rotors:
 
 
 def rotor_line(delay_steps: int) -> RotorLine:
-    """Return a line that is so many control periods long, the oldest speed first."""
+    """Return a line of some control periods, the oldest speed first."""
     waiting = [f"p{i}" for i in range(delay_steps)]
     Queue = record_type("Queue", dict.fromkeys(waiting, Rotors))
     oldest, *others = [*[f"queue.{name}" for name in waiting], "speed"]
@@ -46,7 +47,10 @@ def rotor_line(delay_steps: int) -> RotorLine:
 
 
 def rotor_line_up_to(most_steps: int) -> RotorLine:
-    """Return a line for vehicles of up to so many control periods of dead time, the latest speed first."""
+    """Return a line for several dead times, the latest speed first.
+
+    most_steps: the longest [control periods].
+    """
     waiting = [f"p{i}" for i in range(most_steps)]
     Queue = record_type("VariedQueue", {"dead_time": float, **dict.fromkeys(waiting, Rotors)})
     names = {"Queue": Queue, "select_rotors": select_rotors}

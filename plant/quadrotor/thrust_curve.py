@@ -1,12 +1,14 @@
-"""Thrust curve of a rotor over its motor command: T = T_max ((1 - a) u^2 + a u), the same of PX4's THR_MDL_FAC = 1 - a.
+"""Thrust curve of a rotor over its motor command.
 
+    T = T_max ((1 - a) u^2 + a u)
     w^2 = w_c ((1 - a) w_c + a w_max),    w_c = u w_max
 
 A speed controller (ESC) that is commanded w_c holds w. With a = 0 command and speed are proportional. The controller asks for
 thrust and inverts the curve of the nominal vehicle, so a vehicle with that curve answers with unit gain; one with another a
 answers with the quotient of both slopes at hover. Below 0 the curve is cut: a rotor with a < 0 stands still up to u = -a/(1 - a).
 
-PX4 parameter reference, THR_MDL_FAC: "rel_thrust = factor * rel_signal^2 + (1-factor) * rel_signal".
+It is the curve of PX4, whose THR_MDL_FAC is 1 - a. PX4 parameter reference, 1.16:
+"rel_thrust = factor * rel_signal^2 + (1-factor) * rel_signal".
 """
 
 from collections.abc import Callable
@@ -39,12 +41,15 @@ class RotorDrive(NamedTuple):
 
 
 def command_curve(linear: float, speed_max: float) -> CommandCurve:
-    """Return the coefficients of a curve with a share a = linear of its full thrust linear in the command."""
+    """Return the coefficients of a curve; linear: its share a."""
     return CommandCurve(1.0 - linear, linear * speed_max)
 
 
 def rotor_command(speed: float, curve: CommandCurve) -> float:
-    """Commanded speed at which a rotor holds a speed [rad/s], by the form of the root that does not cancel."""
+    """Commanded speed at which a rotor holds a speed [rad/s].
+
+    Of the two forms of the root it takes the one that does not cancel.
+    """
     root = sqrt(curve.linear * curve.linear + 4.0 * curve.square * speed * speed)
     convex = (root - curve.linear) / (2.0 * maximum(curve.square, 1.0))
     concave = 2.0 * speed * speed / maximum(root + curve.linear, LEAST_SPEED)

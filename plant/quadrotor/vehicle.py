@@ -95,7 +95,10 @@ def late_periods(vehicle: Vehicle, control_period: float) -> int:
 
 
 def most_late_periods(vehicle: Vehicle, control_period: float) -> int:
-    """Return the control periods of the longest dead time that is drawn, `MOST_LATE` at most; 0 where none is drawn."""
+    """Return the control periods of the longest dead time that is drawn.
+
+    At most `MOST_LATE`; 0 where none is drawn.
+    """
     if vehicle.dead_time_deviation == 0.0:
         return 0
     longest = vehicle.dead_time + FARTHEST * vehicle.dead_time_deviation

@@ -1,4 +1,4 @@
-"""Sentences on a vehicle's dead time, thrust curve, gyro, frame, battery and notches."""
+"""Sentences on a vehicle's rotors, gyro, frame, battery and notches."""
 
 from math import pi
 

@@ -92,7 +92,7 @@ def load(name_or_path: str | Path, *, allow_unphysical: bool = False) -> Airfram
 
 
 def _deviation(uncertainty: Uncertainty | None, name: str) -> float:
-    """Return the standard deviation of a number of the uncertainty, 0 where it has none."""
+    """Return the standard deviation of a number, 0 where none is given."""
     if uncertainty is None or name not in uncertainty.names:
         return 0.0
     return uncertainty.deviations[uncertainty.names.index(name)]

@@ -156,12 +156,12 @@ def command_slope(actuation: Actuation, model: float) -> float:
 
 
 def linearizing_model(actuation: Actuation) -> float:
-    """Return the factor F of an autopilot's curve that comes closest to the rotors': theirs, at most 1."""
+    """Return the factor F of the rotors' curve, 1 at most."""
     return min(actuation.curve, 1.0)
 
 
 def linearized_slope(actuation: Actuation) -> float:
-    """Return the thrust of a rotor per unit of a command that the autopilot linearizes as well as it can, at hover [N]."""
+    """Return the thrust at hover per unit of a linearized command [N]."""
     return actuation.thrust_max if actuation.curve <= 1.0 else command_slope(actuation, linearizing_model(actuation))
 
 

@@ -118,7 +118,10 @@ class Uncertainty:
 
 
 def can_exist(vehicle: Vehicle) -> bool:
-    """Return True if a vehicle can exist and take off: by its inertias, and by torque and curve of its thrust."""
+    """Return True if a vehicle can exist and take off.
+
+    By its inertias, and by torque and curve of its thrust.
+    """
     x, y, z = vehicle.inertia
     low, high = torque_ratios(vehicle)
     flies = thrust_to_weight(vehicle) >= THRUST_TO_WEIGHT[0] and LEAST < vehicle.thrust_linear <= MOST

@@ -1,5 +1,6 @@
-"""Thrust curve of an airframe file, T = T_max ((1 - a) u^2 + a u), with value and slope of the identified one at hover.
+"""Thrust curve with value and slope of the identified one at hover.
 
+    T = T_max ((1 - a) u^2 + a u)
     x = d log T/d log u at hover,    D = x - 1 + u (2 - x),    a = u (2 - x)/D,    da/dx = -u/D^2
 
 The identified curve is a parabola through thrusts at `NODES`. Away from hover, and at full command above all, the two differ.
@@ -40,11 +41,11 @@ class HoverCurve(NamedTuple):
     by_linear: Array
 
     def share(self, linear: float) -> float:
-        """Return the thrust at hover over that at full command, of a curve with a share a = linear."""
+        """Return the hover thrust over that at full command; linear: share a."""
         return max((1.0 - linear) * self.command**2 + linear * self.command, LEAST_SHARE)
 
     def thrust_by_linear(self, linear: float) -> float:
-        """Return d log T/da at hover, full thrust held, of a curve with a share a = linear."""
+        """Return d log T/da at hover, full thrust held; linear: share a."""
         return (self.command - self.command**2) / self.share(linear)
 
 

@@ -59,7 +59,7 @@ def _hover_curve(identified: Identified) -> HoverCurve:
 
 
 def _is_slope_identified(identified: Identified, curve: HoverCurve) -> bool:
-    """Return True if the interval of `thrust_linear` is narrower than half of that before any log."""
+    """Return True if logs halve the interval of `thrust_linear`."""
     space = identified.space
     nodes = [space.names.index(name) for name in THRUSTS]
     variance = curve.by_linear @ identified.fit.covariance[np.ix_(nodes, nodes)] @ curve.by_linear

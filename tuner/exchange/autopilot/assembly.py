@@ -56,7 +56,7 @@ def control_period(default: str) -> Option:
 
 
 def curve(settings: Mapping[str, str]) -> float | None:
-    """Return the factor of the thrust curve [1], None for that of the airframe."""
+    """Return the factor of the thrust curve, None for the airframe's."""
     return None if settings[CURVE.name] == OF_AIRFRAME else number(settings, CURVE.name, 0.0, 1.0, "1")
 
 
