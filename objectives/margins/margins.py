@@ -88,7 +88,7 @@ class MarginModel(LoopMargins):
     ) -> None:
         self.trim, self.timing, self.flown, self.cascade = trim or Trim(), timing, cascade, cascade.at_one_rate
         self.vehicles = (vehicle, *others)
-        fitted = vehicle_features(vehicle, timing.control_period, nominal.harmonics)
+        fitted = vehicle_features(vehicle, timing.control_period, nominal.harmonics, nominal.vehicle)
         prompt, has_slow = period_map(self.cascade, timing, fitted), cascade.position_every > 1
 
         def linearized(each: Vehicle, is_slow: bool) -> TrimLinearization:

@@ -86,10 +86,19 @@ def hears_rotors(vehicle: Vehicle) -> bool:
     return any((vehicle.vibration_1, vehicle.vibration_2, vehicle.vibration_3))
 
 
-def vehicle_features(vehicle: Vehicle, control_period: float, harmonics: float = 0.0) -> VehicleFeatures:
-    """Return the features of a vehicle and its controller; harmonics: of the rotor notches.
+def vehicle_features(
+    vehicle: Vehicle, control_period: float, harmonics: float = 0.0, assumed: Vehicle | None = None
+) -> VehicleFeatures:
+    """Return the features of a vehicle and its controller.
 
-    InputError where its loop cannot be sampled so slowly.
+    Args:
+        vehicle: The vehicle that flies.
+        control_period: Control period [s].
+        harmonics: Of the rotor notches.
+        assumed: The vehicle that the controller assumes, by default the one that flies.
+
+    Raises:
+        InputError: The loop cannot be sampled so slowly.
     """
     has_flexible_mode = vehicle.mode_gain != 0.0
     if has_flexible_mode and vehicle.mode_frequency * control_period > MOST_OF_RATE:
@@ -109,5 +118,5 @@ def vehicle_features(vehicle: Vehicle, control_period: float, harmonics: float =
         has_low_pass,
         int(harmonics),
         supply,
-        CURVED if vehicle.thrust_linear else PROPORTIONAL,
+        CURVED if any(each.thrust_linear for each in (vehicle, assumed or vehicle)) else PROPORTIONAL,
     )

@@ -21,7 +21,7 @@ def model(linear: float, assumed: float) -> MarginModel:
 
 
 @pytest.mark.parametrize("channel", ["z", "roll", "yaw"])
-@pytest.mark.parametrize("linear", [-0.2, 0.3, 0.7])
+@pytest.mark.parametrize("linear", [-0.2, 0.0, 0.3, 0.7])
 def test_the_loop_has_the_quotient_of_the_slopes_at_hover(channel, linear):
     """At the command that carries the weight; one where the controller inverts the curve that flies."""
     (row,) = random_gains("pid", "ladrc", 1, 5, 0.1)
