@@ -1,7 +1,7 @@
 """What was identified as an airframe file: its numbers, each with its source, and their [uncertainty]."""
 
 from collections.abc import Sequence
-from math import sqrt
+from math import exp, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from tuner.analysis.airframe_text import airframe_text, rounded, uncertainty_fro
 from tuner.analysis.identification.hover_curve import HoverCurve, hover_curve
 from tuner.analysis.identification.identify import NARROWED, Identified
 from tuner.analysis.identification.parameters import NODES
+from tuner.analysis.identification.rotor_lines import QUANTILE, RotorLine, rotor_lines
 from tuner.documents.identification import LogRow
 
 Array = NDArray[np.float64]
@@ -78,6 +79,7 @@ def identified_values(identified: Identified, read: Sequence[tuple[str, str]]) -
     has_slope = _is_slope_identified(identified, curve)
     linear = curve.linear if has_slope else vehicle.thrust_linear
     full = curve.thrust / curve.share(linear)
+    lines = rotor_lines(identified)
     has_thrust = not set(THRUSTS) <= set(identified.reasons)
     values = {
         "inertia.x": numbers.inertia.x,
@@ -93,12 +95,14 @@ def identified_values(identified: Identified, read: Sequence[tuple[str, str]]) -
         "dead_time": max(numbers.dead_time, 0.0),
         **({"speed_max": sqrt(full / vehicle.thrust_coefficient)} if has_thrust else {}),
         **({"thrust_linear": linear} if has_slope else {}),
+        **{f"vibration_{line.harmonic}": line.amplitude for line in lines},
     }
     notes = {
         "inertia.z": f"{source}: its share of x + y" + (" as before" if "inertia_share" in identified.reasons else ""),
         "speed_max": f"{source}: thrust of {full:.4g} N at full command, at the thrust_coefficient given, and hover at "
         f"{curve.command:.4g} of full command",
         "thrust_linear": f"{source}: slope of the thrust at hover",
+        **{f"vibration_{line.harmonic}": f"{source}: {_line_words(line)}" for line in lines},
         **dict.fromkeys(("rate_damping.x", "rate_damping.y"), INFLOW),
         "dead_time": f"{source}: from a logged command to the rotor; controller.delay ends at the logged command. "
         f"The delay of the gyro, {1e3 * numbers.gyro_delay:.2g} ms, is left to the filters of the study, or gyro_cutoff here",
@@ -121,6 +125,14 @@ def identified_text(identified: Identified, title: str, before: Sequence[LogRow]
     source = f"identified from {logs}"
     return airframe_text(
         title, airframe.frame, spin, identified_values(identified, read), uncertainty_of(identified), source
+    )
+
+
+def _line_words(line: RotorLine) -> str:
+    factor = exp(QUANTILE * line.deviation)
+    return (
+        f"{line.logged:.2g} rad/s at {line.frequency:.3g} Hz as logged; before the gyro's low-pass, which is known by its delay, "
+        f"{line.amplitude / factor:.2g} to {line.amplitude * factor:.2g} (95 %)"
     )
 
 
