@@ -1,4 +1,6 @@
-"""Lines at 1, 2 and 3 times the rotors' speed in a gyro.
+"""Lines of the rotors in the gyro of a log.
+
+They stand at 1, 2 and 3 times the speed of the rotors.
 
     S(o) = mean over calm windows of P(f) f_w/r^4,    o = f/f_w,    f_w = r f_hover
     a = sqrt(A/2)/|L|,    A = integral of S less its floor over the line
@@ -85,9 +87,9 @@ def rotor_lines(identified: Identified) -> tuple[RotorLine, ...]:
 def _order_spectra(
     log: FlightLog, numbers: PhysicalParameters, weight: float, hover: float
 ) -> Iterator[tuple[float, Array]]:
-    """Yield the relative spread of rotor speeds and the spectrum of each window.
+    """Yield spread of speeds and spectrum of each window.
 
-    The spectrum is over `ORDERS`, at hover speed.
+    The spread is relative; the spectrum is over `ORDERS`, at hover speed.
     """
     for stretch in log.stretches():
         count = round(WINDOW * stretch.rate)

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import signal
 
 from plant.backends.array import rebinder
@@ -27,7 +27,7 @@ FASTER = 1.2
 AMPLITUDES = (0.03, 0.012, 0.02)
 
 
-def lfilter(b: list[float], a: list[float] | NDArray[np.float64], series: NDArray[np.float64]) -> NDArray[np.float64]:
+def lfilter(b: ArrayLike, a: ArrayLike, series: ArrayLike) -> NDArray[np.float64]:
     """The series (n, k) through b/a, from rest."""
     return np.asarray(signal.lfilter(b, a, series, axis=0), dtype=float)
 
