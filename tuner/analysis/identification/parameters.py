@@ -253,7 +253,12 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
         ),
         *[
             Parameter(
-                f"thrust.{100 * u:.0f}", "N", full * u * u, WIDE, True, f"thrust of a rotor at {100 * u:.0f} % command"
+                f"thrust.{100 * u:.0f}",
+                "N",
+                full * u * (u + vehicle.thrust_linear * (1.0 - u)),
+                WIDE,
+                True,
+                f"thrust of a rotor at {100 * u:.0f} % command",
             )
             for u in NODES.tolist()
         ],
