@@ -11,7 +11,8 @@ from plant.quadrotor.airframes.schema import OPTIONAL, Sourced
 from plant.quadrotor.airframes.uncertainty import CENTRE, NAMES, Uncertainty
 from tuner.analysis.airframe_text import airframe_text, rounded, uncertainty_from
 from tuner.analysis.identification.hover_curve import HoverCurve, hover_curve
-from tuner.analysis.identification.identify import NARROWED, Identified
+from tuner.analysis.identification.identifiability import NARROWED
+from tuner.analysis.identification.identify import Identified
 from tuner.analysis.identification.parameters import NODES
 from tuner.analysis.identification.rotor_lines import QUANTILE, RotorLine, rotor_lines
 from tuner.documents.identification import LogRow
