@@ -31,7 +31,8 @@ SCANNED_WITH, SCAN_ITERATIONS = ("lag_up", "lag_down", "gyro_delay", "inertia.x"
 """Coordinates that follow each of these, and Gauss-Newton iterations of theirs."""
 SPLIT = 0.0025
 """Standard deviation of the gyro's share in the delay of rotors and gyro together [s]: a loop that answers the noise of its gyro
-looks like one with a slower gyro. On 40 vehicles of an independent simulator, logged at 500 Hz, it was off by 1 to 6 ms.
+looks like one with a slower gyro, or with slower rotors where the gyro's low-pass is known. On 40 vehicles of an independent
+simulator, logged at 500 Hz, it was off by 1 to 6 ms.
 """
 BLOCK = 0.2
 """Length of the blocks whose scores are taken as independent [s]: whitening leaves little correlation beyond."""
@@ -243,10 +244,20 @@ def _cost(problem: Problem, point: Array, noise: Noise, prior: Array) -> float:
 
 
 def _split_covariance(space: ParameterSpace, point: Array, free: NDArray[np.bool_]) -> Array:
-    """Return the covariance (n, n) of the gyro's share in the delay."""
-    along, at = np.zeros(len(point)), [space.names.index(name) for name in ("dead_time", "gyro_delay")]
-    if free[at].all():
-        along[at] = SPLIT, -min(SPLIT / space.numbers(point).gyro_delay, float(space.prior_std[at[1]]))
+    """Return the covariance (n, n) of the split of the delay.
+
+    Between dead time and gyro, or rotor lags where the gyro's low-pass is known.
+    """
+    along, numbers = np.zeros(len(point)), space.numbers(point)
+    at = {name: space.names.index(name) for name in ("dead_time", "gyro_delay", "lag_up", "lag_down")}
+    if not free[at["dead_time"]]:
+        return np.outer(along, along)
+    along[at["dead_time"]] = SPLIT
+    if free[at["gyro_delay"]]:
+        along[at["gyro_delay"]] = -min(SPLIT / numbers.gyro_delay, float(space.prior_std[at["gyro_delay"]]))
+    else:
+        for name, lag in (("lag_up", numbers.lag_up), ("lag_down", numbers.lag_down)):
+            along[at[name]] = -SPLIT / lag * free[at[name]]
     return np.outer(along, along)
 
 

@@ -64,7 +64,7 @@ def _is_slope_identified(identified: Identified, curve: HoverCurve) -> bool:
     """Return True if logs halve the interval of `thrust_linear`."""
     space = identified.space
     nodes = [space.names.index(name) for name in THRUSTS]
-    variance = curve.by_linear @ identified.fit.covariance[np.ix_(nodes, nodes)] @ curve.by_linear
+    variance = curve.by_linear @ identified.covariance[np.ix_(nodes, nodes)] @ curve.by_linear
     before = float(np.linalg.norm(curve.by_linear * space.initial_std[nodes]))
     return curve.linear != 0.0 and sqrt(float(variance)) <= NARROWED * before
 

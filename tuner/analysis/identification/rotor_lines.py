@@ -75,7 +75,7 @@ def rotor_lines(identified: Identified) -> tuple[RotorLine, ...]:
     if first is None:
         return ()
     at = identified.space.names.index("gyro_delay")
-    deviation = float(np.sqrt(identified.fit.covariance[at, at]))
+    deviation = float(np.sqrt(identified.covariance[at, at]))
     lines = [
         _line(spectra, n, first, hover, low_pass_delay(numbers.gyro_delay), deviation)
         for n in range(1, HARMONICS + 1)
