@@ -39,7 +39,7 @@ from tuner.study.margins import MarginAnalysis, margin_requirement
 from tuner.study.schema import MarginTable
 from tuner.study.study import Study
 
-FIRST_SEED, FLIGHTS = 40, 32
+FIRST_SEED, FLIGHTS = 44, 32
 """Seed of the first batch of vehicles, none of which set a constant of the fit; flights on the truth."""
 LIMITS = {"phase_margin": ("min", 35.0), "ms": ("max", 2.0)}
 """Margins of roll and pitch [deg; 1], and the side on which the limit lies."""
@@ -187,7 +187,8 @@ def summary_of(chains: list[Chain]) -> dict[str, Any]:
     """Return the shares of broken limits with Clopper-Pearson intervals, and errors of the predicted margins."""
     flown = [entry for entry in chains if entry.end == "flown"]
     broken, count = sum(bool(entry.broken) for entry in flown), len(flown)
-    error = np.array([entry.actual["phase_margin"] - entry.predicted["phase_margin"] for entry in flown])
+    errors = np.array([entry.actual["phase_margin"] - entry.predicted["phase_margin"] for entry in flown])
+    error = errors[np.isfinite(errors)]
     return {
         "chains": len(chains),
         "flown": count,
@@ -196,7 +197,7 @@ def summary_of(chains: list[Chain]) -> dict[str, Any]:
         "broken": broken,
         "broken_at_most": float(beta.ppf(0.975, broken + 1, count - broken)) if broken < count else 1.0,
         "phase_margin_bias": float(error.mean()),
-        "phase_margin_bias_error": float(error.std(ddof=1) / np.sqrt(count)),
+        "phase_margin_bias_error": float(error.std(ddof=1) / np.sqrt(len(error))),
         "phase_margin_spread": float(error.std(ddof=1)),
         "lost": float(np.mean([entry.lost for entry in flown])),
     }
