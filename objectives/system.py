@@ -107,7 +107,8 @@ class System:
     @property
     def fitted(self) -> VehicleFeatures:
         """The fittings of its vehicle and its controller."""
-        return vehicle_features(self.vehicle, self.timing.control_period, self.nominal.harmonics)
+        nominal = self.nominal
+        return vehicle_features(self.vehicle, self.timing.control_period, nominal.harmonics, nominal.vehicle)
 
     def flyer(self, threads: int | None = None) -> Flyer:
         """Return its flyer: the compiled lanes on so many threads, by default one for each core."""

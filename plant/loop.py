@@ -78,7 +78,7 @@ class ClosedLoop:
             the controller keeps, meters, status and end_time, the last three last.
         prepare(gains, h) -> Constants.
         place(body, reference) -> the body where the reference starts.
-        start(body, constants, nominal, reference, noise, targets) -> Flight.
+        start(body, constants, nominal, reference, noise, targets, dynamics) -> Flight.
         decide(flight, constants, nominal, reference, noise, targets, limits, time, h) -> Flight at a control
             instant.
         advance(body, speed, disturbance, dynamics, plant_step) -> Body over one plant step.

@@ -40,7 +40,7 @@ def flight_of(course: Course) -> Any:
         frame = pack(Dynamics, list(dynamics))
         first = pack(Reference, list(references[0]))
         body = bind(place)(bind(hover_body)(nominal), first)
-        begun = start(body, constants, nominal, first, pack(Noise, list(noises[0])), targets)
+        begun = start(body, constants, nominal, first, pack(Noise, list(noises[0])), targets, frame)
 
         def period(flight: Any, now: Any) -> Any:
             k, wind, noise, row = now

@@ -43,6 +43,7 @@ def prepare(course: Course, batch: int, periods: int, threads: int, scratch: Pat
     system = control.nlsys(update, None, inputs=len(given), states=size(model.Flight), dt=h)
     goal = pack(Reference, part.references[0].tolist())
     body = place(hover_body(nominal), goal)
-    first = model.start(body, constants, nominal, goal, pack(Noise, part.noises[0, :, 0].tolist()), targets)
+    noise = pack(Noise, part.noises[0, :, 0].tolist())
+    first = model.start(body, constants, nominal, goal, noise, targets, frame)
     respond: Any = control.input_output_response
     return lambda: respond(system, h * np.arange(periods), given, flatten(first))

@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 class Estimate(TypedDict):
     """A value with its interval, of `summary.json`."""
 
-    value: float
+    value: float | None
     low: float | None
     high: float | None
 
@@ -47,7 +47,9 @@ def number(value: float, digits: int = 3) -> str:
 
 
 def estimate(entry: Estimate, scale: Callable[[float], float], digits: int) -> str:
-    """Return a value with its interval in brackets, where it has one."""
+    """Return a value with its interval in brackets, where it has one; margins of an unstable loop have no value."""
+    if entry["value"] is None:
+        return "unstable"
     value = number(scale(entry["value"]), digits)
     if entry["low"] is None or entry["high"] is None:
         return value

@@ -113,21 +113,22 @@ class OperatingPoint:
 class Plant:
     """A vehicle about the balance of its forces, which no gains change: there it stays at rest.
 
-    body (17,) in balance; following (17,): the body one period later; slope (17, 17 + 4 + 6): its derivative by body, speeds
-    asked for and load.
+    body (17,) in balance; command (4,): speeds that are commanded there; following (17,): the body one period later; slope
+    (17, 17 + 4 + 6): its derivative by body, commanded speeds and load.
     """
 
     body: Array
+    command: Array
     following: Array
     slope: Array
 
     def after(self, body: Array, speed: Array) -> Array:
         """Return the bodies (n, 17) one period later, to first order.
 
-        It is first order in what bodies and thrusts at speeds (n, 4) are off balance.
-        Thrust goes with the square of speed, so in thrusts the way to a balance far off is straight.
+        It is first order in what bodies and squares of commanded speeds (n, 4) are off balance.
+        Thrust goes with about that square, so in squares the way to a balance far off is straight.
         """
-        balance = self.body[-ROTORS:]
+        balance = self.command
         off = np.concatenate([body - self.body, 0.5 * (speed * speed / balance - balance)], axis=1)
         # Summed row by row: a product of matrices adds up in an order that depends on how many rows there are.
         return self.following + np.sum(self.slope[:, : BODY + ROTORS] * off[:, None], axis=-1)
@@ -135,7 +136,8 @@ class Plant:
 
 def plant_about(period: PeriodMap, body: Array, setting: OperatingPoint) -> Plant:
     """The plant about a body (17,) in balance."""
-    held = np.concatenate([body[-ROTORS:], np.zeros(N_CHANNELS)])
+    command = period.commands(body[-ROTORS:], setting.dynamics)
+    held = np.concatenate([command, np.zeros(N_CHANNELS)])
     unit = np.eye(BODY + len(held))
     following, slope = body[None], unit[None, :BODY]
     for _ in range(period.timing.steps):
@@ -143,7 +145,7 @@ def plant_about(period: PeriodMap, body: Array, setting: OperatingPoint) -> Plan
             np.concatenate([following, held[None]], axis=1), setting.disturbance, setting.dynamics
         )
         slope = period.fly.full(entries) @ np.concatenate([slope, unit[None, BODY:]], axis=1)
-    return Plant(body, following[0], slope[0])
+    return Plant(body, command, following[0], slope[0])
 
 
 @dataclass(frozen=True)
@@ -214,6 +216,6 @@ def one_period(
     memory = slice(ROTORS, ROTORS + state.shape[1] - BODY)
     row, _ = period.decide.where
     of_speed = np.flatnonzero(row < ROTORS)
-    entries[:, of_speed] *= (speed / plant.body[-ROTORS:])[:, row[of_speed]]
+    entries[:, of_speed] *= (speed / plant.command)[:, row[of_speed]]
     following = np.concatenate([plant.after(body, speed), outputs[:, memory]], axis=1)
     return PeriodStep(period, plant, following, outputs[:, memory.stop :], values, entries)

@@ -17,7 +17,7 @@ from objectives.margins.linearise import LinearLoops, PeriodStep
 from objectives.margins.loop_margins import LoopMargins, TrimmedLoops, gains_of_terms
 from objectives.margins.period import CHANNELS, PeriodMap, period_map
 from objectives.margins.results import Margins
-from objectives.margins.slow_position import SlowPosition
+from objectives.margins.slow_position import SlowPosition, slow_position
 from objectives.margins.structure import Block, blocks_of, coordinates, with_images
 from objectives.margins.trim import RatePhases, Trim, balanced_plant, find_trim, setting_of
 from plant.errors import InputError
@@ -27,7 +27,7 @@ from plant.quadrotor.features import vehicle_features
 from plant.quadrotor.gains import gain_addresses
 from plant.quadrotor.nominal import Nominal, vary
 from plant.quadrotor.scenarios import Spread
-from plant.quadrotor.vehicle import Vehicle
+from plant.quadrotor.vehicle import Vehicle, late_periods
 from plant.seeds import generator
 
 Array = NDArray[np.float64]
@@ -88,12 +88,16 @@ class MarginModel(LoopMargins):
     ) -> None:
         self.trim, self.timing, self.flown, self.cascade = trim or Trim(), timing, cascade, cascade.at_one_rate
         self.vehicles = (vehicle, *others)
-        fitted = vehicle_features(vehicle, timing.control_period, nominal.harmonics)
-        prompt = period_map(self.cascade, timing, fitted)
-        slow = SlowPosition(cascade, timing, fitted) if cascade.position_every > 1 else None
-        loops = [TrimLinearization(prompt, self.trim, nominal, each, slow) for each in self.vehicles]
-        is_coarse = slow is not None and not exact
-        coarse = [TrimLinearization(prompt, self.trim, nominal, each) for each in self.vehicles if is_coarse]
+        fitted = vehicle_features(vehicle, timing.control_period, nominal.harmonics, nominal.vehicle)
+        prompt, has_slow = period_map(self.cascade, timing, fitted), cascade.position_every > 1
+
+        def linearized(each: Vehicle, is_slow: bool) -> TrimLinearization:
+            features = fitted._replace(delay_steps=late_periods(each, timing.control_period))
+            slow = slow_position(cascade, timing, features) if is_slow else None
+            return TrimLinearization(period_map(self.cascade, timing, features), self.trim, nominal, each, slow)
+
+        loops = [linearized(each, has_slow) for each in self.vehicles]
+        coarse = [linearized(each, False) for each in self.vehicles if has_slow and not exact]
         super().__init__(prompt, loops, cases, skew, points, coarse)
 
     def _term_gains(self, gains: Array, cases: Sequence[Case]) -> Array:

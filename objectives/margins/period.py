@@ -19,11 +19,10 @@ from plant.backends import array, symbolic
 from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.quadrotor.attitude import euler_angles
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, Cascade, commanded_torque
-from plant.quadrotor.closed_loop import Limits, close_loop, rotor_line
+from plant.quadrotor.closed_loop import Limits, close_loop
 from plant.quadrotor.disturbance import Disturbance
 from plant.quadrotor.features import BARE, VehicleFeatures
 from plant.quadrotor.gains import gain_addresses
-from plant.quadrotor.integrator import runge_kutta_step
 from plant.quadrotor.nominal import Nominal
 from plant.quadrotor.rigid_body import Body, Dynamics
 from plant.quadrotor.sample import Targets
@@ -75,7 +74,7 @@ def state_type(cascade: Cascade, fitted: VehicleFeatures = BARE) -> Any:
     """
     parts = {
         "body": Body,
-        "queue": rotor_line(fitted.delay_steps).Queue,
+        "queue": fitted.line.Queue,
         "in_force": Rotors,
         "pending": Rotors,
         "gyro": fitted.gyro.Memory,
@@ -92,7 +91,7 @@ class PeriodMap:
     Control period and plant step are those of `timing`.
     terms: its nonlinear terms. state: record type of the sampled state. Its parts are functions of batches:
 
-        at_rest(body, gains, nominal, reference) -> state
+        at_rest(body, gains, nominal, reference, dynamics) -> state
         decide(x with v, w, r, gains, nominal, reference) -> (speeds and next memory, readings c, s, y, e), derivative, f(s)
         fly(body, speeds and load, disturbance, dynamics) -> body one plant step later, derivative
     """
@@ -107,6 +106,7 @@ class PeriodMap:
         self.control_period, addresses = timing.control_period, gain_addresses(cascade)
         self.columns = {axis: [gain.column for gain in addresses if gain.axis == axis] for axis in CHANNELS}
         self._loop: ClosedLoop = close_loop(cascade, NO_METERS, fitted.feedback)
+        self._drive = fitted.drive
 
     def constants(self, gains: Array) -> Any:
         """Return the constants of all axes for gains rows (n, g): leaves are arrays (n, 1, 1) or numbers."""
@@ -116,7 +116,9 @@ class PeriodMap:
     def at_rest(self) -> Batch:
         """State in which a flight starts."""
         bind = symbolic.rebinder()
-        body, gains, nominal, reference = columns(BODY, size(self.cascade.Gains), size(Nominal), size(Reference))
+        body, gains, nominal, reference, dynamics = columns(
+            BODY, size(self.cascade.Gains), size(Nominal), size(Reference), size(Dynamics)
+        )
         constants = bind(self.cascade.prepare)(record_of(self.cascade.Gains, gains), self.timing.control_period)
         flight = bind(self._loop.start)(
             record_of(Body, body),
@@ -125,9 +127,15 @@ class PeriodMap:
             record_of(Reference, reference),
             zeros(Noise),
             zeros(Targets),
+            record_of(Dynamics, dynamics),
         )
         state = self.state(**{part: getattr(flight, part) for part in self.state._fields})
-        return Batch("rest", [body, gains, nominal, reference], [column_of(state)])
+        return Batch("rest", [body, gains, nominal, reference, dynamics], [column_of(state)])
+
+    def commands(self, speed: Array, dynamics: Array) -> Array:
+        """Return the commands (4,) of rotor speeds (4,) [rad/s]; dynamics: of the vehicle."""
+        held, flown = pack(Rotors, speed.tolist()), pack(Dynamics, dynamics.tolist())
+        return np.array(self._drive.command_of(held, flown.curve))
 
     @cached_property
     def decide(self) -> Derivative:
@@ -188,13 +196,13 @@ class PeriodMap:
 
     @cached_property
     def fly(self) -> Derivative:
-        """Body after a plant step, differentiated by body, speeds and load.
+        """Body after a plant step, differentiated by body, commanded speeds and load.
 
-        Speeds are those asked for; the load adds to the accelerations.
+        The load adds to the accelerations.
         """
         inputs, disturbance, constants = columns(BODY + ROTORS + N_CHANNELS, size(Disturbance), size(Dynamics))
         pushed = disturbance + ca.vertcat(ca.SX.zeros(size(Disturbance) - N_CHANNELS), inputs[BODY + ROTORS :])
-        end = symbolic.rebinder(SMOOTH)(runge_kutta_step)(
+        end = symbolic.rebinder(SMOOTH)(self._loop.advance)(
             record_of(Body, inputs[:BODY]),
             record_of(Rotors, inputs[BODY : BODY + ROTORS]),
             record_of(Disturbance, pushed),
@@ -212,9 +220,12 @@ def constants_of(cascade: Cascade, gains: Array, control_period: float) -> Any:
     return array.rebinder()(cascade.prepare)(pack(cascade.Gains, gains.T[..., None, None]), control_period)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=32)
 def period_map(cascade: Cascade, timing: Timing, fitted: VehicleFeatures) -> PeriodMap:
-    """Return the control period of a cascade; steady states and vehicles share one, for its functions take 0.1 s to derive."""
+    """Return the control period of a cascade.
+
+    Trims and vehicles of one dead time share it, for deriving its functions takes 0.1 s.
+    """
     return PeriodMap(cascade, timing, fitted)
 
 

@@ -119,6 +119,7 @@ class PlantPeriod:
             record_of(kinds.Reference, reference),
             zeros(kinds.Noise),
             zeros(kinds.Targets),
+            zeros(kinds.Dynamics),
         )
         sampled = self.state(*[getattr(flight, name) for name in self.state._fields])
         return Batch("rest", [gains, body, nominal, reference], [column_of(sampled)])

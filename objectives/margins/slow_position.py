@@ -1,6 +1,7 @@
 """Control periods of a cascade whose position loops step every few: the one in which they do, and those in which they wait."""
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,12 @@ class SlowPosition:
         state[:, self._index["effect"]] = (self.every - 1.0) * waiting.state[:, self._index["effect"]]
         due = one_period(self.flown, state, point.w, gains, setting, plant)
         return RatePhases((due, *[waiting] * (self.every - 1)), state, point.steady)
+
+
+@lru_cache(maxsize=32)
+def slow_position(cascade: Cascade, timing: Timing, fitted: VehicleFeatures) -> SlowPosition:
+    """Return the control periods of a cascade with slow position loops; vehicles of one dead time share them."""
+    return SlowPosition(cascade, timing, fitted)
 
 
 def _places(resting: PeriodMap, flown: PeriodMap) -> NDArray[np.intp]:

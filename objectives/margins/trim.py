@@ -167,7 +167,7 @@ def find_trim(
     not steady. secant() -> (n, terms): gains that stand for the nonlinear terms while their signals are at rest.
     """
     starts = np.broadcast_to(plant.body, (len(gains), BODY))
-    (state,) = period.at_rest(starts, gains, setting.nominal, setting.reference)
+    (state,) = period.at_rest(starts, gains, setting.nominal, setting.reference, setting.dynamics)
     w = np.zeros((len(gains), len(period.terms)))
     step = one_period(period, state, w, gains, setting, plant)
     if not _is_steady(state, w, step).all():

@@ -111,7 +111,7 @@ def run(constants_rows, nominal, dynamics_rows, starts, disturbances, noises, re
     reference = load_reference(references, 0)
     body = place(load_body(starts, scenario), reference)
     constants = load_constants(constants_rows, candidate)
-    flight = start(body, constants, nominal, reference, load_noise(noises, 0, scenario), targets)
+    flight = start(body, constants, nominal, reference, load_noise(noises, 0, scenario), targets, dynamics)
     for k in range(references.shape[0]):
         reference = load_reference(references, k)
         disturbance = load_disturbance(disturbances, k, scenario)

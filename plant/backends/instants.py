@@ -23,10 +23,11 @@ def run(gains, nominal_row, dynamics_row, start_row, disturbances, noises, refer
     nominal = load_nominal(nominal_row, 0)
     targets = load_targets(targets_row, 0)
     constants = prepare(load_gains(gains, 0), h)
+    dynamics = load_dynamics(dynamics_row, 0)
     if k < 0:
         reference = load_reference(references[0], 0)
         body = place(load_start(start_row, 0), reference)
-        flight = start(body, constants, nominal, reference, load_noise(noises[0], 0), targets)
+        flight = start(body, constants, nominal, reference, load_noise(noises[0], 0), targets, dynamics)
     else:
         for i in range(4):
             state[OUTSIDE + i] = thrusts[i]
@@ -34,7 +35,6 @@ def run(gains, nominal_row, dynamics_row, start_row, disturbances, noises, refer
                         targets, load_limits(limits_row, 0), k * h, h)
         store_flight(state, flight)
         disturbance = load_disturbance(disturbances[k], 0)
-        dynamics = load_dynamics(dynamics_row, 0)
         for j in range(substeps):
             store_body(state, advance(load_body(state, 0), flight.speed, disturbance, dynamics, plant_step))
         flight = load_flight(state, 0)

@@ -145,7 +145,8 @@ def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references,
         put(a, BODY, starts[block])
         for l in range(LANES):
             body = place(load_body(a, l), reference)
-            store_flight(a, l, start(body, constants, nominal, reference, load_noise(a, l), targets))
+            store_flight(a, l, start(body, constants, nominal, reference, load_noise(a, l), targets,
+                                     load_dynamics(a, l)))
         for k in range(references.shape[0]):
             put(a, DISTURBANCE, disturbances[block, k])
             put(a, NOISE, noises[block, k])

@@ -28,7 +28,7 @@ def fly_one(gains, nominal_row, dynamics_row, start_row, disturbances, noises, r
     dynamics = load_dynamics(dynamics_row, 0)
     reference = load_reference(references[0], 0)
     body = place(load_body(start_row, 0), reference)
-    flight = start(body, constants, nominal, reference, load_noise(noises[0], 0), targets)
+    flight = start(body, constants, nominal, reference, load_noise(noises[0], 0), targets, dynamics)
     for k in range(references.shape[0]):
         reference = load_reference(references[k], 0)
         disturbance = load_disturbance(disturbances[k], 0)

@@ -71,7 +71,7 @@ def fly_steps(
         disturbance = _record(kinds.Disturbance, inputs.disturbances[k])
         if k == 0:
             body = bind(loop.place)(pack(loop.Body, inputs.starts), reference)
-            flight = start(body, constants, nominal, reference, noise, targets)
+            flight = start(body, constants, nominal, reference, noise, targets, dynamics)
         flight = decide(flight, constants, nominal, reference, noise, targets, limits, k * h, h)
         if watch is not None:
             watch(k, flight)

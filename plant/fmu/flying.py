@@ -89,7 +89,8 @@ def fly(
     disturbances = inputs.disturbances.tolist()
     constants = loop.prepare(pack(kinds.Gains, gains.tolist()), h)
     body = fmu_plant.begin(inputs.dynamics.tolist())
-    flight = loop.start(body, constants, nominal, references[0], noises[0], targets)
+    dynamics = pack(kinds.Dynamics, inputs.dynamics.tolist())
+    flight = loop.start(body, constants, nominal, references[0], noises[0], targets, dynamics)
     for k, reference in enumerate(references):
         try:
             flight = loop.decide(flight, constants, nominal, reference, noises[k], targets, limits, k * h, h)

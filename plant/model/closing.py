@@ -211,7 +211,7 @@ def _axes(plan: LoopPlan, commanded: str) -> str:
 
 def _start_lines(plan: LoopPlan) -> list[str]:
     return [
-        "def start(body, constants, nominal, reference, noise, targets):",
+        "def start(body, constants, nominal, reference, noise, targets, dynamics):",
         "    held = body.actuators",
         "    control = control_start(constants, nominal, sense(body.shown, noise), held)",
         f"    sample = Sample(0.0, {_axes(plan, 'body.shown.{output}')}, held, held, 0.0)",

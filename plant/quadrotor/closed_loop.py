@@ -4,12 +4,10 @@ With compute delay, the command decided at k comes into force at k + 1. Rotors w
 (`vehicle.late_periods`), and the gyro hears more than the body's rate (`gyro.py`), which the controller does not know.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from plant.loop import LARGEST_STATE, ClosedLoop, LoopRecords, MeterModel
-from plant.model.functions import written
 from plant.primitives import absolute, both, either, select, sqrt
 from plant.quadrotor.allocation import saturated, speed_commands
 from plant.quadrotor.attitude import euler_angles, nearest_turn, thrust_direction
@@ -19,6 +17,7 @@ from plant.quadrotor.features import BARE, VehicleFeatures
 from plant.quadrotor.integrator import runge_kutta_step
 from plant.quadrotor.nominal import Nominal
 from plant.quadrotor.rigid_body import Body, Dynamics, rotor_thrusts
+from plant.quadrotor.rotor_line import select_rotors
 from plant.quadrotor.sample import Sample, Targets
 from plant.quadrotor.sensors import Noise, measure
 from plant.records import record_type, rows, selector
@@ -47,10 +46,10 @@ def place(body: Body, reference: Reference) -> Body:
     return Body(reference.position, body.velocity, body.attitude, body.rate, body.rotor_speed)
 
 
-def held_by(body: Body, angles: Vec3, nominal: Nominal) -> TrimCommand:
-    """Return the trim command of a body as it is; angles: its roll, pitch, yaw [rad]."""
+def held_by(body: Body, speed: Rotors, angles: Vec3, nominal: Nominal) -> TrimCommand:
+    """Return the trim command of a body; speed: of its rotors by the nominal curve [rad/s]; angles: roll, pitch, yaw [rad]."""
     vehicle = nominal.vehicle
-    thrust = rotor_thrusts(body.rotor_speed, vehicle.thrust_coefficient)
+    thrust = rotor_thrusts(speed, vehicle.thrust_coefficient)
     lift, up = rotors_sum(thrust) / vehicle.mass, thrust_direction(body.attitude)
     acceleration = Vec3(lift * up.x, lift * up.y, lift * up.z - vehicle.gravity)
     return TrimCommand(thrust, acceleration, Tilt(angles.x, angles.y))
@@ -106,38 +105,6 @@ def sample_of(
     )
 
 
-def select_rotors(condition: bool, a: Rotors, b: Rotors) -> Rotors:
-    """Return a where the condition holds, else b."""
-    return Rotors(
-        select(condition, a.r1, b.r1),
-        select(condition, a.r2, b.r2),
-        select(condition, a.r3, b.r3),
-        select(condition, a.r4, b.r4),
-    )
-
-
-class RotorLine(NamedTuple):
-    """Speeds on their way to the rotors.
-
-    Queue: record of those that wait, the oldest first; filled(speed) -> Queue; passed(queue, speed) -> (oldest, Queue).
-    """
-
-    Queue: Any
-    filled: Callable[..., Any]
-    passed: Callable[..., Any]
-
-
-def rotor_line(delay_steps: int) -> RotorLine:
-    """Return a delay line of rotor speeds, so many control periods long."""
-    waiting = [f"p{i}" for i in range(delay_steps)]
-    Queue = record_type("Queue", dict.fromkeys(waiting, Rotors))
-    oldest, *others = [*[f"queue.{name}" for name in waiting], "speed"]
-    filled = ["def filled(speed):", f"    return Queue({', '.join(['speed'] * delay_steps)})"]
-    passed = ["def passed(queue, speed):", f"    return {oldest}, Queue({', '.join(others)})"]
-    names = {"Queue": Queue}
-    return RotorLine(Queue, written("filled", filled, names), written("passed", passed, names))
-
-
 @dataclass(frozen=True)
 class CascadeLoop(ClosedLoop):
     """The closed loop of a quadrotor, bound to a cascade and to meters."""
@@ -145,14 +112,9 @@ class CascadeLoop(ClosedLoop):
     cascade: Cascade
 
 
-def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynamics, plant_step: float) -> Body:
-    """Fly one plant step with the rotor speeds in force [rad/s]."""
-    return runge_kutta_step(body, speed, disturbance, dynamics, plant_step)
-
-
 def close_loop(cascade: Cascade, meter: MeterModel, features: VehicleFeatures = BARE) -> CascadeLoop:
     """Bind the closed loop to a cascade, its meters and its vehicle's features."""
-    line, gyro, notches, supply = rotor_line(features.delay_steps), features.gyro, features.notches, features.supply
+    line, gyro, notches, supply = features.line, features.gyro, features.notches, features.supply
     Flight = record_type(
         "Flight",
         {
@@ -177,20 +139,29 @@ def close_loop(cascade: Cascade, meter: MeterModel, features: VehicleFeatures = 
     gyro_start, hear = gyro.start, gyro.hear
     notches_start, follow = notches.start, notches.follow
     supply_start, feed = supply.start, supply.feed
+    command_of, speed_of = features.drive
     keep_meters = selector(Meters)
 
     def start(
-        body: Body, constants: Any, nominal: Nominal, reference: Reference, noise: Noise, targets: Targets
+        body: Body,
+        constants: Any,
+        nominal: Nominal,
+        reference: Reference,
+        noise: Noise,
+        targets: Targets,
+        dynamics: Dynamics,
     ) -> Any:
         angles = euler_angles(body.attitude)
-        held = held_by(body, angles, nominal)
+        turning = body.rotor_speed
+        speed = command_of(turning, dynamics.curve)
+        held = held_by(body, speed_of(speed, nominal.curve), angles, nominal)
         thrust = held.thrust
         control = cascade_start(constants, measure(body, angles, body.rate, noise), nominal, held)
         sample = sample_of(body, angles, reference, held.tilt, thrust, thrust, nominal, 0.0)
-        speed = body.rotor_speed
         meters = meter_start(sample, targets)
-        gyro, notches, battery = gyro_start(body, nominal), notches_start(speed), supply_start(speed, nominal)
-        return Flight(body, speed, filled(speed), thrust, thrust, gyro, notches, battery, control, meters, 0.0, 0.0)
+        gyro, notches, battery = gyro_start(body, nominal), notches_start(turning), supply_start(turning, nominal)
+        queue = filled(speed, dynamics.dead_time)
+        return Flight(body, speed, queue, thrust, thrust, gyro, notches, battery, control, meters, 0.0, 0.0)
 
     def decide(
         flight: Any,
@@ -216,10 +187,13 @@ def close_loop(cascade: Cascade, meter: MeterModel, features: VehicleFeatures = 
         sample = sample_of(body, angles, reference, control.tilt, command, flight.pending, nominal, time)
         meters = keep_meters(alive, meter_update(flight.meters, sample, targets, h), flight.meters)
         end_time = select(alive, time + h, flight.end_time)
-        speed_command = speed_commands(in_force, nominal)
+        speed_command = command_of(speed_commands(in_force, nominal), nominal.curve)
         turned_to, battery = feed(flight.battery, speed_command, body.rotor_speed, nominal, h)
-        speed, queue = passed(flight.queue, turned_to)
+        speed, queue = passed(flight.queue, turned_to, h)
         return Flight(body, speed, queue, in_force, command, gyro, notches, battery, control, meters, status, end_time)
+
+    def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynamics, plant_step: float) -> Body:
+        return runge_kutta_step(body, speed_of(speed, dynamics.curve), disturbance, dynamics, plant_step)
 
     records = LoopRecords(
         cascade.Gains,

@@ -6,24 +6,36 @@ from plant.errors import InputError
 from plant.quadrotor.battery import DRAINING, HELD, MAINS, Supply, has_battery
 from plant.quadrotor.gyro import Gyro, gyro_of
 from plant.quadrotor.notches import Notches, notches_of
-from plant.quadrotor.vehicle import Vehicle, late_periods
+from plant.quadrotor.rotor_line import RotorLine, rotor_line, rotor_line_up_to
+from plant.quadrotor.thrust_curve import CURVED, PROPORTIONAL, RotorDrive
+from plant.quadrotor.vehicle import Vehicle, late_periods, most_late_periods
 
 # The bilinear transform of a mode keeps its frequency up to here, over the control rate.
 MOST_OF_RATE = 0.4
 
 
 class VehicleFeatures(NamedTuple):
-    """late: control periods by which rotors feel a command late. vibrates: whether the gyro hears rotors. flexes: whether the
-    frame has a mode. filters: whether the gyro has a low-pass below half the control rate. harmonics: of the rotors' speed, at
-    each of which the controller has a notch. supply: of the rotors.
+    """Features of a vehicle and its controller.
+
+    Attributes:
+        delay_steps: Control periods by which rotors feel a command late.
+        most_delay_steps: The same of any vehicle that is drawn, 0 where all have one dead time.
+        has_vibration: Whether the gyro hears rotors.
+        has_flexible_mode: Whether the frame has a mode.
+        has_low_pass: Whether the gyro has a low-pass below half the control rate.
+        harmonics: Of the rotors' speed, at each of which the controller has a notch.
+        supply: Of the rotors.
+        drive: From commanded to held rotor speeds.
     """
 
     delay_steps: int = 0
+    most_delay_steps: int = 0
     has_vibration: bool = False
     has_flexible_mode: bool = False
     has_low_pass: bool = False
     harmonics: int = 0
     supply: Supply = MAINS
+    drive: RotorDrive = PROPORTIONAL
 
     @property
     def gyro(self) -> Gyro:
@@ -33,14 +45,19 @@ class VehicleFeatures(NamedTuple):
         )
 
     @property
+    def line(self) -> RotorLine:
+        """The delay line of the rotors."""
+        return rotor_line_up_to(self.most_delay_steps) if self.most_delay_steps else rotor_line(self.delay_steps)
+
+    @property
     def notches(self) -> Notches:
         """The notches that follow the rotors."""
         return notches_of(self.harmonics)
 
     @property
     def feedback(self) -> "VehicleFeatures":
-        """The part that is feedback: lines of rotors return nothing of a small signal, and charge goes too slowly to."""
-        return self._replace(has_vibration=False, supply=MAINS if self.supply is MAINS else HELD)
+        """The part that is feedback, of one vehicle: lines of rotors return nothing of a small signal, charge goes too slowly."""
+        return self._replace(most_delay_steps=0, has_vibration=False, supply=MAINS if self.supply is MAINS else HELD)
 
     @property
     def name(self) -> str:
@@ -51,8 +68,11 @@ class VehicleFeatures(NamedTuple):
             "flexes": self.has_flexible_mode,
             "filters": self.has_low_pass,
             "sags": sags,
+            "curved": self.drive is not PROPORTIONAL,
         }
         delay = f"_late{self.delay_steps}" if self.delay_steps else ""
+        if self.most_delay_steps:
+            delay = f"_upto{self.most_delay_steps}late"
         notches = f"_notches{self.harmonics}" if self.harmonics else ""
         return delay + "".join(f"_{word}" for word, is_present in words.items() if is_present) + notches
 
@@ -66,10 +86,19 @@ def hears_rotors(vehicle: Vehicle) -> bool:
     return any((vehicle.vibration_1, vehicle.vibration_2, vehicle.vibration_3))
 
 
-def vehicle_features(vehicle: Vehicle, control_period: float, harmonics: float = 0.0) -> VehicleFeatures:
-    """Return the features of a vehicle and its controller; harmonics: of the rotor notches.
+def vehicle_features(
+    vehicle: Vehicle, control_period: float, harmonics: float = 0.0, assumed: Vehicle | None = None
+) -> VehicleFeatures:
+    """Return the features of a vehicle and its controller.
 
-    InputError where its loop cannot be sampled so slowly.
+    Args:
+        vehicle: The vehicle that flies.
+        control_period: Control period [s].
+        harmonics: Of the rotor notches.
+        assumed: The vehicle that the controller assumes, by default the one that flies.
+
+    Raises:
+        InputError: The loop cannot be sampled so slowly.
     """
     has_flexible_mode = vehicle.mode_gain != 0.0
     if has_flexible_mode and vehicle.mode_frequency * control_period > MOST_OF_RATE:
@@ -83,9 +112,11 @@ def vehicle_features(vehicle: Vehicle, control_period: float, harmonics: float =
     supply = DRAINING if has_battery(vehicle) else MAINS
     return VehicleFeatures(
         late_periods(vehicle, control_period),
+        most_late_periods(vehicle, control_period),
         hears_rotors(vehicle),
         has_flexible_mode,
         has_low_pass,
         int(harmonics),
         supply,
+        CURVED if any(each.thrust_linear for each in (vehicle, assumed or vehicle)) else PROPORTIONAL,
     )

@@ -10,6 +10,7 @@ from plant.errors import InputError
 from plant.quadrotor.battery import Battery, battery_of
 from plant.quadrotor.gyro import GyroPath, gyro_path
 from plant.quadrotor.notches import MOST_NOTCHES, RpmNotches, rpm_notches
+from plant.quadrotor.thrust_curve import CommandCurve, command_curve
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Rotors, Vec3
 
@@ -50,6 +51,7 @@ class Nominal(NamedTuple):
         gyro: path of the gyro, which flies with the vehicle and which no law knows.
         notches, harmonics: those that follow the rotors, and at how many harmonics.
         battery: the one that flies, and its compensation.
+        curve: of rotor speed over its command, which the controller inverts.
     """
 
     vehicle: Vehicle
@@ -70,6 +72,7 @@ class Nominal(NamedTuple):
     notches: RpmNotches
     harmonics: float
     battery: Battery
+    curve: CommandCurve
 
 
 @dataclass(frozen=True)
@@ -176,6 +179,7 @@ def nominal(vehicle: Vehicle, options: ControlOptions, control_period: float) ->
         notches=rpm_notches(options.rpm_notch_q, options.rpm_notch_min, control_period),
         harmonics=float(options.rpm_notches),
         battery=battery_of(vehicle, options.battery_compensation, options.battery_cutoff, control_period),
+        curve=command_curve(vehicle.thrust_linear, vehicle.speed_max),
     )
 
 

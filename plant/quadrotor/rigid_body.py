@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from plant.primitives import select
 from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.thrust_curve import CommandCurve, command_curve
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import (
     Quaternion,
@@ -53,6 +54,8 @@ class Dynamics(NamedTuple):
         rotor_inertia [kg m2].
         rise, fall: rotor poles 1/tau [1/s].
         drag_linear, drag_quadratic, drag_height, rate_damping, gravity: as in `Vehicle`.
+        curve: of rotor speed over its command.
+        dead_time [s].
     """
 
     inverse_mass: float
@@ -71,6 +74,8 @@ class Dynamics(NamedTuple):
     drag_height: float
     rate_damping: Vec3
     gravity: float
+    curve: CommandCurve
+    dead_time: float
 
 
 def dynamics(vehicle: Vehicle) -> Dynamics:
@@ -97,6 +102,8 @@ def dynamics(vehicle: Vehicle) -> Dynamics:
         vehicle.drag_height,
         vehicle.rate_damping,
         vehicle.gravity,
+        command_curve(vehicle.thrust_linear, vehicle.speed_max),
+        vehicle.dead_time,
     )
 
 
@@ -165,7 +172,7 @@ def body_torque(
 
 
 def body_rate(body: Body, command: Rotors, disturbance: Disturbance, f: Dynamics) -> Body:
-    """Time derivative of the plant state; command: rotor speeds asked for [rad/s].
+    """Time derivative of the plant state; command: rotor speeds to be held [rad/s].
 
     m v' = R (F_drag + T e3) - m g e3, I w' = tau - w x I w (principal axes), q' = q (0, w)/2.
     """

@@ -7,6 +7,8 @@ from plant.vectors import Rotors, Vec3
 
 # Each control period of dead time is four numbers of the state.
 MOST_LATE = 32
+# Longest dead time that is drawn, in standard deviations above the file's: 1 of 740 vehicles is beyond.
+FARTHEST = 3.0
 
 
 class Vehicle(NamedTuple):
@@ -27,6 +29,8 @@ class Vehicle(NamedTuple):
         rate_damping [N m s].
         gravity [m/s2].
         dead_time from a command to the first change of rotor speed [s], see `late_periods`.
+        dead_time_deviation: standard deviation of the dead time between the vehicles that are drawn [s].
+        thrust_linear: share of the thrust at full command that is linear in the command [1], see `thrust_curve.py`.
 
     Of the gyro (`gyro.py`), 0 for none:
         vibration_1 to vibration_3: lines at 1, 2 and 3 times the speed of a rotor, of each at hover speed [rad/s].
@@ -58,6 +62,8 @@ class Vehicle(NamedTuple):
     rate_damping: Vec3
     gravity: float
     dead_time: float = 0.0
+    dead_time_deviation: float = 0.0
+    thrust_linear: float = 0.0
     vibration_1: float = 0.0
     vibration_2: float = 0.0
     vibration_3: float = 0.0
@@ -86,3 +92,14 @@ def late_periods(vehicle: Vehicle, control_period: float) -> int:
             key="dead_time",
         )
     return periods
+
+
+def most_late_periods(vehicle: Vehicle, control_period: float) -> int:
+    """Return the control periods of the longest dead time that is drawn.
+
+    At most `MOST_LATE`; 0 where none is drawn.
+    """
+    if vehicle.dead_time_deviation == 0.0:
+        return 0
+    longest = vehicle.dead_time + FARTHEST * vehicle.dead_time_deviation
+    return min(round(longest / control_period), MOST_LATE)

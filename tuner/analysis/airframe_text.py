@@ -22,7 +22,7 @@ SHRUNK = 1e-4
 def uncertainty_from(names: tuple[str, ...], covariance: NDArray[np.float64]) -> Uncertainty:
     """Return deviations and correlation of a covariance (n, n) in a file's units.
 
-    The covariance is of logarithms, and of places [m].
+    The covariance is of logarithms, of places [m], of the dead time [s] and of thrust_linear [1].
     """
     deviations = np.sqrt(np.diag(covariance))
     correlation = (1.0 - SHRUNK) * covariance / np.outer(deviations, deviations) + SHRUNK * np.eye(len(names))
@@ -56,7 +56,8 @@ def airframe_text(
         lines.append(f"{name if dot else key} = {_entry(values[key])}")
     lines += [
         "",
-        "# Standard deviations: of centre.x and centre.y in m, of all others relative; and how they hang together.",
+        "# Standard deviations: of centre.x and centre.y in m, of dead_time in s, of thrust_linear in 1, of all others relative;",
+        "# and their correlation.",
         "[uncertainty]",
         f"source = {quoted(source)}",
         f"names = [{', '.join(quoted(name) for name in uncertainty.names)}]",

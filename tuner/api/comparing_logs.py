@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from plant.errors import InputError
 from plant.quadrotor.airframes import load
 from tuner.analysis.identification.document import log_row
-from tuner.analysis.identification.identify import longest_flight
+from tuner.analysis.identification.flights import longest_flight
 from tuner.analysis.identification.log_comparison import MEASURES, Spread, measured, ratio_of
 from tuner.api.flying import fly
 from tuner.api.frames import Documented, frame, shown

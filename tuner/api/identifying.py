@@ -14,7 +14,9 @@ from plant.quadrotor.airframes.uncertainty import Uncertainty
 from tuner.analysis.airframe_text import new_airframe_file
 from tuner.analysis.identification.checks import SILENT, LogIssue, check_flight, is_silent
 from tuner.analysis.identification.document import earlier_posterior, identification_document, log_row, warnings_of
-from tuner.analysis.identification.identify import Identified, flights_of, identify_vehicle
+from tuner.analysis.identification.flight_rows import after_change, check_agreement
+from tuner.analysis.identification.flights import flights_of
+from tuner.analysis.identification.identify import Identified, identify_vehicle
 from tuner.analysis.identification.onward import identified_text, uncertainty_of
 from tuner.analysis.identification.parameters import ARM, MASS, EarlierPosterior
 from tuner.api.frames import Documented, figures, frame, shown
@@ -99,6 +101,7 @@ def identify(
     force: bool = False,
     report: str | Path | None = None,
     update: str | Path | None = None,
+    changed: str | None = None,
     watcher: Watcher | None = None,
 ) -> Identification:
     """Identify a vehicle from flight logs and write its airframe file.
@@ -115,13 +118,16 @@ def identify(
         force: Go on where a check says that a log is useless.
         report: Page (HTML) to write: predictions with their band, what is left over, intervals; it must not be there yet.
         update: Document of an earlier identification (JSON) with the same airframe, whose posterior is the prior of these logs.
+        changed: What has changed since the earlier logs: battery, propellers or firmware. Its numbers are as wide as before any
+            log.
         watcher: Callbacks that hear of progress.
 
     Returns:
         Numbers with intervals and correlations, what the data do not tell, and predictions on windows kept from the fit.
 
     Raises:
-        InputError: A log cannot be read, holds no flight, or is useless; or the file to write is there already.
+        InputError: A log cannot be read, holds no flight, is useless, or contradicts the earlier ones; or the file to write is
+            there already.
 
     Examples:
         >>> fit = tuner.identify("log15@55:90", airframe="crazyflie-pybullet", out="mine.toml")  # doctest: +SKIP
@@ -132,11 +138,15 @@ def identify(
     check_deviation(arm, "arm")
     if update is not None and (mass, arm) != (MASS, ARM):
         raise InputError("takes mass and arm as the earlier logs left them; leave --mass and --arm out", key="update")
+    if update is None and changed is not None:
+        raise InputError("says what changed since earlier logs; give them as update, or leave it out", key="changed")
     target = None if out is None else new_airframe_file(Path(out))
     page = None if report is None else new_page(Path(report))
     prior, heard = load(airframe, allow_unphysical=True), watcher or Watcher()
     read = read_logs(logs, mapping)
     posterior, before = _earlier(update, prior, read)
+    if posterior is not None and changed is not None:
+        posterior = after_change(posterior, changed)
     problems = _problems(read, prior)
     useless = [(log, finding) for log, finding in problems if finding.fatal]
     if useless and not force:
@@ -144,6 +154,8 @@ def identify(
         raise InputError(f"{finding.text} (or use it all the same: --force)", file=log.name)
     steps = _Steps(heard)
     fit = identify_vehicle(read, prior, mass=mass, arm=arm, earlier=posterior, on_progress=steps)
+    if update is not None:
+        check_agreement(fit, Path(update))
     warnings = warnings_of(problems)
     if target is not None:
         title = f"{prior.title}, identified from flight logs"

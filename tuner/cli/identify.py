@@ -32,6 +32,9 @@ def identify(
     force: Annotated[bool, typer.Option("--force", help="Use logs that failed the checks.")] = False,
     report: Annotated[Path | None, typer.Option(help="Write an HTML page: predictions, residuals, intervals.")] = None,
     update: Annotated[Path | None, typer.Option(help="Refine an earlier result (output of `identify --json`).")] = None,
+    changed: Annotated[
+        str | None, typer.Option(help="With --update: what changed since: battery, propellers or firmware.")
+    ] = None,
     plan: Annotated[
         str | None,
         typer.Option(help="Design an identification flight for this airframe instead.", autocompletion=AIRFRAME),
@@ -56,7 +59,7 @@ def identify(
     Example: tuner identify log15 --airframe crazyflie-pybullet --out mine.toml --report mine.html
     """
     if plan is not None:
-        if logs or check or force or not (airframe is update is mapping is None):
+        if logs or check or force or not (airframe is update is changed is mapping is None):
             raise InputError("a plan is made before there are logs; leave out what belongs to them", key="--plan")
         with progress(as_json) as watcher:
             planned = tuner.plan_flight(
@@ -95,6 +98,7 @@ def identify(
             force=force,
             report=report,
             update=update,
+            changed=changed,
             watcher=watcher,
         )
     answer(result, as_json)

@@ -120,13 +120,40 @@ class Posterior(DocumentPart):
     wide: list[float]
 
 
+class FlightNumber(DocumentPart):
+    """A number of one flight with its 95 % interval.
+
+    difference: from the others in standard deviations where it is beyond 1.96, else null.
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    difference: float | None = None
+
+
+class FlightRow(DocumentPart):
+    """A flight alone: its numbers, and a chi-square test against others.
+
+    The test is null where there are no others.
+    """
+
+    flight: str
+    numbers: list[FlightNumber]
+    statistic: float | None = None
+    degrees: float | None = None
+    probability: float | None = None
+
+
 class IdentificationDocument(Document):
     """A vehicle out of logs.
 
     before: earlier logs, whose posterior was the prior. posterior: what all of them tell, for `tuner identify --update`.
 
     curve: thrust of a rotor [N] over the motor command, constant, linear and quadratic, each with its interval. correlation: of
-    the numbers of `uncertainty`, in this order. horizon: of the windows of prediction [s].
+    the numbers of `uncertainty`, in this order. horizon: of the windows of prediction [s]. flights: each alone, earlier
+    ones first.
     """
 
     airframe: str
@@ -146,6 +173,7 @@ class IdentificationDocument(Document):
     before: list[LogRow] = []
     posterior: Posterior | None = None
     responses: list[ResponseRow] = []
+    flights: list[FlightRow] = []
 
 
 class LogFinding(DocumentPart):

@@ -39,7 +39,12 @@ SMALLEST, LARGEST = 1e-15, 1e9
 MOST_CONDITION = 1e12
 
 
-_BOUNDS: dict[str, dict[str, float]] = {"positive": {"exclusiveMinimum": 0}, "not negative": {"minimum": 0}, "any": {}}
+_BOUNDS: dict[str, dict[str, float]] = {
+    "positive": {"exclusiveMinimum": 0},
+    "not negative": {"minimum": 0},
+    "any": {},
+    "above -1 and at most 1": {"exclusiveMinimum": -1, "maximum": 1},
+}
 
 
 def _number(field: NumberField) -> Row:
@@ -64,7 +69,7 @@ ACTUATION = closed(
     {
         **dict.fromkeys(("thrust_max", "thrust_min", "hover_thrust"), measured("N", minimum=0)),
         "hover_command": measured("1", minimum=0),
-        "thrust_curve": closed({"model": {"const": CURVE}, "factor": measured("1", minimum=0, maximum=1)}),
+        "thrust_curve": closed({"model": {"const": CURVE}, "factor": measured("1", minimum=0, maximum=2)}),
         "lag": measured("s", exclusiveMinimum=0),
         "rotors": {**listed(ROTOR), "minItems": 4, "maxItems": 4},
     }

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tuner.analysis.identification.identify import Identified
-from tuner.documents.identification import IdentificationDocument, IdentifiedNumber, LogRow
+from tuner.documents.identification import FlightRow, IdentificationDocument, IdentifiedNumber, LogRow
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.look import Look, legend
 from tuner.report.charts.web import grid, page_data
@@ -31,6 +31,8 @@ AIDS = {
     "towards the inverse of the controller.",
     "numbers": "95 % intervals, and those of what was known before the flight.",
     "untold": "These stand where they stood before the flight, and their prior is in the airframe file's [uncertainty].",
+    "flights": "Each flight alone, and all together with the scatter between them. A chi-square test compares each with the "
+    "others; beside what differs by more than 1.96 standard deviations stands the difference.",
     "regressions": "Ordinary least squares of the same data, one way and the other: the true inertia lies between the two.",
 }
 
@@ -75,6 +77,9 @@ def _sections(
         ),
         Section("untold", "What it does not tell", _with_aid("untold", _untold(left)) if left else Markup()),
         Section("regressions", "Regressions beside it", _with_aid("regressions", _regressions(document))),
+        Section(
+            "flights", "Flights", _with_aid("flights", _flights(document)) if len(document.flights) > 1 else Markup()
+        ),
         Section("logs", "Logs", wide(_logs(document.logs))),
     ]
 
@@ -115,6 +120,30 @@ def _numbers(rows: Sequence[IdentifiedNumber]) -> Markup:
 def _untold(rows: Sequence[IdentifiedNumber]) -> Markup:
     cells = [(row.name, row.meaning, significant(row.value, 3), _unit(row.unit), row.reason) for row in rows]
     return table(("", "meaning", "prior", "unit", "why"), cells)
+
+
+def _flights(document: IdentificationDocument) -> Markup:
+    pooled = [row for row in document.numbers if row.identified]
+    cells = [
+        (
+            row.name,
+            *[_flight_cell(flight, row.name) for flight in document.flights],
+            " ".join(estimate(row.value, row.low, row.high)),
+            _unit(row.unit),
+        )
+        for row in pooled
+    ]
+    tests = ["" if row.probability is None else significant(row.probability, 2) for row in document.flights]
+    names = [row.flight for row in document.flights]
+    return table(("", *names, "pooled", "unit"), [*cells, ("probability of the same vehicle", *tests, "", "")])
+
+
+def _flight_cell(flight: FlightRow, name: str) -> str:
+    number = next((entry for entry in flight.numbers if entry.name == name), None)
+    if number is None:
+        return ""
+    text = " ".join(estimate(number.value, number.low, number.high))
+    return text if number.difference is None else f"{text} ({number.difference:+.1f} sd)"
 
 
 def _unit(unit: str) -> str:

@@ -1,8 +1,9 @@
-"""Sentences on a vehicle's dead time, gyro, frame, battery and notches."""
+"""Sentences on a vehicle's rotors, gyro, frame, battery and notches."""
 
 from math import pi
 
 from objectives.system import System
+from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.rules import hover_speed
 from plant.quadrotor.battery import Battery, has_battery, voltage_of
 from plant.quadrotor.notches import RpmNotches, weight_of
@@ -15,6 +16,7 @@ def fitted_texts(system: System) -> list[str]:
     vehicle, h = system.vehicle, system.timing.control_period
     sentences = [
         *_dead_time(vehicle, system.fitted.delay_steps, h),
+        *_curve(vehicle),
         *_lines(vehicle, h),
         *_low_pass(vehicle, h),
         *_mode(vehicle),
@@ -28,6 +30,15 @@ def _dead_time(vehicle: Vehicle, late: int, h: float) -> list[str]:
         return []
     flown = f"{counted(late, 'control period')} of {1e3 * h:.3g} ms"
     return [f"Dead time of the rotors: {1e3 * vehicle.dead_time:.3g} ms, flown as {flown}."]
+
+
+def _curve(vehicle: Vehicle) -> list[str]:
+    if not vehicle.thrust_linear:
+        return []
+    return [
+        f"{vehicle.thrust_linear:.3g} of the full thrust is linear in the motor command; hover takes "
+        f"{actuation(vehicle).hover_command:.3g} of full command. The controller inverts that curve."
+    ]
 
 
 def _lines(vehicle: Vehicle, h: float) -> list[str]:

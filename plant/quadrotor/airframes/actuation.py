@@ -25,8 +25,8 @@ class Actuation:
     Attributes:
         thrust_max, thrust_min of one rotor [N].
         hover_thrust: thrust of one rotor at hover [N].
-        curve: f of the thrust curve T = thrust_max (f u^2 + (1 - f) u) over the motor command u in 0..1, 1 where
-            the command sets the speed.
+        curve: f = 1 - thrust_linear of the thrust curve T = thrust_max (f u^2 + (1 - f) u) over the motor command u in
+            0..1, 1 where the command sets the speed.
         lag: mean time constant of the rotor speed [s].
         rotors in our order (1 front left, 2 front right, 3 rear left, 4 rear right).
     """
@@ -52,8 +52,8 @@ class Actuation:
         return self.thrust_max * (2.0 * self.curve * self.hover_command + 1.0 - self.curve)
 
 
-def actuation(vehicle: Vehicle, curve: float = 1.0) -> Actuation:
-    """Work out the actuation of a vehicle; curve: see `Actuation`, with 1 for thrust in the square of the command."""
+def actuation(vehicle: Vehicle, curve: float | None = None) -> Actuation:
+    """Work out the actuation of a vehicle; curve: see `Actuation`, by default that of the vehicle."""
     lag = 0.5 * (vehicle.lag_up + vehicle.lag_down)
     mounts = [
         RotorMount(x, y, spin, vehicle.torque_ratio)
@@ -64,7 +64,7 @@ def actuation(vehicle: Vehicle, curve: float = 1.0) -> Actuation:
         k_f * vehicle.speed_max**2,
         k_f * vehicle.speed_min**2,
         0.25 * vehicle.mass * vehicle.gravity,
-        curve,
+        1.0 - vehicle.thrust_linear if curve is None else curve,
         lag,
         (mounts[0], mounts[1], mounts[2], mounts[3]),
     )

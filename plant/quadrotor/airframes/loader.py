@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from plant.errors import UnknownNameError, UnphysicalError
+from plant.errors import InputError, UnknownNameError, UnphysicalError
 from plant.input_files import given_text
 from plant.quadrotor.airframes.geometry import FRAMES, SPINS
 from plant.quadrotor.airframes.rules import broken_rules
@@ -82,7 +82,20 @@ def load(name_or_path: str | Path, *, allow_unphysical: bool = False) -> Airfram
     check_together(sources, path)
     vehicle = _vehicle({key: number.value for key, number in sources.items()}, frame, spin)
     _judge(vehicle, path, in_file=read_flag(table, "allow_unphysical", path), by_caller=allow_unphysical)
-    return Airframe(path.stem, title, frame, vehicle, sources, path, read_uncertainty(table, path))
+    uncertainty = read_uncertainty(table, path)
+    if _deviation(uncertainty, "thrust_linear") and not vehicle.thrust_linear:
+        raise InputError(
+            "names thrust_linear, which is missing or 0; give its value", file=path, key="uncertainty.names"
+        )
+    vehicle = vehicle._replace(dead_time_deviation=_deviation(uncertainty, "dead_time"))
+    return Airframe(path.stem, title, frame, vehicle, sources, path, uncertainty)
+
+
+def _deviation(uncertainty: Uncertainty | None, name: str) -> float:
+    """Return the standard deviation of a number, 0 where none is given."""
+    if uncertainty is None or name not in uncertainty.names:
+        return 0.0
+    return uncertainty.deviations[uncertainty.names.index(name)]
 
 
 def _located(name_or_path: str | Path) -> Path:

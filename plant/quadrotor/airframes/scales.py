@@ -155,6 +155,16 @@ def command_slope(actuation: Actuation, model: float) -> float:
     return actuation.hover_slope / (2.0 * model * hover + 1.0 - model)
 
 
+def linearizing_model(actuation: Actuation) -> float:
+    """Return the factor F of the rotors' curve, 1 at most."""
+    return min(actuation.curve, 1.0)
+
+
+def linearized_slope(actuation: Actuation) -> float:
+    """Return the thrust at hover per unit of a linearized command [N]."""
+    return actuation.thrust_max if actuation.curve <= 1.0 else command_slope(actuation, linearizing_model(actuation))
+
+
 def hover_share(actuation: Actuation, model: float) -> float:
     """Command of the autopilot at hover [1], with the model of `command_slope`."""
     hover = actuation.hover_command

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from plant.errors import InputError, UnknownNameError, check_name
+from plant.quadrotor.thrust_curve import LEAST, MOST
 
 
 class Sourced(NamedTuple):
@@ -22,7 +23,7 @@ class Sourced(NamedTuple):
 
 
 class NumberField(NamedTuple):
-    """The one unit a number is given in, and its sign: "positive", "not negative" or "any"."""
+    """The one unit a number is given in, and its range: a key of `_SIGN_TESTS`."""
 
     unit: str
     sign: str
@@ -48,6 +49,7 @@ SCALARS: dict[str, NumberField] = {
 }
 OPTIONAL: dict[str, NumberField] = {
     "dead_time": NumberField("s", "not negative"),
+    "thrust_linear": NumberField("1", "above -1 and at most 1"),
     "vibration_1": NumberField("rad/s", "not negative"),
     "vibration_2": NumberField("rad/s", "not negative"),
     "vibration_3": NumberField("rad/s", "not negative"),
@@ -75,6 +77,7 @@ _SIGN_TESTS: dict[str, Callable[[float], bool]] = {
     "positive": lambda v: v > 0.0,
     "not negative": lambda v: v >= 0.0,
     "any": lambda v: True,
+    "above -1 and at most 1": lambda v: LEAST < v <= MOST,
 }
 
 

@@ -6,9 +6,9 @@
     deviations = [0.02, 0.034, 0.034]
     correlation = [[1.0, 0.6, 0.6], [0.6, 1.0, 0.9], [0.6, 0.9, 1.0]]
 
-Deviations are standard deviations: of a positive number relative, of a place of the centre of mass in m. Logarithms of positive
-numbers are normal, so none is drawn below zero. NumPy is imported where there is an uncertainty: loading an airframe
-needs none.
+Deviations are standard deviations: of a positive number relative, of a place of the centre of mass in m, of the dead time in s,
+of thrust_linear as it is. Logarithms of positive numbers are normal, so none is drawn below zero; a dead time below zero counts
+as 0. NumPy is imported where there is an uncertainty: loading an airframe needs none.
 """
 
 from collections.abc import Mapping
@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from plant.errors import InputError, check_name
 from plant.quadrotor.airframes.rules import THRUST_TO_WEIGHT, thrust_to_weight, torque_ratios
+from plant.quadrotor.thrust_curve import LEAST, MOST
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Rotors, Vec3
 
@@ -43,9 +44,11 @@ POSITIVE = (
 """Numbers with relative deviations; `arm` is a factor on the places of all rotors, `rate_damping` one on x and y."""
 CENTRE = ("centre.x", "centre.y")
 """Places of the centre of mass in the frame of the rotors, 0 as the file has it [m]."""
-NAMES = (*POSITIVE, *CENTRE)
+ADDED = ("thrust_linear", "dead_time")
+"""Other numbers whose deviations add to those of the file; a curve that is drawn must have one in the file."""
+NAMES = (*POSITIVE, *CENTRE, *ADDED)
 KEYS = ("source", "names", "deviations", "correlation")
-LARGEST_RELATIVE, LARGEST_PLACE = 1.0, 1.0
+LARGEST_RELATIVE, LARGEST_ADDED = 1.0, {"centre.x": 1.0, "centre.y": 1.0, "thrust_linear": 1.0, "dead_time": 0.1}
 MOST_TRIES = 1000
 # Distance of the extremes along a principal axis, in standard deviations.
 FAR = 2.0
@@ -92,7 +95,7 @@ class Uncertainty:
         return tuple(entry for entry in ends if can_exist(entry))
 
     def moved(self, vehicle: Vehicle, by: "np.ndarray") -> Vehicle:
-        """Return the vehicle moved by (n,): logarithms of factors, and places [m]."""
+        """Return the vehicle moved by (n,): logarithms of factors, places [m], and what is `ADDED`."""
         step = dict.fromkeys(NAMES, 0.0) | dict(zip(self.names, by.tolist(), strict=True))
         f = {name: exp(step[name]) for name in POSITIVE}
         inertia, drag, damping = vehicle.inertia, vehicle.drag_linear, vehicle.rate_damping
@@ -109,14 +112,19 @@ class Uncertainty:
             lag_down=vehicle.lag_down * f["lag_down"],
             drag_linear=drag._replace(z=drag.z * f["drag_linear.z"]),
             rate_damping=damping._replace(x=damping.x * f["rate_damping"], y=damping.y * f["rate_damping"]),
+            thrust_linear=vehicle.thrust_linear + step["thrust_linear"],
+            dead_time=max(vehicle.dead_time + step["dead_time"], 0.0),
         )
 
 
 def can_exist(vehicle: Vehicle) -> bool:
-    """Return True if a vehicle can exist and take off: by its inertias, and the torque per thrust of its propellers."""
+    """Return True if a vehicle can exist and take off.
+
+    By its inertias, and by torque and curve of its thrust.
+    """
     x, y, z = vehicle.inertia
     low, high = torque_ratios(vehicle)
-    flies = thrust_to_weight(vehicle) >= THRUST_TO_WEIGHT[0]
+    flies = thrust_to_weight(vehicle) >= THRUST_TO_WEIGHT[0] and LEAST < vehicle.thrust_linear <= MOST
     return flies and max(x, y, z) <= 0.5 * (x + y + z) * (1.0 + 1e-12) and low <= vehicle.torque_ratio <= high
 
 
@@ -132,7 +140,7 @@ def read_uncertainty(table: Mapping[str, Any], file: Path) -> Uncertainty | None
     names = _names(given.get("names"), file)
     deviations = _numbers(given.get("deviations"), len(names), "deviations", file)
     for name, value in zip(names, deviations, strict=True):
-        most = LARGEST_RELATIVE if name in POSITIVE else LARGEST_PLACE
+        most = LARGEST_ADDED.get(name, LARGEST_RELATIVE)
         if not 0.0 < value <= most:
             raise InputError(
                 f"given {value:g} for {name}; allowed: above 0, up to {most:g}", file=file, key="uncertainty.deviations"

@@ -19,7 +19,7 @@ from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import Delays, Section, low_pass, settled_section, stage_share, step_section, step_stage
 from plant.laws.law import Blocks, Law, Span
 from plant.quadrotor.airframes.actuation import actuation
-from plant.quadrotor.airframes.scales import accelerations, ardupilot_factors
+from plant.quadrotor.airframes.scales import accelerations, ardupilot_factors, linearized_slope
 from plant.quadrotor.autopilots.gain_table import gain_rows
 from plant.quadrotor.autopilots.windup import limited, shrinking_only
 from plant.quadrotor.cascade import ATTITUDE_AXES
@@ -119,7 +119,9 @@ def step(
 def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
     """Acceleration that a unit of normalised torque gives about each axis [rad/s2], with thrust linearised (MOT_THST_EXPO)."""
     rotors = actuation(vehicle)
-    return {"authority": accelerations(rotors, ardupilot_factors(rotors), rotors.thrust_max, vehicle, "ArduPilot")}
+    return {
+        "authority": accelerations(rotors, ardupilot_factors(rotors), linearized_slope(rotors), vehicle, "ArduPilot")
+    }
 
 
 row = gain_rows(SOURCE)

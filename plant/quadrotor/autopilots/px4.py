@@ -34,7 +34,7 @@ from plant.laws.filters import (
 from plant.laws.law import Blocks, Law, Span
 from plant.primitives import maximum
 from plant.quadrotor.airframes.actuation import actuation
-from plant.quadrotor.airframes.scales import accelerations, px4_factors
+from plant.quadrotor.airframes.scales import accelerations, linearized_slope, px4_factors
 from plant.quadrotor.autopilots.gain_table import gain_rows
 from plant.quadrotor.autopilots.windup import limited, outward_stopped
 from plant.quadrotor.cascade import ATTITUDE_AXES
@@ -147,7 +147,7 @@ def step(
 def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
     """Acceleration that a unit of normalised torque gives about each axis [rad/s2], with thrust linearised (THR_MDL_FAC)."""
     rotors = actuation(vehicle)
-    return {"authority": accelerations(rotors, px4_factors(rotors), rotors.thrust_max, vehicle, "PX4")}
+    return {"authority": accelerations(rotors, px4_factors(rotors), linearized_slope(rotors), vehicle, "PX4")}
 
 
 row = gain_rows(SOURCE)

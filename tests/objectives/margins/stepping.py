@@ -15,6 +15,7 @@ from plant.quadrotor.attitude import euler_angles
 from plant.quadrotor.cascade import Cascade, Tilt, commanded_torque, tilt_for
 from plant.quadrotor.closed_loop import Limits, close_loop
 from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.features import BARE, VehicleFeatures
 from plant.quadrotor.nominal import Nominal
 from plant.quadrotor.rigid_body import Dynamics
 from plant.quadrotor.sample import Targets
@@ -32,7 +33,8 @@ class Stepper:
     """One period after another of a cascade in a trim.
 
     dynamics: constants of the equations of motion. terms and gain: numbers that are flown in place of the nonlinear terms, or None
-    for the terms themselves. names: what mathematical names mean, those of plain Python or of the array backend.
+    for the terms themselves. names: what mathematical names mean, those of plain Python or of the array backend. features: of the
+    vehicle.
     """
 
     def __init__(
@@ -45,11 +47,12 @@ class Stepper:
         terms: tuple[Term, ...] = (),
         gain: Array | None = None,
         names: dict[str, Any] = PRIMITIVES,
+        features: VehicleFeatures = BARE,
     ) -> None:
         self.cascade, self.nominal, self.timing, self.dynamics, self.trim = cascade, nominal, timing, dynamics, trim
         self.terms, self.gain = terms, gain
-        self.loop = close_loop(cascade, NO_METERS)
-        self.state = state_type(cascade)
+        self.loop, self.drive = close_loop(cascade, NO_METERS, features), features.drive
+        self.state = state_type(cascade, features)
         self.disturbance = Disturbance(trim.air, ZERO, ZERO, ZERO)
         self._names = names
         self._plain = Rebinder(names)
@@ -127,6 +130,7 @@ class Stepper:
             ):
                 thrust = axpy_rotors(thrust, amount, column)
             speed = self._plain(speed_commands)(thrust, self.nominal)
+            speed = self._plain(self.drive.command_of)(speed, self.nominal.curve)
             body = self._plain(self.loop.advance)(body, speed, self.disturbance, self.dynamics, plant_step)
         following = flatten(
             self.state(

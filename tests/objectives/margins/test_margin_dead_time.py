@@ -26,6 +26,15 @@ def test_delay_margins_shrink_by_the_dead_time():
     assert late.delay.value[:, 3:][stable] == pytest.approx(room[stable], rel=1e-6)
 
 
+def test_the_worst_of_several_vehicles_has_its_own_dead_time():
+    gains = random_gains("pid", "ladrc", 10, 3, 0.1)
+    late = HUMMINGBIRD._replace(dead_time=LATE * H)
+    prompt, worst = (model_of("pid", "ladrc", trim=LEVEL, others=others).evaluate(gains) for others in ((), (late,)))
+    stable = worst.stable[:, 3:]
+    assert stable.any()
+    assert worst.delay.value[:, 3:][stable] == pytest.approx(prompt.delay.value[:, 3:][stable] - LATE * H, rel=1e-6)
+
+
 @pytest.mark.parametrize("channel", ["roll", "yaw"])
 def test_the_loop_is_turned_by_the_delay(channel):
     """L with dead time is L without, times z^-3, at every frequency."""

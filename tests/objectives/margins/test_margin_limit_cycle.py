@@ -64,7 +64,7 @@ def flown(pair, gains, options, vehicle, timing, rate, slope):
     stepper = Stepper(cascade, knowledge, timing, smooth_dynamics(vehicle), Trim())
     setting = setting_of(Trim(), knowledge, vehicle)
     (rest,) = PeriodMap(cascade, timing).at_rest(
-        np.array(flatten(hover_body(knowledge))), gains[None], setting.nominal, setting.reference
+        np.array(flatten(hover_body(knowledge))), gains[None], setting.nominal, setting.reference, setting.dynamics
     )
     state, turning = rest[0].tolist(), paths(stepper.state).index("body.rate.z")
     state[turning] = rate

@@ -18,6 +18,7 @@ from objectives.margins.trim import (
 from plant.errors import InputError
 from plant.law_registry import LAWS
 from plant.quadrotor.airframes import load
+from plant.quadrotor.features import vehicle_features
 from plant.quadrotor.nominal import ControlOptions, nominal, vary
 from plant.records import paths
 from plant.vectors import Vec3
@@ -43,15 +44,18 @@ TRIMS = {
 CASES = (Case(0.3),)
 
 
-def linearised(pair, trim, options, gains, vehicle=HUMMINGBIRD):
-    """Stepper with straight terms, trim point and closed loops of one design."""
-    cascade, knowledge = cascade_of(*pair), nominal(HUMMINGBIRD, options, H)
-    period = PeriodMap(cascade, TIMING)
+def linearised(pair, trim, options, gains, vehicle=HUMMINGBIRD, assumed=HUMMINGBIRD):
+    """Stepper with straight terms, trim point and closed loops of one design, whose controller assumes a vehicle."""
+    cascade, knowledge = cascade_of(*pair), nominal(assumed, options, H)
+    features = vehicle_features(assumed, H)
+    period = PeriodMap(cascade, TIMING, features)
     term = term_gains(period.terms, period.constants(gains), len(gains), CASES)[:, 0]
     setting = setting_of(trim, knowledge, vehicle)
     plant = balanced_plant(period, trim, knowledge, setting)
     point = find_trim(period, gains, setting, plant, lambda: term)
-    stepper = Stepper(cascade, knowledge, TIMING, smooth_dynamics(vehicle), trim, period.terms, term[0])
+    stepper = Stepper(
+        cascade, knowledge, TIMING, smooth_dynamics(vehicle), trim, period.terms, term[0], features=features
+    )
     return period, stepper, point, close_terms(point.step.loops, term)
 
 

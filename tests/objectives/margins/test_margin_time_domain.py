@@ -65,7 +65,9 @@ class Experiment:
         self.gains = designs[rows].T
         self.stepper = Stepper(cascade, knowledge, timing, smooth_dynamics(vehicle), model.trim, names=array.NAMES)
         setting, balance = setting_of(model.trim, knowledge, vehicle), trim_of(vehicle, model.trim.air, model.trim.yaw)
-        (rest,) = PeriodMap(cascade, timing).at_rest(balance.body[0], self.gains.T, setting.nominal, setting.reference)
+        (rest,) = PeriodMap(cascade, timing).at_rest(
+            balance.body[0], self.gains.T, setting.nominal, setting.reference, setting.dynamics
+        )
         self.rest = rest.T
         for _ in range(KEPT if cascade.position_every > 1 else 0):
             self.rest, _, _ = self.stepper.step(self.rest, self.gains)

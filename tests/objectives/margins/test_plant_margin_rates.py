@@ -287,7 +287,8 @@ def grown(system, gains, channel, factor, periods=3000):
             for each in system.plan.channels
         }
     )
-    flight = loop.start(body, constants, system.nominal, reference, zeros(kinds.Noise), zeros(kinds.Targets))
+    still = [zeros(kind) for kind in (kinds.Noise, kinds.Targets, kinds.Dynamics)]
+    flight = loop.start(body, constants, system.nominal, reference, *still)
     pushed = flight.body._replace(state=flight.body.state._replace(speed=1e-7))
     flight, sizes = flight._replace(body=pushed), []
     limits = pack(kinds.Limits, [1e9] * size(kinds.Limits))

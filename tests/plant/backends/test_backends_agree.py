@@ -5,13 +5,15 @@ from functools import cache
 import numpy as np
 import pytest
 
+from objectives.margins.period import NO_METERS
 from plant.backends import array, lanes, symbolic
 from plant.contract.law_backends import backends_agree
 from plant.law_registry import LAWS
 from plant.quadrotor.airframes import load, names
 from plant.quadrotor.cascade import close_cascade
-from plant.quadrotor.closed_loop import advance
+from plant.quadrotor.closed_loop import close_loop
 from plant.quadrotor.disturbance import Disturbance
+from plant.quadrotor.features import vehicle_features
 from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
 from plant.quadrotor.rigid_body import Body, Dynamics, dynamics
 from plant.quadrotor.sensors import Measurement
@@ -52,11 +54,12 @@ def compiled(function):
     return lanes.compiled(function)
 
 
-@pytest.mark.parametrize("name", names())
-def test_plant_step(name):
+@pytest.mark.parametrize(("name", "linear"), [*[(name, 0.0) for name in names()], ("f450", 0.4), ("f450", -0.4)])
+def test_plant_step(name, linear):
     draw = np.random.default_rng(1)
-    vehicle = airframe(name)
+    vehicle = airframe(name)._replace(thrust_linear=linear)
     f = dynamics(vehicle)
+    advance = close_loop(close_cascade(LAWS["pid"], LAWS["pid"]), NO_METERS, vehicle_features(vehicle, H)).advance
     bodies = [random_body(draw, vehicle) for _ in range(SAMPLES)]
     commands = [Rotors(*(flatten(body.rotor_speed)[0] * draw.uniform(0.5, 1.5, 4)).tolist()) for body in bodies]
     airs = [pack(Disturbance, draw.normal(size=12).tolist()) for _ in bodies]

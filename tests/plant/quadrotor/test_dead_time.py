@@ -13,9 +13,9 @@ from plant.errors import InputError
 from plant.loop import MeterModel
 from plant.quadrotor.airframes import load
 from plant.quadrotor.closed_loop import CascadeLoop, close_loop
-from plant.quadrotor.features import VehicleFeatures
+from plant.quadrotor.features import VehicleFeatures, vehicle_features
 from plant.quadrotor.nominal import ControlOptions, nominal
-from plant.quadrotor.vehicle import late_periods
+from plant.quadrotor.vehicle import Vehicle, late_periods
 from plant.records import flatten
 from tests.plant.harness import (
     HUMMINGBIRD,
@@ -41,12 +41,20 @@ def late_loop(late: int) -> CascadeLoop:
     )
 
 
-def flown(loop: CascadeLoop, know: Any, step: float) -> list[Any]:
+def varied_loop(most: int) -> CascadeLoop:
+    return close_loop(
+        loop_of("pid", "pid").cascade,
+        MeterModel(meters.Meters, meters.start, meters.update),
+        VehicleFeatures(most_delay_steps=most),
+    )
+
+
+def flown(loop: CascadeLoop, know: Any, step: float, vehicle: Vehicle = HUMMINGBIRD) -> list[Any]:
     """The Flight record of every control instant of a flight up by a step [m]."""
     asked = references(STEPS, z=0.0)
     asked[JUMP:, 2] = step
     calm, seen = np.zeros((1, STEPS, 12)), []
-    inputs = scenario(batch([HUMMINGBIRD], calm, calm, asked), 0)
+    inputs = scenario(batch([vehicle], calm, calm, asked), 0)
     fly_steps(
         loop,
         unchanged,
@@ -77,15 +85,33 @@ def test_one_period_of_dead_time_moves_the_vehicle_as_one_of_computing() -> None
     assert waiting[-1].body.position.z > 1e-4
 
 
+@pytest.mark.parametrize("periods", [0, 1, 3])
+def test_vehicles_of_one_loop_have_dead_times_of_their_own(periods: int) -> None:
+    """A loop for up to three periods flies each vehicle to the last bit as the loop of its own dead time does."""
+    vehicle = HUMMINGBIRD._replace(dead_time=(periods + 0.2) * H)
+    varied = flown(varied_loop(3), PROMPT, 0.5, vehicle)
+    assert [flight.body for flight in varied] == [flight.body for flight in flown(late_loop(periods), PROMPT, 0.5)]
+
+
+def test_the_longest_dead_time_that_is_drawn_decides_the_length_of_the_line() -> None:
+    """Three standard deviations above the file's, at most 32 periods; none where no dead time is drawn."""
+    vehicle = HUMMINGBIRD._replace(dead_time=0.004, dead_time_deviation=0.003)
+    assert [vehicle_features(vehicle, h).most_delay_steps for h in (0.0002, 0.001, 0.002, 0.004)] == [32, 13, 6, 3]
+    assert vehicle_features(vehicle, 0.004).name == "_upto3late"
+    assert vehicle_features(HUMMINGBIRD._replace(dead_time=0.004), 0.004).most_delay_steps == 0
+
+
 @pytest.mark.slow
 def test_lanes_fly_the_queue() -> None:
-    """Kernels and plain Python agree on every meter of a flight with three periods of dead time."""
-    loop, calm, asked = late_loop(3), np.zeros((1, STEPS, 12)), references(STEPS, z=0.0)
+    """Kernels and plain Python agree on every meter of flights with three and one periods of dead time in one loop."""
+    loop, calm, asked = varied_loop(3), np.zeros((1, STEPS, 12)), references(STEPS, z=0.0)
     asked[JUMP:, 2] = 0.5
-    inputs = in_blocks(batch([HUMMINGBIRD], calm, calm, asked))
+    vehicles = [HUMMINGBIRD._replace(dead_time=periods * H) for periods in (3.0, 1.0)]
+    inputs = in_blocks(batch(vehicles, np.repeat(calm, 2, axis=0), np.repeat(calm, 2, axis=0), asked))
     lanes = Flyer(loop, LIMITS, TIMING, 1).fly(np.array([flatten(default_gains(loop))]), PROMPT, inputs)
-    plain = flown(loop, PROMPT, 0.5)[-1]
-    assert np.ravel(lanes)[: len(flatten(plain.meters))] == pytest.approx(flatten(plain.meters), rel=1e-9, abs=1e-12)
+    for flight, vehicle in zip(lanes[0], vehicles, strict=True):
+        meters_of = flatten(flown(loop, PROMPT, 0.5, vehicle)[-1].meters)
+        assert flight[: len(meters_of)] == pytest.approx(meters_of, rel=1e-9, abs=1e-12)
 
 
 def test_dead_time_is_rounded_to_whole_periods() -> None:

@@ -1,6 +1,7 @@
 """The airframe in gains.json: its numbers fly, whatever is bundled under its name."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -132,6 +133,16 @@ def test_a_thrust_curve_of_another_factor_is_kept(tmp_path):
     actuation["thrust_curve"]["factor"]["value"] = 0.0
     actuation["hover_command"]["value"] = actuation["hover_thrust"]["value"] / actuation["thrust_max"]["value"]
     assert read_gains(written(tmp_path, rehashed(made))).airframe == airframe()
+
+
+def test_an_airframe_with_a_thrust_curve_comes_back(tmp_path):
+    """Its factor and hover command follow from thrust_linear; 1.3 is steeper than the square."""
+    for linear in (0.4, -0.3):
+        plain = airframe()
+        bent = replace(plain, vehicle=plain.vehicle._replace(thrust_linear=linear))
+        made = rehashed(document() | {"airframe": json.loads(json.dumps(airframe_block(bent)))})
+        assert made["airframe"]["actuation"]["thrust_curve"]["factor"]["value"] == pytest.approx(1.0 - linear)
+        assert read_gains(written(tmp_path, made)).airframe.vehicle == bent.vehicle
 
 
 def test_rotors_that_make_no_torques_are_refused(tmp_path):

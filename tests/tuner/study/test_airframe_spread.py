@@ -18,6 +18,13 @@ names = ["mass", "inertia.x", "inertia.y"]
 deviations = [0.02, 0.1, 0.1]
 correlation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.99], [0.0, 0.99, 1.0]]
 """
+CURVED = """
+[uncertainty]
+source = "identified from a log"
+names = ["thrust_linear", "dead_time"]
+deviations = [0.05, 0.003]
+correlation = [[1.0, 0.2], [0.2, 1.0]]
+"""
 MARGIN = """
 [[margin]]
 quantity = "phase_margin"
@@ -29,8 +36,9 @@ spread = true
 
 @pytest.fixture
 def study(tmp_path):
-    def write(uncertainty=UNCERTAINTY, spread='from = "airframe"', more=""):
-        (tmp_path / "mine.toml").write_text(load("hummingbird").path.read_text() + uncertainty)
+    def write(uncertainty=UNCERTAINTY, spread='from = "airframe"', more="", numbers=""):
+        text = load("hummingbird").path.read_text().replace("[inertia]", f"{numbers}\n[inertia]", 1)
+        (tmp_path / "mine.toml").write_text(text + uncertainty)
         text = changed('name = "hummingbird"', 'file = "mine.toml"', changed("mass = 0.1", spread))
         (tmp_path / "study.toml").write_text(text + more)
         return load_study(tmp_path / "study.toml")
@@ -47,6 +55,19 @@ def test_the_vehicles_that_fly_are_drawn_from_the_airframe(study):
     assert np.corrcoef(np.log(x), np.log(y))[0, 1] > 0.95
     # Nothing else is spread: not the lag, which a study spreads by itself.
     assert len(set(rows[:, paths(Dynamics).index("rise")].ravel().tolist())) == 1
+
+
+def test_curve_and_dead_time_of_the_vehicles_that_fly_are_drawn(study):
+    """The loop has both, and a line as long as the longest dead time that is drawn."""
+    given = 'thrust_linear = { value = 0.4, unit = "1", source = "a test" }\n'
+    given += 'dead_time = { value = 0.01, unit = "s", source = "a test" }\n'
+    found = study(CURVED, numbers=given)
+    spec, system = found.scenarios[0].spec, found.system
+    assert system.fitted.name == f"_upto{round(0.019 / system.timing.control_period)}late_curved"
+    rows = sample_scenarios(spec, system.vehicle, system.timing, found.seed, SEARCH, range(64)).dynamics
+    square, late = (rows[:, paths(Dynamics).index(name)].ravel()[:64] for name in ("curve.square", "dead_time"))
+    assert [np.mean(1.0 - square), np.std(square)] == pytest.approx([0.4, 0.05], rel=0.3)
+    assert [np.mean(late), np.std(late)] == pytest.approx([0.01, 0.003], rel=0.3)
 
 
 def test_the_numbers_that_were_drawn_are_those_of_the_vehicles_that_fly(study):

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 import tuner
@@ -17,6 +18,7 @@ def test_a_study_tells_what_its_vehicle_is_fitted_with():
     assert fitted_texts(system) == []
     loud = system.vehicle._replace(
         dead_time=0.008,
+        thrust_linear=0.4,
         vibration_1=0.05,
         vibration_2=0.02,
         gyro_cutoff=200.0,
@@ -24,8 +26,12 @@ def test_a_study_tells_what_its_vehicle_is_fitted_with():
         mode_damping=0.05,
         mode_gain=-0.3,
     )
+    share = 0.25 * loud.mass * loud.gravity / (loud.thrust_coefficient * loud.speed_max**2)
+    hover = max(np.roots([0.6, 0.4, -share]))
     assert fitted_texts(replace(system, vehicle=loud)) == [
         "Dead time of the rotors: 8 ms, flown as two control periods of 4 ms.",
+        f"0.4 of the full thrust is linear in the motor command; hover takes {hover:.3g} of full command. The controller inverts that "
+        "curve.",
         "The gyro hears each rotor, at hover speed with 0.05 rad/s at 79 Hz and 0.02 rad/s at 158 Hz (sampled at 250 Hz it is "
         "heard at 92 Hz).",
         "The gyro has a low-pass of its own at 200 Hz; the control rate is too low for it to delay the rate.",

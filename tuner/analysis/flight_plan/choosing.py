@@ -23,7 +23,7 @@ from tuner.analysis.flight_plan.expected_accuracy import (
 )
 from tuner.analysis.flight_plan.flying import FLIGHTS, SimulatedVehicle
 from tuner.analysis.identification.fit import cramer_rao_covariance
-from tuner.analysis.identification.identify import EXPLAINED, OF_OUTPUT
+from tuner.analysis.identification.identifiability import EXPLAINED, OF_OUTPUT
 from tuner.analysis.identification.parameters import ParameterSpace
 
 Array = NDArray[np.float64]

@@ -8,7 +8,7 @@ from tuner.analysis.flight_plan.excitation import UNITS, Excitation, begins, len
 from tuner.analysis.flight_plan.flying import FLIGHTS, HEATING
 from tuner.analysis.flight_plan.informativeness import half_widths
 from tuner.analysis.flight_plan.planning import NEARLY, Experiment
-from tuner.analysis.identification.identify import GIVEN
+from tuner.analysis.identification.identifiability import GIVEN
 from tuner.documents.flight_plan import FlightPlanDocument, PlannedExcitation, PlannedNumber, PlannedPeak
 from tuner.documents.parts import LawNames
 from tuner.text.numbers import per_cent

@@ -12,8 +12,17 @@ from numpy.typing import NDArray
 
 from plant.quadrotor.airframes import Airframe
 from tuner.analysis.flight_plan.excitation import LEAD, Excitation
-from tuner.analysis.identification import identify
 from tuner.analysis.identification.fit import Fit, Problem, expected_fit
+from tuner.analysis.identification.flights import longest_flight
+from tuner.analysis.identification.identifiability import (
+    GIVEN,
+    NARROWED,
+    counted_outputs,
+    impossible,
+    unidentifiable,
+    wider_than_prior,
+)
+from tuner.analysis.identification.identify import resample_segments
 from tuner.analysis.identification.parameters import ParameterSpace
 from tuner.analysis.identification.prediction import prediction_windows
 from tuner.analysis.identification.samples import OUTPUTS
@@ -61,7 +70,7 @@ def output_power(problem: Problem, truth: Array, excitation: Excitation) -> Outp
 
 def problem_of(log: FlightLog, airframe: Airframe, space: ParameterSpace) -> Problem:
     """Return the identification problem of a log."""
-    samples = identify.resample_segments([identify.longest_flight(log, airframe)])
+    samples = resample_segments([longest_flight(log, airframe)])
     return Problem(space, airframe.vehicle, samples, tuple(np.ones(len(part.time)) for part in samples))
 
 
@@ -76,7 +85,7 @@ def information_of(problem: Problem, truth: Array, axis: str) -> Array:
 
 def identifiable_parameters(space: ParameterSpace) -> NDArray[np.bool_]:
     """Return a mask (n,) of the coordinates that a flight may identify."""
-    return np.array([name not in identify.GIVEN for name in space.names])
+    return np.array([name not in GIVEN for name in space.names])
 
 
 def expected_accuracy(log: FlightLog, airframe: Airframe, space: ParameterSpace, truth: Array) -> ExpectedAccuracy:
@@ -84,9 +93,9 @@ def expected_accuracy(log: FlightLog, airframe: Airframe, space: ParameterSpace,
     problem, is_free = problem_of(log, airframe, space), identifiable_parameters(space)
     first = expected_fit(problem, truth, is_free)
     windows = prediction_windows(problem, truth, is_held_out=False)
-    reasons = identify.unidentifiable(first, windows) | identify.impossible(first, airframe.vehicle)
+    reasons = unidentifiable(first, windows) | impossible(first, airframe.vehicle)
     is_free &= np.array([name not in reasons for name in space.names])
-    fit = expected_fit(identify.counted_outputs(problem, reasons), truth, is_free)
+    fit = expected_fit(counted_outputs(problem, reasons), truth, is_free)
     return ExpectedAccuracy(fit, reasons | _untold(fit, is_free))
 
 
@@ -97,6 +106,6 @@ def _untold(fit: Fit, is_free: NDArray[np.bool_]) -> dict[str, str]:
     wide = {
         name: f"its interval shrinks to {100.0 * ratio[k]:.0f} % of the prior's only"
         for k, name in enumerate(space.names[: space.physical])
-        if is_free[k] and ratio[k] > identify.NARROWED
+        if is_free[k] and ratio[k] > NARROWED
     }
-    return wide | identify.wider_than_prior(fit, is_free)
+    return wide | wider_than_prior(fit, is_free)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from plant.quadrotor.disturbance import Disturbance
 from plant.quadrotor.rigid_body import Body, Dynamics, body_rate
 from plant.quadrotor.scenarios import ScenarioSpec
 from plant.quadrotor.sensors import Noise
+from plant.quadrotor.thrust_curve import PROPORTIONAL, rotor_command
 from plant.records import pack, rows, size
 from plant.references.level import Level
 from plant.seeds import generator
@@ -94,8 +96,7 @@ class Flown:
     def command(self) -> Array:
         """Rotor commands (flights, instants, 4), shares of full."""
         vehicle = self.simulated.system.nominal.vehicle
-        thrust = self.trace[..., 21:25]
-        return np.sqrt(np.maximum(thrust, 0.0) / vehicle.thrust_coefficient) / vehicle.speed_max
+        return self._commands(np.sqrt(np.maximum(self.trace[..., 21:25], 0.0) / vehicle.thrust_coefficient))
 
     @cached_property
     def rotor_acceleration(self) -> Array:
@@ -137,8 +138,15 @@ class Flown:
     @cached_property
     def _reserve_used(self) -> Array:
         nominal = self.simulated.system.nominal
-        hover = np.sqrt(nominal.hover / nominal.thrust_max)
+        hover = self._commands(np.sqrt(nominal.hover / nominal.vehicle.thrust_coefficient))
         return np.maximum((self.command - hover) / (1.0 - hover), (hover - self.command) / hover)
+
+    def _commands(self, speed: Any) -> Any:
+        """Return the commands at which the nominal vehicle's rotors hold speeds [rad/s]."""
+        system = self.simulated.system
+        if system.fitted.drive is PROPORTIONAL:
+            return speed / system.nominal.vehicle.speed_max
+        return rebinder()(rotor_command)(speed, system.nominal.curve) / system.nominal.vehicle.speed_max
 
     def log(self, flight: int, name: str) -> FlightLog:
         """Return the log of a flight: gyro, an accelerometer, and the commands in force.

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from plant.errors import InputError
 from tuner.analysis.flight_plan.choosing import AccuracyTarget
-from tuner.analysis.identification.identify import NARROWED
+from tuner.analysis.identification.identifiability import NARROWED
 from tuner.analysis.identification.parameters import Parameter, ParameterSpace
 from tuner.text.numbers import per_cent, significant
 from tuner.text.sentences import listing

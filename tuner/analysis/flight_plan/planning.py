@@ -23,7 +23,8 @@ from tuner.analysis.flight_plan.expected_accuracy import ExpectedAccuracy, expec
 from tuner.analysis.flight_plan.flying import FLIGHTS, Flown, SimulatedVehicle
 from tuner.analysis.flight_plan.informativeness import QUANTILE, check_is_informative, is_identified
 from tuner.analysis.flight_plan.limits import peaks_of_hover, reduce_amplitudes, shares_of_limits
-from tuner.analysis.identification.identify import GIVEN, NARROWED, OF_OUTPUT, WEIGHED, Identified, identify_vehicle
+from tuner.analysis.identification.identifiability import GIVEN, NARROWED, OF_OUTPUT, WEIGHED
+from tuner.analysis.identification.identify import Identified, identify_vehicle
 from tuner.analysis.identification.parameters import Parameter, ParameterSpace, space_of
 
 Array = NDArray[np.float64]

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 from plant.errors import InputError
 from plant.quadrotor.airframes import Airframe
 from tuner.analysis.identification.checks import LogIssue
-from tuner.analysis.identification.identify import GIVEN, Identified
+from tuner.analysis.identification.flight_rows import estimate_from, flight_rows, flight_words
+from tuner.analysis.identification.identifiability import GIVEN
+from tuner.analysis.identification.identify import Identified
 from tuner.analysis.identification.onward import uncertainty_of
 from tuner.analysis.identification.parameters import NODES, EarlierPosterior, Parameter, space_of
 from tuner.analysis.identification.prediction import HORIZON, cut
@@ -58,7 +60,7 @@ def identification_document(
 ) -> IdentificationDocument:
     """Return the document; file: of the airframe that was written; before: earlier logs, whose posterior was the prior."""
     fit, uncertainty = identified.fit, uncertainty_of(identified)
-    deviations = np.sqrt(np.diag(fit.covariance)).tolist()
+    deviations = np.sqrt(np.diag(identified.covariance)).tolist()
     reasons = identified.wider | identified.reasons
     noise = gyro_noise(identified.logs)
     lift_noise = white_noise([log.acceleration[:, 2:] for log in identified.logs])
@@ -84,10 +86,11 @@ def identification_document(
         ],
         gyro_noise=noise,
         warnings=list(warnings),
-        verdict=" ".join([verdict(identified), *difference_words(compared)]),
+        verdict=" ".join([*flight_words(identified), verdict(identified), *difference_words(compared)]),
         before=list(before),
         posterior=posterior_of(identified),
         responses=response_rows(compared),
+        flights=flight_rows(identified),
     )
 
 
@@ -104,7 +107,8 @@ def posterior_of(identified: Identified) -> Posterior:
 
 def earlier_posterior(document: IdentificationDocument, airframe: Airframe, file: Path) -> EarlierPosterior:
     """Return the posterior of an earlier identification; InputError where it is of another airframe, or cannot be used."""
-    names = [entry.name for entry in space_of(airframe.vehicle, []).parameters]
+    parameters = space_of(airframe.vehicle, []).parameters
+    names = [entry.name for entry in parameters]
     posterior = document.posterior
     if posterior is None or document.airframe != airframe.name:
         raise InputError(
@@ -121,7 +125,8 @@ def earlier_posterior(document: IdentificationDocument, airframe: Airframe, file
             file=file,
             key="posterior",
         )
-    return EarlierPosterior(np.array(posterior.point), covariance, np.array(posterior.wide))
+    flights = tuple(estimate_from(row, parameters, file) for row in document.flights)
+    return EarlierPosterior(tuple(names), np.array(posterior.point), covariance, np.array(posterior.wide), flights)
 
 
 def _is_covariance(matrix: Array) -> bool:
@@ -233,7 +238,7 @@ def verdict(identified: Identified) -> str:
     if identified.wider:
         sentences.append(f"No better known than before: {', '.join(identified.wider)}.")
     at = names.index("dead_time")
-    dead_time, deviation = identified.fit.estimate[at], np.sqrt(identified.fit.covariance[at, at])
+    dead_time, deviation = identified.fit.estimate[at], np.sqrt(identified.covariance[at, at])
     if "dead_time" in identifiable and dead_time + QUANTILE * deviation < 0.0:
         sentences.append(
             f"dead_time is negative, {1000.0 * dead_time:.2g} ms: in the log the time stamps of the gyro lead those of the "
@@ -306,7 +311,7 @@ def _curve(identified: Identified) -> list[IdentifiedNumber]:
     now, before = (
         (inverse @ nodes, np.sqrt(np.diag(inverse @ (np.outer(nodes, nodes) * matrix) @ inverse.T)))
         for nodes, matrix in (
-            (thrust, identified.fit.covariance[part, part]),
+            (thrust, identified.covariance[part, part]),
             (prior, np.diag(identified.space.prior_std[part] ** 2)),
         )
     )

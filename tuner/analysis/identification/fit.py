@@ -32,7 +32,8 @@ SCANNED_WITH, SCAN_ITERATIONS = ("lag_up", "lag_down", "gyro_delay", "inertia.x"
 """Coordinates that follow each of these, and Gauss-Newton iterations of theirs."""
 SPLIT = 0.0025
 """Standard deviation of the gyro's share in the delay of rotors and gyro together [s]: a loop that answers the noise of its gyro
-looks like one with a slower gyro. On 40 vehicles of an independent simulator, logged at 500 Hz, it was off by 1 to 6 ms.
+looks like one with a slower gyro, or with slower rotors where the gyro's low-pass is known. On 40 vehicles of an independent
+simulator, logged at 500 Hz, it was off by 1 to 6 ms.
 """
 LINEAR = ("drag_linear.z",)
 """Positive numbers that act linearly and that flights tell badly: their posteriors are integrated."""
@@ -124,7 +125,6 @@ def fit_parameters(
         scan: Whether dead times far from the start's are tried.
     """
     point, columns = start.copy(), np.flatnonzero(free).tolist()
-    everything = list(range(len(point)))
     prior = problem.space.precision
     noise = noise_of(problem, point)
     for k in range(MAX_NOISE_FITS):
@@ -136,7 +136,18 @@ def fit_parameters(
         point, noise = reached, noise_of(problem, reached)
         if still:
             break
-    residuals, jacobians = problem.sensitivities(point, everything)
+    return _fit_at(problem, point, free, noise)
+
+
+def fit_with_noise(problem: Problem, start: Array, free: NDArray[np.bool_], noise: Noise) -> Fit:
+    """Fit the free coordinates (n,) from a start (n,) with given noise."""
+    columns = np.flatnonzero(free).tolist()
+    return _fit_at(problem, _gauss_newton(problem, start, columns, noise, problem.space.precision), free, noise)
+
+
+def _fit_at(problem: Problem, point: Array, free: NDArray[np.bool_], noise: Noise) -> Fit:
+    """Return the fit whose estimate is a point (n,)."""
+    residuals, jacobians = problem.sensitivities(point, list(range(len(point))))
     information, scores = _information(problem, residuals, jacobians, noise)
     covariance = _covariance(problem.space, information, _score_covariance(scores, free), free)
     point, covariance = _integrated(problem.space, point, covariance, free)
@@ -237,10 +248,20 @@ def _cost(problem: Problem, point: Array, noise: Noise, prior: Array) -> float:
 
 
 def split_covariance(space: ParameterSpace, point: Array, free: NDArray[np.bool_]) -> Array:
-    """Return the covariance (n, n) of the gyro's share in the delay."""
-    along, at = np.zeros(len(point)), [space.names.index(name) for name in ("dead_time", "gyro_delay")]
-    if free[at].all():
-        along[at] = SPLIT, -min(SPLIT / space.numbers(point).gyro_delay, float(space.prior_std[at[1]]))
+    """Return the covariance (n, n) of the split of the delay.
+
+    Between dead time and gyro, or rotor lags where the gyro's low-pass is known.
+    """
+    along, numbers = np.zeros(len(point)), space.numbers(point)
+    at = {name: space.names.index(name) for name in ("dead_time", "gyro_delay", "lag_up", "lag_down")}
+    if not free[at["dead_time"]]:
+        return np.outer(along, along)
+    along[at["dead_time"]] = SPLIT
+    if free[at["gyro_delay"]]:
+        along[at["gyro_delay"]] = -min(SPLIT / numbers.gyro_delay, float(space.prior_std[at["gyro_delay"]]))
+    else:
+        for name, lag in (("lag_up", numbers.lag_up), ("lag_down", numbers.lag_down)):
+            along[at[name]] = -SPLIT / lag * free[at[name]]
     return np.outer(along, along)
 
 

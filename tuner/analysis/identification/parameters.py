@@ -3,8 +3,8 @@
 A point is a vector of coordinates that are near normal: logarithms of positive numbers, offsets and biases as they are.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import exp, hypot, log, pi, sqrt
 from typing import NamedTuple
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Vec3
+from tuner.analysis.identification.random_effects import FlightEstimate
 
 Array = NDArray[np.float64]
 
@@ -105,11 +106,29 @@ NUISANCES = 3
 
 @dataclass(frozen=True, eq=False)
 class EarlierPosterior:
-    """Posterior of earlier logs: mean (n,), covariance (n, n), and standard deviations (n,) before any log."""
+    """Posterior of earlier logs.
 
+    Attributes:
+        names: Names (n,) of the coordinates.
+        point: Mean (n,).
+        covariance: Covariance (n, n).
+        initial_std: Standard deviations (n,) before any log.
+        flights: Estimates from each flight alone.
+    """
+
+    names: tuple[str, ...]
     point: Array
     covariance: Array
     initial_std: Array
+    flights: tuple[FlightEstimate, ...] = ()
+
+    def without(self, names: Collection[str]) -> "EarlierPosterior":
+        """Return the posterior with some parameters as wide as initially."""
+        is_changed = np.array([name in names for name in self.names])
+        covariance = np.where(is_changed[:, None] | is_changed, 0.0, self.covariance)
+        covariance += np.diag(np.where(is_changed, self.initial_std**2, 0.0))
+        flights = tuple(flight.without(names) for flight in self.flights)
+        return replace(self, covariance=covariance, flights=flights)
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,7 +253,12 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
         ),
         *[
             Parameter(
-                f"thrust.{100 * u:.0f}", "N", full * u * u, WIDE, True, f"thrust of a rotor at {100 * u:.0f} % command"
+                f"thrust.{100 * u:.0f}",
+                "N",
+                full * u * (u + vehicle.thrust_linear * (1.0 - u)),
+                WIDE,
+                True,
+                f"thrust of a rotor at {100 * u:.0f} % command",
             )
             for u in NODES.tolist()
         ],

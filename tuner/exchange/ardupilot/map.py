@@ -19,7 +19,13 @@ import numpy as np
 
 from plant.errors import InputError
 from plant.laws.pid import Gains
-from plant.quadrotor.airframes.scales import ardupilot_factors, command_slope, hover_share, torque_scale
+from plant.quadrotor.airframes.scales import (
+    ardupilot_factors,
+    command_slope,
+    hover_share,
+    linearizing_model,
+    torque_scale,
+)
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.ardupilot.ranges import ACCEL_GAIN, EXPO, SEPARATOR, SHORT, TILT, YAW_FILTER, Dialect, check_arming
 from tuner.exchange.ardupilot.text import write_param
@@ -156,7 +162,7 @@ class ArduPilot(Autopilot):
 
     def switched_off(self, settings: Mapping[str, str]) -> dict[str, float]:
         """Return ArduPilot's other parameters at values with which it flies our loops."""
-        version, curve = self.version, self.rotors.curve
+        version, curve = self.version, linearizing_model(self.rotors)
         terms = ("D", "FF", "D_FF", "FLTE", "SMAX")
         values = {f"ATC_RAT_{short}_{term}": 0.0 for short in SHORT.values() for term in terms}
         del values[YAW_FILTER]

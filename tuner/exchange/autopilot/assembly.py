@@ -21,8 +21,11 @@ from tuner.exchange.target import Option, number, whole_number
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.ranges import LONGEST, SHORTEST, check_value, usual_timing
 
+OF_AIRFRAME = "airframe"
 CURVE = Option(
-    "thrust_curve", "factor f of the rotors' thrust T = T_max (f u^2 + (1 - f) u) of the command u, 0 to 1", default="1"
+    "thrust_curve",
+    "factor f of the rotors' thrust T = T_max (f u^2 + (1 - f) u) of the command u, 0 to 1, or airframe: 1 - thrust_linear",
+    default=OF_AIRFRAME,
 )
 ATTITUDE_FILTER = Option(
     "attitude_filter", "time constant t_f of our derivative filter in the attitude loops, s", default="0.005"
@@ -52,9 +55,9 @@ def control_period(default: str) -> Option:
     return Option("control_period", "period of our controller, s", default=default)
 
 
-def curve(settings: Mapping[str, str]) -> float:
-    """Return the factor of the thrust curve [1]."""
-    return number(settings, CURVE.name, 0.0, 1.0, "1")
+def curve(settings: Mapping[str, str]) -> float | None:
+    """Return the factor of the thrust curve, None for the airframe's."""
+    return None if settings[CURVE.name] == OF_AIRFRAME else number(settings, CURVE.name, 0.0, 1.0, "1")
 
 
 def filters(settings: Mapping[str, str]) -> dict[str, float]:

@@ -28,7 +28,7 @@ KEYWORDS = frozenset(
 )
 
 # Units of where the rotors stand and which way they turn.
-PLACES = {"rotor_x": "m", "rotor_y": "m", "spin": "1"}
+DERIVED = {"rotor_x": "m", "rotor_y": "m", "spin": "1", "dead_time_deviation": "s"}
 # A number or a column of numbers with its unit; texts and flags have none.
 Entry = tuple[Any, str]
 
@@ -74,7 +74,7 @@ def entries(request: Request) -> dict[str, Entry]:
         "limits.least_cosine": (LEAST_COSINE, "1"),
         "airframe.name": (controller.airframe.name, ""),
     }
-    units = {name: field.unit for name, field in (SCALARS | OPTIONAL | GROUPS).items()} | PLACES
+    units = {name: field.unit for name, field in (SCALARS | OPTIONAL | GROUPS).items()} | DERIVED
     table |= {f"airframe.{name}": (value, units[name]) for name, value in vehicle._asdict().items()}
     gains = gain_addresses(controller.cascade)
     return table | {f"gains.{gain.address}": (controller.gains[gain.column], gain.unit) for gain in gains}

@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, radians
 
-from plant.quadrotor.airframes.scales import command_slope, hover_share, px4_factors, torque_scale
+from plant.quadrotor.airframes.scales import command_slope, hover_share, linearizing_model, px4_factors, torque_scale
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.exchange.autopilot.cascade import Autopilot, CascadeNames, ParameterSet
 from tuner.exchange.autopilot.native_loops import NativeLaw
@@ -188,7 +188,7 @@ class Px4(Autopilot):
 
     def switched_off(self, settings: Mapping[str, str]) -> dict[str, float]:
         """Return PX4's other parameters at values with which it flies our loops."""
-        model = 0.0 if settings[THRUST_MODEL] == "local" else self.rotors.curve
+        model = 0.0 if settings[THRUST_MODEL] == "local" else linearizing_model(self.rotors)
         rates = {
             f"MC_{axis.upper()}RATE_{term}": float(term == "K") for axis in ATTITUDE_AXES for term in ("D", "FF", "K")
         }

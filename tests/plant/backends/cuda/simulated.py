@@ -54,8 +54,8 @@ def scenarios_make_room(flyer):
     kept = flyer._inputs(first)
     flyer._inputs(second)
     assert flyer._inputs(first) is kept
-    # 50 instants of 3 rows of air, 12 of noise and 14 of reference, 35 numbers of the vehicle and 17 of its start, 8 bytes each.
-    assert kept.bytes == 8 * (50 * (3 + 12 + 14) + 35 + 17)
+    # 50 instants of 3 rows of air, 12 of noise and 14 of reference, 38 numbers of the vehicle and 17 of its start, 8 bytes each.
+    assert kept.bytes == 8 * (50 * (3 + 12 + 14) + 38 + 17)
     with patch.object(cuda_flights, "SCENARIOS_BYTES", 2.5 * kept.bytes):
         third = flyer._inputs(batch(0.2, 1))
     assert [id(entry) for entry in flyer._on_card.values()] == [id(kept), id(third)]

@@ -50,6 +50,19 @@ def test_a_centre_of_mass_off_the_middle_makes_thrust_turn_the_body():
     assert mixer_matrix(found)[2] @ np.ones(4) == pytest.approx(0.04)
 
 
+def test_curve_and_dead_time_are_moved_by_their_deviations():
+    """A dead time cannot be below zero, and no curve that falls is drawn."""
+    both = Uncertainty(("thrust_linear", "dead_time"), (0.2, 0.004), ((1.0, -0.5), (-0.5, 1.0)))
+    vehicle = VEHICLE._replace(thrust_linear=0.7, dead_time=0.02)
+    found = [both.draw(vehicle, generator(3, "vehicles", i)) for i in range(2000)]
+    rows = np.array([[v.thrust_linear, v.dead_time] for v in found])
+    assert rows[:, 0].max() <= 1.0 and rows[:, 0].max() > 0.98
+    assert np.median(rows, axis=0) == pytest.approx([0.7, 0.02], rel=0.05)
+    assert rows[:, 1].std() == pytest.approx(0.004, rel=0.06)
+    assert np.corrcoef(rows.T)[0, 1] == pytest.approx(-0.5, abs=0.06)
+    assert both.moved(vehicle, np.array([0.0, -0.03])).dead_time == 0.0
+
+
 def test_no_vehicle_is_drawn_that_cannot_exist():
     wide = Uncertainty(("inertia.z", "torque_ratio"), (0.4, 0.8), ((1.0, 0.0), (0.0, 1.0)))
     found = drawn(wide, 300)
@@ -89,6 +102,15 @@ def file(tmp_path):
         return path
 
     return write
+
+
+def test_a_curve_that_is_drawn_stands_in_the_file(file):
+    """The loop of a vehicle without one has none; the deviation of the dead time is the vehicle's."""
+    with pytest.raises(InputError, match="uncertainty.names: names thrust_linear, which is missing or 0"):
+        load(file(TEXT.replace('"centre.x"', '"thrust_linear"')))
+    assert load(file(TEXT.replace('"centre.x"', '"dead_time"'))).vehicle.dead_time_deviation == 0.001
+    with pytest.raises(InputError, match="given 0.2 for dead_time; allowed: above 0, up to 0.1"):
+        load(file(TEXT.replace('"centre.x"', '"dead_time"').replace("0.001", "0.2")))
 
 
 def test_it_is_read_with_the_airframe(file):

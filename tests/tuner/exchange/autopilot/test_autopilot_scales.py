@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError
+from plant.law_registry import LAWS
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import RotorMount, actuation
 from plant.quadrotor.airframes.scales import (
+    accelerations,
     ardupilot_factors,
     betaflight_factors,
     command_slope,
@@ -127,6 +129,24 @@ def test_slope_and_hover_of_a_command(curve, model):
     assert command_slope(rotors, model) == pytest.approx((above - below) / (2.0 * step), rel=1e-8)
     if curve == model:
         assert command_slope(rotors, model) == pytest.approx(rotors.thrust_max, rel=1e-12)
+
+
+@pytest.mark.parametrize("linear", [-0.4, 0.0, 0.4, 1.0])
+def test_authority_is_the_slope_of_the_airframes_curve_through_the_autopilots(linear):
+    """PX4 and ArduPilot undo curves between line and square, so a unit gives all of the thrust; Betaflight undoes none."""
+    vehicle = load("hummingbird").vehicle._replace(thrust_linear=linear)
+    most, step = actuation(vehicle).thrust_max, 1e-6
+    for name, model in (("px4", min(1.0 - linear, 1.0)), ("ardupilot", min(1.0 - linear, 1.0)), ("betaflight", 0.0)):
+        on_airframe = LAWS[name].on_airframe
+        assert on_airframe is not None
+        hover = hover_thrust(vehicle, 1.0 - linear, model)
+        thrusts = [thrust_of(vehicle, motor_command(hover + part, model), 1.0 - linear) for part in (step, -step)]
+        slope = (thrusts[0] - thrusts[1]) / (2.0 * step)
+        plain = accelerations(actuation(vehicle), FACTORS[name](actuation(vehicle)), slope, vehicle, name)
+        unit = 1000.0 if name == "betaflight" else 1.0
+        assert on_airframe(vehicle)["authority"]["roll"] * unit == pytest.approx(plain["roll"], rel=1e-7)
+        if name != "betaflight" and linear >= 0.0:
+            assert slope == pytest.approx(most, rel=1e-7)
 
 
 # Where a motor stands clockwise from the nose [deg], and whether it turns clockwise, by its number: AP_MotorsMatrix.cpp (frames X

@@ -39,7 +39,7 @@ def started(bound, given, m):
     `init` starts at the nominal hover thrust, the flight at the thrust of its rotor speeds: the same but for rounding.
     """
     knowledge, body = nominal_of(given), pack(Body, still(given).tolist())
-    held = held_by(body, euler_angles(body.attitude), knowledge)
+    held = held_by(body, body.rotor_speed, euler_angles(body.attitude), knowledge)
     constants = constants_of(given)
     state = bound.State(given.cascade.start(constants, m, knowledge, held), held.thrust, held.thrust)
     np.testing.assert_allclose(flatten(bound.init(constants, knowledge, m)), flatten(state), rtol=1e-14, atol=1e-14)

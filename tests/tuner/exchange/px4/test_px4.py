@@ -78,6 +78,25 @@ def test_px4_flies_our_position_feedback(settings):
         assert slope * i * outer == pytest.approx(gains[f"{axis}.ki"], rel=1e-6)
 
 
+def test_the_curve_of_the_airframe_is_that_of_the_setting():
+    """An airframe with thrust_linear = 0.4 is told as thrust_curve = 0.6; PX4 can undo none beyond the square."""
+
+    def bent(linear):
+        given = firm()
+        vehicle = given.airframe.vehicle._replace(thrust_linear=linear)
+        return replace(given, airframe=replace(given.airframe, vehicle=vehicle))
+
+    told, by_file = bundle(firm(), "thrust_curve=0.6"), bundle(bent(0.4))
+    assert values_of(by_file.files[FILE]) == values_of(told.files[FILE])
+    assert values_of(by_file.files[FILE])["THR_MDL_FAC"] == pytest.approx(0.6, rel=1e-6)
+    beyond = values_of(bundle(bent(-0.3)).files[FILE])
+    assert beyond["THR_MDL_FAC"] == 1.0
+    found, _ = attitude_feedback(
+        lambda *motion: px4_torque(beyond, firm().airframe.vehicle, 1.3, *motion), firm().airframe.vehicle
+    )
+    assert found == pytest.approx(attitude_gains(firm()), rel=1e-6)
+
+
 def test_the_file_is_what_ground_stations_read():
     made = bundle(pid(), "vehicle=7")
     text = made.files[FILE].decode("ascii")

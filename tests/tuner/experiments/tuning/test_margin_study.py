@@ -415,7 +415,7 @@ def settled(stepper, system, gains):
     reference = stepper.reference()
     constants = system.cascade.prepare(pack(system.cascade.Gains, gains.tolist()), system.timing.control_period)
     noise, targets = pack(Noise, [0.0] * size(Noise)), pack(Targets, [0.0] * size(Targets))
-    flight = stepper.loop.start(body, constants, system.nominal, reference, noise, targets)
+    flight = stepper.loop.start(body, constants, system.nominal, reference, noise, targets, stepper.dynamics)
     state = np.array(flatten(stepper.state(*(getattr(flight, name) for name in stepper.state._fields))))
     clipped = ["excess" in name for name in paths(stepper.state)]
     following = np.where(clipped, 0.0, stepper.injected(state, gains, np.zeros(6))[: len(state)])
