@@ -7,6 +7,7 @@ benchmarks/results/chains.json.
 """
 
 import argparse
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from functools import partial
@@ -15,13 +16,14 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from scipy.stats import beta
 
 import tuner
 from benchmarks.identification import BATCH, DAMPING, DURATION, log_of, prior_of
 from benchmarks.measuring import RESULTS, machine, write_json
+from benchmarks.over_the_set import margins_broken, margins_on
+from objectives.margins.requirement import MarginRequirement
 from objectives.problem import FlightBatch, Problem
-from objectives.system import System
+from objectives.risk import clopper_pearson
 from plant.errors import InputError
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.airframes.schema import GROUPS, SCALARS, Sourced
@@ -35,9 +37,6 @@ from tuner.analysis.identification.onward import identified_text
 from tuner.analysis.identification.parameters import low_pass_delay
 from tuner.gains import read_gains
 from tuner.store.environment import commit
-from tuner.study.margins import MarginAnalysis, margin_requirement
-from tuner.study.schema import MarginTable
-from tuner.study.study import Study
 
 FIRST_SEED, FLIGHTS = 44, 32
 """Seed of the first batch of vehicles, none of which set a constant of the fit; flights on the truth."""
@@ -82,6 +81,7 @@ class Chain:
         end: "flown", "refused" where the log shows nothing, "infeasible" where no gains keep the limits.
         predicted: Margins on the identified vehicle.
         actual: Margins on the truth.
+        broken: Margins that the truth breaks.
         lost: Share of the flights on the truth that were lost.
         mass: Of the truth [kg].
     """
@@ -90,13 +90,8 @@ class Chain:
     mass: float
     predicted: dict[str, float]
     actual: dict[str, float]
+    broken: list[str]
     lost: float
-
-    @property
-    def broken(self) -> list[str]:
-        """Margins that the truth breaks."""
-        signs = {"min": 1.0, "max": -1.0}
-        return [name for name, (side, limit) in LIMITS.items() if signs[side] * (self.actual[name] - limit) < 0.0]
 
 
 def cutoff_of(truth: Truth, i: int) -> float:
@@ -133,7 +128,7 @@ def vehicle_of(truth: Truth, i: int, airframe: Vehicle) -> Vehicle:
     )
 
 
-def known_of(truth: Truth, i: int, seed: int) -> Airframe:
+def prior_airframe(truth: Truth, i: int, seed: int) -> Airframe:
     """Return the prior of a vehicle as of an airframe file: with its gyro's cut-off, which its firmware sets."""
     prior = prior_of(truth, i, np.random.default_rng((seed, i, 5)))
     # Spins as the simulator has them; the prior's file is that of a cross.
@@ -147,40 +142,34 @@ def known_of(truth: Truth, i: int, seed: int) -> Airframe:
     return replace(prior, vehicle=vehicle, sources=sources)
 
 
-def margins_of(study: Study, system: System, gains: np.ndarray) -> dict[str, float]:
-    """Return the margins of gains (1, gains) on the vehicle of a system alone."""
-    spec = replace(study.scenarios[0].spec, uncertainty=None)
-    plain = [
-        MarginTable.model_validate(table.model_dump(exclude_unset=True) | {"spread": False})
-        for table in study.table.margin
-    ]
-    asked = tuple(margin_requirement(table, system.timing, (spec,)) for table in plain)
-    values = MarginAnalysis(asked, system, (spec,), study.path).values(gains)[0].tolist()
-    return {entry.quantity.name: value for entry, value in zip(asked, values, strict=True)}
-
-
 def fly_chain(recording: Recording, truth: Truth, seed: int, i: int) -> Chain:
     """Return the chain of a vehicle."""
-    prior = known_of(truth, i, seed)
+    prior = prior_airframe(truth, i, seed)
     mass = float(truth.mass[i])
     with TemporaryDirectory() as name:
         folder = Path(name)
         try:
             text = identified_text(identify_vehicle([log_of(recording, i)], prior), "From a made log")
         except InputError:
-            return Chain("refused", mass, {}, {}, 0.0)
+            return Chain("refused", mass, {}, {}, [], 0.0)
         # Some of the drawn vehicles have propellers that turn with less torque than any on sale.
         (folder / "mine.toml").write_text(f"allow_unphysical = true\n{text}", "utf-8")
         study = tuner.make_study(TABLES, "chain", folder, kind=tuner.Study)
         if not tuner.run(study, folder / "run", threads=1).feasible:
-            return Chain("infeasible", mass, {}, {}, 0.0)
+            return Chain("infeasible", mass, {}, {}, [], 0.0)
         gains = np.array(read_gains(folder / "run" / "gains.json").gains)[None]
         system = replace(study.system, vehicle=vehicle_of(truth, i, study.airframe.vehicle))
         problem = Problem(system, study.space, study.objectives, study.constraints, study.seed, 1)
         spec = replace(study.scenarios[0].spec, uncertainty=None)
         flown = problem.evaluate_gains(gains, (FlightBatch(spec, HELD_OUT, FLIGHTS),), fly_all=True)
         lost = max(float(flown.violations[0, 0]), 0.0)
-        return Chain("flown", mass, margins_of(study, study.system, gains), margins_of(study, system, gains), lost)
+        predicted, actual = (margins_on(study, each, spec, gains) for each in (study.system, system))
+        return Chain("flown", mass, values_of(predicted), values_of(actual), margins_broken(actual), lost)
+
+
+def values_of(margins: Sequence[tuple[MarginRequirement, float]]) -> dict[str, float]:
+    """Return the values of margins by their names."""
+    return {entry.quantity.name: value for entry, value in margins}
 
 
 def summary_of(chains: list[Chain]) -> dict[str, Any]:
@@ -195,7 +184,7 @@ def summary_of(chains: list[Chain]) -> dict[str, Any]:
         "refused": sum(entry.end == "refused" for entry in chains),
         "infeasible": sum(entry.end == "infeasible" for entry in chains),
         "broken": broken,
-        "broken_at_most": float(beta.ppf(0.975, broken + 1, count - broken)) if broken < count else 1.0,
+        "broken_at_most": float(clopper_pearson(broken, count).high),
         "phase_margin_bias": float(error.mean()),
         "phase_margin_bias_error": float(error.std(ddof=1) / np.sqrt(len(error))),
         "phase_margin_spread": float(error.std(ddof=1)),
@@ -219,7 +208,7 @@ def main() -> None:
                 chains.append(chain)
                 print(f"{len(chains)} {chain.end} {chain.predicted} {chain.actual} {chain.lost}", flush=True)
     result = summary_of(chains)
-    rows = [asdict(entry) | {"broken": entry.broken if entry.actual else []} for entry in chains]
+    rows = [asdict(entry) for entry in chains]
     write_json(RESULTS / "chains.json", {"machine": machine(), "revision": commit(), **result, "rows": rows})
     print(result)
 

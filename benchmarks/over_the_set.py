@@ -11,6 +11,7 @@ import argparse
 import json
 import tomllib
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -20,6 +21,7 @@ import numpy as np
 
 import tuner
 from benchmarks.two_masses import share
+from objectives.margins.requirement import MarginRequirement
 from objectives.problem import FlightBatch, Problem
 from objectives.system import System
 from plant.quadrotor.scenarios import HELD_OUT, ScenarioSpec
@@ -72,22 +74,30 @@ def judged(study: Study, gains: np.ndarray, truth: Vehicle) -> dict[str, Any]:
     flown = problem.evaluate_gains(rows, (FlightBatch(spec, HELD_OUT, FLIGHTS),), fly_all=True)
     limits = [entry.objective.label for entry in study.constraints]
     over = [name for name, by in zip(limits, flown.violations[0].tolist(), strict=True) if by > 0.0]
-    return {"broken": [*margins_broken(study, system, spec, rows), *over], "error": float(flown.values[0, 0])}
+    return {
+        "broken": [*margins_broken(margins_on(study, system, spec, rows)), *over],
+        "error": float(flown.values[0, 0]),
+    }
 
 
-def margins_broken(study: Study, system: System, spec: ScenarioSpec, rows: np.ndarray) -> list[str]:
-    """Return the margins of a study that gains (1, gains) break on the vehicle of a system."""
+def margins_on(
+    study: Study, system: System, spec: ScenarioSpec, rows: np.ndarray
+) -> list[tuple[MarginRequirement, float]]:
+    """Return the margins that a study limits, of gains (1, gains) on the vehicle of a system alone."""
     plain = [
         MarginTable.model_validate(table.model_dump(exclude_unset=True) | {"spread": False})
         for table in study.table.margin
     ]
-    asked = tuple(margin_requirement(table, system.timing, (spec,)) for table in plain)
-    values = MarginAnalysis(asked, system, (spec,), study.path).values(rows)[0].tolist()
+    requirements = tuple(margin_requirement(table, system.timing, (spec,)) for table in plain)
+    values = MarginAnalysis(requirements, system, (spec,), study.path).values(rows)[0].tolist()
+    return list(zip(requirements, values, strict=True))
+
+
+def margins_broken(margins: Sequence[tuple[MarginRequirement, float]]) -> list[str]:
+    """Return the names of margins beyond their limits."""
     signs = {"min": 1.0, "max": -1.0}
     return [
-        entry.quantity.name
-        for entry, value in zip(asked, values, strict=True)
-        if signs[entry.quantity.sense] * (value - entry.limit) < 0.0
+        entry.quantity.name for entry, value in margins if signs[entry.quantity.sense] * (value - entry.limit) < 0.0
     ]
 
 

@@ -104,10 +104,10 @@ def test_the_longest_dead_time_that_is_drawn_decides_the_length_of_the_line() ->
 @pytest.mark.slow
 def test_lanes_fly_the_queue() -> None:
     """Kernels and plain Python agree on every meter of flights with three and one periods of dead time in one loop."""
-    loop, calm, asked = varied_loop(3), np.zeros((1, STEPS, 12)), references(STEPS, z=0.0)
-    asked[JUMP:, 2] = 0.5
+    loop, calm, reference = varied_loop(3), np.zeros((1, STEPS, 12)), references(STEPS, z=0.0)
+    reference[JUMP:, 2] = 0.5
     vehicles = [HUMMINGBIRD._replace(dead_time=periods * H) for periods in (3.0, 1.0)]
-    inputs = in_blocks(batch(vehicles, np.repeat(calm, 2, axis=0), np.repeat(calm, 2, axis=0), asked))
+    inputs = in_blocks(batch(vehicles, np.repeat(calm, 2, axis=0), np.repeat(calm, 2, axis=0), reference))
     lanes = Flyer(loop, LIMITS, TIMING, 1).fly(np.array([flatten(default_gains(loop))]), PROMPT, inputs)
     for flight, vehicle in zip(lanes[0], vehicles, strict=True):
         meters_of = flatten(flown(loop, PROMPT, 0.5, vehicle)[-1].meters)

@@ -16,6 +16,7 @@ from tuner.analysis.identification.identify import Identified
 from tuner.analysis.identification.onward import uncertainty_of
 from tuner.analysis.identification.parameters import NODES, EarlierPosterior, Parameter, space_of
 from tuner.analysis.identification.prediction import HORIZON, cut
+from tuner.analysis.identification.random_effects import QUANTILE
 from tuner.analysis.identification.response_comparison import (
     DECIBELS,
     ResponseComparison,
@@ -38,8 +39,6 @@ from tuner.text.sentences import listing
 
 Array = NDArray[np.float64]
 
-QUANTILE = 1.96
-"""Of a 95 % interval, in standard deviations."""
 POOR = 0.5
 """Share of an output's variance below which its prediction on windows kept from the fit is called poor."""
 LEAST_COVERED, MOST_CORRELATED = 0.8, 0.25

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tuner.analysis.identification.fit import Fit, Problem, fit_with_noise
-from tuner.analysis.identification.identifiability import GIVEN, NARROWED, unidentifiable
-from tuner.analysis.identification.parameters import EarlierPosterior
+from tuner.analysis.identification.identifiability import GIVEN, previously_identified, unidentifiable
+from tuner.analysis.identification.parameters import ParameterSpace
 from tuner.analysis.identification.prediction import prediction_windows
 from tuner.analysis.identification.random_effects import FlightEstimate, between_flight_std, pooled_estimate
 from tuner.logs.flight_log import FlightLog
@@ -53,13 +53,11 @@ def estimate_of(fit: Fit, reasons: Mapping[str, str], flight: str) -> FlightEsti
     return conditional_estimate(flight, names, space.names, fit.estimate, fit.covariance)
 
 
-def earlier_estimate(earlier: EarlierPosterior) -> FlightEstimate:
-    """Return the identified parameters of earlier logs, given mass and arms."""
-    narrow = np.sqrt(np.diag(earlier.covariance)) <= NARROWED * earlier.initial_std
-    names = [
-        name for name, is_narrow in zip(earlier.names, narrow.tolist(), strict=True) if is_narrow and name not in GIVEN
-    ]
-    return conditional_estimate("earlier logs", names, earlier.names, earlier.point, earlier.covariance)
+def earlier_estimate(space: ParameterSpace) -> FlightEstimate:
+    """Return the parameters identified from earlier logs, given mass and arms."""
+    identified = previously_identified(space)
+    names = [name for name in space.names if name in identified]
+    return conditional_estimate("earlier logs", names, space.names, space.center, space.covariance)
 
 
 def conditional_estimate(

@@ -30,8 +30,7 @@ SHOWN_SCATTER = 0.5
 def flight_rows(identified: Identified) -> list[FlightRow]:
     """Return the row of every flight, earlier ones first."""
     parameters = {entry.name: entry for entry in identified.space.parameters}
-    earlier = [] if identified.earlier is None else identified.earlier.flights
-    untested: list[HomogeneityTest | None] = [None] * len(earlier)
+    untested: list[HomogeneityTest | None] = [None] * (len(identified.all_flights) - len(identified.flights))
     tests = [*untested, *(identified.tests or [None] * len(identified.flights))]
     return [_row(flight, parameters, test) for flight, test in zip(identified.all_flights, tests, strict=True)]
 
@@ -77,9 +76,10 @@ def flight_words(identified: Identified) -> list[str]:
     if not tests:
         return []
     names = [flight.flight for flight in identified.flights]
-    against = "the earlier logs" if identified.earlier is not None else "the other flights"
+    has_earlier = identified.space.earlier is not None
+    against = "the earlier logs" if has_earlier else "the other flights"
     # Of two flights either contradicts the other: one sentence.
-    pairs = list(zip(names, tests, strict=True))[: 1 if len(tests) == 2 and identified.earlier is None else None]
+    pairs = list(zip(names, tests, strict=True))[: 1 if len(tests) == 2 and not has_earlier else None]
     rejected = [contradiction_words(name, against, test) for name, test in pairs if test.is_rejected]
     least = min(test.probability for test in tests)
     agreement = [] if rejected else [f"The flights agree (chi-square test, smallest probability {least:.2g})."]

@@ -59,7 +59,6 @@ class Identified:
         reasons: Name of a parameter -> why it stays at its prior.
         wider: Name of a parameter -> how much wider than its prior it came out; it stays in the fit, for others depend on it.
         flights: Estimates from each flight alone.
-        earlier: Posterior of earlier logs, None where there are none.
     """
 
     airframe: Airframe
@@ -72,7 +71,6 @@ class Identified:
     reasons: dict[str, str]
     wider: dict[str, str]
     flights: tuple[FlightEstimate, ...] = ()
-    earlier: EarlierPosterior | None = None
 
     @cached_property
     def covariance(self) -> Array:
@@ -83,15 +81,15 @@ class Identified:
     @property
     def all_flights(self) -> tuple[FlightEstimate, ...]:
         """Estimates from each flight alone, earlier ones first."""
-        return (() if self.earlier is None else self.earlier.flights) + self.flights
+        return (() if self.space.earlier is None else self.space.earlier.flights) + self.flights
 
     @cached_property
     def tests(self) -> list[HomogeneityTest]:
         """Test of each flight against earlier logs, or else the other flights."""
-        if self.earlier is None:
+        if self.space.earlier is None:
             return compare_flights(self.flights)
-        scatter = predictive_variance(self.earlier.flights)
-        earlier = earlier_estimate(self.earlier)
+        scatter = predictive_variance(self.space.earlier.flights)
+        earlier = earlier_estimate(self.space)
         return adjusted([compare_estimates(flight, earlier, scatter) for flight in self.flights])
 
     @property
@@ -160,7 +158,6 @@ def identify_vehicle(
         {name: why for name, why in reasons.items() if name in GIVEN or name not in previously_identified(space)},
         wider_than_prior(fit, free),
         alone,
-        earlier,
     )
 
 

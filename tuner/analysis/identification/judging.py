@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from tuner.analysis.identification.fit import Fit, Problem, split_covariance
 from tuner.analysis.identification.prediction import PredictionWindows, cut, held_out, prediction_windows
+from tuner.analysis.identification.random_effects import QUANTILE
 from tuner.analysis.identification.samples import OUTPUTS
 from tuner.analysis.identification.whitening import ORDERS
 
 Array = NDArray[np.float64]
 
-QUANTILE = 1.96
 LAGS = 25
 """Lags of the autocorrelation that are looked at, in samples of what is compared."""
 HALF = 0.5

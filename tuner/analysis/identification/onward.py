@@ -14,7 +14,8 @@ from tuner.analysis.identification.hover_curve import HoverCurve, hover_curve
 from tuner.analysis.identification.identifiability import NARROWED
 from tuner.analysis.identification.identify import Identified
 from tuner.analysis.identification.parameters import NODES
-from tuner.analysis.identification.rotor_lines import QUANTILE, RotorLine, rotor_lines
+from tuner.analysis.identification.random_effects import QUANTILE
+from tuner.analysis.identification.rotor_lines import RotorLine, rotor_lines
 from tuner.documents.identification import LogRow
 
 Array = NDArray[np.float64]

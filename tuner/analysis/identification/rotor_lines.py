@@ -21,6 +21,7 @@ from plant.quadrotor.airframes.rules import hover_speed
 from plant.quadrotor.gyro import HARMONICS, passed
 from tuner.analysis.identification.identify import Identified
 from tuner.analysis.identification.parameters import PhysicalParameters, low_pass_delay
+from tuner.analysis.identification.random_effects import QUANTILE
 from tuner.logs.flight_log import FlightLog
 
 Array = NDArray[np.float64]
@@ -37,8 +38,8 @@ FLANKS = {1: ((0.72, 0.8), (1.45, 1.55)), 2: ((1.45, 1.55), (2.45, 2.55)), 3: ((
 """Those on both sides of it that tell its floor."""
 CALM, LEAST_WINDOWS = 0.4, 8
 """Share of the windows that count, those whose rotors turn most alike, and their least number."""
-CLEAR, QUANTILE = 3.0, 1.96
-"""Least height of the first line over its floor; least power over its standard error."""
+CLEAR = 3.0
+"""Least height of the first line over its floor."""
 ORDERS = np.arange(0.45, 5.8, 0.01)
 
 
