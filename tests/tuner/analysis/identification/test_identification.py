@@ -202,15 +202,21 @@ def test_two_logs_narrow_what_one_leaves(flights):
     assert np.abs(list(misses(both, flight).values())).max() < 4.0
 
 
-def test_a_second_log_on_top_of_the_first_tells_what_both_at_once_tell(flights):
-    """To one standard deviation, for the noise of each is fitted anew; intervals as wide to a third in the middle, for 4.5 s are few blocks."""
-    flight = flights[0]
+def test_a_second_log_on_top_of_the_first_tells_what_both_at_once_tell():
+    """To one standard deviation, for the noise of each is fitted anew; intervals as wide to a third in the middle.
+
+    Halves of 9 s: of 4.5 s too few blocks are fitted, so that one width of twelve differed by 0.83.
+    """
+    flight = known_flights(1, duration=18.0)[0]
     half = 0.5 * flight.log.time[-1]
     parts = [flight.log.between(0.0, half), flight.log.between(half, flight.log.time[-1])]
     first, both = (identify_vehicle(logs, AIRFRAME) for logs in (parts[:1], parts))
     document = IdentificationDocument.parse(identification_document(first, [], None).text())
     second = identify_vehicle(parts[1:], AIRFRAME, earlier=earlier_posterior(document, AIRFRAME, Path("first.json")))
     left = set(both.reasons) | set(second.reasons)
+    # Where the gyro's low-pass is identified by one alone, the split of the delay widens the lags of the other alone.
+    if "gyro_delay" in set(both.reasons) ^ set(second.reasons):
+        left |= {"lag_up", "lag_down"}
     told = [k for k, name in enumerate(first.space.names[: first.space.physical]) if name not in left]
     # A number at the edge may be told by the one and not by the other.
     assert len(told) > 8 and len(set(both.reasons) ^ set(second.reasons)) < 2
