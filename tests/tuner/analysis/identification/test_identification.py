@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import tuner
 from plant.errors import InputError
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.schema import Sourced
@@ -18,13 +19,15 @@ from tests.tuner.analysis.identification.known_flights import (
     misses,
     truth_of,
 )
+from tests.tuner.conftest import QUICKSTART
 from tuner.analysis.identification.checks import check_flight, is_silent
-from tuner.analysis.identification.document import earlier_posterior, gyro_noise, identification_document, verdict
+from tuner.analysis.identification.document import earlier_posterior, identification_document, verdict
 from tuner.analysis.identification.flights import flights_of, longest_flight
 from tuner.analysis.identification.identifiability import GIVEN, OF_OUTPUT, wider_than_prior
 from tuner.analysis.identification.identify import identify_vehicle
 from tuner.analysis.identification.onward import identified_text, identified_values, uncertainty_of
 from tuner.analysis.identification.parameters import EarlierPosterior
+from tuner.analysis.identification.white_noise import gyro_density, gyro_noise
 from tuner.api.gains import default_gains
 from tuner.api.identifying import check_logs, refusals_of
 from tuner.documents.identification import IdentificationDocument
@@ -243,6 +246,22 @@ def test_what_the_first_log_told_stays_told_where_the_second_is_silent(flown):
 
 def test_the_noise_of_the_gyro_is_that_of_the_sensor(flights):
     assert gyro_noise([flight.log for flight in flights]) == pytest.approx([GYRO] * 3, rel=0.05)
+
+
+def test_a_study_flies_the_noise_of_the_logged_gyro(flights, identified, tmp_path):
+    """Of the true density, at the study's own rate; a rate that the study gives stands."""
+    file = tmp_path / "mine.toml"
+    file.write_text(identified_text(identified[0], "A vehicle"))
+    log = flights[0].log
+    assert load(file).gyro_noise == pytest.approx(GYRO * np.sqrt(2.0 / log.rate), rel=0.05)
+    assert load(file).gyro_noise == pytest.approx(gyro_density([log]), rel=1e-4)
+    text = QUICKSTART.read_text(encoding="utf-8").replace('name = "hummingbird"', 'file = "mine.toml"')
+    (tmp_path / "mine_study.toml").write_text(text)
+    study = tuner.load_study(tmp_path / "mine_study.toml", kind=tuner.Study)
+    rate = study.system.timing.control_period**-1
+    assert study.scenarios[0].spec.sensors.rate == pytest.approx(load(file).gyro_noise * np.sqrt(0.5 * rate))
+    given = tuner.load_study(study.path, {"scenario.0.sensors.rate": 0.02}, kind=tuner.Study)
+    assert given.scenarios[0].spec.sensors.rate == 0.02
 
 
 def test_a_log_without_flight_is_refused(flights):
