@@ -1,15 +1,21 @@
 """`python -m benchmarks.identification`: how often intervals of identified vehicles hold the truth.
 
-Logs are those of `tests/tuner/analysis/identification/independent_flights.py`, a simulator that shares no code with the product:
+Two simulators that share no code with the product make the logs. That of `independent_flights.py` flies
 vehicles of 20 g to 7 kg whose rotors lose thrust to inflow and whose thrust goes with the 1.5th to second power of their speed,
-gyros with second-order low-passes and colored noise, gusts, sagging batteries, centers of mass off the middle. Priors are as far
-from the truth as people know a vehicle beforehand.
+gyros with second-order low-passes and colored noise, gusts, sagging batteries, centers of mass off the middle. RotorPy, of the
+clients' environment (`rotorpy_flights.py`), flies vehicles of 30 g to 6 kg in gusts, with colored noise and centers of mass off
+the middle. Priors are as far from the truth as people know a vehicle beforehand. Bands are those of predictions over windows of
+half a second that the fit did not use.
 """
 
 import argparse
+import json
+import sys
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
+from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,7 +35,9 @@ from tests.tuner.analysis.identification.independent_flights import (
     fly,
 )
 from tests.tuner.analysis.identification.known_flights import AIRFRAME, distances
+from tests.tuner.analysis.identification.rotorpy_flights import SPIN, fly_rotorpy, is_installed
 from tuner.analysis.identification.identify import identify_vehicle
+from tuner.analysis.identification.samples import OUTPUTS
 from tuner.logs.flight_log import FlightLog
 from tuner.store.environment import commit
 
@@ -40,11 +48,15 @@ DAMPING = 1.4
 
 
 class Outcome(NamedTuple):
-    """An identification: by number, distance from the truth and half width of the interval, and the unidentified numbers."""
+    """An identification: by number, distance from the truth and half width of the interval, and the unidentified numbers.
+
+    bands: shares of what was measured that the bands of the outputs hold.
+    """
 
     distance: dict[str, float]
     half_width: dict[str, float]
     unidentified: list[str]
+    bands: list[float] = []
 
 
 def prior_of(truth: Truth, i: int, draw: np.random.Generator) -> Airframe:
@@ -83,7 +95,7 @@ def prior_of(truth: Truth, i: int, draw: np.random.Generator) -> Airframe:
 def numbers_of(truth: Truth, i: int, prior: Vehicle) -> dict[str, float]:
     """Return the true numbers of a vehicle by the names of the coordinates."""
     inertia, exponent, full = truth.inertia[:, i], truth.exponent[i], truth.full[i]
-    return {
+    numbers = {
         "mass": truth.mass[i],
         "arm": truth.lever[i] / prior.rotor_x.r1,
         "inertia.x": inertia[0],
@@ -98,12 +110,14 @@ def numbers_of(truth: Truth, i: int, prior: Vehicle) -> dict[str, float]:
         "torque_ratio": truth.torque_ratio[i],
         "drag_linear.z": 4.0 * truth.inflow[i] + 0.2 * truth.side[i],
         "rate_damping": 4.0 * truth.inflow[i] * truth.lever[i] ** 2,
-        # The product's rotors turn as fast as its own thrust coefficient asks.
-        "rotor_inertia": truth.rotor_inertia[i]
-        * truth.speed[i]
-        / (prior.rotor_inertia * np.sqrt(full / prior.thrust_coefficient)),
-        "gyro_delay": DAMPING / (2.0 * np.pi * truth.cutoff[i]),
     }
+    if truth.rotor_inertia[i] > 0.0:
+        # The product's rotors turn as fast as its own thrust coefficient asks.
+        factor = truth.rotor_inertia[i] / prior.rotor_inertia
+        numbers["rotor_inertia"] = factor * truth.speed[i] / np.sqrt(full / prior.thrust_coefficient)
+    if np.isfinite(truth.cutoff[i]):
+        numbers["gyro_delay"] = DAMPING / (2.0 * np.pi * truth.cutoff[i])
+    return numbers
 
 
 def log_of(recording: Recording, i: int) -> FlightLog:
@@ -115,7 +129,19 @@ def log_of(recording: Recording, i: int) -> FlightLog:
 
 def identify_log(recording: Recording, truth: Truth, seed: int, i: int) -> Outcome | None:
     """Identify a vehicle from its log; None where the log is refused."""
-    prior = prior_of(truth, i, np.random.default_rng((seed, i, 5)))
+    return identify_from(recording, truth, i, prior_of(truth, i, np.random.default_rng((seed, i, 5))))
+
+
+def identify_rotorpy_log(folder: str, duration: float, seed: int) -> Outcome | None:
+    """Identify the vehicle of a seed from its log by RotorPy; None where the log is refused."""
+    recording, truth = fly_rotorpy(folder, duration, seed)
+    prior = prior_of(truth, 0, np.random.default_rng((seed, 6)))
+    prior = replace(prior, vehicle=prior.vehicle._replace(spin=Rotors(*SPIN)))
+    return identify_from(recording, truth, 0, prior)
+
+
+def identify_from(recording: Recording, truth: Truth, i: int, prior: Airframe) -> Outcome | None:
+    """Identify a vehicle from its log and a prior; None where the log is refused."""
     try:
         found = identify_vehicle([log_of(recording, i)], prior)
     except InputError:
@@ -123,7 +149,8 @@ def identify_log(recording: Recording, truth: Truth, seed: int, i: int) -> Outco
     true = numbers_of(truth, i, prior.vehicle)
     deviations = dict(zip(found.space.names, np.sqrt(np.diag(found.fit.covariance)).tolist(), strict=True))
     widths = {name: QUANTILE * deviations[name] for name in true}
-    return Outcome(distances(found, true), widths, sorted(found.reasons | found.wider))
+    unidentified = sorted(found.reasons | found.wider)
+    return Outcome(distances(found, true), widths, unidentified, found.validation.covered.tolist())
 
 
 def table_of(outcomes: list[Outcome]) -> list[dict[str, Any]]:
@@ -144,11 +171,13 @@ def table_of(outcomes: list[Outcome]) -> list[dict[str, Any]]:
     return rows
 
 
-def markdown(rows: list[dict[str, Any]], logs: int, refused: int) -> str:
-    """Return the table as text."""
+def markdown(
+    rows: list[dict[str, Any]], logs: int, refused: int, bands: list[float], duration: float = DURATION
+) -> str:
+    """Return the table of a simulator as text."""
     total = float(np.mean([row["covered"] for row in rows]))
     lines = [
-        f"{logs} logs of {DURATION:g} s of as many vehicles, {refused} refused for they tell nothing: {100 * total:.1f} % of the "
+        f"{logs} logs of {duration:g} s of as many vehicles, {refused} refused for they tell nothing: {100 * total:.1f} % of the "
         "95 % intervals of the others hold the truth.",
         "",
         "| number | intervals that hold it | identified in | of these, hold it | median half width (relative; s, m) |",
@@ -160,29 +189,66 @@ def markdown(rows: list[dict[str, Any]], logs: int, refused: int) -> str:
             f"| `{row['number']}` | {100 * row['covered']:.0f} % | {100 * row['identified']:.0f} % | {of_identified} "
             f"| {row['median_half_width']:.2g} |"
         )
+    lines += [f"| band of {name} | {100 * share:.1f} % | | | |" for name, share in zip(OUTPUTS, bands, strict=False)]
     return "\n".join(lines) + "\n"
+
+
+def identify_independent(pool: ProcessPoolExecutor, logs: int, duration: float, first: int) -> Iterator[Outcome | None]:
+    """Identify vehicles of `independent_flights.py`, of seeds from a first one on."""
+    for seed in range(first, first + -(-logs // BATCH)):
+        truth = draw_truths(np.random.default_rng(seed), BATCH)
+        identify = partial(identify_log, fly(truth, duration, seed), truth, seed)
+        yield from pool.map(identify, range(min(BATCH, logs - BATCH * (seed - first))))
+
+
+def identify_rotorpy(pool: ProcessPoolExecutor, logs: int, duration: float, first: int) -> Iterator[Outcome | None]:
+    """Identify vehicles of RotorPy, of seeds from a first one on."""
+    if not is_installed():
+        sys.exit("RotorPy is not installed among the clients: python3 tests/clients/install.py rotorpy")
+    with TemporaryDirectory() as folder:
+        yield from pool.map(partial(identify_rotorpy_log, folder, duration), range(first, first + logs))
+
+
+SIMULATORS = {"independent": identify_independent, "rotorpy": identify_rotorpy}
+
+
+def measure(tried: list[Outcome | None], duration: float) -> dict[str, Any]:
+    """Return the results of a simulator's logs."""
+    outcomes = [entry for entry in tried if entry is not None]
+    bands = np.mean([entry.bands for entry in outcomes], axis=0).tolist()
+    refused = len(tried) - len(outcomes)
+    common = {"revision": commit(), "logs": len(tried), "duration": duration, "refused": refused}
+    return {**common, "bands": bands, "numbers": table_of(outcomes)}
 
 
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--simulator", choices=SIMULATORS, default="independent", help="what makes the logs")
     parser.add_argument("--logs", type=int, default=200, help="number of vehicles, a log each")
+    parser.add_argument("--duration", type=float, default=DURATION, help="of a log [s]")
+    parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--processes", type=int, default=2)
     chosen = parser.parse_args()
     tried: list[Outcome | None] = []
     with ProcessPoolExecutor(chosen.processes) as pool:
-        for seed in range(-(-chosen.logs // BATCH)):
-            truth = draw_truths(np.random.default_rng(seed), BATCH)
-            identify = partial(identify_log, fly(truth, DURATION, seed), truth, seed)
-            tried += pool.map(identify, range(min(BATCH, chosen.logs - len(tried))))
+        for outcome in SIMULATORS[chosen.simulator](pool, chosen.logs, chosen.duration, chosen.first):
+            tried.append(outcome)
             print(f"{len(tried)} of {chosen.logs}", flush=True)
-    outcomes = [entry for entry in tried if entry is not None]
-    rows, refused = table_of(outcomes), len(tried) - len(outcomes)
-    write_json(
-        RESULTS / "identification.json",
-        {"machine": machine(), "revision": commit(), "logs": len(tried), "refused": refused, "numbers": rows},
-    )
-    text = markdown(rows, len(tried), refused)
+    write_results(chosen.simulator, tried, chosen.duration)
+
+
+def write_results(simulator: str, tried: list[Outcome | None], duration: float) -> None:
+    """Write the results of a simulator beside those of the other."""
+    path = RESULTS / "identification.json"
+    kept = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
+    results = kept.get("simulators", {}) | {simulator: measure(tried, duration)}
+    write_json(path, {"machine": machine(), "simulators": results})
+    tables = [
+        f"## {name}\n\n" + markdown(*[entry[key] for key in ("numbers", "logs", "refused", "bands", "duration")])
+        for name, entry in results.items()
+    ]
+    text = "\n".join(tables)
     (RESULTS / "identification.md").write_text(text, encoding="utf-8")
     print(text)
 

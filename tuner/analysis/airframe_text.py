@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from plant.errors import InputError
 from plant.quadrotor.airframes.geometry import FRAMES
-from plant.quadrotor.airframes.schema import OPTIONAL, Sourced, number_fields
+from plant.quadrotor.airframes.schema import OPTIONAL, SENSORS, Sourced, number_fields
 from plant.quadrotor.airframes.uncertainty import Uncertainty
 from plant.texts import check_name
 from tuner.text.toml_text import quoted
@@ -47,7 +47,7 @@ def airframe_text(
     """
     lines, section = [f"title = {quoted(title)}", f"frame = {quoted(frame)}", f"spin = {quoted(spin)}", ""], ""
     # Numbers of no group stand before all tables.
-    given = [*number_fields(FRAMES[frame].lengths), *(key for key in OPTIONAL if key in values)]
+    given = [*number_fields(FRAMES[frame].lengths), *(key for key in OPTIONAL | SENSORS if key in values)]
     for key in sorted(given, key=lambda entry: "." in entry):
         group, dot, name = key.rpartition(".")
         if group != section:

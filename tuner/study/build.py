@@ -1,7 +1,7 @@
 """From the tables of a study file to what runs; every value is checked here or by the type that it becomes."""
 
 from collections.abc import Mapping
-from math import cos, isfinite, radians
+from math import cos, isfinite, radians, sqrt
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -196,7 +196,7 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path, airframe: Airfra
     with located(None, "air"):
         air = _air(table.air)
     with located(None, "sensors"):
-        sensors = SensorSpec(**table.sensors.model_dump())
+        sensors = _sensors(table.sensors, timing, airframe)
     with located(None, "spread"):
         spread = Spread(**_widths(table.spread))
     with located(None, "bands"):
@@ -234,6 +234,14 @@ def _air(table: Any) -> AirSpec:
         injection = Injection(**{name: tuple(values) for name, values in injection.model_dump().items()})
     parts = {"gust": gust, "injection": injection, "window": None if window is None else tuple(window)}
     return AirSpec(**table.model_dump(exclude=set(parts)), **parts)
+
+
+def _sensors(table: Any, timing: Timing, airframe: Airframe) -> SensorSpec:
+    """Return the noise of the sensors; the gyro's is the airframe's where the study gives none."""
+    given = table.model_dump()
+    if airframe.gyro_noise is not None and "rate" not in table.model_fields_set:
+        given["rate"] = airframe.gyro_noise * sqrt(0.5 / timing.control_period)
+    return SensorSpec(**given)
 
 
 def _widths(table: Any) -> dict[str, float]:

@@ -4,7 +4,7 @@ SENSORS = {
     "position": "RMS of the white noise on each axis of the position [m].",
     "velocity": "RMS of the white noise on each axis of the velocity [m/s].",
     "attitude": "RMS of the white noise on roll, pitch and yaw [rad].",
-    "rate": "RMS of the white noise on each axis of the gyro [rad/s].",
+    "rate": "RMS of the white noise on each axis of the gyro [rad/s]; by default the airframe's gyro_noise, if any.",
     "position_bias": "RMS of a bias of the position that is drawn once a flight [m].",
     "velocity_bias": "RMS of a bias of the velocity that is drawn once a flight [m/s].",
     "attitude_bias": "RMS of a bias of roll, pitch and yaw that is drawn once a flight [rad].",

@@ -39,6 +39,7 @@ class Airframe:
         sources: dotted key -> (value, unit, source) of every number in the file.
         path: the file.
         uncertainty: how far the numbers are known, where the file says so.
+        gyro_noise: amplitude density of the gyro's white noise [rad/s/sqrt(Hz)], where the file says so.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Airframe:
     sources: dict[str, Sourced]
     path: Path
     uncertainty: Uncertainty | None = None
+    gyro_noise: float | None = None
 
 
 def names() -> tuple[str, ...]:
@@ -88,7 +90,8 @@ def load(name_or_path: str | Path, *, allow_unphysical: bool = False) -> Airfram
             "names thrust_linear, which is missing or 0; give its value", file=path, key="uncertainty.names"
         )
     vehicle = vehicle._replace(dead_time_deviation=_deviation(uncertainty, "dead_time"))
-    return Airframe(path.stem, title, frame, vehicle, sources, path, uncertainty)
+    noise = sources["gyro_noise"].value if "gyro_noise" in sources else None
+    return Airframe(path.stem, title, frame, vehicle, sources, path, uncertainty, noise)
 
 
 def _deviation(uncertainty: Uncertainty | None, name: str) -> float:

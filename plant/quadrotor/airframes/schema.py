@@ -65,6 +65,8 @@ OPTIONAL: dict[str, NumberField] = {
     "hover_power": NumberField("W", "positive"),
 }
 """Numbers that a file may leave out: 0."""
+SENSORS: dict[str, NumberField] = {"gyro_noise": NumberField("rad/s/sqrt(Hz)", "not negative")}
+"""Of sensors, for studies that do not give them; a file may leave them out."""
 TOGETHER = {
     "a mode of the frame": ("mode_frequency", "mode_damping", "mode_gain"),
     "a battery": ("battery_full", "battery_empty", "battery_resistance", "battery_capacity", "hover_power"),
@@ -93,10 +95,10 @@ def read_numbers(table: Mapping[str, object], lengths: tuple[str, ...], file: Pa
     Raises InputError on anything else.
     """
     leaves = _flattened(table, file)
-    fields = number_fields(lengths) | {key: field for key, field in OPTIONAL.items() if key in leaves}
+    fields = number_fields(lengths) | {key: field for key, field in (OPTIONAL | SENSORS).items() if key in leaves}
     for key in leaves:
         if key not in fields:
-            raise UnknownNameError("key", key, [*fields, *OPTIONAL, *HEADER], file=file, key=key)
+            raise UnknownNameError("key", key, [*fields, *OPTIONAL, *SENSORS, *HEADER], file=file, key=key)
     return {key: _read_number(leaves, key, field, file) for key, field in fields.items()}
 
 

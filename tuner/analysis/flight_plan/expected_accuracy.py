@@ -60,7 +60,7 @@ class OutputPower(NamedTuple):
 
 def output_power(problem: Problem, truth: Array, excitation: Excitation) -> OutputPower:
     """Return the power of an output in a flight of its excitation."""
-    windows, k = prediction_windows(problem, truth, held_out=False), OUTPUTS.index(excitation.axis)
+    windows, k = prediction_windows(problem, truth, is_held_out=False), OUTPUTS.index(excitation.axis)
     middle, measured = windows.time.mean(axis=1), windows.measured[..., k]
     residual = measured - windows.modeled[..., k]
     inside = (middle >= LEAD) & (middle <= LEAD + excitation.duration)
@@ -92,7 +92,7 @@ def expected_accuracy(log: FlightLog, airframe: Airframe, space: ParameterSpace,
     """Return the expected accuracy of identification from a simulated flight."""
     problem, is_free = problem_of(log, airframe, space), identifiable_parameters(space)
     first = expected_fit(problem, truth, is_free)
-    windows = prediction_windows(problem, truth, held_out=False)
+    windows = prediction_windows(problem, truth, is_held_out=False)
     reasons = unidentifiable(first, windows) | impossible(first, airframe.vehicle)
     is_free &= np.array([name not in reasons for name in space.names])
     fit = expected_fit(counted_outputs(problem, reasons), truth, is_free)

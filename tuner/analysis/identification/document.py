@@ -24,6 +24,7 @@ from tuner.analysis.identification.response_comparison import (
     difference_words,
 )
 from tuner.analysis.identification.samples import OUTPUTS
+from tuner.analysis.identification.white_noise import gyro_noise, white_noise
 from tuner.documents.identification import (
     IdentificationDocument,
     IdentifiedNumber,
@@ -208,18 +209,6 @@ def _rounded(series: Array) -> list[float]:
     return (
         np.round(np.nan_to_num(series, posinf=MOST_SHOWN, neginf=-MOST_SHOWN), 4).clip(-MOST_SHOWN, MOST_SHOWN).tolist()
     )
-
-
-def gyro_noise(logs: Sequence[FlightLog]) -> list[float]:
-    """Return the RMS (3,) of the gyro's white noise [rad/s]."""
-    return white_noise([log.gyro for log in logs])
-
-
-def white_noise(series: Sequence[Array]) -> list[float]:
-    """Return the RMS (k,) of the white noise in series (n, k): from third differences, in which motion hardly counts."""
-    third = np.concatenate([np.diff(part, n=3, axis=0) for part in series])
-    # The median leaves shocks out; 20 is the sum of the squares of 1, 3, 3 and 1.
-    return (1.4826 * np.median(np.abs(third), axis=0) / np.sqrt(20.0)).tolist()
 
 
 def verdict(identified: Identified) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plant.quadrotor.vehicle import Vehicle
+from tuner.analysis.identification.marginal import marginal_moments, with_moments
 from tuner.analysis.identification.model import actuator, lagging, predicted
 from tuner.analysis.identification.parameters import ParameterSpace
 from tuner.analysis.identification.samples import OUTPUTS, LogSegment
@@ -34,6 +35,8 @@ SPLIT = 0.0025
 looks like one with a slower gyro, or with slower rotors where the gyro's low-pass is known. On 40 vehicles of an independent
 simulator, logged at 500 Hz, it was off by 1 to 6 ms.
 """
+LINEAR = ("drag_linear.z",)
+"""Positive numbers that act linearly and that flights tell badly: their posteriors are integrated."""
 BLOCK = 0.2
 """Length of the blocks whose scores are taken as independent [s]: whitening leaves little correlation beyond."""
 
@@ -147,7 +150,8 @@ def _fit_at(problem: Problem, point: Array, free: NDArray[np.bool_], noise: Nois
     residuals, jacobians = problem.sensitivities(point, list(range(len(point))))
     information, scores = _information(problem, residuals, jacobians, noise)
     covariance = _covariance(problem.space, information, _score_covariance(scores, free), free)
-    covariance += _split_covariance(problem.space, point, free)
+    point, covariance = _integrated(problem.space, point, covariance, free)
+    covariance += split_covariance(problem.space, point, free)
     return Fit(problem.space, point, free, covariance, information, noise)
 
 
@@ -157,7 +161,7 @@ def expected_fit(problem: Problem, point: Array, free: NDArray[np.bool_]) -> Fit
     residuals, jacobians = problem.sensitivities(point, list(range(len(point))))
     information, _ = _information(problem, residuals, jacobians, noise)
     covariance = cramer_rao_covariance(problem.space, information, free)
-    covariance += _split_covariance(problem.space, point, free)
+    covariance += split_covariance(problem.space, point, free)
     return Fit(problem.space, point, free, covariance, information, noise)
 
 
@@ -243,7 +247,7 @@ def _cost(problem: Problem, point: Array, noise: Noise, prior: Array) -> float:
     return cost if np.isfinite(cost) else np.inf
 
 
-def _split_covariance(space: ParameterSpace, point: Array, free: NDArray[np.bool_]) -> Array:
+def split_covariance(space: ParameterSpace, point: Array, free: NDArray[np.bool_]) -> Array:
     """Return the covariance (n, n) of the split of the delay.
 
     Between dead time and gyro, or rotor lags where the gyro's low-pass is known.
@@ -259,6 +263,15 @@ def _split_covariance(space: ParameterSpace, point: Array, free: NDArray[np.bool
         for name, lag in (("lag_up", numbers.lag_up), ("lag_down", numbers.lag_down)):
             along[at[name]] = -SPLIT / lag * free[at[name]]
     return np.outer(along, along)
+
+
+def _integrated(space: ParameterSpace, point: Array, covariance: Array, free: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Return estimate (n,) and covariance (n, n) with the marginal posteriors of `LINEAR`."""
+    for k in (space.names.index(name) for name in LINEAR):
+        if free[k]:
+            moments = marginal_moments(point[k], covariance[k, k], space.center[k], space.prior_std[k])
+            point, covariance = with_moments(point, covariance, k, *moments)
+    return point, covariance
 
 
 def _information(problem: Problem, residuals: list[Array], jacobians: list[Array], noise: Noise) -> tuple[Array, Array]:

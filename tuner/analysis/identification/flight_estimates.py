@@ -32,7 +32,7 @@ def flight_estimates(problem: Problem, fit: Fit, flights: Sequence[FlightLog]) -
             samples, masks = (tuple(parts[k] for k in chosen) for parts in (problem.samples, problem.masks))
             alone = replace(problem, samples=samples, masks=masks)
             single = fit_with_noise(alone, fit.estimate, fit.free, fit.noise)
-            reasons = unidentifiable(single, prediction_windows(alone, single.estimate, held_out=False))
+            reasons = unidentifiable(single, prediction_windows(alone, single.estimate, is_held_out=False))
             estimates.append(estimate_of(single, reasons, flight_name(flight)))
     return tuple(estimates)
 

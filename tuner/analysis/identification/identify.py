@@ -29,7 +29,7 @@ from tuner.analysis.identification.identifiability import (
 )
 from tuner.analysis.identification.judging import FitValidation, validate_fit
 from tuner.analysis.identification.parameters import ARM, MASS, EarlierPosterior, ParameterSpace, space_of
-from tuner.analysis.identification.prediction import PredictionWindows, fit_masks, prediction_windows
+from tuner.analysis.identification.prediction import PredictionWindows, fit_masks, prediction_windows, settled_masks
 from tuner.analysis.identification.random_effects import (
     FlightEstimate,
     HomogeneityTest,
@@ -128,14 +128,11 @@ def identify_vehicle(
         raise InputError(SILENT, file=flights[0].name)
     vehicle, wide = airframe.vehicle, space_of(airframe.vehicle, [str(i + 1) for i in range(len(flights))], mass, arm)
     space = wide if earlier is None else wide.with_prior(earlier)
-    masks = fit_masks(samples)
-    fitting, complete = (
-        Problem(space, vehicle, samples, m) for m in (masks, tuple(np.ones(len(s.time)) for s in samples))
-    )
+    fitting, complete = (Problem(space, vehicle, samples, m) for m in (fit_masks(samples), settled_masks(samples)))
     free = np.array([name not in GIVEN for name in space.names])
     start = initial_estimate(space, samples, vehicle) if earlier is None else space.center
     early = fit_parameters(fitting, start, free, _share(on_progress, 0), scan=True)
-    seen = prediction_windows(fitting, early.estimate, held_out=False)
+    seen = prediction_windows(fitting, early.estimate, is_held_out=False)
     reasons = {**unidentifiable(early, seen), **impossible(early, airframe.vehicle)}
     fitting, complete = counted_outputs(fitting, reasons), counted_outputs(complete, reasons)
     if not any(fitting.outputs):

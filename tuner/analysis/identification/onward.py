@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plant.quadrotor.airframes.geometry import SPINS
-from plant.quadrotor.airframes.schema import OPTIONAL, Sourced
+from plant.quadrotor.airframes.schema import OPTIONAL, SENSORS, Sourced
 from plant.quadrotor.airframes.uncertainty import CENTRE, NAMES, Uncertainty
 from tuner.analysis.airframe_text import airframe_text, rounded, uncertainty_from
 from tuner.analysis.identification.hover_curve import HoverCurve, hover_curve
@@ -16,6 +16,7 @@ from tuner.analysis.identification.identify import Identified
 from tuner.analysis.identification.parameters import NODES
 from tuner.analysis.identification.random_effects import QUANTILE
 from tuner.analysis.identification.rotor_lines import RotorLine, rotor_lines
+from tuner.analysis.identification.white_noise import gyro_density
 from tuner.documents.identification import LogRow
 
 Array = NDArray[np.float64]
@@ -98,6 +99,7 @@ def identified_values(identified: Identified, read: Sequence[tuple[str, str]]) -
         **({"speed_max": sqrt(full / vehicle.thrust_coefficient)} if has_thrust else {}),
         **({"thrust_linear": linear} if has_slope else {}),
         **{f"vibration_{line.harmonic}": line.amplitude for line in lines},
+        "gyro_noise": gyro_density(identified.logs),
     }
     notes = {
         "inertia.z": f"{source}: its share of x + y" + (" as before" if "inertia_share" in identified.reasons else ""),
@@ -106,11 +108,14 @@ def identified_values(identified: Identified, read: Sequence[tuple[str, str]]) -
         "thrust_linear": f"{source}: slope of the thrust at hover",
         **{f"vibration_{line.harmonic}": f"{source}: {_line_words(line)}" for line in lines},
         **dict.fromkeys(("rate_damping.x", "rate_damping.y"), INFLOW),
+        "gyro_noise": f"{source}: white noise as logged; a study flies it unless [scenario.sensors] gives a rate",
         "dead_time": f"{source}: from a logged command to the rotor; controller.delay ends at the logged command. "
         f"The delay of the gyro, {1e3 * numbers.gyro_delay:.2g} ms, is left to the filters of the study, or gyro_cutoff here",
     }
     sources = identified.airframe.sources
-    units = {key: field.unit for key, field in OPTIONAL.items()} | {key: entry.unit for key, entry in sources.items()}
+    units = {key: field.unit for key, field in (OPTIONAL | SENSORS).items()} | {
+        key: entry.unit for key, entry in sources.items()
+    }
     return sources | {
         key: Sourced(rounded(value), units[key], notes.get(key, source))
         for key, value in values.items()

@@ -17,6 +17,10 @@ HORIZON = 0.5
 HELD_OUT, OF = 1, 5
 """Of so many parts of `PART` seconds, those that are held out of the fit."""
 PART = 1.0
+SETTLING, LEAST_SETTLED = 0.5, 0.2
+"""Begin of a segment that neither fit nor validation uses [s], and the largest share of it: rotors' speeds there follow from
+commands before it.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,18 +43,38 @@ class PredictionWindows:
         return np.sqrt(np.mean((self.measured - self.modeled) ** 2, axis=(0, 1)))
 
 
+def settled_masks(samples: Sequence[LogSegment]) -> tuple[Array, ...]:
+    """Return masks (m,) of the samples of segments: 0 while rotors settle."""
+    return tuple(_is_settled(part).astype(float) for part in samples)
+
+
 def fit_masks(samples: Sequence[LogSegment]) -> tuple[Array, ...]:
-    """Return masks (m,) of the samples of the fit: 0 on every `OF`-th part of `PART` seconds."""
-    return tuple(((part.time - part.begin) // PART % OF >= HELD_OUT).astype(float) for part in samples)
+    """Return masks (m,) of the samples of the fit.
+
+    0 on every `OF`-th part of `PART` seconds, and while rotors settle.
+    """
+    return tuple(
+        (_is_settled(part) & ((part.time - part.begin) // PART % OF >= HELD_OUT)).astype(float) for part in samples
+    )
 
 
-def prediction_windows(problem: Problem, point: Array, held_out: bool = True) -> PredictionWindows:
+def held_out(part: LogSegment, mask: Array) -> NDArray[np.bool_]:
+    """Return the samples (m,) that validate a fit of a mask."""
+    return (mask == 0.0) & _is_settled(part)
+
+
+def _is_settled(part: LogSegment) -> NDArray[np.bool_]:
+    age = part.time - part.begin
+    return age >= min(SETTLING, LEAST_SETTLED * float(age[-1])) if len(age) else np.zeros(0, bool)
+
+
+def prediction_windows(problem: Problem, point: Array, is_held_out: bool = True) -> PredictionWindows:
     """Return the windows that lie in held-out samples, or all of them."""
     numbers = problem.space.numbers(point)
     model = [
         predicted(part, lagging(part, [actuator(numbers)])[0], numbers, problem.vehicle) for part in problem.samples
     ]
-    inside = 0.0 if held_out else None
+    inside = 0.0 if is_held_out else None
     measured = [part.measured for part in problem.samples]
     return PredictionWindows(_times(problem, inside), *[cut(problem, series, inside) for series in (measured, model)])
 
@@ -81,7 +105,8 @@ def _places(problem: Problem, inside: float | None) -> list[NDArray[np.intp]]:
     for part, mask in zip(problem.samples, problem.masks, strict=True):
         width = max(int(HORIZON / (part.period * part.share)), 2)
         index = np.arange(len(mask) // width * width).reshape(-1, width)
-        places.append(index if inside is None else index[np.all(mask[index] == inside, axis=1)])
+        chosen = {None: np.ones(len(mask), bool), 1.0: mask == 1.0, 0.0: held_out(part, mask)}[inside]
+        places.append(index[np.all(chosen[index], axis=1)])
     return places
 
 

@@ -25,9 +25,9 @@ from tuner.analysis.flight_plan.flying import ACCELEROMETER, largest_rms
 from tuner.analysis.flight_plan.limits import reduce_amplitudes, shares_of_limits
 from tuner.analysis.flight_plan.planning import ExperimentSpec, accuracy_target, check_names, plan_experiment
 from tuner.analysis.identification.checks import check_flight
-from tuner.analysis.identification.document import gyro_noise
 from tuner.analysis.identification.identify import identify_vehicle
 from tuner.analysis.identification.parameters import space_of
+from tuner.analysis.identification.white_noise import gyro_noise
 from tuner.api.flight_plans import craft_of
 from tuner.cli.printers.flight_plan import print_flight_plan
 from tuner.cli.terminal import Console

@@ -11,7 +11,7 @@ import scipy.signal
 from plant.vectors import Vec3
 from tests.tuner.analysis.identification.known_flights import AIRFRAME, PRIOR, known_flights
 from tests.tuner.logs.written import blackbox, truth
-from tuner.analysis.identification.document import gyro_noise, identification_document, response_rows, white_noise
+from tuner.analysis.identification.document import identification_document, response_rows
 from tuner.analysis.identification.frequency_response import Record, estimate_response
 from tuner.analysis.identification.identify import identify_vehicle
 from tuner.analysis.identification.model import actuator, lagging, low_passed, turning
@@ -19,6 +19,7 @@ from tuner.analysis.identification.model_response import axis_commands, model_re
 from tuner.analysis.identification.parameters import space_of
 from tuner.analysis.identification.response_comparison import DECIBELS, compare_responses, difference_words
 from tuner.analysis.identification.samples import LogSegment
+from tuner.analysis.identification.white_noise import gyro_noise, white_noise
 from tuner.logs.reading import read_log
 
 # Their types are too narrow.

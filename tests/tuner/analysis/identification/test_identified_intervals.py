@@ -36,5 +36,5 @@ def test_the_table_counts_what_is_held_and_what_identified():
     (row,) = table_of(outcomes)
     assert (row["covered"], row["identified"], row["covered_of_identified"]) == (0.5, 0.5, 0.5)
     assert row["median_half_width"] == pytest.approx(0.25)
-    assert "5 logs" in markdown([row], 5, 1) and "1 refused" in markdown([row], 5, 1)
-    assert "| `lag_up` | 50 % | 50 % | 50 % | 0.25 |" in markdown([row], 5, 1)
+    assert "5 logs" in markdown([row], 5, 1, [0.94]) and "1 refused" in markdown([row], 5, 1, [0.94])
+    assert "| `lag_up` | 50 % | 50 % | 50 % | 0.25 |" in markdown([row], 5, 1, [0.94])

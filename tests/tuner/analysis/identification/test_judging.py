@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 from tests.tuner.analysis.identification.known_flights import AIRFRAME, known_flights
+from tuner.analysis.identification import fit
 from tuner.analysis.identification.document import identification_document, prediction_words
 from tuner.analysis.identification.identify import identify_vehicle
-from tuner.analysis.identification.judging import density, validate_fit
+from tuner.analysis.identification.judging import _noise_variance, density, validate_fit
+from tuner.analysis.identification.prediction import SETTLING
+from tuner.analysis.identification.random_effects import QUANTILE
 from tuner.report.identification_page import identification_page
 
 
@@ -37,6 +40,22 @@ def test_a_posterior_without_numbers_has_a_narrower_band(identified):
     found = identified[0]
     sure = validate_fit(replace(found.early, covariance=0.0 * found.early.covariance), found.problem)
     assert np.all(sure.spread < found.validation.spread)
+
+
+def test_how_the_delay_splits_does_not_widen_the_band(identified, monkeypatch):
+    found = identified[0]
+    whole = found.early.covariance - fit.split_covariance(found.space, found.early.estimate, found.early.free)
+    monkeypatch.setattr(fit, "SPLIT", 0.0)
+    assert validate_fit(replace(found.early, covariance=whole), found.problem).spread == pytest.approx(
+        found.validation.spread
+    )
+
+
+def test_neither_fit_nor_validation_uses_the_begin_of_a_segment(identified):
+    for found in identified:
+        part, mask = found.problem.samples[0], found.problem.masks[0]
+        assert not mask[part.time < part.begin + SETTLING].any()
+        assert found.windows.time.min() >= part.begin + SETTLING
 
 
 def test_the_density_of_white_noise_is_flat_and_that_of_a_sine_stands_at_its_frequency():
@@ -82,3 +101,17 @@ def test_the_page_shows_what_is_told_and_what_is_not_and_no_markup_of_a_file_nam
     assert document.verdict in text and "given: no log tells it" in text and "<script>alert" not in text
     for row in document.prediction:
         assert all(f'id="{part}-{row.output}"' in text for part in ("prediction", "spectrum", "whiteness"))
+
+
+def test_the_band_holds_its_share_of_residuals_whose_windows_differ_in_size():
+    """Half of the windows in gusts of three times the size, on windows drawn anew; of a normal band they leave more."""
+    draw = np.random.default_rng(8)
+
+    def residuals(windows):
+        return draw.choice([1.0, 3.0], size=(windows, 1, 4)) * draw.normal(size=(windows, 50, 4))
+
+    used, fresh = residuals(4000), residuals(4000)
+    share = np.mean(np.abs(fresh) <= QUANTILE * np.sqrt(_noise_variance(used)), axis=(0, 1))
+    # Two standard deviations of 4,000 windows, used and fresh, are 0.3 points.
+    assert share == pytest.approx([0.95] * 4, abs=0.004)
+    assert np.all(np.mean(np.abs(fresh) <= QUANTILE * np.sqrt(np.mean(used**2, axis=0)), axis=(0, 1)) < share - 0.015)
