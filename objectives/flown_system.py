@@ -17,6 +17,7 @@ from plant.laws.law import Law
 from plant.loop import ClosedLoop, Timing
 from plant.own_code import OwnCode
 from plant.quadrotor.gains import GainAddress
+from plant.seeds import RandomSource
 from plant.status import Status
 
 OnFlightsDone = Callable[[int], None]
@@ -191,6 +192,10 @@ class FlownSystem(Protocol):
     # A system flies scenarios of its own kind, so their type is open here.
     def sample(self, spec: Any, root: int, stream: str, indices: Iterable[int]) -> FlightInputs:
         """Draw scenarios of a stream."""
+        ...
+
+    def draw(self, spec: Any, source: RandomSource, indices: Iterable[int]) -> FlightInputs:
+        """Draw scenarios from a source of random numbers."""
         ...
 
     def with_own_plant(

@@ -24,11 +24,12 @@ from plant.model.controller import Range
 from plant.model.modes import accurate_steps, accurate_timing, check_plant_step, poles_at_rest
 from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
 from plant.model.plant_model import PlantModel, PlantRecords, plant_from
-from plant.model.scenario import PlantScenario, sample_plant_scenarios
+from plant.model.scenario import PlantScenario, draw_plant_scenarios
 from plant.model.units import gain_unit
 from plant.own_code import HAVE_RUN, OwnCode
 from plant.quadrotor.gains import GainAddress
 from plant.records import flatten, pack, paths, size
+from plant.seeds import RandomSource, source_of
 from plant.status import Status
 
 if TYPE_CHECKING:
@@ -312,7 +313,11 @@ class PlantSystem:
 
     def sample(self, spec: PlantScenario, root: int, stream: str, indices: Iterable[int]) -> FlightInputs:
         """Draw scenarios of a stream."""
-        return sample_plant_scenarios(spec, self.loop, self.parameters, self.timing, root, stream, indices)
+        return self.draw(spec, source_of(root, f"{stream}/{spec.name}"), indices)
+
+    def draw(self, spec: PlantScenario, source: RandomSource, indices: Iterable[int]) -> FlightInputs:
+        """Draw scenarios from a source of random numbers."""
+        return draw_plant_scenarios(spec, self.loop, self.parameters, self.timing, source, indices)
 
     def targets(self, spec: PlantScenario) -> Any:
         """Return the targets of the flights of a scenario."""

@@ -28,9 +28,10 @@ from plant.quadrotor.features import VehicleFeatures, vehicle_features
 from plant.quadrotor.gains import GainAddress, gain_addresses
 from plant.quadrotor.nominal import Nominal
 from plant.quadrotor.sample import Targets
-from plant.quadrotor.scenarios import ScenarioSpec, for_vehicle, sample_scenarios
+from plant.quadrotor.scenarios import ScenarioSpec, draw_scenarios, for_vehicle
 from plant.quadrotor.vehicle import Vehicle
 from plant.records import flatten
+from plant.seeds import RandomSource, source_of
 from plant.status import Status
 from plant.vectors import Quaternion
 
@@ -172,7 +173,11 @@ class System:
 
     def sample(self, spec: ScenarioSpec, root: int, stream: str, indices: Iterable[int]) -> FlightInputs:
         """Draw scenarios of a stream."""
-        return sample_scenarios(spec, self.vehicle, self.timing, root, stream, indices)
+        return self.draw(spec, source_of(root, f"{stream}/{spec.name}"), indices)
+
+    def draw(self, spec: ScenarioSpec, source: RandomSource, indices: Iterable[int]) -> FlightInputs:
+        """Draw scenarios from a source of random numbers."""
+        return draw_scenarios(spec, self.vehicle, self.timing, source, indices)
 
     def with_own_plant(
         self, drawn: FlightInputs, owner: "System", spec: ScenarioSpec, root: int, stream: str, indices: Iterable[int]
