@@ -68,17 +68,17 @@ class Method(StrEnum):
 
 
 class Replica(NamedTuple):
-    """One unbiased estimate: a function of limit function, plan, seed and index alone; JSON numbers, so it can be kept.
+    """One unbiased estimate: a function of limit function, plan, seed and number alone; JSON numbers, so it can be kept.
 
     Attributes:
-        index: of the stream that it drew from.
+        number: of the stream that it drew from.
         probability: of the event.
         modes: probability of each failure mode.
         curve: probability that the largest demand reaches each level of the estimate's curve.
         evaluations: rows of the limit function evaluated.
     """
 
-    index: int
+    number: int
     probability: float
     modes: tuple[float, ...]
     curve: tuple[float, ...]
