@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
+from objectives.failure_modes import FailureMode
 from objectives.metrics.address import Axes, MetricAddress
 from objectives.metrics.context import Bounds
 from plant.backends.flyer import FlightInputs, Recording
@@ -125,6 +126,7 @@ class FlownSystem(Protocol):
         command: Part of the flight that holds the commands to the inputs.
         command_scales: Sizes (inputs,) that metrics count the commands in.
         failure_causes: Cause of each way to lose a flight, and the limit that it exceeds.
+        failure_modes: Ways to lose a flight, with the demand over the capacity of each.
         disturbances: Names of what acts on it from outside, with their units.
         order: Order of its integration's error in the plant step.
         min_steps: Fewest plant steps of a control period that are accurate at rest.
@@ -165,6 +167,8 @@ class FlownSystem(Protocol):
     def command_scales(self) -> np.ndarray: ...  # noqa: D102
     @property
     def failure_causes(self) -> dict[Status, tuple[str, str]]: ...  # noqa: D102
+    @property
+    def failure_modes(self) -> tuple[FailureMode, ...]: ...  # noqa: D102
     @property
     def disturbances(self) -> dict[str, str]: ...  # noqa: D102
     @property

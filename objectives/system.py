@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from objectives import meters
+from objectives.failure_modes import DIVERGED, FailureMode
 from objectives.flown_system import NOT_FINITE
 from objectives.metrics import MetricAddress, MetricLimits
 from objectives.metrics.address import CASCADE, Axes
 from objectives.metrics.context import ROTORS
 from objectives.own_meters import code_of, with_accumulators
+from objectives.tilt import TILT
 from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.identity import identity
@@ -157,6 +159,20 @@ class System:
             Status.LOST: ("position", f"{self.limits.position:g} m off along an axis"),
             Status.NON_FINITE: NOT_FINITE,
         }
+
+    @property
+    def failure_modes(self) -> tuple[FailureMode, ...]:
+        """Position along an axis and tilt, each over its limit."""
+        farthest, steepest = self.limits.position, acos(self.limits.cosine_tilt)
+        return (
+            FailureMode(
+                "position",
+                Status.LOST,
+                lambda meters: np.max([getattr(meters, axis).peak for axis in POSITION_AXES], axis=0) / farthest,
+            ),
+            FailureMode("tilt", Status.TILTED, lambda meters: np.arccos(meters.own_tilt.cosine) / steepest, TILT),
+            DIVERGED,
+        )
 
     @property
     def parts(self) -> CascadeParts:
