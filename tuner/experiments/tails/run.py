@@ -1,0 +1,224 @@
+"""Estimates of the tails of events under several gains, one after the other, on the same seeds."""
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from math import exp, log, sqrt
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from objectives.flown_system import FlownSystem, Scenario
+from objectives.tails.estimate import estimate_tail, expected_evaluations
+from objectives.tails.limit_function import Progress, TailEstimate
+from plant.normals import NormalSpace
+from plant.seeds import generator
+from tuner.documents.parts import SampledValue
+from tuner.documents.tail import (
+    TAIL_FORMAT,
+    TAIL_VERSION,
+    TailDocument,
+    TailEvent,
+    TailGains,
+    TailLevel,
+    TailMode,
+    TailPoint,
+    TailRatio,
+)
+from tuner.experiments.tails.events import Event, read_event
+from tuner.experiments.tails.flight_limit import FlightLimit, space_of
+from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, Record, point_bytes, question_of
+from tuner.search.watcher import Watcher, compilation
+from tuner.text.numbers import count, duration, significant
+
+STAGE = "Estimating"
+PILOT = 64
+"""Flights by which the speed is measured."""
+
+
+@dataclass(frozen=True)
+class TailedGains:
+    """Gains whose tails are estimated. name: as given; row (g,): of the system; laws: in words."""
+
+    name: str
+    system: FlownSystem
+    row: np.ndarray
+    laws: str
+
+
+@dataclass(frozen=True)
+class TailSettings:
+    """Settings of an estimate.
+
+    Attributes:
+        root: Root seed.
+        smallest: Probability down to which is looked.
+        width: Of the 95 % interval, over the probability.
+        most: Flights of an event under one of the gains at most.
+        threads: That fly.
+
+    """
+
+    root: int
+    smallest: float
+    width: float
+    most: int
+    threads: int | None = None
+
+
+class TailRun:
+    """The estimates of a call. gains: the first is compared with; events: as texts; out: folder of the record, None for none."""
+
+    def __init__(
+        self,
+        gains: Sequence[TailedGains],
+        events: Sequence[str],
+        spec: Scenario,
+        settings: TailSettings,
+        watcher: Watcher,
+        out: Path | None = None,
+    ) -> None:
+        self._gains, self._spec, self._settings, self._watcher, self._out = gains, spec, settings, watcher, out
+        self._events = [[read_event(text, each.system, spec) for text in events] for each in gains]
+        self._points: dict[str, bytes] = {}
+
+    def carry_out(self) -> TailDocument:
+        """Estimate all, write the folder and return the document."""
+        record = None if self._out is None else Record.begin(self._out, self._question())
+        with nullcontext() if record is None else record.folder:
+            made = [
+                TailGains(
+                    gains=each.name,
+                    laws=each.laws,
+                    events=[self._estimated(number, each, event, record) for event in self._events[number]],
+                )
+                for number, each in enumerate(self._gains)
+            ]
+            document = self._document(made)
+            if record is not None:
+                record.folder.write_together(self._points)
+                record.folder.write_json(DOCUMENT, document)
+        return document
+
+    def _question(self) -> str:
+        s = self._settings
+        flown = [[each.system.content(self._spec), each.row.tolist(), each.name] for each in self._gains]
+        events = [event.text for event in self._events[0]]
+        return question_of([flown, events, s.root, s.smallest, s.width, s.most])
+
+    def _estimated(self, number: int, gains: TailedGains, event: Event, record: Record | None) -> TailEvent:
+        settings, watcher = self._settings, self._watcher
+        limit = FlightLimit(event, self._spec, gains.row, settings.threads, watcher.on_flights_done)
+        self._announce(gains, event, limit)
+        completed = () if record is None else record.completed(number, event.text)
+
+        def on_progress(progress: Progress) -> None:
+            if record is not None:
+                record.keep(number, event.text, progress.replica)
+
+        estimate = estimate_tail(
+            limit,
+            settings.root,
+            relative_width=settings.width,
+            smallest=settings.smallest,
+            most_evaluations=settings.most,
+            on_progress=on_progress,
+            completed=completed,
+        )
+        return self._row(event, estimate, limit.space)
+
+    def _announce(self, gains: TailedGains, event: Event, limit: FlightLimit) -> None:
+        """Tell what the estimate will cost, from a few flights that are timed."""
+        with compilation(self._watcher) if not limit.flyer.cached else nullcontext():
+            normals = generator(self._settings.root, "tail/pilot", 0).standard_normal((PILOT, limit.dimension))
+            limit.values(normals[:1])
+        begin = perf_counter()
+        limit.values(normals)
+        flights = min(expected_evaluations(self._settings.smallest, self._settings.width), self._settings.most)
+        seconds = flights * (perf_counter() - begin) / PILOT
+        self._watcher.on_message(
+            f"{event.text} of {gains.name}: about {count(float(significant_flights(flights)))} flights down to "
+            f"{significant(self._settings.smallest, 2)}, {duration(seconds)}"
+        )
+        self._watcher.on_stage(f"{STAGE} {event.text} of {gains.name}", flights)
+
+    def _row(self, event: Event, estimate: TailEstimate, space: NormalSpace) -> TailEvent:
+        curve = zip(
+            estimate.curve.levels, estimate.curve.probability, estimate.curve.low, estimate.curve.high, strict=True
+        )
+        return TailEvent(
+            event=event.text,
+            metric=None if event.metric is None else event.metric.text,
+            unit="1" if event.metric is None else event.metric.unit,
+            limit=event.limit,
+            status=str(estimate.status),
+            method=str(estimate.method),
+            probability=float(estimate.probability),
+            low=float(estimate.low),
+            high=float(estimate.high),
+            flights=estimate.evaluations,
+            replicas=len(estimate.replicas),
+            modes=[
+                TailMode(
+                    mode=mode.name,
+                    probability=SampledValue(float(mode.probability), *map(float, mode.interval)),
+                    share=SampledValue(float(mode.share), *map(float, mode.share_interval)),
+                    point=None if mode.design_point is None else self._point(mode.design_point, space),
+                )
+                for mode in estimate.modes
+            ],
+            curve=[
+                TailLevel(level=float(level) * event.limit, probability=float(p), low=float(low), high=float(high))
+                for level, p, low, high in curve
+            ],
+        )
+
+    def _point(self, normals: np.ndarray, space: NormalSpace) -> TailPoint:
+        """Return a design point, whose vector is kept for the folder."""
+        name = f"point-{len(self._points) + 1}"
+        self._points[name + POINT_SUFFIX] = point_bytes(normals)
+        squared = float(normals @ normals)
+        shares = {part: float(normals[place] @ normals[place]) / squared for part, place in space.parts.items()}
+        return TailPoint(name=name, distance=sqrt(squared), shares=shares)
+
+    def _document(self, made: list[TailGains]) -> TailDocument:
+        space = space_of(self._gains[0].system, self._spec)
+        first, *others = made
+        return TailDocument(
+            format=TAIL_FORMAT,
+            version=TAIL_VERSION,
+            scenario=self._spec.name,
+            duration=self._spec.duration,
+            seed=self._settings.root,
+            smallest=self._settings.smallest,
+            width=self._settings.width,
+            most_flights=self._settings.most,
+            parts={part: place.stop - place.start for part, place in space.parts.items()},
+            gains=made,
+            ratios=[
+                TailRatio(event=event.event, gains=other.gains, first=first.gains, ratio=ratio_of(event, base))
+                for other in others
+                for event, base in zip(other.events, first.events, strict=True)
+            ],
+        )
+
+
+def significant_flights(flights: int) -> str:
+    """Return a number of flights to two digits."""
+    return f"{flights:.2g}"
+
+
+def ratio_of(event: TailEvent, base: TailEvent) -> SampledValue | None:
+    """Return the ratio of two probabilities with its interval, None where one of the ends is 0.
+
+    The interval is that of the difference of the logarithms from both intervals (G. Y. Zou, A. Donner, "Construction of
+    confidence limits about effect measures", Statistics in Medicine 27(10):1693-1702, 2008), which holds for independent
+    estimates; of two on the same seeds it is too wide rather than too narrow.
+    """
+    if min(event.low, base.low) <= 0.0:
+        return None
+    value = log(event.probability / base.probability)
+    below = sqrt(log(event.probability / event.low) ** 2 + log(base.high / base.probability) ** 2)
+    above = sqrt(log(event.high / event.probability) ** 2 + log(base.probability / base.low) ** 2)
+    return SampledValue(exp(value), exp(value - below), exp(value + above))
