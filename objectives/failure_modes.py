@@ -43,9 +43,9 @@ def failure_demands(modes: Sequence[FailureMode], meters: Any, status: Array, le
         demands = np.stack([np.broadcast_to(mode.demand(meters), shape) for mode in modes], axis=-1)
     demands = np.minimum(np.nan_to_num(demands, nan=0.0), LARGEST)
     for code in np.unique(status[status != Status.COMPLETED.code]).tolist():
-        places = [i for i, mode in enumerate(modes) if mode.status.code == code]
+        places = np.flatnonzero([mode.status.code == code for mode in modes])
         flights = np.flatnonzero(status == code)
-        first = np.array(places)[np.argmax(demands[np.ix_(flights, places)], axis=1)]
+        first = places[np.argmax(demands[flights][:, places], axis=1)]
         demands[flights, first] = 1.0 + left[flights]
     return demands
 

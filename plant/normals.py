@@ -20,8 +20,9 @@ import numpy as np
 from plant.seeds import RandomSource
 
 Array = np.ndarray
-Read = Callable[[str, int, int], Array]
-"""Gives so many numbers of a path, from the given place on."""
+Shape = tuple[int, ...]
+Read = Callable[[str, int, Shape], Array]
+"""Gives numbers of a path in a shape, from the given place on."""
 
 
 class NormalGenerator:
@@ -36,10 +37,9 @@ class NormalGenerator:
     def standard_normal(self, size: int | tuple[int, ...] | None = None) -> Array | float:
         """Return the next normals."""
         shape = () if size is None else (size,) if isinstance(size, int) else size
-        count = prod(shape)
-        normals = self._read(self._path, self._place, count)
-        self._place += count
-        return float(normals[0]) if size is None else normals.reshape(shape)
+        normals = self._read(self._path, self._place, shape)
+        self._place += prod(shape)
+        return float(normals) if size is None else normals
 
     def uniform(self, low: float = 0.0, high: float = 1.0, size: int | tuple[int, ...] | None = None) -> Array | float:
         """Return the next numbers, uniform from low to high."""
@@ -60,43 +60,48 @@ class NormalSpace:
         dimension: Number of normals.
         parts: Slice of each part that is drawn, such as "air", in the order of the vector.
         paths: Slice of each path within the parts: of the part itself, and of every child that it spawns.
+        arrays: Place and shape of each array that is read, rows of processes in time first.
 
     """
 
     dimension: int
     parts: dict[str, slice]
     paths: dict[str, slice]
+    arrays: tuple[tuple[int, Shape], ...]
 
     @classmethod
     def of(cls, draw: Callable[[RandomSource], object]) -> "NormalSpace":
         """Return the space of a draw of one flight, from a pass in which all normals are 0."""
-        counts = dict[str, dict[str, int]]()
+        reads = dict[str, dict[str, dict[int, Shape]]]()
 
         def source(part: str, _: int) -> np.random.Generator:
-            paths = counts.setdefault(part, {})
+            paths = reads.setdefault(part, {})
 
-            def read(path: str, place: int, count: int) -> Array:
-                paths[path] = max(paths.get(path, 0), place + count)
-                return np.zeros(count)
+            def read(path: str, place: int, shape: Shape) -> Array:
+                paths.setdefault(path, {})[place] = shape
+                return np.zeros(shape)
 
             return cast("np.random.Generator", NormalGenerator(read, part))
 
         draw(source)
-        parts, slices, end = dict[str, slice](), dict[str, slice](), 0
-        for part, paths in counts.items():
+        parts, slices, arrays, end = dict[str, slice](), dict[str, slice](), list[tuple[int, Shape]](), 0
+        for part, paths in reads.items():
             begin = end
-            for path, count in sorted(paths.items()):
+            for path, shapes in sorted(paths.items()):
+                arrays += [(end + place, shape) for place, shape in shapes.items()]
+                count = max(place + prod(shape) for place, shape in shapes.items())
                 slices[path] = slice(end, end + count)
                 end += count
             parts[part] = slice(begin, end)
-        return cls(end, {part: place for part, place in parts.items() if place.stop > place.start}, slices)
+        drawn = {part: place for part, place in parts.items() if place.stop > place.start}
+        return cls(end, drawn, slices, tuple(arrays))
 
     def source(self, vectors: Sequence[Array] | Array) -> RandomSource:
         """Return the source whose flight i reads vector i (dimension,)."""
 
         def of_flight(part: str, index: int) -> np.random.Generator:
-            def read(path: str, place: int, count: int) -> Array:
-                return self._read(vectors[index], path, place, count)
+            def read(path: str, place: int, shape: Shape) -> Array:
+                return self._read(vectors[index], path, place, prod(shape)).reshape(shape)
 
             return cast("np.random.Generator", NormalGenerator(read, part))
 

@@ -130,6 +130,6 @@ def test_a_plants_flight_has_a_space_too():
 
 
 def test_uniform_numbers_are_uniform():
-    generator = NormalGenerator(lambda path, place, count: np.random.default_rng(1).standard_normal(count), "x")
+    generator = NormalGenerator(lambda path, place, shape: np.random.default_rng(1).standard_normal(shape), "x")
     assert kstest(np.ravel(generator.uniform(2.0, 5.0, 4000)), "uniform", (2.0, 3.0)).pvalue > 1e-3
     assert isinstance(generator.standard_normal(), float)

@@ -117,7 +117,8 @@ def read_event(text: str, system: FlownSystem, spec: Scenario) -> Event:
     largest = _largest(event)
     if limit >= largest:
         raise InputError(
-            f"given '{text.strip()}'; {metric} of a flight that is not lost is at most {largest:.6g}: take a smaller limit, or {FAILURE}",
+            f"given '{text.strip()}'; {metric} of a flight that is not lost is at most {largest:.6g}: take a smaller limit, or "
+            f"{FAILURE}",
             key=KEY,
         )
     return event

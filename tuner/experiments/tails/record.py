@@ -22,11 +22,20 @@ LARGEST_POINT = 100_000_000
 
 
 class ReplicaLine(DocumentPart):
-    """A replica of the estimate of one event under the gains of a number."""
+    """A replica of the estimate of one event under the gains of a number, see `objectives.tails.limit_function.Replica`."""
 
     gains: int
     event: str
-    replica: list[object]
+    number: int
+    probability: float
+    ladders: list[float]
+    curve: list[float]
+    evaluations: int
+
+    @property
+    def replica(self) -> Replica:
+        """The replica."""
+        return Replica(self.number, self.probability, tuple(self.ladders), tuple(self.curve), self.evaluations)
 
 
 class Record(NamedTuple):
@@ -47,7 +56,8 @@ class Record(NamedTuple):
             if read_input(file, LARGEST_POINT).decode() != question:
                 folder.close()
                 raise StoreError(
-                    f"{path} holds a tail of other gains, events or flights; choose another folder with --out, or give that command again"
+                    f"{path} holds a tail of other gains, events or flights; choose another folder with --out, or give its own "
+                    "command again"
                 )
         lines = JsonLines(
             path / REPLICAS, ReplicaLine, "take the line out, and the same command makes that replica again"
@@ -56,14 +66,21 @@ class Record(NamedTuple):
 
     def completed(self, gains: int, event: str) -> tuple[Replica, ...]:
         """Return the replicas of an estimate that are on record."""
-        lines = [line for line in self.lines.lines if (line.gains, line.event) == (gains, event)]
-        return tuple(Replica(*(_tupled(value) for value in line.replica)) for line in lines)
+        return tuple(line.replica for line in self.lines.lines if (line.gains, line.event) == (gains, event))
 
     def keep(self, gains: int, event: str, replica: Replica) -> None:
         """Append a replica, unless it is on record."""
         if all(replica.number != earlier.number for earlier in self.completed(gains, event)):
-            content = [list(value) if isinstance(value, tuple) else value for value in replica]
-            self.lines.append([ReplicaLine(gains=gains, event=event, replica=content)])
+            line = ReplicaLine(
+                gains=gains,
+                event=event,
+                number=replica.number,
+                probability=replica.probability,
+                ladders=list(replica.ladders),
+                curve=list(replica.curve),
+                evaluations=replica.evaluations,
+            )
+            self.lines.append([line])
 
 
 def question_of(content: object) -> str:
@@ -91,7 +108,3 @@ def read_point(flight: str) -> np.ndarray | None:
     if normals.ndim != 1 or normals.dtype != float or not len(normals) or not np.isfinite(normals).all():
         raise InputError("holds no flight of a tail", file=file, key="--flight")
     return normals
-
-
-def _tupled(value: object) -> object:
-    return tuple(value) if isinstance(value, list) else value

@@ -10,9 +10,9 @@ from time import perf_counter
 import numpy as np
 
 from objectives.flown_system import FlownSystem, Scenario
+from objectives.tails.design_point import find_design_point
 from objectives.tails.estimate import estimate_tail, expected_evaluations
 from objectives.tails.limit_function import Progress, TailEstimate
-from plant.normals import NormalSpace
 from plant.seeds import generator
 from tuner.documents.parts import SampledValue
 from tuner.documents.tail import (
@@ -29,10 +29,13 @@ from tuner.documents.tail import (
 from tuner.experiments.tails.events import Event, read_event
 from tuner.experiments.tails.flight_limit import FlightLimit, space_of
 from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, Record, point_bytes, question_of
+from tuner.experiments.tails.time_bins import TimeBins
 from tuner.search.watcher import Watcher, compilation
 from tuner.text.numbers import count, duration, significant
 
 STAGE = "Estimating"
+GRADIENTS = 5
+"""Gradients that a design point usually takes."""
 PILOT = 64
 """Flights by which the speed is measured."""
 
@@ -126,7 +129,7 @@ class TailRun:
             on_progress=on_progress,
             completed=completed,
         )
-        return self._row(event, estimate, limit.space)
+        return self._row(event, estimate, limit)
 
     def _announce(self, gains: TailedGains, event: Event, limit: FlightLimit) -> None:
         """Tell what the estimate will cost, from a few flights that are timed."""
@@ -143,7 +146,7 @@ class TailRun:
         )
         self._watcher.on_stage(f"{STAGE} {event.text} of {gains.name}", flights)
 
-    def _row(self, event: Event, estimate: TailEstimate, space: NormalSpace) -> TailEvent:
+    def _row(self, event: Event, estimate: TailEstimate, limit: FlightLimit) -> TailEvent:
         curve = zip(
             estimate.curve.levels, estimate.curve.probability, estimate.curve.low, estimate.curve.high, strict=True
         )
@@ -164,9 +167,9 @@ class TailRun:
                     mode=mode.name,
                     probability=SampledValue(float(mode.probability), *map(float, mode.interval)),
                     share=SampledValue(float(mode.share), *map(float, mode.share_interval)),
-                    point=None if mode.design_point is None else self._point(mode.design_point, space),
+                    point=self._point(limit, number, mode.design_point),
                 )
-                for mode in estimate.modes
+                for number, mode in enumerate(estimate.modes)
             ],
             curve=[
                 TailLevel(level=float(level) * event.limit, probability=float(p), low=float(low), high=float(high))
@@ -174,8 +177,14 @@ class TailRun:
             ],
         )
 
-    def _point(self, normals: np.ndarray, space: NormalSpace) -> TailPoint:
-        """Return a design point, whose vector is kept for the folder."""
+    def _point(self, limit: FlightLimit, mode: int, failure: np.ndarray | None) -> TailPoint | None:
+        """Return the design point near a failure, whose vector is kept for the folder; None where it takes too many flights."""
+        space, bins = limit.space, TimeBins(limit.space)
+        if failure is None or GRADIENTS * bins.size > self._settings.most:
+            return None
+        normals = find_design_point(limit, mode, bins, failure)
+        if normals is None:
+            return None
         name = f"point-{len(self._points) + 1}"
         self._points[name + POINT_SUFFIX] = point_bytes(normals)
         squared = float(normals @ normals)

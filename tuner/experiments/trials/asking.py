@@ -15,9 +15,9 @@ from tuner.search.watcher import Watcher
 from tuner.store.advice import RECORD, TRIALS
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, compute_as_recorded, read_record
+from tuner.store.json_lines import line_of
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.store.manifest import read_manifest
-from tuner.store.json_lines import line_of
 from tuner.store.trials import Trial, TrialRecord
 from tuner.study.kinds import load_any
 from tuner.study.trials import TrialStudy

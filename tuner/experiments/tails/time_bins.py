@@ -1,0 +1,36 @@
+"""The subspace of a flight's normals that are constant over bins of time, in which its design point is sought."""
+
+import numpy as np
+
+from plant.normals import NormalSpace
+
+BINS = 80
+"""Bins of a flight: of one of 8 s, what air and sensors do below 5 Hz."""
+
+
+class TimeBins:
+    """Orthonormal vectors, one for each bin of each process, and one for each number that is no process.
+
+    A process is an array with more rows than bins.
+    """
+
+    def __init__(self, space: NormalSpace) -> None:
+        groups, size = np.empty(space.dimension, dtype=np.intp), 0
+        for place, shape in space.arrays:
+            rows, columns = (shape[0], int(np.prod(shape[1:]))) if shape else (1, 1)
+            bins = min(rows, BINS)
+            numbers = (np.arange(rows) * bins // rows)[:, None] * columns + np.arange(columns)
+            groups[place : place + rows * columns] = size + numbers.ravel()
+            size += bins * columns
+        self.size = size
+        self._groups = groups
+        self._scale = 1.0 / np.sqrt(np.bincount(groups, minlength=size))
+
+    def expanded(self, coordinates: np.ndarray) -> np.ndarray:
+        """Return vectors (n, d) of coordinates (n, size)."""
+        return (coordinates * self._scale)[:, self._groups]
+
+    def projected(self, vectors: np.ndarray) -> np.ndarray:
+        """Return coordinates (n, size) of vectors (n, d)."""
+        sums = [np.bincount(self._groups, weights=vector, minlength=self.size) for vector in vectors]
+        return np.array(sums) * self._scale
