@@ -73,14 +73,14 @@ class Replica(NamedTuple):
     Attributes:
         number: of the stream that it drew from.
         probability: of the event.
-        modes: probability of each failure mode.
+        ladders: probability of the target of each ladder.
         curve: probability that the largest demand reaches each level of the estimate's curve.
         evaluations: rows of the limit function evaluated.
     """
 
     number: int
     probability: float
-    modes: tuple[float, ...]
+    ladders: tuple[float, ...]
     curve: tuple[float, ...]
     evaluations: int
 
