@@ -202,6 +202,10 @@ class FlownSystem(Protocol):
         """Draw scenarios from a source of random numbers."""
         ...
 
+    def names_of_draws(self, spec: Any) -> dict[str, tuple[str, ...]]:
+        """Return names of the first numbers that parts of a scenario are drawn from, by part."""
+        ...
+
     def with_own_plant(
         self, drawn: FlightInputs, owner: Self, spec: Any, root: int, stream: str, indices: Iterable[int]
     ) -> FlightInputs:

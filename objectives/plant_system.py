@@ -333,6 +333,11 @@ class PlantSystem:
         """Draw scenarios from a source of random numbers."""
         return draw_plant_scenarios(spec, self.loop, self.parameters, self.timing, source, indices)
 
+    def names_of_draws(self, spec: PlantScenario) -> dict[str, tuple[str, ...]]:
+        """Return the names of the plant's parameters, and of the bias of each sensor."""
+        biases = {f"sensor/{name}": ("bias",) for name in spec.sensors}
+        return {"plant": tuple(paths(self.plant.Parameters)), **biases}
+
     def targets(self, spec: PlantScenario) -> Any:
         """Return the targets of the flights of a scenario."""
         return spec.targets_of(self.loop, self.parameters)

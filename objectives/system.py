@@ -30,7 +30,7 @@ from plant.quadrotor.features import VehicleFeatures, vehicle_features
 from plant.quadrotor.gains import GainAddress, gain_addresses
 from plant.quadrotor.nominal import Nominal
 from plant.quadrotor.sample import Targets
-from plant.quadrotor.scenarios import ScenarioSpec, draw_scenarios, for_vehicle
+from plant.quadrotor.scenarios import FACTORS, ScenarioSpec, draw_scenarios, for_vehicle
 from plant.quadrotor.vehicle import Vehicle
 from plant.records import flatten
 from plant.seeds import RandomSource, source_of
@@ -194,6 +194,12 @@ class System:
     def draw(self, spec: ScenarioSpec, source: RandomSource, indices: Iterable[int]) -> FlightInputs:
         """Draw scenarios from a source of random numbers."""
         return draw_scenarios(spec, self.vehicle, self.timing, source, indices)
+
+    def names_of_draws(self, spec: ScenarioSpec) -> dict[str, tuple[str, ...]]:
+        """Return names of the numbers of the vehicle, those of an uncertainty along its principal axes, and of the air."""
+        axes = () if spec.uncertainty is None else range(1, len(spec.uncertainty.names) + 1)
+        uncertain = [f"uncertainty axis {axis}" for axis in axes]
+        return {"vehicle": (*FACTORS, "centre.x", "centre.y", *uncertain), "air": ("wind direction",)}
 
     def with_own_plant(
         self, drawn: FlightInputs, owner: "System", spec: ScenarioSpec, root: int, stream: str, indices: Iterable[int]

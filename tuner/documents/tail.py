@@ -12,12 +12,14 @@ TAIL_FORMAT, TAIL_VERSION = "gainproof-tail", "0.1"
 class TailPoint(DocumentPart):
     """The most likely flight that fails by a mode. name: by which `tuner fly --flight` flies it.
 
-    distance: from the flight without deviations, in standard deviations; shares: of the squared distance, by the part drawn.
+    distance: from the flight without deviations, in standard deviations; shares: of the squared distance, by the part drawn;
+    numbers: deviations of single numbers of the parts that have names, such as "vehicle mass".
     """
 
     name: str
     distance: float
     shares: dict[str, float]
+    numbers: dict[str, float]
 
 
 class TailMode(DocumentPart):

@@ -26,7 +26,8 @@ def inputs_of(system: FlownSystem, spec: Scenario, space: NormalSpace, normals: 
 class FlightLimit:
     """Demand over capacity of an event in flights of a gains row (g,), see `objectives.tails.limit_function`.
 
-    A flight has the same bits whatever flies beside it, so threads change nothing. space: of what is drawn.
+    A flight has the same bits whatever flies beside it, so threads change nothing. space: of what is drawn; names_of_draws: of its
+    single numbers.
     """
 
     def __init__(
@@ -37,6 +38,7 @@ class FlightLimit:
         self._on_flights_done = on_flights_done
         self.flyer = event.system.flyer(self._threads)
         self.space = space_of(event.system, spec)
+        self.names_of_draws = event.system.names_of_draws(spec)
 
     @property
     def dimension(self) -> int:

@@ -10,7 +10,7 @@ from time import perf_counter
 import numpy as np
 
 from objectives.flown_system import FlownSystem, Scenario
-from objectives.tails.design_point import find_design_point
+from objectives.tails.subspace_design_point import find_design_point
 from objectives.tails.estimate import estimate_tail, expected_evaluations
 from objectives.tails.limit_function import Progress, TailEstimate
 from plant.seeds import generator
@@ -189,7 +189,13 @@ class TailRun:
         self._points[name + POINT_SUFFIX] = point_bytes(normals)
         squared = float(normals @ normals)
         shares = {part: float(normals[place] @ normals[place]) / squared for part, place in space.parts.items()}
-        return TailPoint(name=name, distance=sqrt(squared), shares=shares)
+        numbers = {
+            f"{part} {number}": float(value)
+            for part, names in limit.names_of_draws.items()
+            if part in space.parts
+            for number, value in zip(names, normals[space.parts[part]], strict=False)
+        }
+        return TailPoint(name=name, distance=sqrt(squared), shares=shares, numbers=numbers)
 
     def _document(self, made: list[TailGains]) -> TailDocument:
         space = space_of(self._gains[0].system, self._spec)

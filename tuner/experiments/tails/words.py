@@ -2,10 +2,12 @@
 
 from tuner.documents.parts import SampledValue
 from tuner.documents.tail import TailEvent, TailMode, TailPoint, TailRatio
-from tuner.text.numbers import count, per_cent, significant
+from tuner.text.numbers import count, fixed, per_cent, significant
 
 # Shares of a distance that are told.
 LEAST_SHARE = 0.005
+LEAST_DEVIATION = 0.3
+"""Deviations of single numbers that are told."""
 
 
 def probability_text(value: float, low: float, high: float) -> str:
@@ -44,7 +46,10 @@ def point_line(point: TailPoint) -> str:
     """Return distance and shares of a design point."""
     shares = sorted(point.shares.items(), key=lambda entry: -entry[1])
     told = ", ".join(f"{part} {per_cent(share)}" for part, share in shares if share >= LEAST_SHARE)
-    return f"most likely so: {point.name}, {significant(point.distance, 3)} deviations off, of it squared: {told}"
+    numbers = sorted(point.numbers.items(), key=lambda entry: -abs(entry[1]))
+    single = [f"; {name} {fixed(value, 1, signed=True)}" for name, value in numbers if abs(value) >= LEAST_DEVIATION]
+    distance = significant(point.distance, 3)
+    return f"most likely so: {point.name}, {distance} deviations off, of it squared {told}{''.join(single)}"
 
 
 def ratio_line(ratio: TailRatio) -> str:

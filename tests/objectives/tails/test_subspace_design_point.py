@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from objectives.tails.design_point import find_design_point
+from objectives.tails.subspace_design_point import find_design_point
 
 D, BETA = 60, 4.0
 ALPHA = np.arange(1.0, D + 1) / np.linalg.norm(np.arange(1.0, D + 1))
