@@ -4,24 +4,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from plant.errors import InputError
 from tuner.analysis.judged_metrics import shown_metrics
 from tuner.api.flight_setup import FlightSetup, spec_of
-from tuner.api.frames import Documented, frame, shown
-from tuner.api.gains import Gains, GainsLike, as_gains
+from tuner.api.frames import Documented, figures, frame, shown
+from tuner.api.gains import Gains, as_gains
 from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.tail import TailDocument
 from tuner.experiments.tails.run import TailedGains, TailRun, TailSettings
 from tuner.search.watcher import Watcher
 from tuner.study.files import shipped_studies
+from tuner.study.kinds import AnyStudy
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from tuner.report.charts.paper import Figure
+
 SMALLEST, WIDTH, MOST = 1e-6, 0.5, 1_000_000
 LEAST, LARGEST = 1e-9, 0.1
+Tailed: TypeAlias = Gains | AnyStudy | str | Path
 
 
 @dataclass(frozen=True)
@@ -55,12 +59,24 @@ class Tail(Documented):
         ]
         return frame(rows, ["gains", "event"])
 
+    def figure(self) -> "Figure":
+        """Draw the probability of exceeding a level.
+
+        Returns:
+            The figure, made without pyplot.
+
+        Examples:
+            >>> tuner.tail(gains, "peak.position > 1.3", to=0.05, width=1.0).figure().savefig("tail.png")
+
+        """
+        return figures("tail", self.document).draw("tail")
+
     def _repr_html_(self) -> str:
         return shown(f"Tails: {self.document.scenario}", (), self.table)
 
 
 def tail(
-    gains: GainsLike | Sequence[GainsLike],
+    gains: Tailed | Sequence[Tailed],
     events: str | Sequence[str],
     *,
     to: float = SMALLEST,
@@ -108,7 +124,7 @@ def tail(
         raise InputError(f"given {width:g}; allowed: 0.05 to 10", key="--width")
     if most < 1:
         raise InputError(f"given {most}; allowed: at least one flight", key="--most")
-    several = [gains] if isinstance(gains, Gains | str | Path) else list(gains)
+    several = list(gains) if isinstance(gains, Sequence) and not isinstance(gains, str) else [gains]
     written = [events] if isinstance(events, str) else list(events)
     if not several or not written:
         raise InputError('give gains and an event, for instance --event "peak.position > 3"', key="--event")
@@ -133,9 +149,9 @@ def tail(
     return Tail(run.carry_out(), None if out is None else Path(out))
 
 
-def _setup(given: GainsLike, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
+def _setup(given: Tailed, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
     """Return what flies gains, or the default of a study."""
-    if isinstance(given, Gains) or not _is_study(given):
+    if isinstance(given, Gains) or (isinstance(given, str | Path) and not _is_study(given)):
         return as_gains(given).flight_setup(study, scenario, seed)
     default = gains_study(given, "tuner tail")
     spec = spec_of(default if study is None else gains_study(study, "tuner tail --study"), scenario)
@@ -150,12 +166,13 @@ def _is_study(given: str | Path) -> bool:
     return path.suffix == ".toml" or (not path.exists() and str(given) in shipped_studies())
 
 
-def _names(several: Sequence[GainsLike]) -> list[str]:
-    """Return a name for each of the gains: as given, or their number."""
-    names = [
-        str(given.path or f"gains {i + 1}") if isinstance(given, Gains) else str(given)
-        for i, given in enumerate(several)
-    ]
+def _names(several: Sequence[Tailed]) -> list[str]:
+    """Return a name for each of the gains: as given, or its number."""
+    names = []
+    for number, given in enumerate(several, start=1):
+        place = given if isinstance(given, str | Path) else given.path
+        name = str(number) if place is None else str(place)
+        names.append(name if isinstance(given, str | Path | Gains) else Path(name).stem)
     if len(set(names)) < len(names):
         raise InputError("gains are given twice; leave one out", key="GAINS")
     return names

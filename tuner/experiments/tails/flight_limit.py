@@ -26,8 +26,8 @@ def inputs_of(system: FlownSystem, spec: Scenario, space: NormalSpace, normals: 
 class FlightLimit:
     """Demand over capacity of an event in flights of a gains row (g,), see `objectives.tails.limit_function`.
 
-    A flight has the same bits whatever flies beside it, so threads change nothing. space: of what is drawn; names_of_draws: of its
-    single numbers.
+    A flight has the same bits whatever flies beside it, so threads change nothing. space: of what is drawn;
+    names_of_draws: of its single numbers.
     """
 
     def __init__(

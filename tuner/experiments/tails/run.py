@@ -10,9 +10,9 @@ from time import perf_counter
 import numpy as np
 
 from objectives.flown_system import FlownSystem, Scenario
-from objectives.tails.subspace_design_point import find_design_point
 from objectives.tails.estimate import estimate_tail, expected_evaluations
 from objectives.tails.limit_function import Progress, TailEstimate
+from objectives.tails.subspace_design_point import find_design_point
 from plant.seeds import generator
 from tuner.documents.parts import SampledValue
 from tuner.documents.tail import (
@@ -31,6 +31,7 @@ from tuner.experiments.tails.flight_limit import FlightLimit, space_of
 from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, Record, point_bytes, question_of
 from tuner.experiments.tails.time_bins import TimeBins
 from tuner.search.watcher import Watcher, compilation
+from tuner.store.folder import Folder
 from tuner.text.numbers import count, duration, significant
 
 STAGE = "Estimating"
@@ -102,6 +103,7 @@ class TailRun:
             if record is not None:
                 record.folder.write_together(self._points)
                 record.folder.write_json(DOCUMENT, document)
+                _draw(document, record.folder)
         return document
 
     def _question(self) -> str:
@@ -217,6 +219,13 @@ class TailRun:
                 for event, base in zip(other.events, first.events, strict=True)
             ],
         )
+
+
+def _draw(document: TailDocument, folder: Folder) -> None:
+    """Write the figure; what draws takes half a second to import."""
+    from tuner.report.tail_figure import write_tail_figure
+
+    write_tail_figure(document, folder.path)
 
 
 def significant_flights(flights: int) -> str:
