@@ -10,8 +10,9 @@ from time import perf_counter
 import numpy as np
 
 from objectives.flown_system import FlownSystem, Scenario
-from objectives.tails.estimate import estimate_tail, expected_evaluations
+from objectives.tails.estimate import estimate_tail
 from objectives.tails.limit_function import Progress, TailEstimate
+from objectives.tails.planning import Plan, Request, choose_method, expected_evaluations, plan_tail
 from objectives.tails.subspace_design_point import find_design_point
 from plant.seeds import generator
 from tuner.documents.parts import SampledValue
@@ -115,38 +116,47 @@ class TailRun:
     def _estimated(self, number: int, gains: TailedGains, event: Event, record: Record | None) -> TailEvent:
         settings, watcher = self._settings, self._watcher
         limit = FlightLimit(event, self._spec, gains.row, settings.threads, watcher.on_flights_done)
-        self._announce(gains, event, limit)
+        rate = self._announce(gains, event, limit)
+        request = Request(settings.width, settings.smallest, settings.most)
+        plan = plan_tail(limit, settings.root, request)
+        self._announce_rest(plan, rate)
         completed = () if record is None else record.completed(number, event.text)
 
         def on_progress(progress: Progress) -> None:
             if record is not None:
                 record.keep(number, event.text, progress.replica)
 
-        estimate = estimate_tail(
-            limit,
-            settings.root,
-            relative_width=settings.width,
-            smallest=settings.smallest,
-            most_evaluations=settings.most,
-            on_progress=on_progress,
-            completed=completed,
-        )
+        estimate = estimate_tail(limit, settings.root, request, plan, completed, on_progress)
         return self._row(event, estimate, limit)
 
-    def _announce(self, gains: TailedGains, event: Event, limit: FlightLimit) -> None:
-        """Tell what the estimate will cost, from a few flights that are timed."""
+    def _announce(self, gains: TailedGains, event: Event, limit: FlightLimit) -> float:
+        """Tell what the estimate will cost, from a few flights that are timed; return the flights per second."""
         with compilation(self._watcher) if not limit.flyer.cached else nullcontext():
             normals = generator(self._settings.root, "tail/pilot", 0).standard_normal((PILOT, limit.dimension))
             limit.values(normals[:1])
         begin = perf_counter()
         limit.values(normals)
-        flights = min(expected_evaluations(self._settings.smallest, self._settings.width), self._settings.most)
-        seconds = flights * (perf_counter() - begin) / PILOT
+        rate = PILOT / (perf_counter() - begin)
+        flights = self._flights(self._settings.smallest)
         self._watcher.on_message(
-            f"{event.text} of {gains.name}: about {count(float(significant_flights(flights)))} flights down to "
-            f"{significant(self._settings.smallest, 2)}, {duration(seconds)}"
+            f"{event.text} of {gains.name}: about {count(flights)} flights if it is as rare as "
+            f"{significant(self._settings.smallest, 2)}, {duration(flights / rate)}"
         )
         self._watcher.on_stage(f"{STAGE} {event.text} of {gains.name}", flights)
+        return rate
+
+    def _announce_rest(self, plan: Plan, rate: float) -> None:
+        if plan.probability > 0.0:
+            left = max(self._flights(plan.probability) - plan.evaluations, 0)
+            self._watcher.on_message(
+                f"A pilot of {count(plan.evaluations)} flights puts it near {plan.probability:.0e}: about {count(left)} more, "
+                f"{duration(left / rate)}"
+            )
+
+    def _flights(self, probability: float) -> int:
+        """Return about how many flights an event of a probability takes, to two digits."""
+        flights = expected_evaluations(min(probability, 0.5), self._settings.width, choose_method(probability))
+        return min(int(float(f"{flights:.2g}")), self._settings.most)
 
     def _row(self, event: Event, estimate: TailEstimate, limit: FlightLimit) -> TailEvent:
         curve = zip(
@@ -226,11 +236,6 @@ def _draw(document: TailDocument, folder: Folder) -> None:
     from tuner.report.tail_figure import write_tail_figure
 
     write_tail_figure(document, folder.path)
-
-
-def significant_flights(flights: int) -> str:
-    """Return a number of flights to two digits."""
-    return f"{flights:.2g}"
 
 
 def ratio_of(event: TailEvent, base: TailEvent) -> SampledValue | None:
