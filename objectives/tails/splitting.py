@@ -60,6 +60,7 @@ class Ascent(NamedTuple):
     Attributes:
         ladder: with its target at 1 or at the last level reached.
         probability: rough estimate for the target.
+        reached: probability of each level.
         states: that reach the target (n, d).
         evaluations: rows evaluated.
         is_stalled: whether no state lay above the target, although that is not yet rare.
@@ -67,9 +68,16 @@ class Ascent(NamedTuple):
 
     ladder: Ladder
     probability: float
+    reached: tuple[float, ...]
     states: Array
     evaluations: int
     is_stalled: bool
+
+    def probability_at(self, level: float) -> float:
+        """Return the probability of a level up to the target, by interpolation of its logarithm."""
+        levels = (*self.ladder.levels, self.ladder.target)
+        logs = np.log((*self.reached, self.probability))
+        return float(np.exp(np.interp(level, levels, logs)))
 
 
 class Population(NamedTuple):
@@ -129,16 +137,16 @@ def climb(mode: int, dimension: int, chains: int, smallest: float, rng: np.rando
         smallest: probability below which the climb ends.
         rng: of the pilot.
     """
-    levels, steps, probability = [-np.inf], [0.8], 1.0
+    levels, steps, reached = [-np.inf], [0.8], [1.0]
     largest = partial(_kth_largest, max(int(FRACTION * chains * CHAIN), 1))
     sample = yield from _draw(dimension, chains, mode, largest, rng)
     evaluations = CHAIN * chains
     while True:
         values = sample.values[:, mode]
         level = next_level(values, levels[-1])
-        if level is None or level >= 1.0 or probability < smallest:
+        if level is None or level >= 1.0 or reached[-1] < smallest:
             break
-        probability *= float(np.mean(values >= level))
+        reached.append(reached[-1] * float(np.mean(values >= level)))
         seeds = _seeds(sample.survivors.reaching(mode, level), chains, rng)
         sample, step = yield from _tune(mode, level, seeds, steps[-1], largest, rng)
         evaluations += (CHAIN - 1) * chains
@@ -147,9 +155,10 @@ def climb(mode: int, dimension: int, chains: int, smallest: float, rng: np.rando
     states = sample.survivors.reaching(mode, 1.0).states
     if len(states):
         ladder = Ladder(mode, tuple(levels[1:]), tuple(steps[1:]), 1.0, chains)
-        return Ascent(ladder, probability * float(np.mean(values >= 1.0)), states, evaluations, is_stalled=False)
+        probability = reached[-1] * float(np.mean(values >= 1.0))
+        return Ascent(ladder, probability, tuple(reached[1:]), states, evaluations, is_stalled=False)
     ladder = Ladder(mode, tuple(levels[1:-1]), tuple(steps[1:-1]), levels[-1], chains)
-    return Ascent(ladder, probability, sample.survivors.states, evaluations, is_stalled=level is None)
+    return Ascent(ladder, reached[-1], tuple(reached[1:-1]), sample.survivors.states, evaluations, level is None)
 
 
 def _kth_largest(k: int, values: Array) -> float:
