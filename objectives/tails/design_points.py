@@ -2,8 +2,9 @@
 
 A failed state moves to the point closest to the origin on the linearized limit (R. Rackwitz, B. Fiessler, "Structural reliability
 under combined random load sequences", Computers & Structures 9(5):489-494, 1978), as far as that still fails. Slopes are
-differences. In more than `MOST_SLOPES` dimensions only the size of so many parts of the state is free, cut anew in each iteration, so
-the point is an upper bound of the distance: noise within a part stays.
+differences. In more than `MOST_SLOPES` dimensions only the sizes of so many parts of the state are free, cut anew in each
+iteration, so the distance is an upper bound: noise within a part stays. First passages at distance 4.5 to 5.5 in 20,000
+dimensions were placed at 4.5 to 16.
 """
 
 import numpy as np
@@ -33,8 +34,8 @@ def typical_failure(failures: Array) -> Array:
     return np.mean(failures[group], axis=0)
 
 
-def descend(mode: int, failure: Array, iterations: int = ITERATIONS) -> Sampler[tuple[Array | None, int]]:
-    """Return the design point (d,) next to a state and the rows evaluated; None where nothing on its ray fails.
+def descend(mode: int, failure: Array, iterations: int = ITERATIONS) -> Sampler[Array | None]:
+    """Return the design point (d,) next to a state; None where nothing on its ray fails.
 
     Args:
         mode: column of the limit function's values.
@@ -43,19 +44,16 @@ def descend(mode: int, failure: Array, iterations: int = ITERATIONS) -> Sampler[
     """
     rays = np.geomspace(0.5, 64.0, 29)[:, None] * failure
     values = yield rays
-    evaluations = len(rays)
     fails = values[:, mode] >= 1.0
     if not np.any(fails):
-        return None, evaluations
+        return None
     point, idle = rays[np.argmax(fails)], 0
     for iteration in range(iterations):
         basis = _parts(point, iteration)
         values = yield np.concatenate([point[None], point + DIFFERENCE * basis])
         tries = _closer(point, basis, values[:, mode])
-        evaluations += len(basis) + 1
         if len(tries):
             values = yield tries
-            evaluations += len(tries)
             tries = tries[values[:, mode] >= 1.0]
         shortest = min(tries, key=np.linalg.norm, default=point)
         idle = idle + 1 if np.linalg.norm(shortest) > 0.999 * np.linalg.norm(point) else 0
@@ -65,7 +63,7 @@ def descend(mode: int, failure: Array, iterations: int = ITERATIONS) -> Sampler[
     rays = RAY[:, None] * point
     values = yield rays
     # The point itself fails, so one does.
-    return rays[np.argmax(values[:, mode] >= 1.0)], evaluations + len(rays)
+    return rays[np.argmax(values[:, mode] >= 1.0)]
 
 
 def _closer(point: Array, basis: Array, demands: Array) -> Array:

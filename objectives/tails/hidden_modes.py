@@ -1,16 +1,16 @@
 """Modes of failure that a ladder of demands loses behind a nearer one, and a ladder for each.
 
-Demand that rises early draws the states of the first levels away from a mode whose demand rises late, though failures of that mode
-may be the more probable ones: K. Breitung, "The geometry of limit state function graphs and subset simulation: counterexamples",
-Reliability Engineering & System Safety 182:98-106, 2019 (arXiv 1705.04453). So failures are looked for without any level: under
-normals of inflated deviation (C. G. Bucher, "Asymptotic sampling for high-dimensional reliability analysis", Probabilistic
-Engineering Mechanics 24(4):504-510, 2009), and each descends to its design point. Where some end far from all design points of the
-ladder, the space is split into the two sectors of normals closer in direction to either kind, and both get a ladder. Together
+Demand that rises early draws the states of the first levels away from a mode whose demand rises late, though failures of that
+mode may be the more probable ones: K. Breitung, "The geometry of limit state function graphs and subset simulation:
+counterexamples", Reliability Engineering & System Safety 182:98-106, 2019 (arXiv 1705.04453). So failures are looked for
+without any level: under normals of inflated deviation (C. G. Bucher, "Asymptotic sampling for high-dimensional reliability
+analysis", Probabilistic Engineering Mechanics 24(4):504-510, 2009), and each descends to its design point. Where some end far from all design points of
+the ladder, the space is split into the two sectors of normals closer in direction to either kind, and both get a ladder. Together
 they count every failure once, so the estimate is unbiased wherever the border lies. They replace the one ladder where one of
 them is starved on the way: its part of the states at some level is `STARVED` times less than its part of the failures.
 
-Looked for in up to `MOST_DIMENSIONS`, as each descent takes that many slopes, and inflated noise of more dimensions no longer fails
-as noise does. Beyond that, only modes that are named are safe. Among three modes, two that hide from each other share a sector.
+Looked for in up to `MOST_DIMENSIONS`, as each descent takes that many slopes, and inflated noise of more dimensions no longer
+fails as noise does. Beyond that, only named modes are safe. Of three modes, two that hide from each other share a sector.
 """
 
 from dataclasses import dataclass
@@ -20,12 +20,12 @@ import numpy as np
 
 from objectives.tails.design_points import descend
 from objectives.tails.limit_function import Array, LimitFunction
-from objectives.tails.splitting import Ascent, Sampler, run_together
+from objectives.tails.splitting import Ascent, Sampler, climb, run_together
 
 MOST_DIMENSIONS = 64
 INFLATED = (1.5, 2.0, 3.0, 4.0)
 """Deviations that are tried until `ENOUGH` states fail."""
-ROWS, ENOUGH, MOST = 200, 8, 12
+ROWS, ENOUGH = 200, 8
 DESCENT = 3
 """Iterations of a descent: directions are enough."""
 SAME_MODE = 0.5
@@ -82,24 +82,46 @@ def _largest(normals: Array, directions: Array) -> Array:
     return np.max([np.sum(normals * direction, axis=1) for direction in directions], axis=0)
 
 
-def look_for_failures(mode: int, dimension: int, rng: np.random.Generator) -> Sampler[tuple[Array, int]]:
-    """Return failures (n, d) found without levels, and the number of rows evaluated."""
-    evaluations = 0
+def look_for_failures(mode: int, dimension: int, rng: np.random.Generator) -> Sampler[Array]:
+    """Return failures (n, d) found without levels."""
     for scale in INFLATED:
         states = scale * rng.standard_normal((ROWS, dimension))
         values = yield states
-        evaluations += ROWS
         failures = states[values[:, mode] >= 1.0]
         if len(failures) >= ENOUGH:
-            return failures[:MOST], evaluations
-    return np.empty((0, dimension)), evaluations
+            return failures[:ENOUGH]
+    return np.empty((0, dimension))
 
 
-def directions(limit: LimitFunction, mode: int, failures: Array) -> tuple[Array, int]:
-    """Return unit vectors (n, d) to the design points next to failures, and the rows evaluated."""
+def directions(limit: LimitFunction, mode: int, failures: Array) -> Array:
+    """Return unit vectors (n, d) to the design points next to failures."""
     ends = run_together(limit, [descend(mode, failure, DESCENT) for failure in failures])
-    points = [point / np.linalg.norm(point) for point, _ in ends if point is not None and np.any(point)]
-    return np.array(points).reshape(-1, failures.shape[-1]), sum(count for _, count in ends)
+    points = [point / np.linalg.norm(point) for point in ends if point is not None and np.any(point)]
+    return np.array(points).reshape(-1, failures.shape[-1])
+
+
+def divide(
+    limit: LimitFunction, ascent: Ascent, chains: int, smallest: float, rng: np.random.Generator
+) -> tuple[tuple[Sector, Ascent], ...]:
+    """Return sectors and what was climbed in each, where a mode hides from an ascent; none otherwise.
+
+    Args:
+        limit: limit function.
+        ascent: to a mode of it.
+        chains: number of seeds of a level.
+        smallest: probability below which the climb ends.
+        rng: of the search.
+    """
+    mode = ascent.ladder.mode
+    [failures] = run_together(limit, [look_for_failures(mode, limit.dimension, rng)])
+    climbed = ascent.states[:: max(len(ascent.states) // ENOUGH, 1)][:ENOUGH]
+    sectors = split_off(mode, directions(limit, mode, failures), directions(limit, mode, climbed))
+    if not sectors:
+        return ()
+    within = SectorLimit(limit, sectors)
+    columns = (len(limit.modes), len(limit.modes) + 1)
+    ascents = run_together(within, [climb(column, limit.dimension, chains, smallest, rng) for column in columns])
+    return tuple(zip(sectors, ascents, strict=True)) if is_starved(*ascents) else ()
 
 
 def split_off(mode: int, found: Array, climbed: Array) -> tuple[Sector, Sector] | None:
