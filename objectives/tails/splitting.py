@@ -8,9 +8,9 @@ mix, as long as levels, steps and numbers are fixed beforehand: a pilot on a str
 - S.-K. Au, J. L. Beck, "Estimation of small failure probabilities in high dimensions by subset simulation", Probabilistic
   Engineering Mechanics 16(4):263-277, 2001: levels and fractions.
 - I. Papaioannou, W. Betz, K. Zwirglmaier, D. Straub, "MCMC algorithms for subset simulation", Probabilistic Engineering
-  Mechanics 41:89-103, 2015: the move a u + sqrt(1 - a^2) w of standard normals, whose acceptance does not fall with the dimension.
+  Mechanics 41:89-103, 2015: the move a u + sqrt(1 - a^2) w, whose acceptance does not fall with the dimension.
 - H.-D. Dau, N. Chopin, "Waste-free sequential Monte Carlo", Journal of the Royal Statistical Society B 84(1):114-148, 2022:
-  M seeds, all states of their chains, unbiased. Seeds are drawn by residual resampling, each survivor equally often in expectation.
+  M seeds, all states of their chains, unbiased. Seeds are drawn by residual resampling, each survivor as often as another.
 
 Several modes have a ladder each, so that none is lost behind a nearer one. A failure that lies on K ladders counts 1 / K on
 each: R. M. Karp, M. Luby, "Monte-Carlo algorithms for enumeration and reliability problems", FOCS 1983.
@@ -60,16 +60,22 @@ class Ascent(NamedTuple):
     Attributes:
         ladder: with its target at 1 or at the last level reached.
         probability: rough estimate for the target.
+        reached: probability of each level.
         states: that reach the target (n, d).
-        evaluations: rows evaluated.
         is_stalled: whether no state lay above the target, although that is not yet rare.
     """
 
     ladder: Ladder
     probability: float
+    reached: tuple[float, ...]
     states: Array
-    evaluations: int
     is_stalled: bool
+
+    def probability_at(self, level: float) -> float:
+        """Return the probability of a level up to the target, by interpolation of its logarithm."""
+        levels = (*self.ladder.levels, self.ladder.target)
+        logs = np.log((*self.reached, self.probability))
+        return float(np.exp(np.interp(level, levels, logs)))
 
 
 class Population(NamedTuple):
@@ -129,27 +135,26 @@ def climb(mode: int, dimension: int, chains: int, smallest: float, rng: np.rando
         smallest: probability below which the climb ends.
         rng: of the pilot.
     """
-    levels, steps, probability = [-np.inf], [0.8], 1.0
+    levels, steps, reached = [-np.inf], [0.8], [1.0]
     largest = partial(_kth_largest, max(int(FRACTION * chains * CHAIN), 1))
     sample = yield from _draw(dimension, chains, mode, largest, rng)
-    evaluations = CHAIN * chains
     while True:
         values = sample.values[:, mode]
         level = next_level(values, levels[-1])
-        if level is None or level >= 1.0 or probability < smallest:
+        if level is None or level >= 1.0 or reached[-1] < smallest:
             break
-        probability *= float(np.mean(values >= level))
+        reached.append(reached[-1] * float(np.mean(values >= level)))
         seeds = _seeds(sample.survivors.reaching(mode, level), chains, rng)
         sample, step = yield from _tune(mode, level, seeds, steps[-1], largest, rng)
-        evaluations += (CHAIN - 1) * chains
         levels.append(level)
         steps.append(step)
     states = sample.survivors.reaching(mode, 1.0).states
     if len(states):
         ladder = Ladder(mode, tuple(levels[1:]), tuple(steps[1:]), 1.0, chains)
-        return Ascent(ladder, probability * float(np.mean(values >= 1.0)), states, evaluations, is_stalled=False)
+        probability = reached[-1] * float(np.mean(values >= 1.0))
+        return Ascent(ladder, probability, tuple(reached[1:]), states, is_stalled=False)
     ladder = Ladder(mode, tuple(levels[1:-1]), tuple(steps[1:-1]), levels[-1], chains)
-    return Ascent(ladder, probability, sample.survivors.states, evaluations, is_stalled=level is None)
+    return Ascent(ladder, reached[-1], tuple(reached[1:-1]), sample.survivors.states, level is None)
 
 
 def _kth_largest(k: int, values: Array) -> float:
