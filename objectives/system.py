@@ -196,10 +196,14 @@ class System:
         return draw_scenarios(spec, self.vehicle, self.timing, source, indices)
 
     def names_of_draws(self, spec: ScenarioSpec) -> dict[str, tuple[str, ...]]:
-        """Return names of the numbers of the vehicle, those of an uncertainty along its principal axes, and of the air."""
+        """Return names of the numbers of the vehicle, and of the first ones of the air, see `plant.air.air`.
+
+        An uncertainty has numbers along its principal axes.
+        """
         axes = () if spec.uncertainty is None else range(1, len(spec.uncertainty.names) + 1)
         uncertain = [f"uncertainty axis {axis}" for axis in axes]
-        return {"vehicle": (*FACTORS, "centre.x", "centre.y", *uncertain), "air": ("wind direction",)}
+        air = ("wind direction", "initial u", "initial v 1", "initial v 2", "initial w 1", "initial w 2")
+        return {"vehicle": (*FACTORS, "centre.x", "centre.y", *uncertain), "air": air}
 
     def with_own_plant(
         self, drawn: FlightInputs, owner: "System", spec: ScenarioSpec, root: int, stream: str, indices: Iterable[int]

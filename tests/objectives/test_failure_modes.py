@@ -23,7 +23,9 @@ COUNT = 48
 
 def demanded(system, results, duration):
     meters, status, end = result_parts(results)
-    return failure_demands(system.failure_modes, unpack(system.loop.Meters, meters), status, 1.0 - end / duration), status
+    return failure_demands(
+        system.failure_modes, unpack(system.loop.Meters, meters), status, 1.0 - end / duration
+    ), status
 
 
 @pytest.fixture(scope="module")

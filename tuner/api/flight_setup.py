@@ -55,8 +55,8 @@ class FlightSetup:
         needed = space_of(self.system, self.spec).dimension
         if len(normals) != needed:
             raise InputError(
-                f"holds {len(normals)} numbers, and a flight of '{self.spec.name}' is drawn from {needed}; give the tail's study and "
-                "scenario",
+                f"holds {len(normals)} numbers, and a flight of '{self.spec.name}' is drawn from {needed}; give the tail's study "
+                "and scenario",
                 key="--flight",
             )
         return replace(self, draws=(TAIL, range(1)), normals=normals)

@@ -1,5 +1,7 @@
 """The subspace of a flight's normals that are constant over bins of time, in which its design point is sought."""
 
+from math import prod
+
 import numpy as np
 
 from plant.normals import NormalSpace
@@ -11,17 +13,20 @@ BINS = 80
 class TimeBins:
     """Orthonormal vectors, one for each bin of each process, and one for each number that is no process.
 
-    A process is an array with more rows than bins.
+    A process is an array with more rows than bins. Its first row is a bin of its own, for it draws where the process starts
+    (`plant.air.linear_process`): of slow air, most of what comes.
     """
 
     def __init__(self, space: NormalSpace) -> None:
         groups, size = np.empty(space.dimension, dtype=np.intp), 0
         for place, shape in space.arrays:
-            rows, columns = (shape[0], int(np.prod(shape[1:]))) if shape else (1, 1)
-            bins = min(rows, BINS)
-            numbers = (np.arange(rows) * bins // rows)[:, None] * columns + np.arange(columns)
+            rows, columns = (shape[0], prod(shape[1:])) if shape else (1, 1)
+            bins = np.arange(rows)
+            if rows > BINS:
+                bins[1:] = 1 + np.arange(rows - 1) * BINS // (rows - 1)
+            numbers = bins[:, None] * columns + np.arange(columns)
             groups[place : place + rows * columns] = size + numbers.ravel()
-            size += bins * columns
+            size += int(bins[-1] + 1) * columns
         self.size = size
         self._groups = groups
         self._scale = 1.0 / np.sqrt(np.bincount(groups, minlength=size))

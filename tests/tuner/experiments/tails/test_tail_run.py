@@ -18,12 +18,12 @@ from tuner.experiments.tails.words import event_line, mode_line, point_line, pro
 from tuner.study import load_study
 
 EVENTS = ["peak.position > 1.25", "failure"]
-SETTINGS = {"to": 0.01, "width": 1.0, "most": 20_000}
+SETTINGS = {"to": 1e-3, "width": 2.0, "most": 200_000}
 
 
 @pytest.fixture(scope="module")
 def study():
-    return load_study(QUICKSTART, {"scenario.0.duration": 1.5, "limits.position": 1.45})
+    return load_study(QUICKSTART, {"scenario.0.duration": 0.6, "limits.position": 1.4})
 
 
 @pytest.fixture(scope="module")
@@ -42,11 +42,11 @@ def test_the_document_reads_back_as_it_was_written(made):
 
 
 def test_probabilities_are_those_of_crude_flights(study, made):
-    flown = tuner.fly(_default(study), study=study, flights=1500, threads=2)
+    flown = tuner.fly(_default(study), study=study, flights=6000, threads=2)
     lost = flown.document.lost
-    share = len(lost) / 1500
+    share = len(lost) / 6000
     event = made.document.gains[0].events[1]
-    spread = 4.0 * sqrt(share / 1500)
+    spread = 4.0 * sqrt(share / 6000)
     assert event.low - spread < share < event.high + spread
 
 
@@ -61,7 +61,7 @@ def test_any_number_of_threads_gives_the_same_bits(study, made, tmp_path):
     assert files(alone.folder) == files(made.folder)
 
 
-@pytest.mark.parametrize("kept", [0, 1, 7])
+@pytest.mark.parametrize("kept", [0, 1, -1])
 def test_a_killed_run_goes_on_to_the_same_bytes(study, made, tmp_path, kept):
     folder = tmp_path / "killed"
     shutil.copytree(made.folder, folder)
@@ -201,7 +201,9 @@ def test_modes_points_and_ratios_are_told_in_a_line():
         name="point-1", distance=4.42, shares={"vehicle": 0.05, "air": 0.949, "sensors": 0.001},
         numbers={"vehicle mass": -0.94, "vehicle lag": 0.01},
     )  # fmt: skip
-    assert point_line(point).endswith("point-1, 4.42 deviations off, of it squared air 95 %, vehicle 5.0 %; vehicle mass −0.9")
+    assert point_line(point).endswith(
+        "point-1, 4.42 deviations off, of it squared air 95 %, vehicle 5.0 %; vehicle mass −0.9"
+    )
     ratio = TailRatio(event="failure", gains="b", first="a", ratio=SampledValue(0.5, 0.25, 1.1))
     assert ratio_line(ratio) == "failure, b over a: 0.5 times [0.25, 1.1]"
     assert probability_text(0.178, 0.15, 0.21) == "0.178 [0.15, 0.21]"
