@@ -126,10 +126,12 @@ class _Replicas:
         values = np.array([replica.probability for replica in self.done])
         if self.plan.method is Method.CRUDE:
             hits, rows = _hits(self.done)
-            return hits / rows, *map(float, clopper_pearson(hits, rows, self.request.confidence))
+            low, high = clopper_pearson(hits, rows, self.request.confidence)
+            return hits / rows, float(low), float(high)
         if len(values) < 2:
             return float(values[0]), 0.0, 1.0
-        return float(np.mean(values)), *map(float, mean_interval(values, self.request.confidence))
+        low, high = mean_interval(values, self.request.confidence)
+        return float(np.mean(values)), float(low), float(high)
 
 
 def _decided(limit: LimitFunction, request: Request) -> TailEstimate:

@@ -4,8 +4,8 @@ Demand that rises early draws the states of the first levels away from a mode wh
 mode may be the more probable ones: K. Breitung, "The geometry of limit state function graphs and subset simulation:
 counterexamples", Reliability Engineering & System Safety 182:98-106, 2019 (arXiv 1705.04453). So failures are looked for
 without any level: under normals of inflated deviation (C. G. Bucher, "Asymptotic sampling for high-dimensional reliability
-analysis", Probabilistic Engineering Mechanics 24(4):504-510, 2009), and each descends to its design point. Where some end far from all design points of
-the ladder, the space is split into the two sectors of normals closer in direction to either kind, and both get a ladder. Together
+analysis", Probabilistic Engineering Mechanics 24(4):504-510, 2009), and each descends to its design point, as do
+states that hardly hold. Where some end far from all design points of the ladder, the space is split into the two sectors of normals closer in direction to either kind, and both get a ladder. Together
 they count every failure once, so the estimate is unbiased wherever the border lies. They replace the one ladder where one of
 them is starved on the way: its part of the states at some level is `STARVED` times less than its part of the failures.
 
@@ -31,8 +31,8 @@ DESCENT = 3
 SAME_MODE = 0.5
 """Cosine of design points above which two failures belong together: 60 degrees."""
 STARVED = 4.0
-SHARPNESS = 4.0
-"""Of the border between sectors, in demand per standard deviation: levels below 1 lie up to 1 / 4 beyond it."""
+SHARPNESS = 10.0
+"""Of the border between sectors, in demand per standard deviation: levels below 1 lie up to 0.1 beyond it."""
 
 
 class Sector(NamedTuple):
@@ -83,21 +83,24 @@ def _largest(normals: Array, directions: Array) -> Array:
 
 
 def look_for_failures(mode: int, dimension: int, rng: np.random.Generator) -> Sampler[Array]:
-    """Return failures (n, d) found without levels."""
+    """Return failures (n, d) found without levels, and as many states that come near one."""
     for scale in INFLATED:
         states = scale * rng.standard_normal((ROWS, dimension))
         values = yield states
-        failures = states[values[:, mode] >= 1.0]
-        if len(failures) >= ENOUGH:
-            return failures[:ENOUGH]
+        order = np.argsort(-values[:, mode], kind="stable")
+        fail = np.count_nonzero(values[:, mode] >= 1.0)
+        if fail >= ENOUGH:
+            # The largest demands of flights that still hold belong to what draws the ladder's states away.
+            chosen = [*rng.permutation(order[:fail])[:ENOUGH], *order[fail : fail + ENOUGH]]
+            return states[chosen]
     return np.empty((0, dimension))
 
 
-def directions(limit: LimitFunction, mode: int, failures: Array) -> Array:
-    """Return unit vectors (n, d) to the design points next to failures."""
-    ends = run_together(limit, [descend(mode, failure, DESCENT) for failure in failures])
+def directions(limit: LimitFunction, mode: int, states: Array) -> Array:
+    """Return unit vectors (n, d) to the design points next to states."""
+    ends = run_together(limit, [descend(mode, state, DESCENT) for state in states])
     points = [point / np.linalg.norm(point) for point in ends if point is not None and np.any(point)]
-    return np.array(points).reshape(-1, failures.shape[-1])
+    return np.array(points).reshape(-1, states.shape[-1])
 
 
 def divide(

@@ -11,7 +11,7 @@ from objectives.tails.limit_function import Array, LimitFunction, Method
 from objectives.tails.splitting import CHAIN, FRACTION, Ascent, Ladder, climb, run_together
 from plant.seeds import generator
 
-PILOT_CHAINS = 50
+PILOT_CHAINS, SECTOR_CHAINS = 50, 30
 FIRST = 20
 """Replicas from whose spread their number is decided."""
 CRUDE_FROM = 0.005
@@ -153,7 +153,11 @@ def _climb_all(
         rng = generator(seed, "tail/pilot", mode)
         [ascent] = run_together(limit, [climb(mode, limit.dimension, chains, smallest, rng)])
         is_rare = ascent.probability < CRUDE_FROM and np.isfinite(ascent.ladder.target)
-        parts = divide(limit, ascent, chains, smallest, rng) if is_rare and limit.dimension <= MOST_DIMENSIONS else ()
+        parts = (
+            divide(limit, ascent, min(chains, SECTOR_CHAINS), smallest, rng)
+            if is_rare and limit.dimension <= MOST_DIMENSIONS
+            else ()
+        )
         for sector, part in parts:
             column = len(limit.modes) + len(sectors)
             sectors.append(sector)
@@ -175,7 +179,7 @@ def _sized(ascents: list[Ascent], request: Request, dimension: int) -> tuple[Lad
     variation = 1.05 * request.relative_width
     total = float(np.clip(0.9 * np.log(1.0 / min(np.sum(probabilities), 0.9)) / np.log1p(variation**2), 25.0, 1000.0))
     parts = np.maximum(probabilities / np.sum(probabilities), 0.2 / len(ascents))
-    chains = np.clip(np.ceil(total * parts).astype(int), 5, most_chains(dimension))
+    chains = np.clip(np.ceil(total * parts).astype(int), 3, most_chains(dimension))
     return tuple(ascent.ladder._replace(chains=int(n)) for ascent, n in zip(ascents, chains, strict=True))
 
 
