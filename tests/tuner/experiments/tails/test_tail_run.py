@@ -17,7 +17,8 @@ from tuner.experiments.tails.run import ratio_of
 from tuner.experiments.tails.words import event_line, mode_line, point_line, probability_text, ratio_line
 from tuner.study import load_study
 
-EVENTS = ["peak.position > 1.25", "failure"]
+EVENTS = ["peak.position > 1.35"]
+MORE = "peak.position > 1.2"
 SETTINGS = {"to": 1e-3, "width": 2.0, "most": 200_000}
 
 
@@ -41,11 +42,11 @@ def test_the_document_reads_back_as_it_was_written(made):
     assert made.table.index.tolist() == [("quickstart", text) for text in EVENTS]
 
 
-def test_probabilities_are_those_of_crude_flights(study, made):
+def test_the_probability_of_a_loss_is_that_of_crude_flights(study):
     flown = tuner.fly(_default(study), study=study, flights=6000, threads=2)
     lost = flown.document.lost
     share = len(lost) / 6000
-    event = made.document.gains[0].events[1]
+    event = tuner.tail(study, "failure", threads=2, **SETTINGS).document.gains[0].events[0]
     spread = 4.0 * sqrt(share / 6000)
     assert event.low - spread < share < event.high + spread
 
@@ -61,7 +62,7 @@ def test_any_number_of_threads_gives_the_same_bits(study, made, tmp_path):
     assert files(alone.folder) == files(made.folder)
 
 
-@pytest.mark.parametrize("kept", [0, 1, -1])
+@pytest.mark.parametrize("kept", [1, -1])
 def test_a_killed_run_goes_on_to_the_same_bytes(study, made, tmp_path, kept):
     folder = tmp_path / "killed"
     shutil.copytree(made.folder, folder)
@@ -89,14 +90,14 @@ def test_another_question_is_refused_where_a_folder_holds_one(study, made, tmp_p
     folder = tmp_path / "other"
     shutil.copytree(made.folder, folder)
     with pytest.raises(StoreError, match="holds a tail of other gains, events or flights"):
-        tuner.tail(study, EVENTS[:1], out=folder, **SETTINGS)
+        tuner.tail(study, MORE, out=folder, **SETTINGS)
     assert files(folder) == files(made.folder)
 
 
 def test_gains_are_compared_with_the_first(study, tmp_path):
     path = tmp_path / "calm.json"
     _default(study).write(path)
-    both = tuner.tail([study, path], "peak.position > 1.25", study=study, threads=2, **SETTINGS)
+    both = tuner.tail([study, path], MORE, study=study, threads=2, to=0.05, width=5.0)
     [ratio] = both.document.ratios
     assert (ratio.gains, ratio.first) == (str(path), "quickstart")
     assert ratio.ratio.value == pytest.approx(1.0)
@@ -147,7 +148,7 @@ def test_a_design_point_is_flown_by_its_name_and_reaches_the_limit(study, made):
         assert sum(point.shares.values()) == pytest.approx(1.0)
         flown = tuner.fly(_default(study), study=study, flight=f"{made.folder}/{point.name}", threads=1)
         assert flown.count == 1
-        assert flown.table.loc["peak.position", "mean"] == pytest.approx(1.25, rel=0.01)
+        assert flown.table.loc["peak.position", "mean"] == pytest.approx(1.35, rel=0.01)
         assert np.ptp(flown.recorded.actual[..., 0]) > 0.1
 
 
