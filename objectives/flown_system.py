@@ -203,7 +203,7 @@ class FlownSystem(Protocol):
         ...
 
     def names_of_draws(self, spec: Any) -> dict[str, tuple[str, ...]]:
-        """Return names of the first numbers that parts of a scenario are drawn from, by part."""
+        """Return names of the first numbers of each part of a draw."""
         ...
 
     def with_own_plant(

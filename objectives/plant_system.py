@@ -334,7 +334,7 @@ class PlantSystem:
         return draw_plant_scenarios(spec, self.loop, self.parameters, self.timing, source, indices)
 
     def names_of_draws(self, spec: PlantScenario) -> dict[str, tuple[str, ...]]:
-        """Return the names of the plant's parameters, and of the bias of each sensor."""
+        """Return the names of the parameters and of the sensors' biases."""
         biases = {f"sensor/{name}": ("bias",) for name in spec.sensors}
         return {"plant": tuple(paths(self.plant.Parameters)), **biases}
 

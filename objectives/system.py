@@ -196,9 +196,9 @@ class System:
         return draw_scenarios(spec, self.vehicle, self.timing, source, indices)
 
     def names_of_draws(self, spec: ScenarioSpec) -> dict[str, tuple[str, ...]]:
-        """Return names of the numbers of the vehicle, and of the first ones of the air, see `plant.air.air`.
+        """Return names of the numbers of vehicle and air.
 
-        An uncertainty has numbers along its principal axes.
+        An uncertainty has numbers along its principal axes; those of the air stand in `plant.air.air`.
         """
         axes = () if spec.uncertainty is None else range(1, len(spec.uncertainty.names) + 1)
         uncertain = [f"uncertainty axis {axis}" for axis in axes]

@@ -21,9 +21,9 @@ def start(sample: Sample, targets: Targets) -> Tilt:  # noqa: ARG001
     return Tilt(1.0)
 
 
-def update(kept: Tilt, sample: Sample, targets: Targets, h: float) -> Tilt:  # noqa: ARG001
+def update(tilt: Tilt, sample: Sample, targets: Targets, h: float) -> Tilt:  # noqa: ARG001
     """Take one more instant."""
-    return Tilt(minimum(kept.cosine, cos(sample.roll.actual) * cos(sample.pitch.actual)))
+    return Tilt(minimum(tilt.cosine, cos(sample.roll.actual) * cos(sample.pitch.actual)))
 
 
 TILT = MetricAddress(

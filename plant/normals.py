@@ -71,7 +71,10 @@ class NormalSpace:
 
     @classmethod
     def of(cls, draw: Callable[[RandomSource], object]) -> "NormalSpace":
-        """Return the space of a draw of one flight, from a pass in which all normals are 0."""
+        """Return the space of a draw of one flight.
+
+        It is counted in a pass in which all normals are 0.
+        """
         reads = dict[str, dict[str, dict[int, Shape]]]()
 
         def source(part: str, _: int) -> np.random.Generator:

@@ -1,6 +1,6 @@
-"""Design point: the failure nearest to the origin of the space of standard normals, which is the most likely one.
+"""Design point: the failure nearest to the origin, which is the most likely one.
 
-A direction fails at the distance where its demand over capacity reaches 1 first. From the direction of a known failure the
+The space is that of standard normals. A direction fails at the distance where its demand over capacity reaches 1 first. From the direction of a known failure the
 search turns to the gradient of the demand at the boundary, as HL-RF does, and takes of several turns the one whose distance is
 smallest, so the distance never grows. It finds the nearest failure of a neighborhood, not that of all (Breitung).
 
@@ -56,7 +56,10 @@ class Boundary(NamedTuple):
 
 
 def find_design_point(limit: LimitFunction, mode: int, basis: Basis, failure: Array) -> Array | None:
-    """Return the most likely failure (d,) of a mode near a known one; None where no multiple of that in the subspace fails."""
+    """Return the most likely failure (d,) of a mode near a known one.
+
+    None where no multiple of that fails in the subspace.
+    """
     demand = _Demand(limit, mode, basis)
     start = basis.projected(failure[None])[0]
     length = float(np.linalg.norm(start))
@@ -70,11 +73,11 @@ def find_design_point(limit: LimitFunction, mode: int, basis: Basis, failure: Ar
         if size == 0.0:
             break
         turned = [(1.0 - share) * best.direction + share * gradient / size for share in TURNS]
-        found = _nearest(demand, np.array([each / np.linalg.norm(each) for each in turned]), best.distance)
-        if found is None or found.distance > (1.0 - GAIN) * best.distance:
-            best = found if found is not None and found.distance < best.distance else best
+        nearest = _nearest(demand, np.array([each / np.linalg.norm(each) for each in turned]), best.distance)
+        if nearest is None or nearest.distance > (1.0 - GAIN) * best.distance:
+            best = nearest if nearest is not None and nearest.distance < best.distance else best
             break
-        best = found
+        best = nearest
     return None if best is None else basis.expanded(best.distance * best.direction[None])[0]
 
 
@@ -85,19 +88,28 @@ class _Demand:
         self._limit, self._mode, self._basis = limit, mode, basis
 
     def values(self, coordinates: Array) -> Array:
-        """Return the demand (n,) of coordinates (n, size); infinite where there is no value."""
+        """Return the demand (n,) of coordinates (n, size).
+
+        It is infinite where there is no value.
+        """
         parts = [coordinates[first : first + ROWS] for first in range(0, len(coordinates), ROWS)]
         demands = [self._limit.values(self._basis.expanded(part))[:, self._mode] for part in parts]
         return np.nan_to_num(np.concatenate(demands), nan=np.inf)
 
     def gradient(self, at: Array) -> Array:
-        """Return the gradient (size,) by forward differences; a failure within a step counts as one that is just reached."""
+        """Return the gradient (size,) by forward differences.
+
+        A failure within a step counts as one that is just reached.
+        """
         values = np.minimum(self.values(np.vstack([at, at + DIFFERENCE * np.eye(len(at))])), 1.0)
         return (values[1:] - values[0]) / DIFFERENCE
 
 
 def _nearest(demand: _Demand, directions: Array, reach: float) -> Boundary | None:
-    """Return the direction that fails at the smallest distance, None where none fails within REACH times `reach`."""
+    """Return the direction that fails at the smallest distance.
+
+    None where none fails within REACH times `reach`.
+    """
     low, high = np.zeros(len(directions)), np.full(len(directions), REACH * reach)
     fails = np.zeros(len(directions), dtype=bool)
     for _ in range(ROUNDS):

@@ -150,7 +150,7 @@ def tail(
 
 
 def _setup(given: Tailed, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
-    """Return what flies gains, or the default of a study."""
+    """Return the flights of gains, or of the default of a study."""
     if isinstance(given, Gains) or (isinstance(given, str | Path) and not _is_study(given)):
         return as_gains(given).flight_setup(study, scenario, seed)
     default = gains_study(given, "tuner tail")

@@ -31,7 +31,7 @@ def tail(
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Estimate how often flights are lost or leave a limit, down to 1e-6.
+    """Estimate small probabilities of lost flights and exceeded limits.
 
     Example: tuner tail results/quickstart quickstart --study quickstart --event "peak.position > 3" --to 1e-4
 

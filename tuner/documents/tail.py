@@ -10,10 +10,13 @@ TAIL_FORMAT, TAIL_VERSION = "gainproof-tail", "0.1"
 
 
 class TailPoint(DocumentPart):
-    """The most likely flight that fails by a mode. name: by which `tuner fly --flight` flies it.
+    """The most likely flight that fails by a mode.
 
-    distance: from the flight without deviations, in standard deviations; shares: of the squared distance, by the part drawn;
-    numbers: deviations of single numbers of the parts that have names, such as "vehicle mass".
+    Args:
+        name: By which `tuner fly --flight` flies it.
+        distance: From the flight without deviations, in standard deviations.
+        shares: Of the squared distance, by the part drawn.
+        numbers: Deviations of single numbers of the parts that have names, such as "vehicle mass".
     """
 
     name: str
@@ -23,7 +26,7 @@ class TailPoint(DocumentPart):
 
 
 class TailMode(DocumentPart):
-    """One way in which an event happens. probability: that it happens so; share: of the event's probability."""
+    """One way in which an event happens; share: of the event's probability."""
 
     mode: str
     probability: SampledValue
@@ -32,7 +35,10 @@ class TailMode(DocumentPart):
 
 
 class TailLevel(DocumentPart):
-    """Probability that the metric, or of a loss the largest demand over capacity, reaches a level, with its 95 % interval."""
+    """Probability of reaching a level, with its 95 % interval.
+
+    The level is one of the metric, or of a loss of the largest demand over capacity.
+    """
 
     level: float
     probability: float
@@ -41,10 +47,23 @@ class TailLevel(DocumentPart):
 
 
 class TailEvent(DocumentPart):
-    """An event. limit: of its metric in its unit, 1 of a loss. low, high: of the 95 % interval of its probability.
+    """An event and its probability.
 
-    status: "estimated"; "wide" where the flights allowed were too few for the width; "below" the smallest probability, where
-    `high` bounds it; "unreached" where no flight came nearer; "certain"; "deterministic" where nothing is drawn.
+    Args:
+        event: As it was written.
+        metric: Whose exceedance it is, null for a loss.
+        unit: Of the metric.
+        limit: Of the metric in its unit, 1 of a loss.
+        status: "estimated"; "wide" where the flights allowed were too few for the width; "below" the smallest probability, where
+            `high` bounds it; "unreached" where no flight came nearer; "certain"; "deterministic" where nothing is drawn.
+        method: By which it was estimated.
+        probability: Of the event.
+        low: Lower end of its 95 % interval.
+        high: Upper end of that.
+        flights: Made for it, without those of design points.
+        replicas: Independent estimates whose mean it is, or batches of flights.
+        modes: Ways in which it happens.
+        curve: On the way to the limit.
     """
 
     event: str
@@ -71,7 +90,10 @@ class TailGains(DocumentPart):
 
 
 class TailRatio(DocumentPart):
-    """Probability of an event under gains over that under the first, with its 95 % interval; null where one is not known."""
+    """Probability of an event under gains over that under the first.
+
+    It has a 95 % interval, and is null where one of the two is not known.
+    """
 
     event: str
     gains: str
@@ -82,8 +104,18 @@ class TailRatio(DocumentPart):
 class TailDocument(Document):
     """Content of tail.json.
 
-    smallest: probability down to which was looked; width: of the interval, over the probability; parts: number of normals that
-    each part of a flight is drawn from.
+    Args:
+        format: Of the file.
+        version: Of the format.
+        scenario: Name.
+        duration: Of a flight [s].
+        seed: Root seed.
+        smallest: Probability down to which was looked.
+        width: Of the interval, over the probability.
+        most_flights: Of an event at most.
+        parts: Number of normals that each part of a flight is drawn from.
+        gains: Probabilities by gains.
+        ratios: Of others to the first.
     """
 
     format: Annotated[Literal["gainproof-tail"], READ_FORMER]

@@ -43,7 +43,7 @@ def _panel(document: TailDocument, number: int) -> Panel:
 
 
 def _marks(event: TailEvent, factor: float, name: str, look: Look) -> list[Mark]:
-    """Return line and band of an event, where its probability is above 0."""
+    """Return line and band of an event where its probability is positive."""
     rows = np.array([(factor * each.level, each.probability, each.low, each.high) for each in event.curve]).reshape(
         -1, 4
     )

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def print_tail(made: "Tail", console: Console) -> None:
-    """Print the events of all gains, their modes and design points, and the ratios."""
+    """Print the events of all gains, with modes, design points and ratios."""
     document = made.document
     console.print(f"{document.scenario}, {document.duration:g} s, seed {document.seed}", style="bold")
     for gains in document.gains:
@@ -29,7 +29,7 @@ def print_tail(made: "Tail", console: Console) -> None:
 def _print_event(event: TailEvent, document: TailDocument, console: Console) -> None:
     console.print(event_line(event, document.smallest))
     for mode in event.modes:
-        if len(event.modes) > 1 and mode.probability.high > 0.0:
+        if len(event.modes) > 1 and mode.probability.value > 0.0:
             console.print(f"  {mode_line(mode)}")
         if mode.point is not None:
             console.print(f"  {point_line(mode.point)}")

@@ -133,7 +133,7 @@ def _check_metric(metric: MetricAddress, system: FlownSystem, spec: Scenario) ->
 
 
 def _in_unit(number: str, unit: str, metric: MetricAddress) -> float:
-    """Return a limit in the unit of its metric, which may be given in degrees for radians."""
+    """Return a limit in the unit of its metric; degrees may stand for radians."""
     try:
         limit = float(number)
     except ValueError:

@@ -24,10 +24,15 @@ def inputs_of(system: FlownSystem, spec: Scenario, space: NormalSpace, normals: 
 
 
 class FlightLimit:
-    """Demand over capacity of an event in flights of a gains row (g,), see `objectives.tails.limit_function`.
+    """Limit function of an event in flights of a gains row (g,).
 
-    A flight has the same bits whatever flies beside it, so threads change nothing. space: of what is drawn;
-    names_of_draws: of its single numbers.
+    A flight has the same bits whatever flies beside it, so threads change nothing.
+
+    Attributes:
+        flyer: Of its flights.
+        space: Of all that is drawn.
+        names_of_draws: Of single numbers of that, by part.
+
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""What a folder keeps of a tail: the question, every replica as soon as it is completed, and the flights of the design points."""
+"""Folder of a tail: the question, every completed replica, and the flights of the design points."""
 
 import hashlib
 import io
@@ -22,7 +22,13 @@ LARGEST_POINT = 100_000_000
 
 
 class ReplicaLine(DocumentPart):
-    """A replica of the estimate of one event under the gains of a number, see `objectives.tails.limit_function.Replica`."""
+    """A replica of the estimate of one event.
+
+    Args:
+        gains: Number of the gains.
+        event: As written.
+        number: This and the rest as of `objectives.tails.limit_function.Replica`.
+    """
 
     gains: int
     event: str

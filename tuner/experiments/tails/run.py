@@ -1,4 +1,4 @@
-"""Estimates of the tails of events under several gains, one after the other, on the same seeds."""
+"""Estimates of the tails of events under several gains."""
 
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -44,7 +44,14 @@ PILOT = 64
 
 @dataclass(frozen=True)
 class TailedGains:
-    """Gains whose tails are estimated. name: as given; row (g,): of the system; laws: in words."""
+    """Gains whose tails are estimated.
+
+    Args:
+        name: As given.
+        system: That flies them.
+        row: Of the system (g,).
+        laws: In words.
+    """
 
     name: str
     system: FlownSystem
@@ -73,7 +80,16 @@ class TailSettings:
 
 
 class TailRun:
-    """The estimates of a call. gains: the first is compared with; events: as texts; out: folder of the record, None for none."""
+    """The estimates of a call.
+
+    Args:
+        gains: The first is compared with.
+        events: As texts.
+        spec: Scenario.
+        settings: Of all estimates.
+        watcher: Callbacks.
+        out: Folder of the record, None for none.
+    """
 
     def __init__(
         self,
@@ -130,7 +146,10 @@ class TailRun:
         return self._row(event, estimate, limit)
 
     def _announce(self, gains: TailedGains, event: Event, limit: FlightLimit) -> float:
-        """Tell what the estimate will cost, from a few flights that are timed; return the flights per second."""
+        """Tell the cost of the estimate and return the flights per second.
+
+        A few flights are timed for it.
+        """
         with compilation(self._watcher) if not limit.flyer.cached else nullcontext():
             normals = generator(self._settings.root, "tail/pilot", 0).standard_normal((PILOT, limit.dimension))
             limit.values(normals[:1])
@@ -154,7 +173,7 @@ class TailRun:
             )
 
     def _flights(self, probability: float) -> int:
-        """Return about how many flights an event of a probability takes, to two digits."""
+        """Return the flights that an event takes, to two digits."""
         flights = expected_evaluations(min(probability, 0.5), self._settings.width, choose_method(probability))
         return min(int(float(f"{flights:.2g}")), self._settings.most)
 
@@ -190,7 +209,10 @@ class TailRun:
         )
 
     def _point(self, limit: FlightLimit, mode: int, failure: np.ndarray | None) -> TailPoint | None:
-        """Return the design point near a failure, whose vector is kept for the folder; None where it takes too many flights."""
+        """Return the design point near a failure.
+
+        Its vector is kept for the folder. None where it takes too many flights.
+        """
         space, bins = limit.space, TimeBins(limit.space)
         if failure is None or GRADIENTS * bins.size > self._settings.most:
             return None
@@ -239,9 +261,9 @@ def _draw(document: TailDocument, folder: Folder) -> None:
 
 
 def ratio_of(event: TailEvent, base: TailEvent) -> SampledValue | None:
-    """Return the ratio of two probabilities with its interval, None where one of the ends is 0.
+    """Return the ratio of two probabilities with its interval.
 
-    The interval is that of the difference of the logarithms from both intervals (G. Y. Zou, A. Donner, "Construction of
+    None where one of the ends is 0.     The interval is that of the difference of the logarithms from both intervals (G. Y. Zou, A. Donner, "Construction of
     confidence limits about effect measures", Statistics in Medicine 27(10):1693-1702, 2008), which holds for independent
     estimates; of two on the same seeds it is too wide rather than too narrow.
     """

@@ -1,4 +1,4 @@
-"""The subspace of a flight's normals that are constant over bins of time, in which its design point is sought."""
+"""Subspace of the normals that are constant over bins of time."""
 
 from math import prod
 
@@ -11,7 +11,9 @@ BINS = 80
 
 
 class TimeBins:
-    """Orthonormal vectors, one for each bin of each process, and one for each number that is no process.
+    """Orthonormal vectors, one for each bin of each process.
+
+    Each number that is no process has one too.
 
     A process is an array with more rows than bins. Its first row is a bin of its own, for it draws where the process starts
     (`plant.air.linear_process`): of slow air, most of what comes.

@@ -45,15 +45,15 @@ def mode_line(mode: TailMode) -> str:
 def point_line(point: TailPoint) -> str:
     """Return distance and shares of a design point."""
     shares = sorted(point.shares.items(), key=lambda entry: -entry[1])
-    told = ", ".join(f"{part} {per_cent(share)}" for part, share in shares if share >= LEAST_SHARE)
+    listed = ", ".join(f"{part} {per_cent(share)}" for part, share in shares if share >= LEAST_SHARE)
     numbers = sorted(point.numbers.items(), key=lambda entry: -abs(entry[1]))
     single = [f"; {name} {fixed(value, 1, signed=True)}" for name, value in numbers if abs(value) >= LEAST_DEVIATION]
     distance = significant(point.distance, 3)
-    return f"most likely so: {point.name}, {distance} deviations off, of it squared {told}{''.join(single)}"
+    return f"most likely so: {point.name}, {distance} deviations off, of it squared {listed}{''.join(single)}"
 
 
 def ratio_line(ratio: TailRatio) -> str:
-    """Return how much more often an event happens under gains than under the first."""
+    """Return the ratio of an event's probabilities."""
     whose = f"{ratio.event}, {ratio.gains} over {ratio.first}"
     if ratio.ratio is None:
         return f"{whose}: not known, for one of the two may be 0"
