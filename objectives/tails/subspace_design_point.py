@@ -1,8 +1,9 @@
 """Design point: the failure nearest to the origin, which is the most likely one.
 
-The space is that of standard normals. A direction fails at the distance where its demand over capacity reaches 1 first. From the direction of a known failure the
-search turns to the gradient of the demand at the boundary, as HL-RF does, and takes of several turns the one whose distance is
-smallest, so the distance never grows. It finds the nearest failure of a neighborhood, not that of all (Breitung).
+The space is that of standard normals. A direction fails at the distance where its demand over capacity reaches 1 first. From
+the direction of a known failure the search turns to the gradient of the demand at the boundary, as HL-RF does, and takes of
+several turns the one whose distance is smallest, so the distance never grows. It finds the nearest failure of a neighborhood,
+not that of all (Breitung).
 
 - R. Rackwitz, B. Fiessler, "Structural reliability under combined random load sequences", Computers and Structures
   9(5):489-494, 1978: the gradient at the boundary is the next direction.

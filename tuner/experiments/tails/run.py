@@ -263,9 +263,9 @@ def _draw(document: TailDocument, folder: Folder) -> None:
 def ratio_of(event: TailEvent, base: TailEvent) -> SampledValue | None:
     """Return the ratio of two probabilities with its interval.
 
-    None where one of the ends is 0.     The interval is that of the difference of the logarithms from both intervals (G. Y. Zou, A. Donner, "Construction of
-    confidence limits about effect measures", Statistics in Medicine 27(10):1693-1702, 2008), which holds for independent
-    estimates; of two on the same seeds it is too wide rather than too narrow.
+    None where one of the ends is 0. The interval is that of the difference of the logarithms from both intervals (G. Y. Zou,
+    A. Donner, "Construction of confidence limits about effect measures", Statistics in Medicine 27(10):1693-1702, 2008), which
+    holds for independent estimates; of two on the same seeds it is too wide rather than too narrow.
     """
     if min(event.low, base.low) <= 0.0:
         return None
