@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from tuner.documents.parts import SampledValue
+from tuner.documents.parts import SampledValue, ShareCount
 from tuner.store.document import Document, DocumentPart
 from tuner.text.product import READ_FORMER
 
@@ -60,7 +60,8 @@ class TailEvent(DocumentPart):
         probability: Of the event.
         low: Lower end of its 95 % interval.
         high: Upper end of that.
-        flights: Made for it, without those of design points.
+        flights: Made for it, with those of the pilot and without those of design points.
+        count: Of independent flights, null where others were made.
         replicas: Independent estimates whose mean it is, or batches of flights.
         modes: Ways in which it happens.
         curve: On the way to the limit.
@@ -76,6 +77,7 @@ class TailEvent(DocumentPart):
     low: float
     high: float
     flights: int
+    count: ShareCount | None
     replicas: int
     modes: list[TailMode]
     curve: list[TailLevel]

@@ -10,12 +10,13 @@ from time import perf_counter
 import numpy as np
 
 from objectives.flown_system import FlownSystem, Scenario
+from objectives.risk import upper_bound
 from objectives.tails.estimate import estimate_tail
-from objectives.tails.limit_function import Progress, TailEstimate
+from objectives.tails.limit_function import Method, Progress, TailEstimate
 from objectives.tails.planning import Plan, Request, choose_method, expected_evaluations, plan_tail
 from objectives.tails.subspace_design_point import find_design_point
 from plant.seeds import generator
-from tuner.documents.parts import SampledValue
+from tuner.documents.parts import SampledValue, ShareCount
 from tuner.documents.tail import (
     TAIL_FORMAT,
     TAIL_VERSION,
@@ -33,7 +34,8 @@ from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, Record, point
 from tuner.experiments.tails.time_bins import TimeBins
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.folder import Folder
-from tuner.text.numbers import count, duration, significant
+from tuner.text.numbers import count as number_text
+from tuner.text.numbers import duration, significant
 
 STAGE = "Estimating"
 GRADIENTS = 5
@@ -158,7 +160,7 @@ class TailRun:
         rate = PILOT / (perf_counter() - begin)
         flights = self._flights(self._settings.smallest)
         self._watcher.on_message(
-            f"{event.text} of {gains.name}: about {count(flights)} flights if it is as rare as "
+            f"{event.text} of {gains.name}: about {number_text(flights)} flights if it is as rare as "
             f"{significant(self._settings.smallest, 2)}, {duration(flights / rate)}"
         )
         self._watcher.on_stage(f"{STAGE} {event.text} of {gains.name}", flights)
@@ -166,10 +168,12 @@ class TailRun:
 
     def _announce_rest(self, plan: Plan, rate: float) -> None:
         if plan.probability > 0.0:
-            left = max(self._flights(plan.probability) - plan.evaluations, 0)
+            # Flights of the pilot are no part of a count.
+            spent = 0 if plan.method is Method.CRUDE else plan.evaluations
+            left = max(self._flights(plan.probability) - spent, 0)
             self._watcher.on_message(
-                f"A pilot of {count(plan.evaluations)} flights puts it near {plan.probability:.0e}: about {count(left)} more, "
-                f"{duration(left / rate)}"
+                f"A pilot of {number_text(plan.evaluations)} flights puts it near {plan.probability:.0e}: about "
+                f"{number_text(left)} more, {duration(left / rate)}"
             )
 
     def _flights(self, probability: float) -> int:
@@ -192,6 +196,7 @@ class TailRun:
             low=float(estimate.low),
             high=float(estimate.high),
             flights=estimate.evaluations,
+            count=count_of(estimate),
             replicas=len(estimate.replicas),
             modes=[
                 TailMode(
@@ -258,6 +263,15 @@ def _draw(document: TailDocument, folder: Folder) -> None:
     from tuner.report.tail_figure import write_tail_figure
 
     write_tail_figure(document, folder.path)
+
+
+def count_of(estimate: TailEstimate) -> ShareCount | None:
+    """Return the count of independent flights, None of others."""
+    if estimate.method is not Method.CRUDE:
+        return None
+    flights = sum(replica.evaluations for replica in estimate.replicas)
+    events = round(estimate.probability * flights)
+    return ShareCount(events=events, flights=flights, upper=upper_bound(events, flights))
 
 
 def ratio_of(event: TailEvent, base: TailEvent) -> SampledValue | None:

@@ -21,8 +21,8 @@ def probability_text(value: float, low: float, high: float) -> str:
 def event_line(event: TailEvent, smallest: float) -> str:
     """Return probability, interval and flights of an event; smallest: down to which was looked."""
     spent = f"{count(event.flights)} flights, {event.method}"
-    if event.method == "crude Monte Carlo":
-        spent += f" ({round(event.probability * event.flights)} of {count(event.flights)})"
+    if event.count is not None:
+        spent = f"{count(event.count.events)} of {count(event.count.flights)} flights"
     if event.status == "below":
         return f"{event.event}: rarer than {smallest:.1e}, at most {event.high:.1e} ({spent})"
     if event.status == "unreached":

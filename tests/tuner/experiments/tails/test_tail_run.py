@@ -166,7 +166,7 @@ def test_a_flight_of_another_scenario_or_a_wrong_file_is_refused(made, tmp_path)
 def fabricated(status="estimated", probability=1e-4, low=0.7e-4, high=1.5e-4, method="splitting"):
     return TailEvent(
         event="peak.position > 3", metric="peak.position", unit="m", limit=3.0, status=status, method=method,
-        probability=probability, low=low, high=high, flights=4200, replicas=20, modes=[], curve=[],
+        probability=probability, low=low, high=high, flights=4200, count=None, replicas=20, modes=[], curve=[],
     )  # fmt: skip
 
 
