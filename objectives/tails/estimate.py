@@ -7,7 +7,7 @@ import numpy as np
 from objectives.risk.measures import Interval
 from objectives.risk.shares import clopper_pearson, upper_bound
 from objectives.tails.crude import BATCH, count_failures
-from objectives.tails.intervals import mean_interval, ratio_interval, replicas_needed, upper_end
+from objectives.tails.intervals import FIRST, mean_interval, ratio_interval, replicas_needed, upper_end
 from objectives.tails.limit_function import (
     Array,
     Curve,
@@ -20,7 +20,7 @@ from objectives.tails.limit_function import (
     Status,
     TailEstimate,
 )
-from objectives.tails.planning import FIRST, Plan, Request, limit_of, plan_tail, replicas_at_once
+from objectives.tails.planning import Plan, Request, limit_of, plan_tail, replicas_at_once
 from objectives.tails.splitting import evaluate, replicate, run_together
 from plant.seeds import generator
 
@@ -215,7 +215,7 @@ def _split(run: _Replicas) -> TailEstimate:
             status = Status.ESTIMATED
             break
         variation = float(np.std(values, ddof=1) / np.mean(values))
-        wanted = replicas_needed(variation, request.relative_width, level, FIRST)
+        wanted = replicas_needed(variation, request.relative_width, level)
         # A second extension is rare, and not one by one, or the interval would be stopped when it happens to be narrow.
         wanted = max(wanted, len(run.done) + (len(run.done) // 4 if before else 1))
     if not is_reached:

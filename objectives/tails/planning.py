@@ -1,19 +1,19 @@
 """The plan of a tail: which method, which ladders, how many states, from a pilot on a stream of its own."""
 
 from dataclasses import dataclass, field
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from objectives.tails.design_points import descend, typical_failure
 from objectives.tails.hidden_modes import MOST_DIMENSIONS, Sector, SectorLimit, divide
+from objectives.tails.intervals import FIRST, student_quantile
 from objectives.tails.limit_function import Array, LimitFunction, Method
 from objectives.tails.splitting import CHAIN, FRACTION, Ascent, Ladder, climb, run_together
 from plant.seeds import generator
 
 PILOT_CHAINS, SECTOR_CHAINS = 50, 30
-FIRST = 20
-"""Replicas from whose spread their number is decided."""
 CRUDE_FROM = 0.005
 """Probability above which crude Monte Carlo costs less, at any width: (1 - p) / p against `SPREAD` ln(p)^2."""
 SPREAD = 6.0
@@ -176,7 +176,7 @@ def _sized(ascents: list[Ascent], request: Request, dimension: int) -> tuple[Lad
     if not ascents:
         return ()
     probabilities = np.array([ascent.probability for ascent in ascents])
-    variation = 1.05 * request.relative_width
+    variation = sqrt(FIRST) * request.relative_width / (2.0 * student_quantile(request.confidence, FIRST))
     total = float(np.clip(0.9 * np.log(1.0 / min(np.sum(probabilities), 0.9)) / np.log1p(variation**2), 25.0, 1000.0))
     parts = np.maximum(probabilities / np.sum(probabilities), 0.2 / len(ascents))
     chains = np.clip(np.ceil(total * parts).astype(int), 3, most_chains(dimension))
