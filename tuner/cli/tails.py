@@ -14,7 +14,7 @@ from tuner.cli.app import AsJson, Threads, app, study_option
 def tail(
     gains: Annotated[
         list[Path],
-        typer.Argument(help="Gains files, results folders, or studies for their default.", metavar="GAINS..."),
+        typer.Argument(help="Gains files, results folders, or studies for their default.", metavar="GAINS"),
     ],
     event: Annotated[
         list[str], typer.Option("--event", help='METRIC > NUMBER, such as "peak.position > 3", or failure; repeatable.')
