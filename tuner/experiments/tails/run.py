@@ -40,6 +40,8 @@ from tuner.text.numbers import duration, significant
 STAGE = "Estimating"
 GRADIENTS = 5
 """Gradients that a design point usually takes."""
+RARE = 0.2
+"""Probability from which on the flight without deviations is about as near as any."""
 PILOT = 64
 """Flights by which the speed is measured."""
 
@@ -203,7 +205,7 @@ class TailRun:
                     mode=mode.name,
                     probability=SampledValue(float(mode.probability), *map(float, mode.interval)),
                     share=SampledValue(float(mode.share), *map(float, mode.share_interval)),
-                    point=self._point(limit, number, mode.design_point),
+                    point=self._point(limit, number, mode.design_point if estimate.probability < RARE else None),
                 )
                 for number, mode in enumerate(estimate.modes)
             ],
