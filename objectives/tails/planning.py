@@ -56,7 +56,7 @@ class Plan:
         design_points: of each mode (d,), None where it was not reached.
         is_stalled: whether no ladder reached the event, and one of them for want of anything nearer to it.
         probability: of the event, roughly.
-        independent: rows of the pilot drawn independently, none of which failed where no ladder reached the event.
+        independent: first rows of each ascent, drawn independently; none fails by a mode that was not reached.
         evaluations: rows of the pilot.
     """
 
@@ -128,7 +128,7 @@ def plan_tail(limit: LimitFunction, seed: int, request: Request) -> Plan:
         design_points=_design_points(counted, sectors, reached),
         is_stalled=not reached and any(ascent.is_stalled for ascent in ascents),
         probability=probability,
-        independent=chains * CHAIN * len(limit.modes),
+        independent=chains * CHAIN,
         evaluations=counted.evaluations,
     )
 
