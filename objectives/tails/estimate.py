@@ -266,7 +266,8 @@ def _modes(run: _Replicas) -> tuple[ModeEstimate, ...]:
     events = _probabilities(run.done)
     points = run.plan.design_points or (None,) * len(names)
     return tuple(
-        _mode(name, values, events, point, level) for name, values, point in zip(names, per_mode.T, points, strict=True)
+        _mode(name, values, events, point, level) if np.any(values) else _unreached(name, run.plan.independent, level)
+        for name, values, point in zip(names, per_mode.T, points, strict=True)
     )
 
 
