@@ -27,7 +27,7 @@ SHORTER = np.array([0.6, 0.7, 0.8, 0.9, 0.95, 0.98])
 
 
 def typical_failure(failures: Array) -> Array:
-    """Return the mean (d,) of the largest group of failures (n, d) that point the same way."""
+    """Return the mean (d,) of the largest group of like failures (n, d)."""
     products = failures @ failures.T
     np.fill_diagonal(products, 0.0)
     center = int(np.argmax(np.sum(np.maximum(products, 0.0), axis=1)))
@@ -64,7 +64,7 @@ def descend(mode: int, failure: Array, iterations: int = ITERATIONS) -> Sampler[
 
 
 def _closer(point: Array, basis: Array, demands: Array) -> Array:
-    """Return points (k, d) on the ray, and on the way to the closest point of the linearized limit where it has a slope.
+    """Return candidates (k, d) on the ray and toward the linearized limit.
 
     Args:
         point: of the state (d,).

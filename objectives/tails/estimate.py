@@ -86,7 +86,7 @@ class _Replicas:
         return self.request.most_evaluations - self.evaluations
 
     def extend(self, count: int) -> None:
-        """Run replicas of splitting until there are `count`, or no rows for another."""
+        """Run replicas up to a count, or while rows last."""
         self.expected = count
         limit = limit_of(self.limit, self.plan)
         at_once = replicas_at_once(self.plan, self.limit.dimension, AT_ONCE)
@@ -272,7 +272,7 @@ def _modes(run: _Replicas) -> tuple[ModeEstimate, ...]:
 
 
 def _mode(name: str, values: Array, events: Array, point: Array | None, level: float) -> ModeEstimate:
-    """Return the estimate of a mode from replicas of it and of the event (n,)."""
+    """Return a mode's estimate from replicas of it and of the event."""
     if len(values) < 2:
         anything = Interval(np.asarray(0.0), np.asarray(1.0))
         return ModeEstimate(name, float(values[0]), anything, 1.0, anything, point)
@@ -286,7 +286,7 @@ def _mode(name: str, values: Array, events: Array, point: Array | None, level: f
 
 
 def _unreached(name: str, rows: int, level: float) -> ModeEstimate:
-    """Return the bound of a mode by which none of these rows failed."""
+    """Return the bound of a mode without failures in these rows."""
     bound = Interval(np.asarray(0.0), np.asarray(upper_bound(0, rows, level)))
     return ModeEstimate(name, 0.0, bound, 0.0, Interval(np.asarray(0.0), np.asarray(1.0)), None)
 

@@ -1,4 +1,4 @@
-"""Modes of failure that a ladder of demands loses behind a nearer one, and a ladder for each.
+"""Modes that a ladder loses behind a nearer one: a ladder for each.
 
 Demand that rises early draws the states of the first levels away from a mode whose demand rises late, though failures of that
 mode may be the more probable ones: K. Breitung, "The geometry of limit state function graphs and subset simulation:
@@ -37,7 +37,7 @@ SHARPNESS = 10.0
 
 
 class Sector(NamedTuple):
-    """Normals closer in direction to one of `near` (k, d) than to any of `far` (l, d); unit vectors."""
+    """Normals closer to directions `near` than to `far`; unit vectors (k, d), (l, d)."""
 
     mode: int
     near: Array
@@ -84,7 +84,7 @@ def _largest(normals: Array, directions: Array) -> Array:
 
 
 def look_for_failures(mode: int, dimension: int, rng: np.random.Generator) -> Sampler[Array]:
-    """Return failures (n, d) found without levels, and as many states that come near one."""
+    """Return failures (n, d) found without levels, and states near one."""
     for scale in INFLATED:
         states = scale * rng.standard_normal((ROWS, dimension))
         values = yield states
@@ -107,7 +107,7 @@ def directions(limit: LimitFunction, mode: int, states: Array) -> Array:
 def divide(
     limit: LimitFunction, ascent: Ascent, chains: int, smallest: float, rng: np.random.Generator
 ) -> tuple[tuple[Sector, Ascent], ...]:
-    """Return sectors and what was climbed in each, where a mode hides from an ascent; none otherwise.
+    """Return sectors with their ascents where a mode hides; none otherwise.
 
     Args:
         limit: limit function.
@@ -148,7 +148,7 @@ def split_off(mode: int, directions: Array) -> tuple[Sector, Sector] | None:
 
 
 def is_starved(first: Ascent, second: Ascent) -> bool:
-    """Return True if either part of the failures is much rarer among the states of some level on the way."""
+    """Return True if either part is starved at some level."""
     levels = sorted({*first.ladder.levels, *second.ladder.levels, min(first.ladder.target, second.ladder.target)})
     logs = [np.log(ascent.probability_at(level)) for ascent in (first, second) for level in levels]
     odds = np.subtract(*np.split(np.array(logs), 2))
