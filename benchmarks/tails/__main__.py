@@ -1,8 +1,8 @@
 """`python -m benchmarks.tails`: how often 95 % intervals hold an exact probability, and what they cost; one table.
 
-A repeat is an estimate with its pilot, on a seed of its own. Cost is all its evaluations; beside it stands what crude Monte Carlo would
-take for an interval as narrow. OpenTURNS estimates the same in an environment of its own under --envs; where that cannot be made it is
-left out. Writes the table beside the JSON as .md.
+A repeat is an estimate with its pilot, on a seed of its own. Cost is all its evaluations; beside it stands what crude Monte
+Carlo would take for an interval as narrow. OpenTURNS estimates the same in an environment of its own under --envs; where that
+cannot be made it is left out. Writes the table beside the JSON as .md.
 """
 
 import argparse
@@ -67,8 +67,8 @@ def row(who: str, name: str, exact: float, estimates: Sequence[Estimate]) -> Row
 def markdown(rows: Sequence[Row]) -> str:
     """Return the table."""
     lines = [
-        "| estimator | case | probability | repeats | coverage of 95 % [95 % interval] | mean / exact | relative width | evaluations"
-        " | crude's for that width, times |",
+        "| estimator | case | probability | repeats | coverage of 95 % [95 % interval] | mean / exact | relative width |"
+        " evaluations | crude's for that width, times |",
         "|---|---|---:|---:|---|---:|---:|---:|---:|",
     ]
     for entry in rows:
@@ -90,7 +90,7 @@ def main() -> None:
     )
     parser.add_argument("--repeats", type=int, default=300)
     parser.add_argument("--width", type=float, default=0.5, help="relative width asked for")
-    parser.add_argument("--no-peers", action="store_true")
+    parser.add_argument("--peer-repeats", type=int, default=100, help="0 for none of OpenTURNS")
     chosen = parser.parse_args()
     where, left_out = machine(), dict[str, str]()
     rows: list[Row] = []
@@ -98,11 +98,11 @@ def main() -> None:
     def add(entry: Row) -> None:
         rows.append(entry)
         print(markdown([entry]).splitlines()[-1], flush=True)
-        write_json(chosen.json, {"machine": where, "width": chosen.width, "rows": rows, "left_out": left_out})
+        write_json(chosen.json, {"machine": where, "asked_width": chosen.width, "rows": rows, "left_out": left_out})
         chosen.json.with_suffix(".md").write_text(markdown(rows), encoding="utf-8")
 
     python = ""
-    if not chosen.no_peers:
+    if chosen.peer_repeats:
         try:
             python = python_of("openturns", (OPENTURNS, "numpy", "scipy"), chosen.envs.resolve())
         except NotInstalled as error:
@@ -112,7 +112,7 @@ def main() -> None:
         for name, judge in judges(probability).items():
             add(row("gainproof", name, judge.probability, ours(judge, chosen.repeats, request)))
             for algorithm in PEERS if python else ():
-                estimates = peer(python, algorithm, probability, name, chosen.repeats)
+                estimates = peer(python, algorithm, probability, name, chosen.peer_repeats)
                 add(row(f"OpenTURNS {algorithm}", name, judge.probability, estimates))
 
 

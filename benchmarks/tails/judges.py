@@ -6,7 +6,6 @@ Each maps rows of standard normals to one column, demand over capacity.
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
 
 import numpy as np
 from scipy.signal import lfilter
@@ -28,7 +27,7 @@ class FirstPassage:
     limit: float
     step: float = 0.1
     dimension: int = 100
-    modes: ClassVar[tuple[str, ...]] = ("passage",)
+    modes: tuple[str, ...] = ("passage",)
 
     def values(self, normals: Array) -> Array:
         """Return the largest sample over the limit (n, 1)."""
@@ -60,7 +59,7 @@ class Oscillator:
     damping: float = 0.1
     step: float = 0.5
     dimension: int = 60
-    modes: ClassVar[tuple[str, ...]] = ("passage",)
+    modes: tuple[str, ...] = ("passage",)
 
     @property
     def coefficients(self) -> tuple[float, float, float, float]:
@@ -109,7 +108,7 @@ class OppositeModes:
     high: float
     low: float
     dimension: int = 20
-    modes: ClassVar[tuple[str, ...]] = ("either",)
+    modes: tuple[str, ...] = ("either",)
 
     def values(self, normals: Array) -> Array:
         """Return the first normal over either limit (n, 1)."""
@@ -130,7 +129,7 @@ class HiddenMode:
 
     near: float
     dimension: int = 2
-    modes: ClassVar[tuple[str, ...]] = ("either",)
+    modes: tuple[str, ...] = ("either",)
 
     def values(self, normals: Array) -> Array:
         """Return 1 less the smaller of the two limits (n, 1)."""

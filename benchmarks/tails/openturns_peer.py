@@ -1,8 +1,7 @@
 """Estimates of OpenTURNS, run in an environment of its own: `python openturns_peer.py ALGORITHM REPEATS PROBABILITY JUDGE`.
 
-Prints JSON: for each seed the estimate, the ends of its 95 % interval, and the evaluations. The settings are its defaults, but
-for the size of a step, which is that of our replicas' total. C. G. Bucher's and A. B. Owen's names are not in it: subset sampling is
-that of Au and Beck with independent components, NAIS that of Morio.
+Prints JSON: for each seed the estimate, the ends of its 95 % interval, and the evaluations. Settings are OpenTURNS's own, but for
+the number of states of a step: `STEP`.
 """
 
 import json

@@ -11,7 +11,7 @@ NUMBERS = 6_000_000
 
 
 def count_failures(limit: LimitFunction, number: int, rows: int, curve: Array, rng: np.random.Generator) -> Replica:
-    """Return the shares of rows that fail, by any mode and by each, and that reach the levels of a curve.
+    """Return the shares of rows that reach a curve's levels.
 
     Args:
         limit: limit function.

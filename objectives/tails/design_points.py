@@ -21,11 +21,13 @@ FRACTIONS = (1.0, 0.5, 0.25)
 """Of the step, tried at once."""
 SCALES = (1.0, 1.02, 1.1, 1.3)
 """By which a point is tried farther out, where the limit curves away."""
-RAY = np.linspace(0.5, 1.0, 26)
+REACH = np.geomspace(0.5, 64.0, 15)
+SHORTER = np.array([0.6, 0.7, 0.8, 0.9, 0.95, 0.98])
+"""Parts of the distance that are tried in any case, for demands without a slope."""
 
 
 def typical_failure(failures: Array) -> Array:
-    """Return the mean (d,) of the largest group of failures (n, d) that point the same way."""
+    """Return the mean (d,) of the largest group of like failures (n, d)."""
     products = failures @ failures.T
     np.fill_diagonal(products, 0.0)
     center = int(np.argmax(np.sum(np.maximum(products, 0.0), axis=1)))
@@ -42,7 +44,7 @@ def descend(mode: int, failure: Array, iterations: int = ITERATIONS) -> Sampler[
         failure: state (d,) that fails, or would farther out.
         iterations: at most.
     """
-    rays = np.geomspace(0.5, 64.0, 29)[:, None] * failure
+    rays = REACH[:, None] * failure
     values = yield rays
     fails = values[:, mode] >= 1.0
     if not np.any(fails):
@@ -52,34 +54,29 @@ def descend(mode: int, failure: Array, iterations: int = ITERATIONS) -> Sampler[
         basis = _parts(point, iteration)
         values = yield np.concatenate([point[None], point + DIFFERENCE * basis])
         tries = _closer(point, basis, values[:, mode])
-        if len(tries):
-            values = yield tries
-            tries = tries[values[:, mode] >= 1.0]
-        shortest = min(tries, key=np.linalg.norm, default=point)
+        values = yield tries
+        shortest = min(tries[values[:, mode] >= 1.0], key=np.linalg.norm, default=point)
         idle = idle + 1 if np.linalg.norm(shortest) > 0.999 * np.linalg.norm(point) else 0
         point = point if idle else shortest
         if idle == IDLE:
             break
-    rays = RAY[:, None] * point
-    values = yield rays
-    # The point itself fails, so one does.
-    return rays[np.argmax(values[:, mode] >= 1.0)]
+    return point
 
 
 def _closer(point: Array, basis: Array, demands: Array) -> Array:
-    """Return points (k, d) on the way to the closest point of the linearized limit; none where it has no slope.
+    """Return candidates (k, d) on the ray and toward the linearized limit.
 
     Args:
         point: of the state (d,).
         basis: orthonormal directions (n, d) of the slopes.
         demands: at the point and `DIFFERENCE` along each direction (1 + n,).
     """
-    slopes = (demands[1:] - demands[0]) / DIFFERENCE
-    if not np.all(np.isfinite(slopes)) or not np.any(slopes):
-        return np.empty((0, len(point)))
+    slopes = (demands[1:] - demands[0]) / DIFFERENCE if np.all(np.isfinite(demands)) else np.zeros(len(basis))
+    if not np.any(slopes):
+        return SHORTER[:, None] * point
     length = (slopes @ (basis @ point) + 1.0 - demands[0]) / (slopes @ slopes)
     steps = np.array([point + fraction * (length * (slopes @ basis) - point) for fraction in FRACTIONS])
-    return np.concatenate([scale * steps for scale in SCALES])
+    return np.concatenate([SHORTER[:, None] * point, *(scale * steps for scale in SCALES)])
 
 
 def _parts(point: Array, iteration: int) -> Array:

@@ -86,7 +86,7 @@ class _Replicas:
         return self.request.most_evaluations - self.evaluations
 
     def extend(self, count: int) -> None:
-        """Run replicas of splitting until there are `count`, or no rows for another."""
+        """Run replicas up to a count, or while rows last."""
         self.expected = count
         limit = limit_of(self.limit, self.plan)
         at_once = replicas_at_once(self.plan, self.limit.dimension, AT_ONCE)
@@ -224,7 +224,7 @@ def _split(run: _Replicas) -> TailEstimate:
     probability = float(np.mean(values)) if len(values) else 0.0
     low, high = map(float, mean_interval(values, level)) if len(values) > 1 else (0.0, 1.0)
     if probability == 0.0:
-        high = upper_bound(0, _independent(run), level)
+        high = upper_bound(0, run.plan.independent, level)
     return TailEstimate(
         status,
         Method.SPLITTING,
@@ -243,15 +243,10 @@ def _probabilities(replicas: Sequence[Replica]) -> Array:
     return np.array([replica.probability for replica in replicas])
 
 
-def _independent(run: _Replicas) -> int:
-    """Return the rows drawn independently: none failed where the event was not reached."""
-    return run.plan.independent
-
-
 def _bounded(run: _Replicas) -> TailEstimate:
     """Return a bound where no ladder reached the event: the probability of the demand that was reached."""
     level = run.request.confidence
-    high = upper_bound(0, _independent(run), level)
+    high = upper_bound(0, run.plan.independent, level)
     if len(run.done) > 1:
         high = min(high, upper_end(np.sum([replica.ladders for replica in run.done], axis=1), level))
     status = Status.UNREACHED if run.plan.is_stalled else Status.BELOW
@@ -271,19 +266,29 @@ def _modes(run: _Replicas) -> tuple[ModeEstimate, ...]:
     events = _probabilities(run.done)
     points = run.plan.design_points or (None,) * len(names)
     return tuple(
-        _mode(name, values, events, point, level) for name, values, point in zip(names, per_mode.T, points, strict=True)
+        _mode(name, values, events, point, level) if np.any(values) else _unreached(name, run.plan.independent, level)
+        for name, values, point in zip(names, per_mode.T, points, strict=True)
     )
 
 
 def _mode(name: str, values: Array, events: Array, point: Array | None, level: float) -> ModeEstimate:
-    """Return the estimate of a mode from replicas of it and of the event (n,)."""
-    if len(values) < 2 or not np.any(values):
-        bounds = Interval(np.asarray(0.0), np.asarray(1.0))
-        return ModeEstimate(name, 0.0, bounds, 0.0, bounds, point)
-    share = float(np.mean(values) / np.mean(events))
-    return ModeEstimate(
-        name, float(np.mean(values)), mean_interval(values, level), share, ratio_interval(values, events, level), point
+    """Return a mode's estimate from replicas of it and of the event."""
+    if len(values) < 2:
+        anything = Interval(np.asarray(0.0), np.asarray(1.0))
+        return ModeEstimate(name, float(values[0]), anything, 1.0, anything, point)
+    # A mode and the event are estimated apart, and a mode is a part of the event.
+    share, low, high = (
+        np.minimum(part, 1.0) for part in (np.mean(values) / np.mean(events), *ratio_interval(values, events, level))
     )
+    return ModeEstimate(
+        name, float(np.mean(values)), mean_interval(values, level), float(share), Interval(low, high), point
+    )
+
+
+def _unreached(name: str, rows: int, level: float) -> ModeEstimate:
+    """Return the bound of a mode without failures in these rows."""
+    bound = Interval(np.asarray(0.0), np.asarray(upper_bound(0, rows, level)))
+    return ModeEstimate(name, 0.0, bound, 0.0, Interval(np.asarray(0.0), np.asarray(1.0)), None)
 
 
 def _curve(run: _Replicas) -> Curve:

@@ -1,12 +1,12 @@
-"""Modes of failure that a ladder of demands loses behind a nearer one, and a ladder for each.
+"""Modes that a ladder loses behind a nearer one: a ladder for each.
 
 Demand that rises early draws the states of the first levels away from a mode whose demand rises late, though failures of that
 mode may be the more probable ones: K. Breitung, "The geometry of limit state function graphs and subset simulation:
 counterexamples", Reliability Engineering & System Safety 182:98-106, 2019 (arXiv 1705.04453). So failures are looked for
 without any level: under normals of inflated deviation (C. G. Bucher, "Asymptotic sampling for high-dimensional reliability
 analysis", Probabilistic Engineering Mechanics 24(4):504-510, 2009), and each descends to its design point, as do
-states that hardly hold. Where some end far from all design points of the ladder, the space is split into the two sectors of
-normals closer in direction to either kind, and both get a ladder. Together
+states that hardly hold and those of the ladder. Where they differ by more than 60 degrees, the space is split into the two
+sectors of normals closer in direction to either kind, and both get a ladder. Together
 they count every failure once, so the estimate is unbiased wherever the border lies. They replace the one ladder where one of
 them is starved on the way: its part of the states at some level is `STARVED` times less than its part of the failures.
 
@@ -37,7 +37,7 @@ SHARPNESS = 10.0
 
 
 class Sector(NamedTuple):
-    """Normals closer in direction to one of `near` (k, d) than to any of `far` (l, d); unit vectors."""
+    """Normals closer to directions `near` than to `far`; unit vectors (k, d), (l, d)."""
 
     mode: int
     near: Array
@@ -84,7 +84,7 @@ def _largest(normals: Array, directions: Array) -> Array:
 
 
 def look_for_failures(mode: int, dimension: int, rng: np.random.Generator) -> Sampler[Array]:
-    """Return failures (n, d) found without levels, and as many states that come near one."""
+    """Return failures (n, d) found without levels, and states near one."""
     for scale in INFLATED:
         states = scale * rng.standard_normal((ROWS, dimension))
         values = yield states
@@ -107,7 +107,7 @@ def directions(limit: LimitFunction, mode: int, states: Array) -> Array:
 def divide(
     limit: LimitFunction, ascent: Ascent, chains: int, smallest: float, rng: np.random.Generator
 ) -> tuple[tuple[Sector, Ascent], ...]:
-    """Return sectors and what was climbed in each, where a mode hides from an ascent; none otherwise.
+    """Return sectors with their ascents where a mode hides; none otherwise.
 
     Args:
         limit: limit function.
@@ -119,31 +119,36 @@ def divide(
     mode = ascent.ladder.mode
     [failures] = run_together(limit, [look_for_failures(mode, limit.dimension, rng)])
     climbed = ascent.states[:: max(len(ascent.states) // ENOUGH, 1)][:ENOUGH]
-    sectors = split_off(mode, directions(limit, mode, failures), directions(limit, mode, climbed))
+    sectors = split_off(mode, directions(limit, mode, np.concatenate([climbed, failures])))
     if not sectors:
         return ()
     within = SectorLimit(limit, sectors)
     columns = (len(limit.modes), len(limit.modes) + 1)
     ascents = run_together(within, [climb(column, limit.dimension, chains, smallest, rng) for column in columns])
-    return tuple(zip(sectors, ascents, strict=True)) if is_starved(*ascents) else ()
+    # What no ladder reaches is left out, which must be for its rarity alone.
+    is_complete = not any(ascent.is_stalled for ascent in ascents)
+    return tuple(zip(sectors, ascents, strict=True)) if is_complete and is_starved(*ascents) else ()
 
 
-def split_off(mode: int, found: Array, climbed: Array) -> tuple[Sector, Sector] | None:
-    """Return sectors of the ladder's failures and of those far from all of them; None where no failure is.
+def split_off(mode: int, directions: Array) -> tuple[Sector, Sector] | None:
+    """Return sectors of the failures like the first and of all others; None where they are all alike.
 
     Args:
         mode: column of the limit function's values.
-        found: directions of failures found without levels (n, d).
-        climbed: directions of the ladder's failures (k, d).
+        directions: unit vectors to design points (n, d).
     """
-    is_far = np.max(found @ climbed.T, axis=1, initial=-1.0) < SAME_MODE
-    if not np.any(is_far) or not len(climbed):
-        return None
-    return Sector(mode, climbed, found[is_far]), Sector(mode, found[is_far], climbed)
+    is_alike = np.arange(len(directions)) == 0
+    while len(directions):
+        more = np.any(directions @ directions[is_alike].T > SAME_MODE, axis=1)
+        if np.array_equal(more, is_alike):
+            break
+        is_alike = more
+    near, far = directions[is_alike], directions[~is_alike]
+    return (Sector(mode, near, far), Sector(mode, far, near)) if len(far) else None
 
 
 def is_starved(first: Ascent, second: Ascent) -> bool:
-    """Return True if either part of the failures is much rarer among the states of some level on the way."""
+    """Return True if either part is starved at some level."""
     levels = sorted({*first.ladder.levels, *second.ladder.levels, min(first.ladder.target, second.ladder.target)})
     logs = [np.log(ascent.probability_at(level)) for ascent in (first, second) for level in levels]
     odds = np.subtract(*np.split(np.array(logs), 2))

@@ -24,7 +24,7 @@ FIRST = 20
 
 
 def student_quantile(confidence: float, count: int) -> float:
-    """Return Student's two-sided quantile for a number of replicas, of which the first decide."""
+    """Return Student's two-sided quantile for a number of replicas."""
     # SciPy takes 0.2 s to import, and not every command has tails.
     from scipy.special import stdtrit  # pyright: ignore[reportMissingTypeStubs]
 
@@ -40,7 +40,7 @@ def mean_interval(values: Array, confidence: float) -> Interval:
 
 
 def ratio_interval(above: Array, below: Array, confidence: float) -> Interval:
-    """Return the interval of the ratio of two means of paired replicas (n,), by linearization."""
+    """Return the interval of a ratio of means of paired replicas (n,)."""
     ratio, count = np.asarray(np.mean(above) / np.mean(below)), len(above)
     residuals = (above - ratio * below) / np.mean(below)
     error = float(np.std(residuals, ddof=1)) / (float(ratio) * sqrt(count)) if ratio > 0.0 else 0.0
@@ -49,7 +49,7 @@ def ratio_interval(above: Array, below: Array, confidence: float) -> Interval:
 
 
 def replicas_needed(variation: float, relative_width: float, confidence: float) -> int:
-    """Return the number of replicas whose interval is as narrow as asked for.
+    """Return the number of replicas for an interval of given width.
 
     Args:
         variation: coefficient of variation of one.

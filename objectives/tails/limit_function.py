@@ -86,7 +86,7 @@ class Replica(NamedTuple):
 
 
 class ModeEstimate(NamedTuple):
-    """Probability of one failure mode, with its interval, and its part in the event.
+    """Probability of one failure mode and its share of the event.
 
     Attributes:
         name: of the mode.
@@ -106,7 +106,7 @@ class ModeEstimate(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Probability that the largest demand over capacity reaches each level, from the bulk to 1."""
+    """Probability that the largest demand over capacity reaches each level."""
 
     levels: Array
     probability: Array

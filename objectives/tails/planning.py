@@ -56,7 +56,7 @@ class Plan:
         design_points: of each mode (d,), None where it was not reached.
         is_stalled: whether no ladder reached the event, and one of them for want of anything nearer to it.
         probability: of the event, roughly.
-        independent: rows of the pilot drawn independently, none of which failed where no ladder reached the event.
+        independent: first rows of each ascent, drawn independently; none fails by a mode that was not reached.
         evaluations: rows of the pilot.
     """
 
@@ -128,7 +128,7 @@ def plan_tail(limit: LimitFunction, seed: int, request: Request) -> Plan:
         design_points=_design_points(counted, sectors, reached),
         is_stalled=not reached and any(ascent.is_stalled for ascent in ascents),
         probability=probability,
-        independent=chains * CHAIN * len(limit.modes),
+        independent=chains * CHAIN,
         evaluations=counted.evaluations,
     )
 
@@ -139,7 +139,7 @@ def most_chains(dimension: int) -> int:
 
 
 def replicas_at_once(plan: Plan, dimension: int, most: int) -> int:
-    """Return the number of replicas whose states fit into `MEMORY`, at most so many."""
+    """Return the number of replicas whose states fit into `MEMORY`."""
     largest = max((ladder.chains for ladder in plan.ladders), default=1)
     return max(min(most_chains(dimension) // largest, most), 1)
 
@@ -147,7 +147,7 @@ def replicas_at_once(plan: Plan, dimension: int, most: int) -> int:
 def _climb_all(
     limit: LimitFunction, seed: int, chains: int, smallest: float
 ) -> tuple[list[Ascent], tuple[Sector, ...]]:
-    """Return an ascent to each mode, or to either sector of a mode that hides another."""
+    """Return an ascent to each mode or sector."""
     ascents, sectors = list[Ascent](), list[Sector]()
     for mode in range(len(limit.modes)):
         rng = generator(seed, "tail/pilot", mode)
@@ -168,10 +168,10 @@ def _climb_all(
 
 
 def _sized(ascents: list[Ascent], request: Request, dimension: int) -> tuple[Ladder, ...]:
-    """Return ladders with chains such that about `FIRST` replicas are as narrow as asked for.
+    """Return ladders with chains for about `FIRST` replicas.
 
-    The chains are dealt out in proportion to the probabilities, for then modes cost together as much as one, but at least a
-    fifth of an equal part each, for a pilot is rough.
+    As many as make these as narrow as asked for, dealt out in proportion to the probabilities, for then all modes cost as much
+    as one, but at least a fifth of an equal part each, for a pilot is rough.
     """
     if not ascents:
         return ()
@@ -192,7 +192,7 @@ def _curve(ascents: list[Ascent]) -> Array:
 def _design_points(
     limit: LimitFunction, sectors: tuple[Sector, ...], ascents: list[Ascent]
 ) -> tuple[Array | None, ...]:
-    """Return the closest failure of each mode, next to a typical one and to a single state of its ascents."""
+    """Return the closest failure to the origin of each mode."""
     points: list[Array | None] = [None] * len(limit.modes)
     columns = [*range(len(limit.modes)), *(sector.mode for sector in sectors)]
     for ascent in ascents:

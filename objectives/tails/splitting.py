@@ -72,7 +72,7 @@ class Ascent(NamedTuple):
     is_stalled: bool
 
     def probability_at(self, level: float) -> float:
-        """Return the probability of a level up to the target, by interpolation of its logarithm."""
+        """Return the probability of a level, its logarithm interpolated."""
         levels = (*self.ladder.levels, self.ladder.target)
         logs = np.log((*self.reached, self.probability))
         return float(np.exp(np.interp(level, levels, logs)))
@@ -91,7 +91,9 @@ class Population(NamedTuple):
 
 
 class Sample(NamedTuple):
-    """Demands over capacity of all states above a level (N, m), and those states that reach the next one.
+    """Demands above a level, and the states that reach the next one.
+
+    Demands over capacity are of all states (N, m).
 
     Vectors may have 40,000 numbers, so no others are held.
     """
@@ -126,7 +128,7 @@ def evaluate(limit: LimitFunction, normals: Array) -> Array:
 
 
 def climb(mode: int, dimension: int, chains: int, smallest: float, rng: np.random.Generator) -> Sampler[Ascent]:
-    """Return levels and step sizes to a mode, each chosen from the states above the level before.
+    """Return levels and step sizes, each from the states before.
 
     Args:
         mode: column of the limit function's values.
@@ -162,7 +164,7 @@ def _kth_largest(k: int, values: Array) -> float:
 
 
 def next_level(values: Array, level: float) -> float | None:
-    """Return the level that `FRACTION` of the values reach, above the one before; None where no value is."""
+    """Return the level that `FRACTION` of the values reach; None above all."""
     above = values[values > level]
     if not len(above):
         return None
@@ -203,7 +205,7 @@ def _seeds(survivors: Population, count: int, rng: np.random.Generator) -> Popul
 def _move(
     mode: int, level: float, population: Population, step: float, rng: np.random.Generator
 ) -> Sampler[tuple[Population, float]]:
-    """Return the population after one move, and the share of moves that stayed above the level."""
+    """Return the population after a move and the acceptance."""
     noise = rng.standard_normal(population.states.shape)
     proposed = np.sqrt(1.0 - step * step) * population.states + step * noise
     values = yield proposed
@@ -215,7 +217,7 @@ def _move(
 def _tune(
     mode: int, level: float, seeds: Population, step: float, threshold: Threshold, rng: np.random.Generator
 ) -> Sampler[tuple[Sample, float]]:
-    """Return chains from seeds and the step size that they end with (H. Robbins, S. Monro 1951)."""
+    """Return chains and the step size adapted to them (H. Robbins, S. Monro 1951)."""
     part, sample = seeds, _joined(None, seeds, mode, threshold)
     logits = [np.log(step / (1.0 - step))]
     for count in range(1, CHAIN):
@@ -270,9 +272,9 @@ def _walk(ladder: Ladder, place: int, seeds: Population, rng: np.random.Generato
 
 
 def _shares(values: Array, ladder: Ladder, ladders: Sequence[Ladder], levels: Array) -> Array:
-    """Return the mean over states of [reaches level] / number of ladders that do, for each level."""
+    """Return the probability of each level, divided among ladders that reach it."""
     columns = values[:, [other.mode for other in ladders]]
     targets = np.array([other.target for other in ladders])
     reaches = (columns[:, :, None] >= levels) & (targets[:, None] >= levels)
-    own = reaches[:, list(ladders).index(ladder)]
-    return np.mean(own / np.maximum(np.sum(reaches, axis=1), 1), axis=0)
+    mine = reaches[:, list(ladders).index(ladder)]
+    return np.mean(mine / np.maximum(np.sum(reaches, axis=1), 1), axis=0)
