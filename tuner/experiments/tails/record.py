@@ -11,11 +11,12 @@ import numpy as np
 from objectives.tails.limit_function import Replica
 from plant.errors import InputError, StoreError
 from plant.input_files import read_input
+from tuner.store.advice import QUESTION
 from tuner.store.document import DocumentPart
 from tuner.store.folder import Folder
 from tuner.store.json_lines import JsonLines
 
-DOCUMENT, QUESTION, REPLICAS = "tail.json", "question.txt", "replicas.jsonl"
+DOCUMENT, REPLICAS = "tail.json", "replicas.jsonl"
 POINT_SUFFIX = ".npy"
 LARGEST_POINT = 100_000_000
 """Bytes of a flight's vector that are read: 300 s at 1 kHz have 60,000,000."""

@@ -177,6 +177,7 @@ class TailRun:
                 f"A pilot of {number_text(plan.evaluations)} flights puts it near {plan.probability:.0e}: about "
                 f"{number_text(left)} more, {duration(left / rate)}"
             )
+            self._watcher.on_stage(STAGE, left)
 
     def _flights(self, probability: float) -> int:
         """Return the flights that an event takes, to two digits."""

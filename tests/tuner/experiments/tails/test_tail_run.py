@@ -22,6 +22,14 @@ MORE = "peak.position > 1.2"
 SETTINGS = {"to": 1e-3, "width": 2.0, "most": 200_000}
 
 
+@pytest.fixture(scope="module", autouse=True)
+def few_replicas():
+    """Have a fifth of the replicas: coverage is tested where they are made."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("objectives.tails.estimate.FIRST", 4)
+        yield
+
+
 @pytest.fixture(scope="module")
 def study():
     return load_study(QUICKSTART, {"scenario.0.duration": 0.6, "limits.position": 1.4})
@@ -84,6 +92,16 @@ def test_replicas_on_record_are_not_flown_again(study, made, tmp_path, monkeypat
     tuner.tail(study, EVENTS, out=folder, threads=2, watcher=watcher, **SETTINGS)
     assert (folder / "replicas.jsonl").read_bytes() == before
     assert sum(flown) < sum(event.flights for event in made.document.gains[0].events) + 20_000
+
+
+def test_an_interrupted_run_says_how_it_goes_on(study, tmp_path, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tuner.experiments.tails.run.estimate_tail", interrupted)
+    with pytest.raises(KeyboardInterrupt) as caught:
+        tuner.tail(study, EVENTS, out=tmp_path / "new", threads=1, **SETTINGS)
+    assert caught.value.__notes__ == ["give the command again"]
 
 
 def test_another_question_is_refused_where_a_folder_holds_one(study, made, tmp_path):
