@@ -15,6 +15,7 @@ from objectives.tails.estimate import estimate_tail
 from objectives.tails.limit_function import Method, Progress, TailEstimate
 from objectives.tails.planning import Plan, Request, choose_method, expected_evaluations, plan_tail
 from objectives.tails.subspace_design_point import find_design_point
+from plant.errors import StoreError
 from plant.seeds import generator
 from tuner.documents.parts import SampledValue, ShareCount
 from tuner.documents.tail import (
@@ -141,6 +142,11 @@ class TailRun:
         plan = plan_tail(limit, settings.root, request)
         self._announce_rest(plan, rate)
         completed = () if record is None else record.completed(number, event.text)
+        ladders = len(limit.modes if plan.method is Method.CRUDE else plan.ladders)
+        if any((len(each.ladders), len(each.curve)) != (ladders, len(plan.curve)) for each in completed):
+            raise StoreError(
+                f"{self._out} holds replicas of another version or machine; choose another folder with --out, or remove it"
+            )
 
         def on_progress(progress: Progress) -> None:
             if record is not None:
@@ -224,6 +230,7 @@ class TailRun:
         space, bins = limit.space, TimeBins(limit.space)
         if failure is None or GRADIENTS * bins.size > self._settings.most:
             return None
+        self._watcher.on_stage(f"Design point by {limit.modes[mode]}", GRADIENTS * bins.size)
         normals = find_design_point(limit, mode, bins, failure)
         if normals is None:
             return None

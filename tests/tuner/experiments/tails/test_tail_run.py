@@ -82,6 +82,26 @@ def test_a_killed_run_goes_on_to_the_same_bytes(study, made, tmp_path, kept):
     assert files(again.folder) == files(made.folder)
 
 
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("nonsense", "line 1 is damaged; take the line out"),
+        ('{"gains": 0}', "line 1 is damaged"),
+        (
+            '{"gains": 0, "event": "peak.position > 1.35", "number": 0, "probability": 0.1, "ladders": [], "curve": [], '
+            '"evaluations": 3}',
+            "replicas of another version or machine",
+        ),
+    ],
+)
+def test_spoiled_replicas_are_told_in_a_sentence(study, made, tmp_path, line, sentence):
+    folder = tmp_path / "spoiled"
+    shutil.copytree(made.folder, folder)
+    (folder / "replicas.jsonl").write_text(line + "\n")
+    with pytest.raises(StoreError, match=sentence):
+        tuner.tail(study, EVENTS, out=folder, threads=1, **SETTINGS)
+
+
 def test_replicas_on_record_are_not_flown_again(study, made, tmp_path, monkeypatch):
     folder = tmp_path / "again"
     shutil.copytree(made.folder, folder)
