@@ -52,8 +52,9 @@ def descend(mode: int, failure: Array, iterations: int = ITERATIONS) -> Sampler[
     point, idle = rays[np.argmax(fails)], 0
     for iteration in range(iterations):
         basis = _parts(point, iteration)
-        values = yield np.concatenate([point[None], point + DIFFERENCE * basis])
-        tries = _closer(point, basis, values[:, mode])
+        at = yield point[None]
+        moved = yield point + DIFFERENCE * basis
+        tries = _closer(point, basis, np.concatenate([at, moved])[:, mode])
         values = yield tries
         shortest = min(tries[values[:, mode] >= 1.0], key=np.linalg.norm, default=point)
         idle = idle + 1 if np.linalg.norm(shortest) > 0.999 * np.linalg.norm(point) else 0

@@ -53,6 +53,11 @@ class Ladder(NamedTuple):
     target: float
     chains: int
 
+    def threshold(self, place: int) -> "Threshold":
+        """Return the level that seeds must reach; of the target none are needed."""
+        level = self.levels[place] if place < len(self.levels) else np.inf
+        return lambda _: level
+
 
 class Ascent(NamedTuple):
     """A pilot's ladder and the states with which it ended.
@@ -244,7 +249,7 @@ def replicate(
     counted, probabilities, evaluations = np.zeros(len(curve)), list[float](), 0
     for ladder in ladders:
         uppers = (*ladder.levels, ladder.target)
-        sample = yield from _draw(dimension, ladder.chains, ladder.mode, lambda _, least=uppers[0]: least, rng)
+        sample = yield from _draw(dimension, ladder.chains, ladder.mode, ladder.threshold(0), rng)
         evaluations += CHAIN * ladder.chains
         probability, lower = 1.0, -np.inf
         for place, upper in enumerate(uppers):
@@ -263,11 +268,11 @@ def replicate(
 
 def _walk(ladder: Ladder, place: int, seeds: Population, rng: np.random.Generator) -> Sampler[Sample]:
     """Return chains from seeds above a level of the ladder."""
-    level, least = (*ladder.levels, ladder.target)[place : place + 2]
-    part, sample = seeds, _joined(None, seeds, ladder.mode, lambda _: least)
+    level, threshold = ladder.levels[place], ladder.threshold(place + 1)
+    part, sample = seeds, _joined(None, seeds, ladder.mode, threshold)
     for _ in range(CHAIN - 1):
         part, _share = yield from _move(ladder.mode, level, part, ladder.steps[place], rng)
-        sample = _joined(sample, part, ladder.mode, lambda _: least)
+        sample = _joined(sample, part, ladder.mode, threshold)
     return sample
 
 

@@ -15,6 +15,7 @@ def test_a_descent_ends_at_the_closest_failure(dimension):
     limit = Closed(dimension, lambda u: [np.sum(u * direction, axis=1) / 4.0])
     start = 4.5 * direction + np.random.default_rng(0).standard_normal(dimension)
     [point] = run_together(limit, [descend(0, start)])
+    assert point is not None
     assert point == pytest.approx(4.0 * direction, abs=0.1)
     assert limit.values(point[None])[0, 0] >= 1.0
 
@@ -22,7 +23,7 @@ def test_a_descent_ends_at_the_closest_failure(dimension):
 def test_a_demand_without_slope_is_followed_along_the_ray():
     limit = Closed(2, lambda u: [np.floor(np.linalg.norm(u, axis=1)) / 4.0])
     [point] = run_together(limit, [descend(0, np.array([5.0, 5.0]))])
-    assert 4.0 <= np.linalg.norm(point) < 4.5
+    assert point is not None and 4.0 <= np.linalg.norm(point) < 4.5
 
 
 def test_noise_of_many_dimensions_shrinks():
@@ -31,6 +32,7 @@ def test_noise_of_many_dimensions_shrinks():
     limit = Closed(2000, lambda u: [np.sum(u * direction, axis=1) / 4.0])
     start = np.random.default_rng(1).standard_normal(2000) + 4.5 * direction
     [point] = run_together(limit, [descend(0, start)])
+    assert point is not None
     assert np.linalg.norm(start) > 44.0 and np.linalg.norm(point) < 12.0
     assert limit.values(point[None])[0, 0] >= 1.0
 
@@ -51,5 +53,7 @@ def test_directions_of_one_kind_are_not_split():
     turns = np.linspace(0.0, 0.8, 5)
     directions = np.column_stack([np.cos(turns), np.sin(turns)])
     assert split_off(0, directions) is None
-    near, far = split_off(0, np.concatenate([directions, -directions[:2]]))
+    sectors = split_off(0, np.concatenate([directions, -directions[:2]]))
+    assert sectors is not None
+    near, far = sectors
     assert len(near.near) == len(far.far) == 5 and len(far.near) == 2
