@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
+from objectives.failure_modes import FailureMode
 from objectives.metrics.address import Axes, MetricAddress
 from objectives.metrics.context import Bounds
 from plant.backends.flyer import FlightInputs, Recording
@@ -17,6 +18,7 @@ from plant.laws.law import Law
 from plant.loop import ClosedLoop, Timing
 from plant.own_code import OwnCode
 from plant.quadrotor.gains import GainAddress
+from plant.seeds import RandomSource
 from plant.status import Status
 
 OnFlightsDone = Callable[[int], None]
@@ -124,6 +126,7 @@ class FlownSystem(Protocol):
         command: Part of the flight that holds the commands to the inputs.
         command_scales: Sizes (inputs,) that metrics count the commands in.
         failure_causes: Cause of each way to lose a flight, and the limit that it exceeds.
+        failure_modes: Ways to lose a flight, with the demand over the capacity of each.
         disturbances: Names of what acts on it from outside, with their units.
         order: Order of its integration's error in the plant step.
         min_steps: Fewest plant steps of a control period that are accurate at rest.
@@ -165,6 +168,8 @@ class FlownSystem(Protocol):
     @property
     def failure_causes(self) -> dict[Status, tuple[str, str]]: ...  # noqa: D102
     @property
+    def failure_modes(self) -> tuple[FailureMode, ...]: ...  # noqa: D102
+    @property
     def disturbances(self) -> dict[str, str]: ...  # noqa: D102
     @property
     def order(self) -> int: ...  # noqa: D102
@@ -191,6 +196,14 @@ class FlownSystem(Protocol):
     # A system flies scenarios of its own kind, so their type is open here.
     def sample(self, spec: Any, root: int, stream: str, indices: Iterable[int]) -> FlightInputs:
         """Draw scenarios of a stream."""
+        ...
+
+    def draw(self, spec: Any, source: RandomSource, indices: Iterable[int]) -> FlightInputs:
+        """Draw scenarios from a source of random numbers."""
+        ...
+
+    def names_of_draws(self, spec: Any) -> dict[str, tuple[str, ...]]:
+        """Return names of the first numbers of each part of a draw."""
         ...
 
     def with_own_plant(

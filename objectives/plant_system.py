@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from objectives.failure_modes import DIVERGED, FailureMode
 from objectives.flown_system import NOT_FINITE
 from objectives.metrics.address import Axes, MetricAddress
 from objectives.named_channels import channels_by_name, channels_of
@@ -24,11 +25,12 @@ from plant.model.controller import Range
 from plant.model.modes import accurate_steps, accurate_timing, check_plant_step, poles_at_rest
 from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
 from plant.model.plant_model import PlantModel, PlantRecords, plant_from
-from plant.model.scenario import PlantScenario, sample_plant_scenarios
+from plant.model.scenario import PlantScenario, draw_plant_scenarios
 from plant.model.units import gain_unit
 from plant.own_code import HAVE_RUN, OwnCode
 from plant.quadrotor.gains import GainAddress
 from plant.records import flatten, pack, paths, size
+from plant.seeds import RandomSource, source_of
 from plant.status import Status
 
 if TYPE_CHECKING:
@@ -95,6 +97,10 @@ def plant_of_code(digest: str, name: str) -> PlantModel:
     """Return the plant of a file that this process has run."""
     code = HAVE_RUN[digest]
     return plant_from(code.names, name, str(code.file))
+
+
+def _largest_error(channel: str, limit: float, meters: Any) -> np.ndarray:
+    return getattr(meters, channel).peak / limit
 
 
 @dataclass(frozen=True)
@@ -235,6 +241,15 @@ class PlantSystem:
         return {Status.LOST: ("error", errors), Status.NON_FINITE: NOT_FINITE}
 
     @property
+    def failure_modes(self) -> tuple[FailureMode, ...]:
+        """The error of each channel with a limit, over that."""
+        limited = [channel for channel in self.plan.channels if isfinite(channel.limit)]
+        return (
+            *[FailureMode(each.name, Status.LOST, partial(_largest_error, each.name, each.limit)) for each in limited],
+            DIVERGED,
+        )
+
+    @property
     def disturbances(self) -> dict[str, str]:
         """The fields of the plant's Disturbance with their units."""
         return {name: self.plant.unit(f"Disturbance.{name}") for name in paths(self.plant.Disturbance)}
@@ -312,7 +327,16 @@ class PlantSystem:
 
     def sample(self, spec: PlantScenario, root: int, stream: str, indices: Iterable[int]) -> FlightInputs:
         """Draw scenarios of a stream."""
-        return sample_plant_scenarios(spec, self.loop, self.parameters, self.timing, root, stream, indices)
+        return self.draw(spec, source_of(root, f"{stream}/{spec.name}"), indices)
+
+    def draw(self, spec: PlantScenario, source: RandomSource, indices: Iterable[int]) -> FlightInputs:
+        """Draw scenarios from a source of random numbers."""
+        return draw_plant_scenarios(spec, self.loop, self.parameters, self.timing, source, indices)
+
+    def names_of_draws(self, spec: PlantScenario) -> dict[str, tuple[str, ...]]:
+        """Return the names of the parameters and of the sensors' biases."""
+        biases = {f"sensor/{name}": ("bias",) for name in spec.sensors}
+        return {"plant": tuple(paths(self.plant.Parameters)), **biases}
 
     def targets(self, spec: PlantScenario) -> Any:
         """Return the targets of the flights of a scenario."""

@@ -9,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from objectives import meters
+from objectives.failure_modes import DIVERGED, FailureMode
 from objectives.flown_system import NOT_FINITE
 from objectives.metrics import MetricAddress, MetricLimits
 from objectives.metrics.address import CASCADE, Axes
 from objectives.metrics.context import ROTORS
 from objectives.own_meters import code_of, with_accumulators
+from objectives.tilt import TILT
 from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.identity import identity
@@ -28,9 +30,10 @@ from plant.quadrotor.features import VehicleFeatures, vehicle_features
 from plant.quadrotor.gains import GainAddress, gain_addresses
 from plant.quadrotor.nominal import Nominal
 from plant.quadrotor.sample import Targets
-from plant.quadrotor.scenarios import ScenarioSpec, for_vehicle, sample_scenarios
+from plant.quadrotor.scenarios import FACTORS, ScenarioSpec, draw_scenarios, for_vehicle
 from plant.quadrotor.vehicle import Vehicle
 from plant.records import flatten
+from plant.seeds import RandomSource, source_of
 from plant.status import Status
 from plant.vectors import Quaternion
 
@@ -158,6 +161,20 @@ class System:
         }
 
     @property
+    def failure_modes(self) -> tuple[FailureMode, ...]:
+        """Position along an axis and tilt, each over its limit."""
+        farthest, steepest = self.limits.position, acos(self.limits.cosine_tilt)
+        return (
+            FailureMode(
+                "position",
+                Status.LOST,
+                lambda meters: np.max([getattr(meters, axis).peak for axis in POSITION_AXES], axis=0) / farthest,
+            ),
+            FailureMode("tilt", Status.TILTED, lambda meters: np.arccos(meters.own_tilt.cosine) / steepest, TILT),
+            DIVERGED,
+        )
+
+    @property
     def parts(self) -> CascadeParts:
         """Names and numbers from which another process builds it."""
         return CascadeParts(
@@ -172,7 +189,21 @@ class System:
 
     def sample(self, spec: ScenarioSpec, root: int, stream: str, indices: Iterable[int]) -> FlightInputs:
         """Draw scenarios of a stream."""
-        return sample_scenarios(spec, self.vehicle, self.timing, root, stream, indices)
+        return self.draw(spec, source_of(root, f"{stream}/{spec.name}"), indices)
+
+    def draw(self, spec: ScenarioSpec, source: RandomSource, indices: Iterable[int]) -> FlightInputs:
+        """Draw scenarios from a source of random numbers."""
+        return draw_scenarios(spec, self.vehicle, self.timing, source, indices)
+
+    def names_of_draws(self, spec: ScenarioSpec) -> dict[str, tuple[str, ...]]:
+        """Return names of the numbers of vehicle and air.
+
+        An uncertainty has numbers along its principal axes; those of the air stand in `plant.air.air`.
+        """
+        axes = () if spec.uncertainty is None else range(1, len(spec.uncertainty.names) + 1)
+        uncertain = [f"uncertainty axis {axis}" for axis in axes]
+        air = ("wind direction", "initial u", "initial v 1", "initial v 2", "initial w 1", "initial w 2")
+        return {"vehicle": (*FACTORS, "centre.x", "centre.y", *uncertain), "air": air}
 
     def with_own_plant(
         self, drawn: FlightInputs, owner: "System", spec: ScenarioSpec, root: int, stream: str, indices: Iterable[int]

@@ -62,6 +62,7 @@ SLOW = {
     "docs/identify.md",
     "docs/log_to_gains.md",
     "docs/own_plant.md",
+    "docs/tails.md",
     "docs/tutorial.md",
 }
 """Pages whose blocks take more than two seconds; .ci/run types them after the quick tests."""

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     )
     from tuner.api.runs import rejudge, resume, run, verify
     from tuner.api.studies import PlantStudy, Study, load_study, make_study
+    from tuner.api.tails import tail
     from tuner.api.trials import ask, tell
     from tuner.search.watcher import Watcher
     from tuner.study.own_code import use
@@ -52,7 +53,7 @@ __all__ = [
     "Study", "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "check_logs",
     "compare", "compare_logs", "confirm", "cost", "default_gains", "design", "estimate_airframe", "export", "fly", "identify",
     "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan", "plan_flight", "read_gains",
-    "rejudge", "resume", "run", "sensitivity", "tell", "theory", "use", "validate", "verify",
+    "rejudge", "resume", "run", "sensitivity", "tail", "tell", "theory", "use", "validate", "verify",
 ]  # fmt: skip
 
 _HOMES = {
@@ -82,6 +83,7 @@ _HOMES = {
     ),
     "tuner.api.runs": ("rejudge", "resume", "run", "verify"),
     "tuner.api.studies": ("PlantStudy", "Study", "load_study", "make_study"),
+    "tuner.api.tails": ("tail",),
     "tuner.api.trials": ("ask", "tell"),
     "tuner.search.watcher": ("Watcher",),
     "tuner.study.own_code": ("use",),

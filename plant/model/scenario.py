@@ -17,7 +17,7 @@ from plant.model.closing import PlantLoop, resting
 from plant.model.signals import Constant, Signal
 from plant.records import flatten, pack, paths, size
 from plant.sample import Target
-from plant.seeds import generator
+from plant.seeds import RandomSource
 
 Array = np.ndarray
 # Largest half-width of a parameter's spread: beyond it a factor could be zero.
@@ -114,24 +114,18 @@ class PlantScenario:
         return loop.records.Targets(*targets)
 
 
-def sample_plant_scenarios(
-    spec: PlantScenario,
-    loop: PlantLoop,
-    parameters: Any,
-    timing: Timing,
-    root: int,
-    stream: str,
-    indices: Iterable[int],
+def draw_plant_scenarios(
+    spec: PlantScenario, loop: PlantLoop, parameters: Any, timing: Timing, source: RandomSource, indices: Iterable[int]
 ) -> FlightInputs:
-    """Draw scenarios of a stream in blocks of lanes, in the order of the indices; parameters: the nominal ones."""
+    """Draw scenarios in blocks of lanes, in the order of the indices; parameters: the nominal ones."""
     indices = list(indices)
     times = timing.control_period * np.arange(spec.steps(timing))
-    rows = [_plant(spec, loop, parameters, generator(root, f"{stream}/{spec.name}/plant", i)) for i in indices]
+    rows = [_plant(spec, loop, parameters, source("plant", i)) for i in indices]
     return FlightInputs(
         dynamics=to_lanes([dynamics for dynamics, _ in rows]),
         starts=to_lanes([start for _, start in rows]),
-        disturbances=to_lanes([_disturbances(spec, loop, times, root, stream, i) for i in indices]),
-        noises=to_lanes([_noises(spec, loop, len(times), root, stream, i) for i in indices]),
+        disturbances=to_lanes([_disturbances(spec, loop, times, source, i) for i in indices]),
+        noises=to_lanes([_noises(spec, loop, len(times), source, i) for i in indices]),
         references=references_of(spec, loop, times, parameters),
         targets=spec.targets_of(loop, parameters),
         count=len(indices),
@@ -165,22 +159,22 @@ def _plant(spec: PlantScenario, loop: PlantLoop, parameters: Any, draw: np.rando
     return np.array(flatten(dynamics), dtype=float), np.array(flatten(body), dtype=float)
 
 
-def _disturbances(spec: PlantScenario, loop: PlantLoop, times: Array, root: int, stream: str, i: int) -> Array:
+def _disturbances(spec: PlantScenario, loop: PlantLoop, times: Array, source: RandomSource, i: int) -> Array:
     """Draw the disturbances of a flight (K, fields)."""
     out = np.zeros((len(times), size(loop.plant.Disturbance)))
     for column, name in enumerate(paths(loop.plant.Disturbance)):
         if name in spec.disturbances:
-            draw = generator(root, f"{stream}/{spec.name}/disturbance/{name}", i)
+            draw = source(f"disturbance/{name}", i)
             out[:, column] = spec.disturbances[name].values(times, draw)[0]
     return out
 
 
-def _noises(spec: PlantScenario, loop: PlantLoop, steps: int, root: int, stream: str, i: int) -> Array:
+def _noises(spec: PlantScenario, loop: PlantLoop, steps: int, source: RandomSource, i: int) -> Array:
     """Draw the sensor errors of a flight (K, outputs)."""
     out = np.zeros((steps, size(loop.plant.Output)))
     for column, name in enumerate(paths(loop.plant.Output)):
         if name in spec.sensors:
             sensor = spec.sensors[name]
-            draw = generator(root, f"{stream}/{spec.name}/sensor/{name}", i)
+            draw = source(f"sensor/{name}", i)
             out[:, column] = sensor.bias * draw.standard_normal() + sensor.rms * draw.standard_normal(steps)
     return out

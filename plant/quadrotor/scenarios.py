@@ -27,7 +27,7 @@ from plant.references import ReferenceSpec, Track, build
 from plant.references.hover import Hover
 from plant.references.spec import HOLD
 from plant.sample import Target
-from plant.seeds import generator
+from plant.seeds import RandomSource, source_of
 
 SEARCH, HELD_OUT, CONFIRMATION = "search", "held-out", "confirmation"
 
@@ -173,14 +173,21 @@ def sample_scenarios(
     Returns:
         The scenarios in blocks of lanes, in the order of the indices.
     """
+    return draw_scenarios(spec, vehicle, timing, source_of(root, f"{stream}/{spec.name}"), indices)
+
+
+def draw_scenarios(
+    spec: ScenarioSpec, vehicle: Vehicle, timing: Timing, source: RandomSource, indices: Iterable[int]
+) -> FlightInputs:
+    """Draw scenarios from a source of random numbers; see `sample_scenarios`."""
     indices = list(indices)
     references = np.ascontiguousarray(spec.track(timing).samples)
-    bodies, starts = _vehicles(spec, vehicle, references, root, stream, indices)
+    bodies, starts = _vehicles(spec, vehicle, references, source, indices)
     return FlightInputs(
         dynamics=to_lanes(bodies),
         starts=to_lanes(starts),
-        disturbances=_airs(spec, timing, root, stream, indices),
-        noises=_noises(spec, vehicle, timing, root, stream, indices),
+        disturbances=_airs(spec, timing, source, indices),
+        noises=_noises(spec, vehicle, timing, source, indices),
         references=references,
         targets=spec.targets(timing),
         count=len(indices),
@@ -191,11 +198,11 @@ def for_vehicle(
     inputs: FlightInputs, spec: ScenarioSpec, vehicle: Vehicle, root: int, stream: str, indices: Iterable[int]
 ) -> FlightInputs:
     """Return drawn scenarios with another vehicle in them: same air, noise and relative spread, as if drawn for it."""
-    chosen = list(indices)
-    bodies, starts = _vehicles(spec, vehicle, inputs.references, root, stream, chosen)
+    chosen, source = list(indices), source_of(root, f"{stream}/{spec.name}")
+    bodies, starts = _vehicles(spec, vehicle, inputs.references, source, chosen)
     noises = np.ascontiguousarray(inputs.noises[:, :, :NOISE_ROWS])
     if hears_rotors(vehicle):
-        noises = _with_turns(noises, spec, root, stream, chosen)
+        noises = _with_turns(noises, source, chosen)
     return replace(inputs, dynamics=to_lanes(bodies), starts=to_lanes(starts), noises=noises)
 
 
@@ -211,8 +218,9 @@ def drawn_numbers(spec: ScenarioSpec, vehicle: Vehicle, root: int, stream: str, 
     """Return the deviations of scenarios' vehicles (n, names of the uncertainty), in standard deviations."""
     assert spec.uncertainty is not None, "asked of a scenario that draws from an airframe's uncertainty"
     steps: list[np.ndarray] = []
+    source = source_of(root, f"{stream}/{spec.name}")
     for i in indices:
-        draw = generator(root, f"{stream}/{spec.name}/vehicle", i)
+        draw = source("vehicle", i)
         steps.append(spec.uncertainty.step(draw_vehicle(spec.spread, vehicle, draw), draw))
     return np.array(steps) / np.array(spec.uncertainty.deviations)
 
@@ -222,11 +230,11 @@ def _drawn(spec: ScenarioSpec, vehicle: Vehicle, draw: np.random.Generator) -> V
     return varied if spec.uncertainty is None else spec.uncertainty.draw(varied, draw)
 
 
-def _airs(spec: ScenarioSpec, timing: Timing, root: int, stream: str, indices: list[int]) -> np.ndarray:
+def _airs(spec: ScenarioSpec, timing: Timing, source: RandomSource, indices: list[int]) -> np.ndarray:
     """Draw the air of flights in blocks of lanes; columns behind the wind only if not all 0."""
 
     def draw(k: int, out: np.ndarray) -> None:
-        draw_air(spec.air, timing.control_period, generator(root, f"{stream}/{spec.name}/air", indices[k]), out)
+        draw_air(spec.air, timing.control_period, source("air", indices[k]), out)
 
     columns = WIND_COLUMNS if spec.air.only_wind else COLUMNS
     airs = filled_lanes(len(indices), (spec.steps(timing), columns), draw)
@@ -234,42 +242,40 @@ def _airs(spec: ScenarioSpec, timing: Timing, root: int, stream: str, indices: l
 
 
 def _noises(
-    spec: ScenarioSpec, vehicle: Vehicle, timing: Timing, root: int, stream: str, indices: list[int]
+    spec: ScenarioSpec, vehicle: Vehicle, timing: Timing, source: RandomSource, indices: list[int]
 ) -> np.ndarray:
     """Draw the sensor errors of flights in blocks of lanes; none for perfect sensors, see `_with_turns`."""
 
     def draw(k: int, out: np.ndarray) -> None:
         if out.size:
-            draw_noise(spec.sensors, generator(root, f"{stream}/{spec.name}/sensors", indices[k]), out)
+            draw_noise(spec.sensors, source("sensors", indices[k]), out)
 
     rows = 0 if spec.sensors.silent() else NOISE_ROWS
     noises = filled_lanes(len(indices), (spec.steps(timing), rows), draw)
-    return _with_turns(noises, spec, root, stream, indices) if hears_rotors(vehicle) else noises
+    return _with_turns(noises, source, indices) if hears_rotors(vehicle) else noises
 
 
-def _turns(spec: ScenarioSpec, root: int, stream: str, index: int) -> np.ndarray:
-    """Draw how far each rotor has turned when a flight begins [turns]."""
-    return generator(root, f"{stream}/{spec.name}/rotors", index).uniform(size=TURNS)
+def _with_turns(noises: np.ndarray, source: RandomSource, indices: list[int]) -> np.ndarray:
+    """Return sensor errors (blocks, steps, 0 or 12, lanes) with the turns of the rotors behind them, 16 rows in all.
 
-
-def _with_turns(noises: np.ndarray, spec: ScenarioSpec, root: int, stream: str, indices: list[int]) -> np.ndarray:
-    """Return sensor errors (blocks, steps, 0 or 12, lanes) with the turns of the rotors behind them, 16 rows in all."""
+    How far each rotor has turned when a flight begins is drawn here [turns].
+    """
     blocks, steps, rows, lanes = noises.shape
     errors = noises if rows else np.zeros((blocks, steps, NOISE_ROWS, lanes))
-    turns = to_lanes([_turns(spec, root, stream, i) for i in indices])
+    turns = to_lanes([source("rotors", i).uniform(size=TURNS) for i in indices])
     return np.concatenate([errors, np.broadcast_to(turns[:, None], (blocks, steps, TURNS, lanes))], axis=2)
 
 
 def _vehicles(
-    spec: ScenarioSpec, vehicle: Vehicle, references: np.ndarray, root: int, stream: str, indices: list[int]
+    spec: ScenarioSpec, vehicle: Vehicle, references: np.ndarray, source: RandomSource, indices: list[int]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Draw vehicles: their dynamics (n, rows) and the bodies (n, 17) in which they start.
 
     A flight that holds its place starts in steady flight in its own mean wind, one that does not level and in still air.
     """
-    draws = [generator(root, f"{stream}/{spec.name}/vehicle", i) for i in indices]
+    draws = [source("vehicle", i) for i in indices]
     rows = np.array([flatten(dynamics(_drawn(spec, vehicle, draw))) for draw in draws])
     wind = np.zeros((len(indices), 3))
     if references[0, HOLD] > 0.5:
-        wind = np.array([steady_wind(spec.air, generator(root, f"{stream}/{spec.name}/air", i)) for i in indices])
+        wind = np.array([steady_wind(spec.air, source("air", i)) for i in indices])
     return rows, steady_flight(rows, wind).body

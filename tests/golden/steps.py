@@ -70,6 +70,12 @@ STEPS = (
     step("validate", "validate run/gains.json"),
     step("theory", "theory run/gains.json --study tuning.toml"),
     step("fly", "fly run/gains.json --study tuning.toml --seeds 8 --threads 2"),
+    step(
+        "tail",
+        "tail run tuning.toml --study tuning.toml --event peak.position>0.6 --event failure --to 0.05 --width 5 --most 300 "
+        "--out {out} --threads 2",
+        "tail",
+    ),
     step("check gains", "check run/gains.json --requirements tuning.toml --seeds 8 --threads 2"),
     step("cost", "cost"),
     step("cost gains", "cost run/gains.json"),

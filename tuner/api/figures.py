@@ -16,6 +16,7 @@ from tuner.report.identification_charts import prediction_figure
 from tuner.report.inference_figure import inference_figure
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sensitivity_figure import sensitivity_figure
+from tuner.report.tail_figure import tail_figure
 
 Drawers = Mapping[str, Callable[[], Figure | None]]
 """Figures by name, each drawn when it is called; None where there is no data for it."""
@@ -71,6 +72,7 @@ DRAWN: dict[str, Callable[..., Drawers]] = {
     "flights": lambda responses, scenario: {"responses": lambda: flown_figure(responses, scenario)},
     "sensitivity": lambda study, analysis: {"sensitivity": lambda: sensitivity_figure(study, analysis)},
     "identification": lambda identified: {"prediction": lambda: prediction_figure(identified)},
+    "tail": lambda document: {"tail": lambda: tail_figure(document)},
     "flight plan": lambda experiment: {"excitations": lambda: excitation_figure(experiment)},
 }
 """Kind of results -> their figures."""

@@ -20,6 +20,7 @@ from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import GainsLike, as_gains
 from tuner.api.studies import StudyLike
 from tuner.documents.parts import LostFlight, ShareCount
+from tuner.experiments.tails.record import read_point
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.document import DocumentPart
 from tuner.study.size import MOST_FLIGHTS
@@ -155,7 +156,8 @@ def fly(
         scenario: Which scenario of the study, from 0.
         flights: Number of flights, each in its own turbulence.
         seed: Root seed where no study gives one.
-        flight: Name of a single flight, STREAM-INDEX, such as those that `lost` names; it alone is flown.
+        flight: Name of a single flight, STREAM-INDEX, such as those that `lost` names, or FOLDER/point-N of a tail; it alone is
+            flown.
         watcher: Callbacks that hear of compilation.
         threads: Threads, by default one for each core.
 
@@ -171,8 +173,7 @@ def fly(
         0.0
 
     """
-    flight_setup = as_gains(gains).flight_setup(study, scenario, seed)
-    flight_setup = replace(flight_setup, draws=(HELD_OUT, range(flights)) if flight is None else named_draw(flight))
+    flight_setup = drawn_setup(as_gains(gains).flight_setup(study, scenario, seed), flights, flight)
     problem = problem_of(flight_setup, threads)
     if not problem.flyer.cached:
         with compilation(watcher or Watcher()):
@@ -183,12 +184,23 @@ def fly(
     return Flights(document, flight_setup, problem)
 
 
+def drawn_setup(flight_setup: FlightSetup, flights: int, flight: str | None) -> FlightSetup:
+    """Return a setup with its draws: so many flights, or one by its name."""
+    normals = None if flight is None else read_point(flight)
+    if normals is not None:
+        return flight_setup.drawn_by(normals)
+    return replace(flight_setup, draws=(HELD_OUT, range(flights)) if flight is None else named_draw(flight))
+
+
 def named_draw(name: str) -> tuple[str, range]:
     """Return stream and number of a flight by its name; InputError where it is none."""
     stream, _, index = name.rpartition("-")
     if stream not in STREAMS or not (index.isascii() and index.isdigit()) or int(index) >= MOST_FLIGHTS:
         allowed = " or ".join(f"{name_of_stream}-INDEX" for name_of_stream in STREAMS)
-        raise InputError(f"given '{name}'; write {allowed}, for instance {HELD_OUT}-12", key="--flight")
+        raise InputError(
+            f"given '{name}'; write {allowed}, for instance {HELD_OUT}-12, or the FOLDER/point-N of a tail",
+            key="--flight",
+        )
     return stream, range(int(index), int(index) + 1)
 
 
@@ -197,7 +209,10 @@ def flown_scores(problem: Problem, flight_setup: FlightSetup) -> tuple[np.ndarra
     (stream, indices), scores, lost = flight_setup.draws, [], list[LostFlight]()
     batch = FlightBatch(flight_setup.spec, stream, indices.stop, indices.start)
     for first, last in problem.chunks(batch):
-        results = problem.results(flight_setup.gains[None], batch, first, last)
+        if flight_setup.normals is None:
+            results = problem.results(flight_setup.gains[None], batch, first, last)
+        else:
+            results = problem.flyer.fly(flight_setup.gains[None], problem.system.nominal, flight_setup.inputs(indices))
         scores.append(problem.score(results, flight_setup.spec)[0][0])
         lost += lost_among(results[0], flight_setup.system, flight_setup.spec, stream, range(first, last))
     return np.concatenate(scores, axis=-1), lost
@@ -242,6 +257,5 @@ def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[Me
 
 def recorded_flights(problem: Problem, flight_setup: FlightSetup) -> Responses:
     """Fly the first `FAN_FLIGHTS` again with a recorder on."""
-    stream, indices = flight_setup.draws
-    inputs = flight_setup.system.sample(flight_setup.spec, flight_setup.root, stream, indices[:FAN_FLIGHTS])
+    inputs = flight_setup.inputs(flight_setup.draws[1][:FAN_FLIGHTS])
     return responses_of(flight_setup.system, problem.flyer, flight_setup.gains, inputs)

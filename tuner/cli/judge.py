@@ -28,7 +28,10 @@ def fly(
     scenario: Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)] = 0,
     seeds: Annotated[int, typer.Option(help="Number of flights, each in its own turbulence.", min=1)] = 64,
     seed: Annotated[int, typer.Option(help="Root seed where no study gives one.", min=0)] = 1,
-    flight: Annotated[str | None, typer.Option(help="Fly one flight only, STREAM-INDEX, e.g. held-out-4679.")] = None,
+    flight: Annotated[
+        str | None,
+        typer.Option(help="Fly one flight only, STREAM-INDEX, e.g. held-out-4679, or FOLDER/point-N of a tail."),
+    ] = None,
     plot: Annotated[Path | None, typer.Option(help="Write the responses to this .png, .pdf or .svg.")] = None,
     threads: Threads = None,
     as_json: AsJson = False,
@@ -40,6 +43,8 @@ def fly(
     Example: tuner fly results/motor/gains.json --code motor.py
 
     Example: tuner fly results/quickstart/gains.json --study quickstart --flight held-out-4679 --plot lost.png
+
+    Example: tuner fly results/quickstart/gains.json --study quickstart --flight tail/point-1 --plot point.png
     """
     given = gains_or_law(gains, law, position_law, airframe, "tuner fly --law hybrid")
     with progress(as_json) as watcher:

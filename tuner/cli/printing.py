@@ -33,6 +33,7 @@ PRINTERS = {
     "Plan": "planning:print_plan",
     "RunReport": "run_report:print_run_report",
     "Sensitivity": "planning:print_sensitivity",
+    "Tail": "tail:print_tail",
     "Theory": "gains:print_theory",
     "TuningResults": "tuning:print_tuning",
     "Verdict": "tuning:print_verdict",

@@ -18,6 +18,7 @@ from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.documents.resolved import Resolved
 from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.summary import Summary
+from tuner.documents.tail import TailDocument
 from tuner.documents.variables import VariablesDocument
 from tuner.gains.schema import schema_text
 from tuner.store.document import Document
@@ -46,6 +47,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "export": ExportDocument,
     "confirmation": ConfirmationDocument,
     "approach": ApproachDocument,
+    "tail": TailDocument,
     "variables": VariablesDocument,
     "resolved": Resolved,
     "environment": Environment,

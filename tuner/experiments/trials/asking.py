@@ -15,9 +15,10 @@ from tuner.search.watcher import Watcher
 from tuner.store.advice import RECORD, TRIALS
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, compute_as_recorded, read_record
+from tuner.store.json_lines import line_of
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.store.manifest import read_manifest
-from tuner.store.trials import Trial, TrialRecord, line_of
+from tuner.store.trials import Trial, TrialRecord
 from tuner.study.kinds import load_any
 from tuner.study.trials import TrialStudy
 from tuner.text.sentences import counted

@@ -16,7 +16,8 @@ from types import TracebackType
 from plant.errors import InputError
 from plant.texts import signal_name
 from tuner.experiments.trials.answers import MAX_LINE_BYTES, ResultParser
-from tuner.store.trials import Answer, Trial, line_of
+from tuner.store.json_lines import line_of
+from tuner.store.trials import Answer, Trial
 
 KEY = "--run"
 # Time [s] that a program has to end by itself once its input is closed.

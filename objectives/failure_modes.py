@@ -1,0 +1,54 @@
+"""Failure modes of flights: demand over capacity of each way to be lost, which reaches 1 where a flight is lost that way.
+
+The meters of a lost flight stand at the last instant before the loss. So its demand is 1, and more the earlier it was lost, of
+the mode that has the status of the loss; where several have it, of the one whose demand was largest.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from objectives.metrics.address import MetricAddress
+from plant.status import Status
+
+Array = np.ndarray
+LARGEST = float(np.nextafter(1.0, 0.0))
+"""Largest demand of a flight that is not lost."""
+
+
+@dataclass(frozen=True)
+class FailureMode:
+    """One way to be lost.
+
+    Attributes:
+        name: Of what leaves its limit, such as "position".
+        status: Of flights that end so.
+        demand: Largest demand over capacity (...) of flights with the meters of a record.
+        metric: Whose accumulator `demand` reads, None where it reads those of every flight.
+
+    """
+
+    name: str
+    status: Status
+    demand: Callable[[Any], Array]
+    metric: MetricAddress | None = None
+
+
+def failure_demands(modes: Sequence[FailureMode], meters: Any, status: Array, left: Array) -> Array:
+    """Return demand over capacity (flights, modes); left: share of the flight's time (flights,) that was left at its end."""
+    with np.errstate(all="ignore"):  # the meters of a failed flight may hold anything
+        shape = np.shape(status)
+        demands = np.stack([np.broadcast_to(mode.demand(meters), shape) for mode in modes], axis=-1)
+    demands = np.minimum(np.nan_to_num(demands, nan=0.0), LARGEST)
+    for code in np.unique(status[status != Status.COMPLETED.code]).tolist():
+        places = np.flatnonzero([mode.status.code == code for mode in modes])
+        flights = np.flatnonzero(status == code)
+        first = places[np.argmax(demands[flights][:, places], axis=1)]
+        demands[flights, first] = 1.0 + left[flights]
+    return demands
+
+
+DIVERGED = FailureMode("diverged", Status.NON_FINITE, lambda _: np.zeros(()))
+"""States that are no finite numbers; nothing tells how near a flight came."""

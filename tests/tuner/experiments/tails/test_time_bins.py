@@ -1,0 +1,42 @@
+"""Bins of time beside their definition."""
+
+import numpy as np
+import pytest
+
+from plant.normals import NormalSpace
+from tuner.experiments.tails.time_bins import BINS, TimeBins
+
+STEPS = 200
+
+
+def bins():
+    def draw(source):
+        source("vehicle", 0).uniform(size=3)
+        source("air", 0).standard_normal((STEPS, 2))
+        source("sensors", 0).standard_normal((BINS, 2))
+
+    space = NormalSpace.of(draw)
+    return space, TimeBins(space)
+
+
+def test_a_process_has_a_start_and_bins_and_everything_else_each_number():
+    space, found = bins()
+    assert space.dimension == 3 + 2 * STEPS + 2 * BINS
+    assert found.size == 3 + 2 * (1 + BINS) + 2 * BINS
+
+
+def test_the_vectors_are_orthonormal():
+    _, found = bins()
+    basis = found.expanded(np.eye(found.size))
+    assert basis @ basis.T == pytest.approx(np.eye(found.size))
+    assert found.projected(basis) == pytest.approx(np.eye(found.size))
+
+
+def test_what_is_constant_in_bins_is_left_as_it_is_and_the_start_stands_alone():
+    space, found = bins()
+    vector = np.zeros((1, space.dimension))
+    vector[0, space.parts["air"].start] = 3.0
+    assert found.expanded(found.projected(vector)) == pytest.approx(vector)
+    later = np.zeros((1, space.dimension))
+    later[0, space.parts["air"].start + 2 * 100] = 3.0
+    assert np.max(found.expanded(found.projected(later))) < 2.0

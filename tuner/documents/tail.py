@@ -1,0 +1,133 @@
+"""tail.json: probabilities of events of a flight, in SI units."""
+
+from typing import Annotated, Literal
+
+from tuner.documents.parts import SampledValue, ShareCount
+from tuner.store.document import Document, DocumentPart
+from tuner.text.product import READ_FORMER
+
+TAIL_FORMAT, TAIL_VERSION = "gainproof-tail", "0.1"
+
+
+class TailPoint(DocumentPart):
+    """The most likely flight that fails by a mode.
+
+    Args:
+        name: By which `tuner fly --flight` flies it.
+        distance: From the flight without deviations, in standard deviations.
+        shares: Of the squared distance, by the part drawn.
+        numbers: Deviations of single numbers of the parts that have names, such as "vehicle mass".
+    """
+
+    name: str
+    distance: float
+    shares: dict[str, float]
+    numbers: dict[str, float]
+
+
+class TailMode(DocumentPart):
+    """One way in which an event happens; share: of the event's probability."""
+
+    mode: str
+    probability: SampledValue
+    share: SampledValue
+    point: TailPoint | None
+
+
+class TailLevel(DocumentPart):
+    """Probability of reaching a level, with its 95 % interval.
+
+    The level is one of the metric, or of a loss of the largest demand over capacity.
+    """
+
+    level: float
+    probability: float
+    low: float
+    high: float
+
+
+class TailEvent(DocumentPart):
+    """An event and its probability.
+
+    Args:
+        event: As it was written.
+        metric: Whose exceedance it is, null for a loss.
+        unit: Of the metric.
+        limit: Of the metric in its unit, 1 of a loss.
+        status: "estimated"; "wide" where the flights allowed were too few for the width; "below" the smallest probability, where
+            `high` bounds it; "unreached" where no flight came nearer; "certain"; "deterministic" where nothing is drawn.
+        method: By which it was estimated.
+        probability: Of the event.
+        low: Lower end of its 95 % interval.
+        high: Upper end of that.
+        flights: Made for it, with those of the pilot and without those of design points.
+        count: Of independent flights, null where others were made.
+        replicas: Independent estimates whose mean it is, or batches of flights.
+        modes: Ways in which it happens.
+        curve: On the way to the limit.
+    """
+
+    event: str
+    metric: str | None
+    unit: str
+    limit: float
+    status: str
+    method: str
+    probability: float
+    low: float
+    high: float
+    flights: int
+    count: ShareCount | None
+    replicas: int
+    modes: list[TailMode]
+    curve: list[TailLevel]
+
+
+class TailGains(DocumentPart):
+    """Gains and the probabilities of all events under them."""
+
+    gains: str
+    laws: str
+    events: list[TailEvent]
+
+
+class TailRatio(DocumentPart):
+    """Probability of an event under gains over that under the first.
+
+    It has a 95 % interval, and is null where one of the two is not known.
+    """
+
+    event: str
+    gains: str
+    first: str
+    ratio: SampledValue | None
+
+
+class TailDocument(Document):
+    """Content of tail.json.
+
+    Args:
+        format: Of the file.
+        version: Of the format.
+        scenario: Name.
+        duration: Of a flight [s].
+        seed: Root seed.
+        smallest: Probability down to which was looked.
+        width: Of the interval, over the probability.
+        most_flights: Of an event at most.
+        parts: Number of normals that each part of a flight is drawn from.
+        gains: Probabilities by gains.
+        ratios: Of others to the first.
+    """
+
+    format: Annotated[Literal["gainproof-tail"], READ_FORMER]
+    version: Literal["0.1"]
+    scenario: str
+    duration: float
+    seed: int
+    smallest: float
+    width: float
+    most_flights: int
+    parts: dict[str, int]
+    gains: list[TailGains]
+    ratios: list[TailRatio]

@@ -1,0 +1,1 @@
+"""Tails: small probabilities of events of a flight."""

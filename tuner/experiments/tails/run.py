@@ -1,0 +1,299 @@
+"""Estimates of the tails of events under several gains."""
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass
+from math import exp, log, sqrt
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from objectives.flown_system import FlownSystem, Scenario
+from objectives.risk import upper_bound
+from objectives.tails.estimate import estimate_tail
+from objectives.tails.limit_function import Method, Progress, TailEstimate
+from objectives.tails.planning import Plan, Request, choose_method, expected_evaluations, plan_tail
+from objectives.tails.subspace_design_point import find_design_point
+from plant.errors import StoreError
+from plant.seeds import generator
+from tuner.documents.parts import SampledValue, ShareCount
+from tuner.documents.tail import (
+    TAIL_FORMAT,
+    TAIL_VERSION,
+    TailDocument,
+    TailEvent,
+    TailGains,
+    TailLevel,
+    TailMode,
+    TailPoint,
+    TailRatio,
+)
+from tuner.experiments.tails.events import Event, read_event
+from tuner.experiments.tails.flight_limit import FlightLimit, space_of
+from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, Record, point_bytes, question_of
+from tuner.experiments.tails.time_bins import TimeBins
+from tuner.search.watcher import Watcher, compilation
+from tuner.store.folder import Folder
+from tuner.text.numbers import count as number_text
+from tuner.text.numbers import duration, significant
+
+STAGE = "Estimating"
+GRADIENTS = 5
+"""Gradients that a design point usually takes."""
+RARE = 0.2
+"""Probability from which on the flight without deviations is about as near as any."""
+PILOT = 64
+"""Flights by which the speed is measured."""
+
+
+@dataclass(frozen=True)
+class TailedGains:
+    """Gains whose tails are estimated.
+
+    Args:
+        name: As given.
+        system: That flies them.
+        row: Of the system (g,).
+        laws: In words.
+    """
+
+    name: str
+    system: FlownSystem
+    row: np.ndarray
+    laws: str
+
+
+@dataclass(frozen=True)
+class TailSettings:
+    """Settings of an estimate.
+
+    Attributes:
+        root: Root seed.
+        smallest: Probability down to which is looked.
+        width: Of the 95 % interval, over the probability.
+        most: Flights of an event under one of the gains at most.
+        threads: That fly.
+
+    """
+
+    root: int
+    smallest: float
+    width: float
+    most: int
+    threads: int | None = None
+
+
+class TailRun:
+    """The estimates of a call.
+
+    Args:
+        gains: The first is compared with.
+        events: As texts.
+        spec: Scenario.
+        settings: Of all estimates.
+        watcher: Callbacks.
+        out: Folder of the record, None for none.
+    """
+
+    def __init__(
+        self,
+        gains: Sequence[TailedGains],
+        events: Sequence[str],
+        spec: Scenario,
+        settings: TailSettings,
+        watcher: Watcher,
+        out: Path | None = None,
+    ) -> None:
+        self._gains, self._spec, self._settings, self._watcher, self._out = gains, spec, settings, watcher, out
+        self._events = [[read_event(text, each.system, spec) for text in events] for each in gains]
+        self._points: dict[str, bytes] = {}
+
+    def carry_out(self) -> TailDocument:
+        """Estimate all, write the folder and return the document."""
+        record = None if self._out is None else Record.begin(self._out, self._question())
+        with nullcontext() if record is None else record.folder:
+            made = [
+                TailGains(
+                    gains=each.name,
+                    laws=each.laws,
+                    events=[self._estimated(number, each, event, record) for event in self._events[number]],
+                )
+                for number, each in enumerate(self._gains)
+            ]
+            document = self._document(made)
+            if record is not None:
+                record.folder.write_together(self._points)
+                record.folder.write_json(DOCUMENT, document)
+                _draw(document, record.folder)
+        return document
+
+    def _question(self) -> str:
+        s = self._settings
+        flown = [[each.system.content(self._spec), each.row.tolist(), each.name] for each in self._gains]
+        events = [event.text for event in self._events[0]]
+        return question_of([flown, events, s.root, s.smallest, s.width, s.most])
+
+    def _estimated(self, number: int, gains: TailedGains, event: Event, record: Record | None) -> TailEvent:
+        settings, watcher = self._settings, self._watcher
+        limit = FlightLimit(event, self._spec, gains.row, settings.threads, watcher.on_flights_done)
+        rate = self._announce(gains, event, limit)
+        request = Request(settings.width, settings.smallest, settings.most)
+        plan = plan_tail(limit, settings.root, request)
+        self._announce_rest(plan, rate)
+        completed = () if record is None else record.completed(number, event.text)
+        ladders = len(limit.modes if plan.method is Method.CRUDE else plan.ladders)
+        if any((len(each.ladders), len(each.curve)) != (ladders, len(plan.curve)) for each in completed):
+            raise StoreError(
+                f"{self._out} holds replicas of another version or machine; choose another folder with --out, or remove it"
+            )
+
+        def on_progress(progress: Progress) -> None:
+            if record is not None:
+                record.keep(number, event.text, progress.replica)
+
+        estimate = estimate_tail(limit, settings.root, request, plan, completed, on_progress)
+        return self._row(event, estimate, limit)
+
+    def _announce(self, gains: TailedGains, event: Event, limit: FlightLimit) -> float:
+        """Tell the cost of the estimate and return the flights per second.
+
+        A few flights are timed for it.
+        """
+        with compilation(self._watcher) if not limit.flyer.cached else nullcontext():
+            normals = generator(self._settings.root, "tail/pilot", 0).standard_normal((PILOT, limit.dimension))
+            limit.values(normals[:1])
+        begin = perf_counter()
+        limit.values(normals)
+        rate = PILOT / (perf_counter() - begin)
+        flights = self._flights(self._settings.smallest)
+        self._watcher.on_message(
+            f"{event.text} of {gains.name}: about {number_text(flights)} flights if it is as rare as "
+            f"{significant(self._settings.smallest, 2)}, {duration(flights / rate)}"
+        )
+        self._watcher.on_stage(f"{STAGE} {event.text} of {gains.name}", flights)
+        return rate
+
+    def _announce_rest(self, plan: Plan, rate: float) -> None:
+        if plan.probability > 0.0:
+            # Flights of the pilot are no part of a count.
+            spent = 0 if plan.method is Method.CRUDE else plan.evaluations
+            left = max(self._flights(plan.probability) - spent, 0)
+            self._watcher.on_message(
+                f"A pilot of {number_text(plan.evaluations)} flights puts it near {plan.probability:.0e}: about "
+                f"{number_text(left)} more, {duration(left / rate)}"
+            )
+            self._watcher.on_stage(STAGE, left)
+
+    def _flights(self, probability: float) -> int:
+        """Return the flights that an event takes, to two digits."""
+        flights = expected_evaluations(min(probability, 0.5), self._settings.width, choose_method(probability))
+        return min(int(float(f"{flights:.2g}")), self._settings.most)
+
+    def _row(self, event: Event, estimate: TailEstimate, limit: FlightLimit) -> TailEvent:
+        curve = zip(
+            estimate.curve.levels, estimate.curve.probability, estimate.curve.low, estimate.curve.high, strict=True
+        )
+        return TailEvent(
+            event=event.text,
+            metric=None if event.metric is None else event.metric.text,
+            unit="1" if event.metric is None else event.metric.unit,
+            limit=event.limit,
+            status=str(estimate.status),
+            method=str(estimate.method),
+            probability=float(estimate.probability),
+            low=float(estimate.low),
+            high=float(estimate.high),
+            flights=estimate.evaluations,
+            count=count_of(estimate),
+            replicas=len(estimate.replicas),
+            modes=[
+                TailMode(
+                    mode=mode.name,
+                    probability=SampledValue(float(mode.probability), *map(float, mode.interval)),
+                    share=SampledValue(float(mode.share), *map(float, mode.share_interval)),
+                    point=self._point(limit, number, mode.design_point if estimate.probability < RARE else None),
+                )
+                for number, mode in enumerate(estimate.modes)
+            ],
+            curve=[
+                TailLevel(level=float(level) * event.limit, probability=float(p), low=float(low), high=float(high))
+                for level, p, low, high in curve
+            ],
+        )
+
+    def _point(self, limit: FlightLimit, mode: int, failure: np.ndarray | None) -> TailPoint | None:
+        """Return the design point near a failure.
+
+        Its vector is kept for the folder. None where it takes too many flights.
+        """
+        space, bins = limit.space, TimeBins(limit.space)
+        if failure is None or GRADIENTS * bins.size > self._settings.most:
+            return None
+        self._watcher.on_stage(f"Design point by {limit.modes[mode]}", GRADIENTS * bins.size)
+        normals = find_design_point(limit, mode, bins, failure)
+        if normals is None:
+            return None
+        name = f"point-{len(self._points) + 1}"
+        self._points[name + POINT_SUFFIX] = point_bytes(normals)
+        squared = float(normals @ normals)
+        shares = {part: float(normals[place] @ normals[place]) / squared for part, place in space.parts.items()}
+        numbers = {
+            f"{part} {number}": float(value)
+            for part, names in limit.names_of_draws.items()
+            if part in space.parts
+            for number, value in zip(names, normals[space.parts[part]], strict=False)
+        }
+        return TailPoint(name=name, distance=sqrt(squared), shares=shares, numbers=numbers)
+
+    def _document(self, made: list[TailGains]) -> TailDocument:
+        space = space_of(self._gains[0].system, self._spec)
+        first, *others = made
+        return TailDocument(
+            format=TAIL_FORMAT,
+            version=TAIL_VERSION,
+            scenario=self._spec.name,
+            duration=self._spec.duration,
+            seed=self._settings.root,
+            smallest=self._settings.smallest,
+            width=self._settings.width,
+            most_flights=self._settings.most,
+            parts={part: place.stop - place.start for part, place in space.parts.items()},
+            gains=made,
+            ratios=[
+                TailRatio(event=event.event, gains=other.gains, first=first.gains, ratio=ratio_of(event, base))
+                for other in others
+                for event, base in zip(other.events, first.events, strict=True)
+            ],
+        )
+
+
+def _draw(document: TailDocument, folder: Folder) -> None:
+    """Write the figure; what draws takes half a second to import."""
+    from tuner.report.tail_figure import write_tail_figure
+
+    write_tail_figure(document, folder.path)
+
+
+def count_of(estimate: TailEstimate) -> ShareCount | None:
+    """Return the count of independent flights, None of others."""
+    if estimate.method is not Method.CRUDE:
+        return None
+    flights = sum(replica.evaluations for replica in estimate.replicas)
+    events = round(estimate.probability * flights)
+    return ShareCount(events=events, flights=flights, upper=upper_bound(events, flights))
+
+
+def ratio_of(event: TailEvent, base: TailEvent) -> SampledValue | None:
+    """Return the ratio of two probabilities with its interval.
+
+    None where one of the ends is 0. The interval is that of the difference of the logarithms from both intervals (G. Y. Zou,
+    A. Donner, "Construction of confidence limits about effect measures", Statistics in Medicine 27(10):1693-1702, 2008), which
+    holds for independent estimates; of two on the same seeds it is too wide rather than too narrow.
+    """
+    if min(event.low, base.low) <= 0.0:
+        return None
+    value = log(event.probability / base.probability)
+    below = sqrt(log(event.probability / event.low) ** 2 + log(base.high / base.probability) ** 2)
+    above = sqrt(log(event.high / event.probability) ** 2 + log(base.probability / base.low) ** 2)
+    return SampledValue(exp(value), exp(value - below), exp(value + above))
