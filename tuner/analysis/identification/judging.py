@@ -95,8 +95,8 @@ def validate_fit(fit: Fit, problem: Problem) -> FitValidation:
 def _noise_variance(used: Array) -> Array:
     """Return the variance (m, 4) of residuals (w, m, 4) for a 95 % band.
 
-    It is scaled so that the band holds 95 % of them. Gusts come and go: windows of a real flight differ in size by 2 to 3, and a normal band of their mean power was
-    left by 11 % of pitch.
+    It is scaled so that the band holds 95 % of them. Gusts come and go: windows of a real flight differ in size by 2 to 3, and
+    a normal band of their mean power was left by 11 % of pitch.
     """
     variance = np.mean(used**2, axis=0)
     reached = np.quantile(used**2 / np.maximum(variance, 1e-300), LEVEL, axis=(0, 1))
