@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from objectives.tails.design_points import descend
+from objectives.tails.design_points import descend, iteration_evaluations
 from objectives.tails.limit_function import Array, LimitFunction
 from objectives.tails.splitting import Ascent, Sampler, climb, run_together
 
@@ -128,6 +128,11 @@ def divide(
     # What no ladder reaches is left out, which must be for its rarity alone.
     is_complete = not any(ascent.is_stalled for ascent in ascents)
     return tuple(zip(sectors, ascents, strict=True)) if is_complete and is_starved(*ascents) else ()
+
+
+def search_evaluations(dimension: int) -> int:
+    """Return the most rows that a search takes before any ladder."""
+    return ROWS * len(INFLATED) + 3 * ENOUGH * (DESCENT + 1) * iteration_evaluations(dimension)
 
 
 def split_off(mode: int, directions: Array) -> tuple[Sector, Sector] | None:
