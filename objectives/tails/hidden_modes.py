@@ -11,7 +11,9 @@ they count every failure once, so the estimate is unbiased wherever the border l
 them is starved on the way: its part of the states at some level is `STARVED` times less than its part of the failures.
 
 Looked for in up to `MOST_DIMENSIONS`, as each descent takes that many slopes, and inflated noise of more dimensions no longer
-fails as noise does. Beyond that, only named modes are safe. Of three modes, two that hide from each other share a sector.
+fails as noise does. Beyond that, the one ladder stays: its replicas are unbiased and spread widely, so the interval of such an event at 1e-4 in 100
+dimensions took ten times the evaluations (30 of 30 held it). A mode that no replica meets is missed; only named modes are safe.
+Of three modes, two that hide from each other share a sector.
 """
 
 from dataclasses import dataclass

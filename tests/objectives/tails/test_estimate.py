@@ -111,8 +111,10 @@ def test_what_has_no_value_fails():
 @pytest.mark.parametrize("dimension", [5, 64])
 @pytest.mark.parametrize("most", [1, 10_000, 40_000])
 def test_no_more_rows_are_evaluated_than_allowed(most, dimension):
-    done = estimate_tail(half_space(4.5, dimension), 2, Request(relative_width=0.2, most_evaluations=most))
-    assert done.status is Status.WIDE and done.evaluations <= most
+    rows = []
+    limit = Closed(dimension, lambda u: [(rows.append(len(u)) or u[:, 0]) / 4.5])
+    done = estimate_tail(limit, 2, Request(relative_width=0.2, most_evaluations=most))
+    assert done.status is Status.WIDE and done.evaluations == sum(rows) <= most
     assert done.low <= norm.sf(4.5) <= done.high
 
 
