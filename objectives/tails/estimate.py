@@ -248,7 +248,8 @@ def _bounded(run: _Replicas) -> TailEstimate:
     """Return a bound where no ladder reached the event: the probability of the demand that was reached."""
     level = run.request.confidence
     high = upper_bound(0, run.plan.independent, level)
-    if len(run.done) > 1:
+    # A mode without any ladder is bounded by the rows alone.
+    if len(run.done) > 1 and len(run.plan.ladders) >= len(run.limit.modes):
         high = min(high, upper_end(np.sum([replica.ladders for replica in run.done], axis=1), level))
     status = Status.UNREACHED if run.plan.is_stalled else Status.BELOW
     return TailEstimate(

@@ -90,6 +90,13 @@ def test_ends_without_an_estimate_bound_the_probability(limit, status, low, high
     assert done.probability in (0.0, 1.0)
 
 
+def test_a_rare_mode_does_not_bound_one_without_a_ladder():
+    limit = Closed(3, lambda u: [u[:, 0] / 9.0, np.where(u[:, 1] > 3.5, 1.0, 0.0)], ("rare", "sudden"))
+    done = estimate_tail(limit, 2, Request())
+    assert done.status is Status.UNREACHED
+    assert done.high > norm.sf(3.5)
+
+
 def test_an_impossible_mode_takes_nothing_from_the_others():
     limit = Closed(3, lambda u: [u[:, 0] / 3.5, 0.0 * u[:, 1]], ("may", "never"))
     may, never = estimate_tail(limit, 2, WIDE).modes
