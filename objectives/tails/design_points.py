@@ -64,6 +64,11 @@ def descend(mode: int, failure: Array, iterations: int = ITERATIONS) -> Sampler[
     return point
 
 
+def iteration_evaluations(dimension: int) -> int:
+    """Return the rows that an iteration takes; the ray before the first takes fewer."""
+    return 1 + min(dimension, MOST_SLOPES) + len(SHORTER) + len(SCALES) * len(FRACTIONS)
+
+
 def _closer(point: Array, basis: Array, demands: Array) -> Array:
     """Return candidates (k, d) on the ray and toward the linearized limit.
 

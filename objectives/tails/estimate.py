@@ -21,7 +21,7 @@ from objectives.tails.limit_function import (
     TailEstimate,
 )
 from objectives.tails.planning import Plan, Request, limit_of, plan_tail, replicas_at_once
-from objectives.tails.splitting import evaluate, replicate, run_together
+from objectives.tails.splitting import evaluate, replica_evaluations, replicate, run_together
 from plant.seeds import generator
 
 AT_ONCE = 16
@@ -91,7 +91,11 @@ class _Replicas:
         limit = limit_of(self.limit, self.plan)
         at_once = replicas_at_once(self.plan, self.limit.dimension, AT_ONCE)
         while len(self.done) < count:
-            part = range(len(self.done), min(len(self.done) + at_once, count))
+            fitting = self.rows_left // replica_evaluations(self.plan.ladders)
+            if fitting <= 0:
+                return
+            begin = len(self.done)
+            part = range(begin, min(begin + min(at_once, fitting), count))
             missing = [number for number in part if number not in self._completed]
             samplers = [
                 replicate(number, limit.dimension, self.plan.ladders, self.plan.curve, self._stream(number))
@@ -99,10 +103,7 @@ class _Replicas:
             ]
             self._completed |= dict(zip(missing, run_together(limit, samplers), strict=True))
             for number in part:
-                replica = self._completed[number]
-                if replica.evaluations > self.rows_left:
-                    return
-                self._add(replica)
+                self._add(self._completed[number])
 
     def count_batch(self) -> None:
         """Run a batch of crude Monte Carlo."""
@@ -247,7 +248,8 @@ def _bounded(run: _Replicas) -> TailEstimate:
     """Return a bound where no ladder reached the event: the probability of the demand that was reached."""
     level = run.request.confidence
     high = upper_bound(0, run.plan.independent, level)
-    if len(run.done) > 1:
+    # A mode without any ladder is bounded by the rows alone.
+    if len(run.done) > 1 and len(run.plan.ladders) >= len(run.limit.modes):
         high = min(high, upper_end(np.sum([replica.ladders for replica in run.done], axis=1), level))
     status = Status.UNREACHED if run.plan.is_stalled else Status.BELOW
     return TailEstimate(

@@ -3,13 +3,13 @@
 Replicas of splitting are products of fractions, so they are skewed to the right, nearly lognormal (J. Berard, P. Del Moral, A.
 Doucet, "A lognormal central limit theorem for particle approximations of normalizing constants", Electronic Journal of
 Probability 19(94), 2014), and so is their mean. Student's interval of the mean lies below it in 5 to 7 % of cases and above
-it in 1 %. On the logarithm of the mean the two are 2 and 4 %. The mean of the logarithms would be biased, and Cox's correction
-of it is 10 % wider. Measured on 2,500 sets of replicas with coefficients of variation of 0.4 and 0.56.
+it in 1 %. On the logarithm of the mean the two are 4 and 2 %, and 93 to 94.5 % hold it, for low means come with low deviations;
+`WIDENING` makes up for that. Deviations of the logarithms instead hold it in 95 to 98 % and take up to twice as many replicas.
+Measured on 4,000 sets of replicas of five tails, with coefficients of variation of 0.4 to 0.7; widened, 94.6 to 96 % hold it.
 
-Replicas that are added until the interval is narrow cover less, for low means come with low deviations: 92.5 % from 10 on, one by
-one. So their number is decided once, from the first `FIRST`, and the quantile has their degrees of freedom: C. Stein, "A
-two-sample test for a linear hypothesis whose power is independent of the variance", Annals of Mathematical Statistics
-16(3):243-258, 1945.
+Replicas that are added one by one until the interval is narrow cover less: 92.5 % from 10 on. So their number is decided once,
+from the first `FIRST`, and the quantile has their degrees of freedom: C. Stein, "A two-sample test for a linear hypothesis
+whose power is independent of the variance", Annals of Mathematical Statistics 16(3):243-258, 1945.
 """
 
 from math import ceil, sqrt
@@ -21,14 +21,15 @@ from objectives.tails.limit_function import Array
 
 FIRST = 20
 """Replicas from whose spread their number is decided."""
+WIDENING = 1.05
 
 
 def student_quantile(confidence: float, count: int) -> float:
-    """Return Student's two-sided quantile for a number of replicas."""
+    """Return Student's two-sided quantile for a number of replicas, widened."""
     # SciPy takes 0.2 s to import, and not every command has tails.
     from scipy.special import stdtrit  # pyright: ignore[reportMissingTypeStubs]
 
-    return float(stdtrit(min(count, FIRST) - 1, 0.5 + 0.5 * confidence))
+    return WIDENING * float(stdtrit(min(count, FIRST) - 1, 0.5 + 0.5 * confidence))
 
 
 def mean_interval(values: Array, confidence: float) -> Interval:

@@ -116,7 +116,10 @@ class Curve(NamedTuple):
 
 @dataclass(frozen=True)
 class TailEstimate:
-    """Probability of the event and the interval that holds it at `level`; one-sided where `status` says that it bounds."""
+    """Probability of the event and the interval that holds it at `level`; one-sided where `status` says that it bounds.
+
+    Modes that no ladder reached have no part in them; their own bounds stand in `modes`.
+    """
 
     status: Status
     method: Method

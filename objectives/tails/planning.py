@@ -6,18 +6,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from objectives.tails.design_points import descend, typical_failure
-from objectives.tails.hidden_modes import MOST_DIMENSIONS, Sector, SectorLimit, divide
+from objectives.tails.design_points import ITERATIONS, descend, iteration_evaluations, typical_failure
+from objectives.tails.hidden_modes import MOST_DIMENSIONS, Sector, SectorLimit, divide, search_evaluations
 from objectives.tails.intervals import FIRST, student_quantile
 from objectives.tails.limit_function import Array, LimitFunction, Method
 from objectives.tails.splitting import CHAIN, FRACTION, Ascent, Ladder, climb, run_together
 from plant.seeds import generator
 
 PILOT_CHAINS, SECTOR_CHAINS = 50, 30
-CRUDE_FROM = 0.005
+CRUDE_FROM = 0.004
 """Probability above which crude Monte Carlo costs less, at any width: (1 - p) / p against `SPREAD` ln(p)^2."""
-SPREAD = 6.0
-"""Of splitting: squared coefficient of variation times evaluations, over ln(p)^2; 4 to 6 on first passages, and the pilot."""
+SPREAD = 8.0
+"""Of splitting: squared coefficient of variation times evaluations, over ln(p)^2: first passages took 7 to 8, pilot included."""
 FLOOR = 30.0
 """Part of the smallest probability asked for at which a pilot ends: states are few, so it may be off by as much as 3."""
 MEMORY = 100e6
@@ -103,16 +103,19 @@ def choose_method(probability: float) -> Method:
 
 
 def pilot_evaluations(limit: LimitFunction, smallest: float) -> int:
-    """Return the most rows that the ascents of a pilot take."""
-    levels = np.ceil(np.log(smallest / FLOOR) / np.log(FRACTION)) + 1.0
-    return int(PILOT_CHAINS * CHAIN * levels) * len(limit.modes)
+    """Return the most rows that a pilot takes; most take a third."""
+    levels = int(np.ceil(np.log(smallest / FLOOR) / np.log(FRACTION))) + 1
+    rows = PILOT_CHAINS * CHAIN * levels + 2 * ITERATIONS * iteration_evaluations(limit.dimension)
+    if limit.dimension <= MOST_DIMENSIONS:
+        rows += 2 * SECTOR_CHAINS * CHAIN * levels + search_evaluations(limit.dimension)
+    return rows * len(limit.modes)
 
 
 def plan_tail(limit: LimitFunction, seed: int, request: Request) -> Plan:
     """Return the plan of a tail: modes climbed, hidden modes looked for, states dealt out."""
     if limit.dimension == 0:
         return Plan(Method.EVALUATION)
-    if request.method is Method.CRUDE or request.most_evaluations < 2 * pilot_evaluations(limit, request.smallest):
+    if request.method is Method.CRUDE or request.most_evaluations < 1.5 * pilot_evaluations(limit, request.smallest):
         return Plan(Method.CRUDE, curve=np.linspace(0.1, 1.0, 10))
     counted = _CountedLimit(limit)
     chains = min(PILOT_CHAINS, most_chains(limit.dimension))

@@ -234,6 +234,11 @@ def _tune(
     return sample, float(1.0 / (1.0 + np.exp(-mean)))
 
 
+def replica_evaluations(ladders: Sequence[Ladder]) -> int:
+    """Return the rows that a replica takes unless it dies out."""
+    return sum(ladder.chains * (CHAIN + (CHAIN - 1) * len(ladder.levels)) for ladder in ladders)
+
+
 def replicate(
     number: int, dimension: int, ladders: Sequence[Ladder], curve: Array, rng: np.random.Generator
 ) -> Sampler[Replica]:

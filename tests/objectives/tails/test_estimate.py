@@ -7,7 +7,7 @@ from scipy.stats import norm
 from benchmarks.tails.judges import HiddenMode, OppositeModes
 from objectives.tails.estimate import estimate_tail
 from objectives.tails.limit_function import Method, Status
-from objectives.tails.planning import Request, choose_method, expected_evaluations, plan_tail
+from objectives.tails.planning import Request, choose_method, expected_evaluations, pilot_evaluations, plan_tail
 from tests.objectives.tails.closed_forms import Closed, corner, half_space
 
 WIDE = Request(relative_width=0.8)
@@ -90,6 +90,13 @@ def test_ends_without_an_estimate_bound_the_probability(limit, status, low, high
     assert done.probability in (0.0, 1.0)
 
 
+def test_a_rare_mode_does_not_bound_one_without_a_ladder():
+    limit = Closed(3, lambda u: [u[:, 0] / 9.0, np.where(u[:, 1] > 3.5, 1.0, 0.0)], ("rare", "sudden"))
+    done = estimate_tail(limit, 2, Request())
+    assert done.status is Status.UNREACHED
+    assert done.high > norm.sf(3.5)
+
+
 def test_an_impossible_mode_takes_nothing_from_the_others():
     limit = Closed(3, lambda u: [u[:, 0] / 3.5, 0.0 * u[:, 1]], ("may", "never"))
     may, never = estimate_tail(limit, 2, WIDE).modes
@@ -108,10 +115,13 @@ def test_what_has_no_value_fails():
     assert done.low < norm.sf(3.5) < done.high
 
 
-@pytest.mark.parametrize(("most", "status"), [(1, Status.WIDE), (30_000, Status.WIDE)])
-def test_no_more_rows_are_evaluated_than_allowed(most, status):
-    done = estimate_tail(half_space(4.5), 2, Request(relative_width=0.2, most_evaluations=most))
-    assert done.status is status and done.evaluations <= most
+@pytest.mark.parametrize("dimension", [5, 64])
+@pytest.mark.parametrize("most", [1, 10_000, 40_000])
+def test_no_more_rows_are_evaluated_than_allowed(most, dimension):
+    rows = []
+    limit = Closed(dimension, lambda u: [(rows.append(len(u)) or u[:, 0]) / 4.5])
+    done = estimate_tail(limit, 2, Request(relative_width=0.2, most_evaluations=most))
+    assert done.status is Status.WIDE and done.evaluations == sum(rows) <= most
     assert done.low <= norm.sf(4.5) <= done.high
 
 
@@ -119,6 +129,12 @@ def test_zero_of_a_thousand_is_bounded_on_one_side():
     done = estimate_tail(half_space(6.0), 2, Request(method=Method.CRUDE, most_evaluations=1000))
     assert (done.probability, done.low) == (0.0, 0.0)
     assert done.high == pytest.approx(1.0 - 0.05 ** (1.0 / 1000.0))
+
+
+@pytest.mark.parametrize("limit", [half_space(5.2, 64), HiddenMode(4.0), OppositeModes(4.0, 4.5)])
+def test_a_pilot_takes_no_more_rows_than_its_bound(limit):
+    bound = pilot_evaluations(limit, WIDE.smallest)
+    assert bound / 5.0 < plan_tail(limit, 1, WIDE).evaluations <= bound
 
 
 def test_the_method_that_costs_less_is_chosen():

@@ -24,7 +24,7 @@ def test_the_two_stage_interval_holds_the_mean_in_93_to_97_percent(variation):
         low, high = mean_interval(values, 0.95)
         held += bool(low <= 1.0 <= high)
     # 4000 repeats have a standard error of 0.0035.
-    assert 0.925 < held / repeats < 0.97
+    assert 0.935 < held / repeats < 0.97
 
 
 def test_columns_have_intervals_apart():
