@@ -59,5 +59,8 @@ def largest_error(axes: Iterable[str], limit: float, meters: Any) -> Array:
 
 
 def diverged(axes: Iterable[str]) -> FailureMode:
-    """Return the mode of states that are no numbers or absurdly large, as far as errors of axes show it."""
+    """Return the mode of states that are no numbers or absurdly large.
+
+    Errors of axes are the part of the state that meters know.
+    """
     return FailureMode("diverged", Status.NON_FINITE, partial(largest_error, tuple(axes), sqrt(LARGEST_STATE)))
