@@ -4,13 +4,16 @@ The meters of a lost flight stand at the last instant before the loss. So its de
 the mode that has the status of the loss; where several have it, of the one whose demand was largest.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from math import sqrt
 from typing import Any
 
 import numpy as np
 
 from objectives.metrics.address import MetricAddress
+from plant.loop import LARGEST_STATE
 from plant.status import Status
 
 Array = np.ndarray
@@ -50,5 +53,14 @@ def failure_demands(modes: Sequence[FailureMode], meters: Any, status: Array, le
     return demands
 
 
-DIVERGED = FailureMode("diverged", Status.NON_FINITE, lambda _: np.zeros(()))
-"""States that are no finite numbers; nothing tells how near a flight came."""
+def largest_error(axes: Iterable[str], limit: float, meters: Any) -> Array:
+    """Return the largest error of some axes over a limit."""
+    return np.max([getattr(meters, axis).peak for axis in axes], axis=0) / limit
+
+
+def diverged(axes: Iterable[str]) -> FailureMode:
+    """Return the mode of states that are no numbers or absurdly large.
+
+    Errors of axes are the part of the state that meters know.
+    """
+    return FailureMode("diverged", Status.NON_FINITE, partial(largest_error, tuple(axes), sqrt(LARGEST_STATE)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from objectives.failure_modes import DIVERGED, FailureMode
+from objectives.failure_modes import FailureMode, diverged, largest_error
 from objectives.flown_system import NOT_FINITE
 from objectives.metrics.address import Axes, MetricAddress
 from objectives.named_channels import channels_by_name, channels_of
@@ -97,10 +97,6 @@ def plant_of_code(digest: str, name: str) -> PlantModel:
     """Return the plant of a file that this process has run."""
     code = HAVE_RUN[digest]
     return plant_from(code.names, name, str(code.file))
-
-
-def _largest_error(channel: str, limit: float, meters: Any) -> np.ndarray:
-    return getattr(meters, channel).peak / limit
 
 
 @dataclass(frozen=True)
@@ -245,8 +241,11 @@ class PlantSystem:
         """The error of each channel with a limit, over that."""
         limited = [channel for channel in self.plan.channels if isfinite(channel.limit)]
         return (
-            *[FailureMode(each.name, Status.LOST, partial(_largest_error, each.name, each.limit)) for each in limited],
-            DIVERGED,
+            *[
+                FailureMode(each.name, Status.LOST, partial(largest_error, (each.name,), each.limit))
+                for each in limited
+            ],
+            diverged(self.plan.names),
         )
 
     @property

@@ -2,14 +2,14 @@
 
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import acos, degrees
 from typing import Any
 
 import numpy as np
 
 from objectives import meters
-from objectives.failure_modes import DIVERGED, FailureMode
+from objectives.failure_modes import FailureMode, diverged, largest_error
 from objectives.flown_system import NOT_FINITE
 from objectives.metrics import MetricAddress, MetricLimits
 from objectives.metrics.address import CASCADE, Axes
@@ -165,13 +165,9 @@ class System:
         """Position along an axis and tilt, each over its limit."""
         farthest, steepest = self.limits.position, acos(self.limits.cosine_tilt)
         return (
-            FailureMode(
-                "position",
-                Status.LOST,
-                lambda meters: np.max([getattr(meters, axis).peak for axis in POSITION_AXES], axis=0) / farthest,
-            ),
+            FailureMode("position", Status.LOST, partial(largest_error, POSITION_AXES, farthest)),
             FailureMode("tilt", Status.TILTED, lambda meters: np.arccos(meters.own_tilt.cosine) / steepest, TILT),
-            DIVERGED,
+            diverged(POSITION_AXES),
         )
 
     @property

@@ -11,6 +11,7 @@ come from a generator whose seed is the digest of the part's vector: the flight 
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from hashlib import blake2b
 from math import prod
 from typing import cast
@@ -43,9 +44,7 @@ class NormalGenerator:
 
     def uniform(self, low: float = 0.0, high: float = 1.0, size: int | tuple[int, ...] | None = None) -> Array | float:
         """Return the next numbers, uniform from low to high."""
-        from scipy.special import ndtr  # pyright: ignore[reportMissingTypeStubs]
-
-        return low + (high - low) * ndtr(self.standard_normal(size))
+        return low + (high - low) * _distribution()(self.standard_normal(size))
 
     def spawn(self, count: int) -> list["NormalGenerator"]:
         """Return the generators of children, each with numbers of its own."""
@@ -116,6 +115,14 @@ class NormalSpace:
             return counted[place : place + count]
         more = _further(counted, place + count - len(counted))
         return np.concatenate([counted, more])[place:]
+
+
+@cache
+def _distribution() -> Callable[[Array | float], Array]:
+    """Return the normal distribution function; SciPy takes 0.2 s to import."""
+    from scipy.special import ndtr  # pyright: ignore[reportMissingTypeStubs]
+
+    return ndtr
 
 
 def _further(counted: Array, count: int) -> Array:

@@ -1,7 +1,7 @@
 """Demands of failure modes beside the traces and statuses of the flights."""
 
 from dataclasses import replace
-from math import acos, cos, radians
+from math import acos, cos, radians, sqrt
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from objectives.metrics.columns import unpack
 from objectives.own_meters import metering
 from objectives.system import System
 from plant.backends.flyer import result_parts
+from plant.loop import LARGEST_STATE
 from plant.quadrotor.closed_loop import Limits
 from plant.records import rows
 from plant.status import Status
@@ -51,7 +52,7 @@ def test_demands_are_largest_errors_and_tilts_over_their_limits(quadrotor):
     # A trace begins one instant later than the meters and ends one later.
     assert demands[:, 0] == pytest.approx(error / 5.0, abs=0.01)
     assert demands[:, 1] == pytest.approx(tilt / radians(80.0), rel=0.02, abs=2e-3)
-    assert not demands[:, 2].any()
+    assert demands[:, 2] == pytest.approx(5.0 * demands[:, 0] / sqrt(LARGEST_STATE))
 
 
 @pytest.mark.parametrize(

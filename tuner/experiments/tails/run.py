@@ -43,6 +43,8 @@ GRADIENTS = 5
 """Gradients that a design point usually takes."""
 RARE = 0.2
 """Probability from which on the flight without deviations is about as near as any."""
+LEAST_LEVEL = 0.05
+"""Demand over capacity from which on a curve is told: below lie levels of modes that nothing comes near."""
 PILOT = 64
 """Flights by which the speed is measured."""
 
@@ -219,6 +221,7 @@ class TailRun:
             curve=[
                 TailLevel(level=float(level) * event.limit, probability=float(p), low=float(low), high=float(high))
                 for level, p, low, high in curve
+                if level >= LEAST_LEVEL
             ],
         )
 

@@ -11,6 +11,8 @@ import tuner
 from plant.errors import InputError, StoreError
 from tests.tuner.conftest import QUICKSTART
 from tuner.api.frames import json_text
+from tuner.cli.printers.tail import print_tail
+from tuner.cli.terminal import Console
 from tuner.documents.parts import SampledValue
 from tuner.documents.tail import TailDocument, TailEvent, TailMode, TailPoint, TailRatio
 from tuner.experiments.tails.run import ratio_of
@@ -258,3 +260,12 @@ def test_a_plants_study_has_tails_too(tmp_path, monkeypatch):
     found = tuner.tail(study, "failure", to=0.01, most=500)
     assert found.document.parts
     assert json_text(found.document)
+
+
+def test_the_answer_has_a_line_for_every_event_mode_and_point(made, capsys):
+    print_tail(made, Console())
+    printed = " ".join(capsys.readouterr().out.split())
+    [event] = made.document.gains[0].events
+    assert event_line(event, made.document.smallest) in printed
+    assert point_line(event.modes[0].point) in printed
+    assert f"Document: {made.folder / 'tail.json'}" in printed
