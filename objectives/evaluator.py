@@ -26,6 +26,7 @@ from objectives.requirements import (
     worth_flying,
 )
 from objectives.risk import (
+    PROBABILITY,
     Interval,
     PairedDifference,
     Risk,
@@ -94,10 +95,18 @@ class Constraint:
     confidence: float = 0.0
 
     @property
+    def is_tail(self) -> bool:
+        """Whether flights of its own decide it where a point is recommended: those of a study are too few for it."""
+        return self.objective.risk.name == PROBABILITY
+
+    @property
     def rests_on_value(self) -> bool:
-        """Whether the value alone decides: of a worst case no interval is known, and no number of flights shows a share of 0."""
+        """Whether the value alone decides on flights of a study.
+
+        Of a worst case no interval is known, no number of flights shows a share of 0, and a tail has flights of its own.
+        """
         unknown = self.objective.risk.name == "worst" or (self.objective.is_binary and self.most == 0.0)
-        return self.confidence == 0.0 or unknown
+        return self.confidence == 0.0 or unknown or self.is_tail
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from objectives.risk.bootstrap import (
     replicates_on,
 )
 from objectives.risk.joint import resampled_scenarios, within
-from objectives.risk.measures import RISKS, Interval, Risk, RiskMeasure, minimum_samples
+from objectives.risk.measures import PROBABILITY, RISKS, Interval, Risk, RiskMeasure, minimum_samples
 from objectives.risk.shares import (
     binary_difference,
     binary_interval,
@@ -18,7 +18,7 @@ from objectives.risk.shares import (
 )
 
 __all__ = [
-    "RISKS", "Interval", "PairedDifference", "Risk", "RiskMeasure", "binary_difference", "binary_interval",
+    "PROBABILITY", "RISKS", "Interval", "PairedDifference", "Risk", "RiskMeasure", "binary_difference", "binary_interval",
     "clopper_pearson", "flights_to_show", "interval_on", "minimum_samples", "paired_difference_on", "replicates_on",
     "resampled_scenarios", "share_difference", "upper_bound", "within",
 ]  # fmt: skip

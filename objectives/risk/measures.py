@@ -82,6 +82,8 @@ def _worst(values: Values, level: float) -> Values:
     return values[..., -1]
 
 
+PROBABILITY = "probability"
+"""Risk of a rare event, which flights of its own decide, see `tuner.experiments.tails.limits`."""
 RISKS: dict[str, RiskMeasure] = {
     "mean": RiskMeasure("mean over scenarios", _mean, lambda level: 1.0, has_level=False),
     "quantile": RiskMeasure(
@@ -105,6 +107,13 @@ RISKS: dict[str, RiskMeasure] = {
         lambda level: TAIL_SCENARIOS / 59,
         has_level=False,
         title="worst scenario",
+    ),
+    PROBABILITY: RiskMeasure(
+        "probability over all flights that could be drawn; on the flights of a study their share",
+        _mean,
+        lambda level: 1.0,
+        has_level=False,
+        title="probability",
     ),
 }
 

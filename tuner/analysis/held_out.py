@@ -96,8 +96,14 @@ class SearchEstimate:
         return self.scores[index] if scenario is None else self.scores[index][self.origin == scenario]
 
 
-def judge(flown: FinalFlights, searched: list[SearchEstimate]) -> Finalists:
-    """Find out what the held-out flights of all finalists say; searched: each of them in the search."""
+def judge(flown: FinalFlights, searched: list[SearchEstimate], tails: np.ndarray | float = 0.0) -> Finalists:
+    """Judge all finalists by their held-out flights.
+
+    Args:
+        flown: The flights.
+        searched: Each finalist in the search.
+        tails: Excess (rows, constraints) that flights of another stream showed.
+    """
     evaluation, problem, root = flown.evaluation, flown.problem, flown.root
     shape = evaluation.values.shape
     low, high, search, gap_low, gap_high = (np.empty(shape) for _ in range(5))
@@ -115,6 +121,7 @@ def judge(flown: FinalFlights, searched: list[SearchEstimate]) -> Finalists:
     excess = np.array(evaluation.violations)
     for i in range(split):
         excess[:, i] = flown.excess(i)
+    excess[:, :split] = np.maximum(excess[:, :split], tails)
     feasible = np.all(excess <= 0.0, axis=1)
     best, probability = np.zeros(shape[0], dtype=bool), np.zeros(shape[0])
     rows = 1 + np.flatnonzero(feasible[1:])

@@ -104,6 +104,7 @@ class ComparedRow(DocumentPart):
     automatic: str = ""
     default_count: ShareCount | None = None
     tuned_count: ShareCount | None = None
+    tail_flights: int | None = None
     sense: ClassVar[str] = "max"
 
     @property

@@ -11,7 +11,7 @@ from objectives.mission import Mission
 from objectives.own_meters import metering
 from objectives.problem import Constraint, Objective
 from objectives.requirements import Screen
-from tuner.study.judged_reading import constraint_of, held_with, objective_of, pick_rule, unique
+from tuner.study.judged_reading import constraint_of, held_with, pick_rule, searched_objective_of, unique
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StudyTable
 from tuner.study.search_reading import least_tail, search_of, with_reference
@@ -43,7 +43,9 @@ def judging_of(
     """Return scenarios, objectives and constraints of the tables of a study; errors name path and key."""
     scenarios = tuple(listed("scenario", path, table.scenario, scenario_of))
     unique("scenario", [entry.spec.name for entry in scenarios], ".name")
-    objectives = tuple(listed("objective", path, table.objective, lambda entry: objective_of(entry, scenarios, system)))
+    objectives = tuple(
+        listed("objective", path, table.objective, lambda entry: searched_objective_of(entry, scenarios, system))
+    )
     unique("objective", [entry.label for entry in objectives])
     constraints = tuple(
         listed("constraint", path, table.constraint, lambda entry: constraint_of(entry, scenarios, system))

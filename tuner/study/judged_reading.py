@@ -7,13 +7,16 @@ from typing import Any
 from objectives.metrics import MetricAddress, check, parse
 from objectives.mission import QUANTITIES, Mission
 from objectives.problem import Constraint, Objective
-from objectives.risk import Risk
+from objectives.risk import PROBABILITY, Risk
 from plant.errors import InputError, UnknownNameError
 from tuner.search.front import resolved_rule
 from tuner.study.schema import ConstraintTable, ObjectiveTable, PickTable
 from tuner.study.study import StudyScenario
 from tuner.text.input_errors import located
 from tuner.text.units import after_number
+
+LEAST_TAIL, LARGEST_TAIL = 1e-6, 0.05
+"""Limits on a probability."""
 
 
 def unique(name: str, labels: list[str], leaf: str = "") -> None:
@@ -35,12 +38,43 @@ def constraint_of(table: ConstraintTable, scenarios: tuple[StudyScenario, ...], 
         unit = after_number(objective.metric.unit)
         message = f"given {limit:g}; '{objective.metric}' is {metric.definition}: allowed: {low}{high}{unit}"
         raise InputError(message, key="max")
-    return Constraint(objective, limit)
+    constraint = Constraint(objective, limit)
+    if constraint.is_tail:
+        _check_tail(constraint)
+    return constraint
+
+
+def _check_tail(constraint: Constraint) -> None:
+    """Refuse a limit on a probability that is none of a rare loss."""
+    metric = constraint.objective.metric.text
+    if metric != "failure":
+        raise InputError(
+            f"given 'probability' of '{metric}'; allowed: of 'failure'. `tuner tail` estimates that of other events",
+            key="risk",
+        )
+    if not LEAST_TAIL <= constraint.most <= LARGEST_TAIL:
+        raise InputError(
+            f"given {constraint.most:g}; allowed for a probability: {LEAST_TAIL:g} to {LARGEST_TAIL:g}; for more, write "
+            'risk = "mean"',
+            key="max",
+        )
 
 
 def held_with(confidence: float, constraints: tuple[Constraint, ...]) -> tuple[Constraint, ...]:
     """Return constraints that hold with a confidence, that of a study."""
     return tuple(replace(entry, confidence=confidence) for entry in constraints)
+
+
+def searched_objective_of(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], system: Any) -> Objective:
+    """Return the objective of a table, as `objective_of`; one that a search cannot follow is refused."""
+    objective = objective_of(table, scenarios, system)
+    if objective.risk.name == PROBABILITY:
+        raise InputError(
+            "given 'probability', which is for a [[constraint]]; an objective needs a risk of its own flights, for instance "
+            'risk = "mean"',
+            key="risk",
+        )
+    return objective
 
 
 def objective_of(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], system: Any) -> Objective:

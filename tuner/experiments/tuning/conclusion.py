@@ -8,13 +8,14 @@ from typing import cast
 
 import numpy as np
 
-from objectives.problem import Problem
+from objectives.problem import Evaluator, Problem
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.finals import Finals
 from tuner.analysis.held_out import Finalists, SearchEstimate, compare, compare_known, judge
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.documents.summary import ComparedRow
 from tuner.documents.verdicts import NOT_CERTAIN
+from tuner.experiments.tails.limits import JudgedTails, TailLimits
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
     conflict_texts,
@@ -57,11 +58,14 @@ def conclude(
     watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in flown))
     finals = Finals(problem, gains, flown, partial(best_row, study), study.seed, watcher.on_flights_done)
     names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
-    finalists, tuned, why = judged(study, finals, survivors.seen([0, *candidates.tolist()]), names)
+    tails = tails_of(problem, study, gains, watcher)
+    finalists, tuned, why = judged(study, finals, survivors.seen([0, *candidates.tolist()]), names, tails)
     confirmation = problem.evaluate_gains(
         gains[[0, tuned]], confirming, watcher.on_flights_done, fly_all=True, complete=True
     )
     table = compare(problem, confirmation, study.seed)
+    if tails is not None:
+        table = tails.rows(table, tuned)
     warnings += uncertain_limits(table)
     limits, fully_flown = limits_of(study.constraints, study.requirements), completely_known(tried, generations)
     conflict = conflict_of(fully_flown, limits, upper_ends(problem, study, generations))
@@ -95,18 +99,30 @@ def conclude(
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
 
 
+def tails_of(problem: Evaluator, study: SearchedStudy, gains: np.ndarray, watcher: Watcher) -> JudgedTails | None:
+    """Return the finalists' limits on rare events, None without any; gains (rows, g)."""
+    if not isinstance(problem, Problem) or not any(entry.is_tail for entry in study.constraints):
+        return None
+    return JudgedTails(TailLimits(cast(TuningStudy, study), problem.flyer.threads, watcher), gains)
+
+
 def judged(
-    study: SearchedStudy, finals: Finals, before: list[SearchEstimate], names: Sequence[str]
+    study: SearchedStudy,
+    finals: Finals,
+    before: list[SearchEstimate],
+    names: Sequence[str],
+    tails: JudgedTails | None = None,
 ) -> tuple[Finalists, int, str]:
     """Fly the finalists; return them with row and reason of the recommended one, which makes all flights."""
     flown = finals.fly()
     while True:
-        finalists = judge(flown, before)
+        finalists = judge(flown, before, 0.0 if tails is None else tails.excess)
         tuned, why = recommend(study, finalists, names)
         rows = np.flatnonzero(~flown.complete & unsettled(finalists, tuned))
-        if not len(rows):
+        if len(rows):
+            flown = finals.complete(flown, rows)
+        elif tails is None or not finalists.feasible[tuned] or not tails.judge(tuned):
             return finalists, tuned, why
-        flown = finals.complete(flown, rows)
 
 
 def unsettled(finalists: Finalists, tuned: int) -> np.ndarray:
@@ -122,7 +138,7 @@ def uncertain_limits(table: list[ComparedRow]) -> list[str]:
         f"confirmation flights: its value keeps {limit_text(float(row.limit or 0.0), row.unit)}, its interval reaches beyond. "
         "More held_out flights narrow it; `tuner rejudge` with a smaller max picks a point further from the limit."
         for row in table
-        if row.verdict == NOT_CERTAIN
+        if row.verdict == NOT_CERTAIN and row.tail_flights is None
     ]
 
 

@@ -1,0 +1,153 @@
+"""Limits of a study on rare events, kept by the points that a run recommends.
+
+Flights of a study cannot show a probability far below one over their number. So the search and the held-out check judge such a
+limit by the share of their own flights, and the point that would be recommended must keep it by an estimate of its own, on a
+stream that nothing was chosen by. Where it does not, the next point is judged, up to `MOST` of them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from objectives.problem import Constraint
+from objectives.tails.estimate import estimate_tail
+from objectives.tails.limit_function import Method
+from objectives.tails.planning import Request, choose_method, expected_evaluations
+from tuner.documents.parts import Estimate
+from tuner.documents.summary import ComparedRow
+from tuner.documents.verdicts import BROKEN, NOT_CERTAIN, SATISFIED
+from tuner.experiments.tails.events import read_event
+from tuner.experiments.tails.flight_limit import FlightLimit
+from tuner.search.watcher import Watcher
+from tuner.study.study import TuningStudy
+
+STAGE = "Estimating rare losses"
+MOST = 5
+"""Points that are judged by estimates of their own."""
+SMALLEST, WIDTH, MOST_FLIGHTS = 0.3, 1.0, 1_000_000
+"""Probability over the limit below which none is needed, width of the interval over the probability, flights of an estimate."""
+CONFIDENCE = 0.95
+"""Of the interval where the study asks for none."""
+
+
+class TailValue(NamedTuple):
+    """Probability of a limited event with its interval, and the flights that it took; of several scenarios the most."""
+
+    probability: float
+    low: float
+    high: float
+    flights: int
+
+
+@dataclass(frozen=True)
+class TailLimits:
+    """The limits of a study on rare events.
+
+    Attributes:
+        study: Whose gains are judged.
+        threads: That fly.
+        watcher: Callbacks.
+    """
+
+    study: TuningStudy
+    threads: int | None
+    watcher: Watcher
+
+    @property
+    def limits(self) -> dict[int, Constraint]:
+        """Limits by their index among the constraints of the study."""
+        return {i: entry for i, entry in enumerate(self.study.constraints) if entry.is_tail}
+
+    def announce(self) -> None:
+        """Tell the stage and the flights that a point usually takes where it just keeps its limits."""
+        scenarios = [entry.spec.name for entry in self.study.scenarios]
+        flights = sum(
+            expected_evaluations(limit.most, WIDTH, choose_method(limit.most)) * scenarios.count(name)
+            for limit in self.limits.values()
+            for name in scenarios
+            if limit.objective.scenario in (None, name)
+        )
+        self.watcher.on_stage(STAGE, round(flights))
+
+    def values(self, gains: np.ndarray) -> dict[int, TailValue]:
+        """Return the probabilities of the limited events under a gains row (g,)."""
+        return {i: self._value(gains, limit) for i, limit in self.limits.items()}
+
+    def _value(self, gains: np.ndarray, limit: Constraint) -> TailValue:
+        study, confidence = self.study, limit.confidence or CONFIDENCE
+        # Of a limit that crude flights can show, nothing rarer matters.
+        method = Method.CRUDE if choose_method(limit.most) is Method.CRUDE else None
+        request = Request(WIDTH, SMALLEST * limit.most, MOST_FLIGHTS, confidence, method)
+        values = []
+        for entry in study.scenarios:
+            if limit.objective.scenario in (None, entry.spec.name):
+                event = read_event(limit.objective.metric.text, study.system, entry.spec)
+                flown = FlightLimit(event, entry.spec, gains, self.threads, self.watcher.on_flights_done)
+                made = estimate_tail(flown, study.seed, request)
+                values.append(TailValue(made.probability, made.low, made.high, made.evaluations))
+        worst = max(values, key=lambda value: value.high)
+        return worst._replace(flights=sum(value.flights for value in values))
+
+
+class JudgedTails:
+    """Finalists judged by the limits on rare events, one after the other.
+
+    Args:
+        limits: Of the study.
+        gains: Of the finalists (rows, g).
+    """
+
+    def __init__(self, limits: TailLimits, gains: np.ndarray) -> None:
+        self._limits, self._gains = limits, gains
+        self.values: dict[int, dict[int, TailValue]] = {}
+
+    @property
+    def flights(self) -> int:
+        """Number of flights made."""
+        return sum(value.flights for made in self.values.values() for value in made.values())
+
+    @property
+    def excess(self) -> np.ndarray:
+        """Excess (rows, constraints) over the limits at their confidence.
+
+        0 where nothing is known, and infinite for all others once `MOST` points were judged and broke them.
+        """
+        limits, constraints = self._limits.limits, self._limits.study.constraints
+        excess = np.zeros((len(self._gains), len(constraints)))
+        for row, values in self.values.items():
+            for i, value in values.items():
+                excess[row, i] = max(value.high - limits[i].most, 0.0)
+        if len(self.values) >= MOST and all(excess[row].any() for row in self.values):
+            others = [row for row in range(len(excess)) if row not in self.values]
+            excess[np.ix_(others, list(limits))] = np.inf
+        return excess
+
+    def judge(self, row: int) -> bool:
+        """Estimate the probabilities of a row and return True, or False where that is done already."""
+        if row in self.values:
+            return False
+        self._limits.announce()
+        self.values[row] = self._limits.values(self._gains[row])
+        return True
+
+    def rows(self, table: Sequence[ComparedRow], row: int) -> list[ComparedRow]:
+        """Return a table of default and tuned values with the estimates of a row in place of shares of its flights."""
+        first = len(self._limits.study.objectives)
+        made = self.values.get(row, {})
+        return [_estimated(entry, made[i - first]) if i - first in made else entry for i, entry in enumerate(table)]
+
+
+def _estimated(row: ComparedRow, value: TailValue) -> ComparedRow:
+    assert row.limit is not None, "an estimate is of a limit"
+    kept = SATISFIED if value.high <= row.limit else NOT_CERTAIN if value.probability <= row.limit else BROKEN
+    return row.model_copy(
+        update={
+            "tuned": Estimate(value.probability, value.low, value.high),
+            "tuned_count": None,
+            "difference": Estimate(None, None, None),
+            "verdict": kept,
+            "tail_flights": value.flights,
+        }
+    )
