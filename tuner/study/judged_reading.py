@@ -45,7 +45,7 @@ def constraint_of(table: ConstraintTable, scenarios: tuple[StudyScenario, ...], 
 
 
 def _check_tail(constraint: Constraint) -> None:
-    """Refuse a limit on a probability that is none of a rare loss."""
+    """Refuse a limit on a probability of anything but a rare loss."""
     metric = constraint.objective.metric.text
     if metric != "failure":
         raise InputError(

@@ -1,4 +1,4 @@
-"""Limits of a study on rare events, kept by the points that a run recommends.
+"""Limits of a study on rare events.
 
 Flights of a study cannot show a probability far below one over their number. So the search and the held-out check judge such a
 limit by the share of their own flights, and the point that would be recommended must keep it by an estimate of its own, on a
@@ -33,7 +33,13 @@ CONFIDENCE = 0.95
 
 
 class TailValue(NamedTuple):
-    """Probability of a limited event with its interval, and the flights that it took; of several scenarios the most."""
+    """Probability of an event with its interval.
+
+    Attributes:
+        probability: Of several scenarios that with the largest upper end.
+        low, high: Ends of its interval.
+        flights: Of all scenarios.
+    """
 
     probability: float
     low: float
@@ -61,7 +67,7 @@ class TailLimits:
         return {i: entry for i, entry in enumerate(self.study.constraints) if entry.is_tail}
 
     def announce(self) -> None:
-        """Tell the stage and the flights that a point usually takes where it just keeps its limits."""
+        """Announce the flights of a point that just keeps its limits."""
         scenarios = [entry.spec.name for entry in self.study.scenarios]
         flights = sum(
             expected_evaluations(limit.most, WIDTH, choose_method(limit.most)) * scenarios.count(name)
@@ -125,7 +131,10 @@ class JudgedTails:
         return excess
 
     def judge(self, row: int) -> bool:
-        """Estimate the probabilities of a row and return True, or False where that is done already."""
+        """Return True if this call estimated the probabilities of a row.
+
+        False where they were estimated before.
+        """
         if row in self.values:
             return False
         self._limits.announce()
@@ -133,7 +142,10 @@ class JudgedTails:
         return True
 
     def rows(self, table: Sequence[ComparedRow], row: int) -> list[ComparedRow]:
-        """Return a table of default and tuned values with the estimates of a row in place of shares of its flights."""
+        """Return a table with the estimates of a row.
+
+        They stand in place of the shares of its flights, which were tuned values.
+        """
         first = len(self._limits.study.objectives)
         made = self.values.get(row, {})
         return [_estimated(entry, made[i - first]) if i - first in made else entry for i, entry in enumerate(table)]
@@ -141,13 +153,13 @@ class JudgedTails:
 
 def _estimated(row: ComparedRow, value: TailValue) -> ComparedRow:
     assert row.limit is not None, "an estimate is of a limit"
-    kept = SATISFIED if value.high <= row.limit else NOT_CERTAIN if value.probability <= row.limit else BROKEN
+    verdict = SATISFIED if value.high <= row.limit else NOT_CERTAIN if value.probability <= row.limit else BROKEN
     return row.model_copy(
         update={
             "tuned": Estimate(value.probability, value.low, value.high),
             "tuned_count": None,
             "difference": Estimate(None, None, None),
-            "verdict": kept,
+            "verdict": verdict,
             "tail_flights": value.flights,
         }
     )
