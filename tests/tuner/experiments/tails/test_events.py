@@ -75,9 +75,9 @@ def test_the_demand_of_a_metric_is_its_value_over_the_limit():
     given = normals(limit)
     inputs = inputs_of(study().system, spec, limit.space, given)
     results = system.fly(study().default_row[None], study().system.nominal, inputs)[0]
-    scores, _ = score_flights(
-        study().system, [event("peak.position > 2").metric], results, spec, study().system.targets(spec)
-    )
+    metric = event("peak.position > 2").metric
+    assert metric is not None
+    scores, _ = score_flights(study().system, [metric], results, spec, study().system.targets(spec))
     assert np.array_equal(limit.values(given)[:, 0], scores[0] / 2.0)
 
 

@@ -140,7 +140,7 @@ def test_gains_are_compared_with_the_first(study, tmp_path):
     both = tuner.tail([study, path], MORE, study=study, threads=2, to=0.05, width=5.0)
     [ratio] = both.document.ratios
     assert (ratio.gains, ratio.first) == (str(path), "quickstart")
-    assert ratio.ratio.value == pytest.approx(1.0)
+    assert ratio.ratio is not None and ratio.ratio.value == pytest.approx(1.0)
     assert ratio.ratio.low < 1.0 < ratio.ratio.high
 
 
@@ -213,7 +213,7 @@ def fabricated(status="estimated", probability=1e-4, low=0.7e-4, high=1.5e-4, me
 def test_a_ratio_has_the_interval_of_independent_lognormal_estimates():
     event, base = fabricated(), fabricated(probability=2e-4, low=1e-4, high=4e-4)
     ratio = ratio_of(event, base)
-    assert ratio.value == pytest.approx(0.5)
+    assert ratio is not None and ratio.value == pytest.approx(0.5)
     assert log(ratio.low / ratio.value) == pytest.approx(-sqrt(log(1 / 0.7) ** 2 + log(2.0) ** 2))
     assert ratio.high == pytest.approx(0.5 * exp(sqrt(log(1.5) ** 2 + log(2.0) ** 2)))
     assert ratio_of(event, fabricated(low=0.0)) is None
