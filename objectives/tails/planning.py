@@ -14,6 +14,8 @@ from objectives.tails.splitting import CHAIN, FRACTION, Ascent, Ladder, climb, r
 from plant.seeds import generator
 
 PILOT_CHAINS, SECTOR_CHAINS = 50, 30
+LEAST_CHAINS = 25
+"""Of a replica's ladders together."""
 CRUDE_FROM = 0.004
 """Probability above which crude Monte Carlo costs less, at any width: (1 - p) / p against `SPREAD` ln(p)^2."""
 SPREAD = 8.0
@@ -94,7 +96,11 @@ class _CountedLimit:
 def expected_evaluations(probability: float, relative_width: float, method: Method) -> int:
     """Return the rows that an estimate takes, pilot included, at 95 %."""
     per_variance = SPREAD * np.log(probability) ** 2 if method is Method.SPLITTING else 1.0 / probability - 1.0
-    return int(np.ceil((2.0 * 1.96 / relative_width) ** 2 * per_variance))
+    rows = (2.0 * 1.96 / relative_width) ** 2 * per_variance
+    if method is Method.SPLITTING:
+        # However wide the interval may be.
+        rows = max(rows, FIRST * LEAST_CHAINS * CHAIN * np.log(probability) / np.log(FRACTION))
+    return int(np.ceil(rows))
 
 
 def choose_method(probability: float) -> Method:
@@ -180,7 +186,9 @@ def _sized(ascents: list[Ascent], request: Request, dimension: int) -> tuple[Lad
         return ()
     probabilities = np.array([ascent.probability for ascent in ascents])
     variation = sqrt(FIRST) * request.relative_width / (2.0 * student_quantile(request.confidence, FIRST))
-    total = float(np.clip(0.9 * np.log(1.0 / min(np.sum(probabilities), 0.9)) / np.log1p(variation**2), 25.0, 1000.0))
+    total = float(
+        np.clip(0.9 * np.log(1.0 / min(np.sum(probabilities), 0.9)) / np.log1p(variation**2), LEAST_CHAINS, 1000.0)
+    )
     parts = np.maximum(probabilities / np.sum(probabilities), 0.2 / len(ascents))
     chains = np.clip(np.ceil(total * parts).astype(int), 3, most_chains(dimension))
     return tuple(ascent.ladder._replace(chains=int(n)) for ascent, n in zip(ascents, chains, strict=True))

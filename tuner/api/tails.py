@@ -13,6 +13,7 @@ from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import Gains, as_gains
 from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.tail import TailDocument
+from tuner.experiments.tails.events import FAILURE
 from tuner.experiments.tails.run import TailedGains, TailRun, TailSettings
 from tuner.search.watcher import Watcher
 from tuner.study.files import shipped_studies
@@ -77,7 +78,7 @@ class Tail(Documented):
 
 def tail(
     gains: Tailed | Sequence[Tailed],
-    events: str | Sequence[str],
+    events: str | Sequence[str] = FAILURE,
     *,
     to: float = SMALLEST,
     width: float = WIDTH,

@@ -17,8 +17,13 @@ def tail(
         typer.Argument(help="Gains files, results folders, or studies for their default.", metavar="GAINS"),
     ],
     event: Annotated[
-        list[str], typer.Option("--event", help='METRIC > NUMBER, such as "peak.position > 3", or failure; repeatable.')
-    ],
+        list[str] | None,
+        typer.Option(
+            "--event",
+            help='METRIC > NUMBER, such as "peak.position > 3", or failure; repeatable.',
+            show_default="failure",
+        ),
+    ] = None,
     to: Annotated[float, typer.Option(help="Probability down to which is looked.")] = 1e-6,
     width: Annotated[float, typer.Option(help="Width of the 95 % interval, over the probability.")] = 0.5,
     most: Annotated[int, typer.Option(help="Flights of each event at most.", min=1)] = 1_000_000,
@@ -40,7 +45,7 @@ def tail(
     with progress(as_json) as watcher:
         result = tuner.tail(
             list(gains),
-            event,
+            event or ["failure"],
             to=to,
             width=width,
             most=most,

@@ -12,8 +12,10 @@ import numpy as np
 from objectives.flown_system import FlownSystem, Scenario
 from objectives.risk import upper_bound
 from objectives.tails.estimate import estimate_tail
+from objectives.tails.intervals import FIRST
 from objectives.tails.limit_function import Method, Progress, TailEstimate
 from objectives.tails.planning import Plan, Request, choose_method, expected_evaluations, plan_tail
+from objectives.tails.splitting import replica_evaluations
 from objectives.tails.subspace_design_point import find_design_point
 from plant.errors import StoreError
 from plant.seeds import generator
@@ -178,9 +180,10 @@ class TailRun:
 
     def _announce_rest(self, plan: Plan, rate: float) -> None:
         if plan.probability > 0.0:
+            left = self._flights(plan.probability)
             # Flights of the pilot are no part of a count.
-            spent = 0 if plan.method is Method.CRUDE else plan.evaluations
-            left = max(self._flights(plan.probability) - spent, 0)
+            if plan.method is Method.SPLITTING:
+                left = max(left - plan.evaluations, FIRST * replica_evaluations(plan.ladders))
             self._watcher.on_message(
                 f"A pilot of {number_text(plan.evaluations)} flights puts it near {plan.probability:.0e}: about "
                 f"{number_text(left)} more, {duration(left / rate)}"

@@ -1,6 +1,7 @@
 """Tails from question to folder: what is written, gone on with, compared, told, and flown again."""
 
 import json
+import re
 import shutil
 from math import exp, log, sqrt
 
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import tuner
+from objectives.tails.intervals import FIRST
 from plant.errors import InputError, StoreError
 from tests.tuner.conftest import QUICKSTART
 from tuner.api.frames import json_text
@@ -17,6 +19,7 @@ from tuner.documents.parts import SampledValue
 from tuner.documents.tail import TailDocument, TailEvent, TailMode, TailPoint, TailRatio
 from tuner.experiments.tails.run import ratio_of
 from tuner.experiments.tails.words import event_line, mode_line, point_line, probability_text, ratio_line
+from tuner.search.watcher import Watcher
 from tuner.study import load_study
 
 EVENTS = ["peak.position > 1.35"]
@@ -269,3 +272,17 @@ def test_the_answer_has_a_line_for_every_event_mode_and_point(made, capsys):
     assert event_line(event, made.document.smallest) in printed
     assert point_line(event.modes[0].point) in printed
     assert f"Document: {made.folder / 'tail.json'}" in printed
+
+
+def test_the_flights_that_are_announced_are_about_those_that_are_made(study, monkeypatch):
+    """Of a wide interval too, which the first replicas make narrower than asked for."""
+    monkeypatch.setattr("objectives.tails.estimate.FIRST", FIRST)
+    messages: list[str] = []
+    watcher = Watcher()
+    monkeypatch.setattr(watcher, "on_message", messages.append)
+    made = tuner.tail(study, EVENTS[0], to=1e-3, width=5.0, threads=2, watcher=watcher)
+    [event] = made.document.gains[0].events
+    [pilot] = [text for text in messages if text.startswith("A pilot of")]
+    spent, more = (int(re.sub(r"\D", "", part)) for part in re.findall(r"(?:of|about) (\d[^a-z]*)", pilot))
+    assert event.method == "splitting"
+    assert (spent + more) / event.flights == pytest.approx(1.0, abs=0.25)
