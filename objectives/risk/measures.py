@@ -138,6 +138,11 @@ class Risk:
         elif not 0.0 < self.level < 1.0:
             raise InputError(f"level = {self.level} of risk '{self.name}' must lie between 0 and 1, for instance 0.9")
 
+    @property
+    def is_mean(self) -> bool:
+        """Whether it is the mean over flights."""
+        return self.name in ("mean", PROBABILITY)
+
     def __str__(self) -> str:
         return self.name if self.level is None else f"{self.name} {self.level:g}"
 

@@ -59,7 +59,7 @@ def binary_interval(values: Values, risk: Risk, confidence: float = 0.95) -> Int
 def binary_difference(first: Values, second: Values, risk: Risk, confidence: float = 0.95) -> Interval:
     """Return the interval of risk(first) - risk(second) of paired binary values (..., n)."""
     first, second = np.broadcast_arrays(first, second)
-    if risk.name == "mean":
+    if risk.is_mean:
         return share_difference(
             _events(first - second > 0.0), _events(second - first > 0.0), first.shape[-1], confidence
         )
@@ -84,7 +84,7 @@ def share_difference(first: Counts, second: Counts, count: Counts, confidence: f
 
 def risk_of_share(share: Values, risk: Risk) -> Values:
     """Return the risk (...) of a Bernoulli variable of probability `share` (...)."""
-    if risk.name == "mean":
+    if risk.is_mean:
         return share
     if risk.name == "cvar":
         return np.minimum(share / (1.0 - (risk.level or 0.0)), 1.0)

@@ -46,7 +46,7 @@ class MeasuredRisk(NamedTuple):
 
 def measured(values: Values, risk: Risk) -> MeasuredRisk:
     """Return the risk of values (..., n) and what pulls at it; up to rounding the risk is that of `Risk.apply`."""
-    if risk.name == "mean":
+    if risk.is_mean:
         return MeasuredRisk(np.mean(values, axis=-1), values)
     if risk.name == "cvar" and risk.level is not None:
         rank = quantile_rank(risk.level, values.shape[-1])

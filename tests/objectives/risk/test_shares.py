@@ -9,7 +9,16 @@ from scipy.stats import binom, binomtest, multinomial
 
 from objectives.metrics import METRICS, parse
 from objectives.problem import Constraint, Objective
-from objectives.risk import Risk, clopper_pearson, flights_to_show, interval_on, share_difference, upper_bound
+from objectives.risk import (
+    Risk,
+    binary_difference,
+    binary_interval,
+    clopper_pearson,
+    flights_to_show,
+    interval_on,
+    share_difference,
+    upper_bound,
+)
 from tuner.documents.parts import ShareCount
 
 RATES = (0.0005, 0.001, 0.002, 0.005, 0.01, 0.02, 0.05)
@@ -112,3 +121,10 @@ def test_an_interval_of_a_metric_has_no_end_below_zero():
     assert (
         Objective(parse("itae.x"), risk).interval(values - 1.0, drawn).low == interval_on(values - 1.0, risk, drawn).low
     )
+
+
+def test_a_probability_has_the_intervals_of_the_share_that_stands_for_it():
+    lost, others = (np.asarray(np.arange(200) < count, np.float64) for count in (7, 3))
+    one, other = (Risk(name) for name in ("probability", "mean"))
+    assert np.array_equal(binary_interval(lost, one), binary_interval(lost, other))
+    assert np.array_equal(binary_difference(lost, others, one), binary_difference(lost, others, other))

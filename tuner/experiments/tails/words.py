@@ -1,6 +1,9 @@
 """Tails in words: a line for an event, a mode, a design point and a ratio."""
 
+from collections.abc import Sequence
+
 from tuner.documents.parts import SampledValue
+from tuner.documents.summary import ComparedRow
 from tuner.documents.tail import TailEvent, TailMode, TailPoint, TailRatio
 from tuner.text.numbers import count, fixed, per_cent, significant
 
@@ -33,6 +36,27 @@ def event_line(event: TailEvent, smallest: float) -> str:
         return f"{event.event}: {event.probability:g}; nothing of this scenario is drawn, so all flights are the same"
     more = "; the flights allowed were too few for the width" if event.status == "wide" else ""
     return f"{event.event}: {probability_text(event.probability, event.low, event.high)} ({spent}{more})"
+
+
+def tail_words(table: Sequence[ComparedRow], point: str) -> list[str]:
+    """Return sentences on the estimates in place of shares of flights.
+
+    Args:
+        table: Default and tuned values.
+        point: Name of the tuned one.
+    """
+    words = []
+    for row in table:
+        value, low, high = row.tuned.parts
+        if row.tail_flights is None or value is None or low is None or high is None:
+            continue
+        share = probability_text(value, low, high)
+        spent = count(row.tail_flights)
+        words.append(
+            f"{point} has {row.metric} with a probability of {share}, by {spent} flights of their own; at most {row.limit:g} "
+            "is allowed."
+        )
+    return words
 
 
 def mode_line(mode: TailMode) -> str:

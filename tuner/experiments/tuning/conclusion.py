@@ -16,6 +16,7 @@ from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.documents.summary import ComparedRow
 from tuner.documents.verdicts import NOT_CERTAIN
 from tuner.experiments.tails.limits import JudgedTails, TailLimits
+from tuner.experiments.tails.words import tail_words
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
     conflict_texts,
@@ -154,10 +155,11 @@ def default_candidate(tried: Archive, study: SearchedStudy) -> int | None:
 
 
 def remarks(outcome: Outcome) -> list[str]:
-    """Return sentences on the price of each limit along the front."""
+    """Return sentences on rare losses and the price of each limit."""
     study = outcome.study
     labels, units = zip(*[(entry.label, entry.metric.unit) for entry in study.objectives], strict=True)
-    return cost_texts(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
+    rare = tail_words(outcome.table, outcome.names[outcome.tuned])
+    return [*rare, *cost_texts(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)]
 
 
 def finalists_of(survivors: Survivors, tried: Archive, study: SearchedStudy) -> tuple[np.ndarray, list[str]]:

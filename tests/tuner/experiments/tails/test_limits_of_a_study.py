@@ -80,6 +80,8 @@ def test_a_run_estimates_the_probability_of_what_it_recommends(ran):
     assert row.tail_flights and row.tuned.high <= 0.05
     read = Summary.parse((folder / "summary.json").read_text(encoding="utf-8"))
     assert [entry.tail_flights for entry in read.compared if entry.metric == "failure"] == [row.tail_flights]
+    assert row.default.high is not None and row.default.high < 0.2
+    assert any("with a probability of" in text and "at most 0.05 is allowed" in text for text in read.remarks)
 
 
 def test_another_process_comes_to_the_same_estimate(ran, tuner):
