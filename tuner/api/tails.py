@@ -114,7 +114,7 @@ def tail(
         StoreError: The folder holds something else.
 
     Examples:
-        >>> made = tuner.tail("quickstart", "peak.position > 1.3", to=0.05, width=1.0)
+        >>> made = tuner.tail("quickstart", "peak.position > 1.3", to=0.05, most=500)
         >>> made.document.gains[0].events[0].probability < 0.5
         True
 

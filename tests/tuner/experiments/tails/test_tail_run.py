@@ -55,6 +55,7 @@ def test_the_document_reads_back_as_it_was_written(made):
     assert made.table.index.tolist() == [("quickstart", text) for text in EVENTS]
 
 
+@pytest.mark.slow
 def test_the_probability_of_a_loss_is_that_of_crude_flights(study):
     flown = tuner.fly(_default(study), study=study, flights=6000, threads=2)
     lost = flown.document.lost
