@@ -37,12 +37,13 @@ from tests.tuner.analysis.identification.independent_flights import (
 from tests.tuner.analysis.identification.known_flights import AIRFRAME, distances
 from tests.tuner.analysis.identification.rotorpy_flights import SPIN, fly_rotorpy, is_installed
 from tuner.analysis.identification.identify import identify_vehicle
+from tuner.analysis.identification.random_effects import QUANTILE
 from tuner.analysis.identification.samples import OUTPUTS
 from tuner.logs.flight_log import FlightLog
 from tuner.store.environment import commit
 
-BATCH, DURATION, QUANTILE = 20, 20.0, 1.96
-"""Vehicles that fly side by side, length of a log [s], and half a 95 % interval in standard deviations."""
+BATCH, DURATION = 20, 20.0
+"""Vehicles that fly side by side, and length of a log [s]."""
 DAMPING = 1.4
 """Twice the damping of the gyros' low-passes."""
 

@@ -53,7 +53,7 @@ class NormalGenerator:
 
 @dataclass(frozen=True)
 class NormalSpace:
-    """Where the normals of a flight stand in its vector.
+    """Places of the normals of a flight in its vector.
 
     Attributes:
         dimension: Number of normals.

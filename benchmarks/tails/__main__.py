@@ -43,7 +43,7 @@ def peer(python: str, algorithm: str, probability: float, name: str, repeats: in
 
 
 def row(who: str, name: str, exact: float, estimates: Sequence[Estimate]) -> Row:
-    """Return what a case showed."""
+    """Return coverage and cost of a case."""
     center, low, high, evaluations = np.array(estimates).T
     held = int(np.count_nonzero((low <= exact) & (exact <= high)))
     at_least, at_most = clopper_pearson(held, len(estimates))

@@ -41,7 +41,7 @@ class LimitFunction(Protocol):
 
 
 class Status(StrEnum):
-    """How an estimate ended.
+    """End of an estimate.
 
     ESTIMATED: the interval is as narrow as asked for.
     WIDE: the evaluations allowed were spent before it was.
@@ -60,7 +60,7 @@ class Status(StrEnum):
 
 
 class Method(StrEnum):
-    """How the probability was estimated."""
+    """Estimator of a probability."""
 
     CRUDE = "crude Monte Carlo"
     SPLITTING = "splitting"

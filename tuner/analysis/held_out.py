@@ -26,7 +26,7 @@ from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES, FinalFlights
 from tuner.documents.parts import Estimate, SampledValue, ShareCount
 from tuner.documents.summary import ComparedRow, ComparedState, RequiredRow
-from tuner.documents.verdicts import BROKEN, NOT_CERTAIN, SATISFIED, verdict_on_difference, verdict_on_limit
+from tuner.documents.verdicts import BROKEN, SATISFIED, verdict_on_difference, verdict_on_limit
 from tuner.search.front import non_dominated
 
 # Bootstrap replicates for the Default / Tuned table.
@@ -208,8 +208,8 @@ def compare(problem: Evaluator, flown: Evaluation, root: int) -> list[ComparedRo
         gap_sizes = SampledValue(*map(float, quantity.difference(samples[1], samples[0], part)))
         row = compared_row(quantity, default, tuned, gap_sizes, limit)
         if limit is not None and row.verdict == SATISFIED and not limit.rests_on_value:
-            held = quantity.interval(samples[1], part, limit.confidence).high <= limit.most
-            row = row if held else row.model_copy(update={"verdict": NOT_CERTAIN})
+            end = float(quantity.interval(samples[1], part, limit.confidence).high)
+            row = row.model_copy(update={"verdict": verdict_on_limit(tuned.value, limit.most, high=end)})
         counts = [ShareCount.of(one) for one in samples] if quantity.is_binary else []
         rows.append(row.model_copy(update=dict(zip(("default_count", "tuned_count"), counts, strict=False))))
     return rows

@@ -14,7 +14,7 @@ from tuner.api.gains import Gains, as_gains
 from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.tail import TailDocument
 from tuner.experiments.tails.events import FAILURE
-from tuner.experiments.tails.run import TailedGains, TailRun, TailSettings
+from tuner.experiments.tails.run import TailRun, TailSettings, TailSubject
 from tuner.search.watcher import Watcher
 from tuner.study.files import shipped_studies
 from tuner.study.kinds import AnyStudy
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 SMALLEST, WIDTH, MOST = 1e-6, 0.5, 1_000_000
 LEAST, LARGEST = 1e-9, 0.1
-Tailed: TypeAlias = Gains | AnyStudy | str | Path
+GainsOrStudy: TypeAlias = Gains | AnyStudy | str | Path
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Tail(Documented):
 
 
 def tail(
-    gains: Tailed | Sequence[Tailed],
+    gains: GainsOrStudy | Sequence[GainsOrStudy],
     events: str | Sequence[str] = FAILURE,
     *,
     to: float = SMALLEST,
@@ -138,7 +138,7 @@ def tail(
             raise InputError("the gains fly different scenarios; name one with --study", key=str(given))
     run = TailRun(
         [
-            TailedGains(name, each.system, each.gains, each.laws)
+            TailSubject(name, each.system, each.gains, each.laws)
             for name, each in zip(_names(several), setups, strict=True)
         ],
         written,
@@ -150,7 +150,7 @@ def tail(
     return Tail(run.carry_out(), None if out is None else Path(out))
 
 
-def _setup(given: Tailed, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
+def _setup(given: GainsOrStudy, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:
     """Return the flights of gains, or of the default of a study."""
     if isinstance(given, Gains) or (isinstance(given, str | Path) and not _is_study(given)):
         return as_gains(given).flight_setup(study, scenario, seed)
@@ -167,7 +167,7 @@ def _is_study(given: str | Path) -> bool:
     return path.suffix == ".toml" or (not path.exists() and str(given) in shipped_studies())
 
 
-def _names(several: Sequence[Tailed]) -> list[str]:
+def _names(several: Sequence[GainsOrStudy]) -> list[str]:
     """Return a name for each of the gains: as given, or its number."""
     names = []
     for number, given in enumerate(several, start=1):

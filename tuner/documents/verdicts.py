@@ -31,7 +31,12 @@ def verdict_on_difference(default: float, difference: Estimate | SampledValue) -
     return WORSE if difference.low > 0.0 else NO_DIFFERENCE
 
 
-def verdict_on_limit(value: float | None, limit: float, sense: str = "max") -> str:
-    """Return the verdict on a value with a limit; null is infinite."""
+def verdict_on_limit(value: float | None, limit: float, sense: str = "max", high: float | None = None) -> str:
+    """Return the verdict on a value with a limit; null is infinite.
+
+    high: upper end of the value's interval where that must not exceed a largest value either.
+    """
     value = inf if value is None else value
-    return SATISFIED if (value >= limit if sense == "min" else value <= limit) else BROKEN
+    if not (value >= limit if sense == "min" else value <= limit):
+        return BROKEN
+    return SATISFIED if high is None or high <= limit else NOT_CERTAIN

@@ -17,7 +17,7 @@ from objectives.tails.limit_function import Method
 from objectives.tails.planning import Request, choose_method, expected_evaluations
 from tuner.documents.parts import Estimate
 from tuner.documents.summary import ComparedRow
-from tuner.documents.verdicts import BROKEN, NOT_CERTAIN, SATISFIED
+from tuner.documents.verdicts import verdict_on_limit
 from tuner.experiments.tails.events import read_event
 from tuner.experiments.tails.flight_limit import FlightLimit
 from tuner.search.watcher import Watcher
@@ -97,7 +97,7 @@ class TailLimits:
         return worst._replace(flights=sum(value.flights for value in values))
 
 
-class JudgedTails:
+class FinalistTails:
     """Finalists judged by the limits on rare events, one after the other.
 
     Args:
@@ -153,13 +153,12 @@ class JudgedTails:
 
 def _estimated(row: ComparedRow, value: TailValue) -> ComparedRow:
     assert row.limit is not None, "an estimate is of a limit"
-    verdict = SATISFIED if value.high <= row.limit else NOT_CERTAIN if value.probability <= row.limit else BROKEN
     return row.model_copy(
         update={
             "tuned": Estimate(value.probability, value.low, value.high),
             "tuned_count": None,
             "difference": Estimate(None, None, None),
-            "verdict": verdict,
+            "verdict": verdict_on_limit(value.probability, row.limit, high=value.high),
             "tail_flights": value.flights,
         }
     )

@@ -46,13 +46,13 @@ GRADIENTS = 5
 RARE = 0.2
 """Probability from which on the flight without deviations is about as near as any."""
 LEAST_LEVEL = 0.05
-"""Demand over capacity from which on a curve is told: below lie levels of modes that nothing comes near."""
+"""Least demand over capacity of a curve: below lie levels of modes that nothing comes near."""
 PILOT = 64
 """Flights by which the speed is measured."""
 
 
 @dataclass(frozen=True)
-class TailedGains:
+class TailSubject:
     """Gains whose tails are estimated.
 
     Args:
@@ -102,7 +102,7 @@ class TailRun:
 
     def __init__(
         self,
-        gains: Sequence[TailedGains],
+        gains: Sequence[TailSubject],
         events: Sequence[str],
         spec: Scenario,
         settings: TailSettings,
@@ -138,7 +138,7 @@ class TailRun:
         events = [event.text for event in self._events[0]]
         return question_of([flown, events, s.root, s.smallest, s.width, s.most])
 
-    def _estimated(self, number: int, gains: TailedGains, event: Event, record: Record | None) -> TailEvent:
+    def _estimated(self, number: int, gains: TailSubject, event: Event, record: Record | None) -> TailEvent:
         settings, watcher = self._settings, self._watcher
         limit = FlightLimit(event, self._spec, gains.row, settings.threads, watcher.on_flights_done)
         rate = self._announce(gains, event, limit)
@@ -159,7 +159,7 @@ class TailRun:
         estimate = estimate_tail(limit, settings.root, request, plan, completed, on_progress)
         return self._row(event, estimate, limit)
 
-    def _announce(self, gains: TailedGains, event: Event, limit: FlightLimit) -> float:
+    def _announce(self, gains: TailSubject, event: Event, limit: FlightLimit) -> float:
         """Tell the cost of the estimate and return the flights per second.
 
         A few flights are timed for it.

@@ -15,7 +15,7 @@ from tuner.analysis.held_out import Finalists, SearchEstimate, compare, compare_
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.documents.summary import ComparedRow
 from tuner.documents.verdicts import NOT_CERTAIN
-from tuner.experiments.tails.limits import JudgedTails, TailLimits
+from tuner.experiments.tails.limits import FinalistTails, TailLimits
 from tuner.experiments.tails.words import tail_words
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
@@ -100,11 +100,11 @@ def conclude(
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
 
 
-def tails_of(problem: Evaluator, study: SearchedStudy, gains: np.ndarray, watcher: Watcher) -> JudgedTails | None:
+def tails_of(problem: Evaluator, study: SearchedStudy, gains: np.ndarray, watcher: Watcher) -> FinalistTails | None:
     """Return the finalists' limits on rare events, None without any; gains (rows, g)."""
     if not isinstance(problem, Problem) or not any(entry.is_tail for entry in study.constraints):
         return None
-    return JudgedTails(TailLimits(cast(TuningStudy, study), problem.flyer.threads, watcher), gains)
+    return FinalistTails(TailLimits(cast(TuningStudy, study), problem.flyer.threads, watcher), gains)
 
 
 def judged(
@@ -112,7 +112,7 @@ def judged(
     finals: Finals,
     before: list[SearchEstimate],
     names: Sequence[str],
-    tails: JudgedTails | None = None,
+    tails: FinalistTails | None = None,
 ) -> tuple[Finalists, int, str]:
     """Fly the finalists; return them with row and reason of the recommended one, which makes all flights."""
     flown = finals.fly()

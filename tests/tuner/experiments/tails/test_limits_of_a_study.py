@@ -6,7 +6,7 @@ import pytest
 from plant.errors import InputError
 from tests.tuner.conftest import QUICKSTART, SMALL, run_small
 from tuner.documents.summary import Summary
-from tuner.experiments.tails.limits import JudgedTails, TailLimits, TailValue
+from tuner.experiments.tails.limits import FinalistTails, TailLimits, TailValue
 from tuner.experiments.tuning.ending import ending_of
 from tuner.search.watcher import Watcher
 from tuner.study import load_study
@@ -51,7 +51,7 @@ class Listed(TailLimits):
 
 def test_points_are_judged_until_one_keeps_the_limit(study):
     limits = Listed(study, 1, Watcher())
-    judged = JudgedTails(limits, np.array([[0.05], [0.045], [0.02], [0.2]]))
+    judged = FinalistTails(limits, np.array([[0.05], [0.045], [0.02], [0.2]]))
     assert judged.judge(1) and not judged.judge(1) and judged.judge(2)
     # Upper ends of 0.09 and 0.04, at most 0.05.
     assert judged.excess[:, 0] == pytest.approx([0.0, 0.04, 0.0, 0.0])
@@ -59,7 +59,7 @@ def test_points_are_judged_until_one_keeps_the_limit(study):
 
 
 def test_after_five_points_that_break_it_no_other_counts_as_keeping_it(study):
-    judged = JudgedTails(Listed(study, 1, Watcher()), np.full((8, 1), 0.1))
+    judged = FinalistTails(Listed(study, 1, Watcher()), np.full((8, 1), 0.1))
     for row in (3, 1, 4, 2, 6):
         assert np.isfinite(judged.excess).all()
         judged.judge(row)
