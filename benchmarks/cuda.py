@@ -6,12 +6,8 @@ The full cascade (hybrid under ladrc, the quickstart's) with motor lag, noise, m
 of 10 s; a rate is the median of several rounds, from gains on the processor to results on the processor, scenarios on the card
 already. `kernel` is the share of it that the card flew, by its own clock.
 
-What to expect, estimated from the assembled instructions and not measured. sm_90, air without gusts of rotation: a plant step is
-668 instructions in single and 832 in double precision (667 of them in double), and a quarter of a control step adds 369 and 977
-(281). A multiprocessor of an H100 issues 128 of them a clock, 64 in double precision. With 132 multiprocessors at 1.7 GHz that
-bounds the rate by 2.8e10 steps/s in single and 1.5e10 in double precision. Latencies with 12 and 8 warps a multiprocessor and
-traffic of spilled meters (104 and 273 loads a control step) will take half or more: 1e10 in single and 5e9 in double precision
-are what to hope for.
+Recorded on an H200 in `benchmarks/results/cuda.json`: 1.5e10 steps/s in single and 3.0e9 in double precision. The assembled
+instructions (sm_90: 668 a plant step and 369 a quarter of a control step in single precision) bound it by 2.8e10 and 1.5e10.
 """
 
 import argparse

@@ -88,3 +88,11 @@ def test_the_lowest_lock_holds_the_lower_bounds():
         numbers = [[int(part) for part in value.split(".")] for value in lowest[distribution(name)]]
         wanted = [int(part) for part in bound.split(".")]
         assert any(value[: len(wanted)] == wanted for value in numbers), (name, bound, lowest[distribution(name)])
+
+
+def test_no_folder_of_tests_hides_a_library():
+    # Pytest puts the parent of a folder of modules on the path, so tests/.../cuda hid the package that drives graphics cards.
+    packages = [file.parent for file in (ROOT / "tests").rglob("__init__.py")]
+    hiding = [folder for folder in packages if not (folder.parent / "__init__.py").exists()]
+    libraries = {"cuda", *(distribution(entry) for extra in EXTRAS.values() for entry in extra)}
+    assert not {folder.name for folder in hiding} & libraries

@@ -48,7 +48,7 @@ REUSE = RunOption(
 )
 BACKEND = RunOption(
     str,
-    "Simulation backend: lanes (processor), cuda (graphics card; tested in a simulator only) or cuda-float32.",
+    "Simulation backend: lanes (processor), cuda (graphics card) or cuda-float32.",
     "only a tuning study flies on a graphics card",
     "lanes",
 )

@@ -12,7 +12,7 @@ from objectives.metrics.columns import COLUMNS
 from objectives.system import System
 from plant.backends import cuda_flights
 from plant.backends.cuda_flights import CudaFlyer
-from tests.plant.backends.cuda.flights import CASES, batch, rows
+from tests.plant.backends.gpu.flights import CASES, batch, rows
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, loop, spec
 
 

@@ -1,17 +1,18 @@
 """What goes to the card: scenarios as the last axis, and model functions with every number in one precision."""
 
+import warnings
 from types import FunctionType
 
 import numpy as np
 import pytest
 
-from plant.backends.cuda_flights import by_scenario
+from plant.backends.cuda_flights import by_scenario, launcher
 from plant.backends.cuda_precision import CudaRebinder
 from plant.backends.flyer import to_lanes
 from plant.backends.lanes import LANES
 from plant.primitives import __all__ as primitives
 from plant.quadrotor.closed_loop import LARGEST_STATE
-from tests.plant.backends.cuda.flights import PAIRS
+from tests.plant.backends.gpu.flights import PAIRS
 from tests.plant.loops import loop
 
 
@@ -53,3 +54,13 @@ def test_single_precision_leaves_no_number_double(pair):
 def test_double_precision_takes_functions_as_they_are():
     bind = CudaRebinder(dict.fromkeys(primitives, 0), lambda function: function, np.float64)
     assert bind(loop().advance).__code__ == loop().advance.__code__
+
+
+@pytest.mark.parametrize("colour", ["", "\x1b[1m"])
+def test_a_launch_that_does_not_fill_the_card_warns_nobody(colour):
+    class Kernel:
+        def __getitem__(self, shape):
+            warnings.warn(f"{colour}Grid size {shape[0]} will likely result in GPU under-utilization", stacklevel=2)
+            return shape
+
+    assert launcher(Kernel(), 130) == (2, 128)

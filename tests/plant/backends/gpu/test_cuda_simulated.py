@@ -14,7 +14,7 @@ from plant.backends.lanes import LANES, result_rows
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.records import flatten, pack
 from plant.status import Status
-from tests.plant.backends.cuda.flights import CASES, SCENARIOS, SHORT, assert_alike, batch, rows
+from tests.plant.backends.gpu.flights import CASES, SCENARIOS, SHORT, assert_alike, batch, rows
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, flyer, inputs, loop
 
 ROOT = Path(__file__).parents[4]
@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[4]
 def found(tmp_path_factory):
     file = tmp_path_factory.mktemp("cuda") / "flights.npz"
     world = os.environ | {"NUMBA_ENABLE_CUDASIM": "1", "TUNER_CACHE_DIR": str(file.parent / "kernels")}
-    command = [sys.executable, "-m", "tests.plant.backends.cuda.simulated", str(file)]
+    command = [sys.executable, "-m", "tests.plant.backends.gpu.simulated", str(file)]
     done = subprocess.run(command, cwd=ROOT, env=world, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr[-3000:]
     with np.load(file) as content:

@@ -11,7 +11,7 @@ from plant.backends.cuda_card import missing
 from plant.backends.cuda_flights import CudaFlyer
 from plant.backends.flyer import Flyer, result_parts
 from plant.status import Status
-from tests.plant.backends.cuda.flights import LONG, PAIRS, assert_alike, batch, rows, tolerance
+from tests.plant.backends.gpu.flights import LONG, PAIRS, assert_alike, batch, rows, tolerance
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, flyer, loop, spec
 
 pytestmark = pytest.mark.skipif(missing() is not None, reason=f"{missing()}")

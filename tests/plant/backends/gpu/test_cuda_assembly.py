@@ -6,8 +6,8 @@ import pytest
 
 from plant.backends.cuda import BLOCK, BLOCKS
 from plant.quadrotor.closed_loop import LARGEST_STATE
-from tests.plant.backends.cuda.assembly import assembled, digits, innermost, missing, ptx, total
-from tests.plant.backends.cuda.flights import PAIRS
+from tests.plant.backends.gpu.assembly import assembled, digits, innermost, missing, ptx, total
+from tests.plant.backends.gpu.flights import PAIRS
 
 pytestmark = pytest.mark.skipif(missing() is not None, reason=f"{missing()}")
 ARCHITECTURES = ("sm_80", "sm_90")
