@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from plant.errors import InputError, StoreError, ToolError, UnknownNameError
     from tuner.api.approaching import approach
     from tuner.api.catalogue import catalogue
-    from tuner.api.checking import check, judge, validate
+    from tuner.api.checking import check, check_requirements, validate
     from tuner.api.comparing import compare
     from tuner.api.comparing_logs import compare_logs
     from tuner.api.confirming import confirm
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from tuner.api.flying import fly
     from tuner.api.gains import Gains, default_gains, read_gains
     from tuner.api.identifying import check_logs, identify
+    from tuner.api.judging import judge, read_back
     from tuner.api.margins import cost, margins, theory
     from tuner.api.planning import plan, sensitivity
     from tuner.api.results import (
@@ -51,16 +52,17 @@ if TYPE_CHECKING:
 __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "PlantStudy", "Results", "StoreError",
     "Study", "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "check_logs",
-    "compare", "compare_logs", "confirm", "cost", "default_gains", "design", "estimate_airframe", "export", "fly", "identify",
-    "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan", "plan_flight", "read_gains",
-    "rejudge", "resume", "run", "sensitivity", "tail", "tell", "theory", "use", "validate", "verify",
+    "check_requirements", "compare", "compare_logs", "confirm", "cost", "default_gains", "design", "estimate_airframe",
+    "export", "fly", "identify", "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan",
+    "plan_flight", "read_back", "read_gains", "rejudge", "resume", "run", "sensitivity", "tail", "tell", "theory", "use",
+    "validate", "verify",
 ]  # fmt: skip
 
 _HOMES = {
     "plant.errors": ("InputError", "StoreError", "ToolError", "UnknownNameError"),
     "tuner.api.approaching": ("approach",),
     "tuner.api.catalogue": ("catalogue",),
-    "tuner.api.checking": ("check", "judge", "validate"),
+    "tuner.api.checking": ("check", "check_requirements", "validate"),
     "tuner.api.comparing": ("compare",),
     "tuner.api.comparing_logs": ("compare_logs",),
     "tuner.api.confirming": ("confirm",),
@@ -71,6 +73,7 @@ _HOMES = {
     "tuner.api.flying": ("fly",),
     "tuner.api.gains": ("Gains", "default_gains", "read_gains"),
     "tuner.api.identifying": ("check_logs", "identify"),
+    "tuner.api.judging": ("judge", "read_back"),
     "tuner.api.margins": ("cost", "margins", "theory"),
     "tuner.api.planning": ("plan", "sensitivity"),
     "tuner.api.results": (

@@ -128,7 +128,7 @@ def accuracy(folder: Path) -> Iterator[str]:
     for name, error in (("", 0.0), *((n, s * e) for n, e in ERRORS.items() for s in (1, -1))):
         shift = {f"{spread}.{name}_shift": error} if name else {}
         study = tuner.load_study("quickstart", {**none, **corners, **shift})
-        table = tuner.judge(folder / "results/quickstart/gains.json", study).table
+        table = tuner.check_requirements(folder / "results/quickstart/gains.json", study).table
         value: dict[str, float] = table["value"].to_dict()
         cells = (
             number(degrees(value["phase_margin(spread)"])), number(decibels(value["gain_margin(spread)"])),

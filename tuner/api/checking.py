@@ -225,7 +225,7 @@ class Judgement(Documented):
         return shown(f"Verdict: {self.verdict}", (), self.table)
 
 
-def judge(
+def check_requirements(
     gains: GainsLike,
     study: StudyLike,
     *,
@@ -251,7 +251,7 @@ def judge(
         InputError: The study limits nothing, or is about other laws, other loops or another airframe.
 
     Examples:
-        >>> tuner.judge("results/first/gains.json", study, flights=16).table.index[0]
+        >>> tuner.check_requirements("results/first/gains.json", study, flights=16).table.index[0]
         'mean(failure)'
 
     """

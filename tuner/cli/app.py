@@ -25,7 +25,7 @@ GROUPS = {
     "Set up": ("new", "list", "import", "identify", "check", "plan", "design"),
     "Tune": ("run", "resume", "ask", "tell", "rejudge", "verify"),
     "Read results": ("show", "report", "compare", "compare-logs", "sensitivity"),
-    "Evaluate gains": ("fly", "tail", "margins", "theory", "cost", "validate"),
+    "Evaluate gains": ("judge", "fly", "tail", "margins", "theory", "cost", "validate"),
     "Deploy": ("export", "confirm", "approach", "schema"),
     "This machine": ("bench",),
 }

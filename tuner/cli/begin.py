@@ -144,7 +144,7 @@ def check(
     """
     if requirements is not None:
         with progress(as_json) as watcher:
-            judged = tuner.judge(file, requirements, flights=seeds, watcher=watcher, threads=threads)
+            judged = tuner.check_requirements(file, requirements, flights=seeds, watcher=watcher, threads=threads)
         answer(judged, as_json, BROKEN if judged.verdict == "fail" else 0)
         return
     if seeds is not None:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 PRINTERS = {
     "Approach": "approach:print_approach",
+    "Assessment": "assessment:print_assessment",
     "Checked": "check:print_checked",
     "ComparisonResults": "compare:print_compared",
     "Confirmation": "confirmation:print_confirmation",
@@ -32,6 +33,7 @@ PRINTERS = {
     "Margins": "margins:print_margins",
     "Plan": "planning:print_plan",
     "RunReport": "run_report:print_run_report",
+    "ReadBackComparison": "assessment:print_read_back",
     "Sensitivity": "planning:print_sensitivity",
     "Tail": "tail:print_tail",
     "Theory": "gains:print_theory",

@@ -4,6 +4,7 @@ import json
 
 from plant.errors import UnknownNameError
 from tuner.documents.approach import ApproachDocument
+from tuner.documents.assessment import AssessmentDocument, ReadBackDocument
 from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.estimate import EstimateDocument
@@ -44,6 +45,8 @@ DOCUMENTS: dict[str, type[Document]] = {
     "log-check": LogCheckDocument,
     "log-comparison": LogComparisonDocument,
     "judgement": JudgementDocument,
+    "assessment": AssessmentDocument,
+    "read-back": ReadBackDocument,
     "export": ExportDocument,
     "confirmation": ConfirmationDocument,
     "approach": ApproachDocument,

@@ -192,7 +192,7 @@ def test_check_and_validate(case):
 
 def test_judge(case):
     for gains in case.forms:
-        verdict = tuner.judge(gains, case.study, flights=8)
+        verdict = tuner.check_requirements(gains, case.study, flights=8)
         assert isinstance(verdict, Judgement) and verdict.verdict in ("pass", "fail", "not certain")
 
 

@@ -77,17 +77,17 @@ def test_a_judgement_asks_for_no_other_flights(runs):
 def test_gains_are_judged_by_limits_on_flights_and_margins(runs):
     """The verdict on the limit of the study is that of its margins; one that nobody can keep fails."""
     study = load_study(runs / "motor.toml")
-    judged = tuner.judge(runs / "pid" / "gains.json", study, flights=32, threads=2)
+    judged = tuner.check_requirements(runs / "pid" / "gains.json", study, flights=32, threads=2)
     margins: Any = tuner.margins(runs / "pid" / "gains.json", study=study)
     assert judged.table.loc["ms", "value"] == pytest.approx(margins.table.loc["angle", "ms"], rel=1e-9)
     assert judged.verdict == ("pass" if margins.passed else "fail")
     strict = load_study(runs / "motor.toml", {"margin": [], "constraint": [{"metric": "itae.angle", "max": 1e-6}]})
-    assert tuner.judge(runs / "pid" / "gains.json", strict, flights=8).verdict == "fail"
+    assert tuner.check_requirements(runs / "pid" / "gains.json", strict, flights=8).verdict == "fail"
 
 
 def test_gains_of_other_loops_are_refused_with_all_that_differs(runs):
     with pytest.raises(InputError, match="law 'ladrc' instead of 'pid'; angle.b0 2122 instead of 1") as told:
-        tuner.judge(runs / "adrc" / "gains.json", load_study(runs / "motor.toml"))
+        tuner.check_requirements(runs / "adrc" / "gains.json", load_study(runs / "motor.toml"))
     assert told.value.key == "channels" and told.value.file == str(runs / "adrc" / "gains.json")
 
 

@@ -1,0 +1,214 @@
+"""A second opinion before arming, and what a vehicle holds after its parameters were written."""
+
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from plant.errors import InputError
+from plant.input_files import read_input
+from plant.output_files import make_folders, write_new_file
+from tuner.api.assessing import Stages, assess
+from tuner.api.frames import Documented, frame, shown
+from tuner.api.margins import announce_compilation
+from tuner.api.vehicle_files import file_part, find_source, read_subjects, value_text
+from tuner.documents.assessment import (
+    READ_BACK_FORMAT,
+    READ_BACK_VERSION,
+    REFUSED,
+    AssessmentDocument,
+    DifferingParameter,
+    ReadBackDocument,
+)
+from tuner.exchange.aboard import plain_name
+from tuner.exchange.sources import GAINS, SOURCES, compare_read_back, guess_source
+from tuner.report.assessment_page import assessment_page
+from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FLIGHTS, SEED = 256, 1
+MIN_FLIGHTS = 2
+
+
+@dataclass(frozen=True)
+class Assessment(Documented):
+    """A second opinion on gains.
+
+    Attributes:
+        document: As `tuner judge --json` prints it.
+        folder: With judge.md, assessment.json and rollback/, None where nothing was written.
+
+    """
+
+    document: AssessmentDocument
+    folder: Path | None = None
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in a word, such as "better", "worse" or "do not fly"."""
+        return str(self.document.verdict)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the verdict is neither "worse" nor "do not fly"."""
+        return self.verdict not in REFUSED
+
+    @property
+    def page(self) -> str:
+        """The opinion as Markdown, content of judge.md."""
+        return assessment_page(self.document)
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """A row for each metric: mean before and after, and their difference as a share with its 95 % interval."""
+        rows = [
+            {
+                "metric": row.metric,
+                "unit": row.unit,
+                "before": row.before,
+                "after": row.after,
+                **dict(zip(("difference", "low", "high"), row.difference or (None,) * 3, strict=True)),
+                "verdict": row.verdict,
+            }
+            for row in self.document.metrics
+        ]
+        return frame(rows, "metric")
+
+    def _repr_html_(self) -> str:
+        return shown(f"Verdict: {self.verdict}", [self.document.sentence], self.table)
+
+
+@dataclass(frozen=True)
+class ReadBackComparison(Documented):
+    """Parameters of a file against what a vehicle holds; document: as `tuner judge --read-back --json` prints it."""
+
+    document: ReadBackDocument
+
+    @property
+    def passed(self) -> bool:
+        """Whether the vehicle holds everything that was written."""
+        return not self.document.differing
+
+    def _repr_html_(self) -> str:
+        return shown("Read back", [self.document.sentence], frame(self.document.differing, "name"))
+
+
+def judge(
+    after: str | Path,
+    before: str | Path | None = None,
+    *,
+    airframe: str | None = None,
+    source: str | None = None,
+    flights: int = FLIGHTS,
+    seed: int = SEED,
+    out: str | Path | None = None,
+    threads: int | None = None,
+    watcher: Watcher | None = None,
+) -> Assessment:
+    """Judge gains of any tool before a vehicle is armed with them.
+
+    Loops are those of the firmware with their filters. Both files fly the same vehicles in the same air.
+
+    Args:
+        after: Parameter file of PX4, ArduPilot, Betaflight or the Crazyflie, or a gains.json. With `before`, parameters that it
+            does not name stay as there.
+        before: The same of what the vehicle flies at present.
+        airframe: Bundled name or TOML file of the vehicle; without it that of gains.json, or the class of the firmware.
+        source: "px4", "ardupilot", "betaflight", "crazyflie" or "gains"; guessed from the content by default.
+        flights: Flights of each file.
+        seed: Root seed of vehicles, air and noise.
+        out: New folder for judge.md, assessment.json and, with `before`, rollback/.
+        threads: Threads, by default one for each core.
+        watcher: Callbacks that hear of compilation and flights.
+
+    Returns:
+        The verdict with its reasons.
+
+    Raises:
+        InputError: A file is wrong, or of another firmware, version or frame, or the airframe cannot be.
+        StoreError: The folder holds something already, or cannot be written.
+
+    Examples:
+        >>> opinion = tuner.judge("quad.params", airframe="iris", flights=16)
+        >>> opinion.document.after.source
+        'px4'
+
+    """
+    if flights < MIN_FLIGHTS:
+        raise InputError(f"given {flights}; allowed: at least {MIN_FLIGHTS}", key="--flights")
+    stages, heard = Stages(), watcher or Watcher()
+    folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
+    with folder or nullcontext():
+        with stages.measure("reading"):
+            subjects = read_subjects(Path(after), None if before is None else Path(before), source, airframe)
+        announce_compilation(heard)
+        document = assess(subjects, flights, seed, threads, stages, heard)
+        if folder is not None:
+            document = write(document, None if before is None else Path(before), folder)
+    return Assessment(document, None if folder is None else folder.path)
+
+
+def read_back(written: str | Path, dump: str | Path, *, source: str | None = None) -> ReadBackComparison:
+    """Compare what a vehicle holds with the parameter file that was written to it.
+
+    Args:
+        written: Parameter file of PX4, ArduPilot, Betaflight or the Crazyflie.
+        dump: The same, read back from the vehicle; it may hold more.
+        source: Firmware of both; guessed from the content by default.
+
+    Returns:
+        The parameters that differ by more than the firmware's rounding, or are missing.
+
+    Raises:
+        InputError: A file is wrong, or they are of two firmwares.
+
+    Examples:
+        >>> tuner.read_back("quad.params", "quad.params").passed
+        True
+
+    """
+    files = Path(written), Path(dump)
+    names = [find_source(source) if source is not None else guess_source(file)[0] for file in files]
+    if names[0] != names[1]:
+        raise InputError(
+            f"is a file of {names[1]}, and {written} one of {names[0]}; give one firmware's", file=files[1]
+        )
+    if GAINS in names:
+        raise InputError(
+            "is a gains.json, and a vehicle holds parameters; give the file that was written", file=files[0]
+        )
+    compared, differing = compare_read_back(SOURCES[names[0]], *files)
+    rows = [
+        DifferingParameter(
+            name=row.name, written=value_text(row.written), held=None if row.held is None else value_text(row.held)
+        )
+        for row in differing
+    ]
+    missing = sum(row.held is None for row in rows)
+    said = f"{len(rows)} of {compared} differ, {missing} of them missing" if rows else f"all {compared} are as written"
+    document = ReadBackDocument(
+        format=READ_BACK_FORMAT,
+        version=READ_BACK_VERSION,
+        written=file_part(files[0], names[0]),
+        dump=file_part(files[1], names[0]),
+        compared=compared,
+        differing=rows,
+        sentence=f"Parameters on the vehicle: {said}.",
+    )
+    return ReadBackComparison(document)
+
+
+def write(document: AssessmentDocument, before: Path | None, folder: Folder) -> AssessmentDocument:
+    """Write page, document and the file to go back to."""
+    if before is not None:
+        name = f"rollback/{plain_name(before)}"
+        make_folders(folder.path / "rollback")
+        write_new_file(folder.path / name, read_input(before))
+        document = document.model_copy(update={"rollback": name})
+    folder.write_json("assessment.json", document)
+    folder.write_text("judge.md", assessment_page(document))
+    return document

@@ -1,0 +1,153 @@
+"""Files of gains as vehicles have them: source guessed, loops of the firmware, the vehicle that they are judged on."""
+
+from dataclasses import dataclass
+from hashlib import sha256
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from plant.errors import InputError
+from plant.input_files import read_input
+from plant.quadrotor.airframes import Airframe, load
+from tuner.analysis.judging.vehicle_class import class_airframe, ranges_text
+from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gains
+from tuner.documents.assessment import AssessedAirframe, AssessedFile, ChangedParameter
+from tuner.exchange.registry import importer as find_importer
+from tuner.exchange.registry import settings_of
+from tuner.exchange.sources import GAINS, SOURCES, changed_values, check_versions, guess_source, overlaid
+
+
+@dataclass(frozen=True)
+class GainsFile:
+    """A file with the gains that a vehicle flies after loading it.
+
+    Attributes:
+        path: The file.
+        part: Its entry in the document.
+        gains: Of the loops.
+        notes: What the loops of the model lack or assume.
+    """
+
+    path: Path
+    part: AssessedFile
+    gains: QuadrotorGains
+    notes: tuple[str, ...] = ()
+
+    @property
+    def carried(self) -> set[str]:
+        """Parameters that the loops of the model have."""
+        record = self.gains.controller.vehicle
+        return set() if record is None else set(record.parameters) - set(record.untuned)
+
+
+@dataclass(frozen=True)
+class Subjects:
+    """What is judged: the file, that of the present gains or None, and the vehicle.
+
+    guessed: sentence on the source, None where it was named.
+    """
+
+    after: GainsFile
+    before: GainsFile | None
+    airframe: AssessedAirframe
+    guessed: str | None
+
+    @property
+    def source(self) -> str:
+        """Firmware of the files, or "gains"."""
+        return self.after.part.source
+
+    @property
+    def unmodeled_changes(self) -> list[ChangedParameter]:
+        """Changed parameters that no loop of the model has."""
+        carried = self.after.carried
+        return [row for row in self._changed_parameters() if row.name not in carried]
+
+    @property
+    def not_restored(self) -> list[str]:
+        """Parameters of the file that the earlier one does not hold."""
+        return [row.name for row in self._changed_parameters() if row.before is None]
+
+    def _changed_parameters(self) -> list[ChangedParameter]:
+        if self.before is None or self.source == GAINS:
+            return []
+        values = SOURCES[self.source].values
+        changed = changed_values(values(self.before.path), values(self.after.path))
+        return [
+            ChangedParameter(name=name, before=None if was is None else value_text(was), after=value_text(now))
+            for name, (was, now) in changed.items()
+        ]
+
+
+def read_subjects(after: Path, before: Path | None, source: str | None, airframe: str | None) -> Subjects:
+    """Read what is to be judged; InputError where two files are not of one vehicle.
+
+    Args:
+        after: The file to judge.
+        before: That of the present gains, or None.
+        source: Firmware of both, or "gains"; None to guess it.
+        airframe: Name or file of the vehicle, None where nobody names one.
+    """
+    guess = guess_source(after) if source is None else None
+    name = guess[0] if source is None and guess is not None else find_source(str(source))
+    guessed = None if guess is None else f"Read as a file of {name}, for {guess[1]}."
+    if before is not None and (other := guess_source(before)[0]) != name:
+        raise InputError(f"is a file of {other}, and {after} one of {name}; give files of one firmware", file=before)
+    if name == GAINS:
+        return _read_gains_files(after, before, airframe, guessed)
+    vehicle = class_airframe(name) if airframe is None else load(airframe, allow_unphysical=True)
+    assumed = _airframe_part(vehicle, airframe is not None)
+    alone = read_parameter_file(after, name, vehicle)
+    if before is None:
+        return Subjects(alone, None, assumed, guessed)
+    earlier = read_parameter_file(before, name, vehicle)
+    check_versions(SOURCES[name], before, after)
+    with TemporaryDirectory(prefix="gainproof-") as place:
+        merged = Path(place) / after.name
+        merged.write_text(overlaid(SOURCES[name], before, after), encoding="utf-8")
+        together = read_parameter_file(merged, name, vehicle)
+    later = GainsFile(after, alone.part, together.gains, together.notes)
+    return Subjects(later, earlier, assumed, guessed)
+
+
+def find_source(name: str) -> str:
+    """Return a source by its name; UnknownNameError where there is none."""
+    return name if name == GAINS else find_importer(name).name
+
+
+def read_parameter_file(path: Path, source: str, airframe: Airframe) -> GainsFile:
+    """Return the gains of a parameter file in the firmware's own loops."""
+    importer = find_importer(source)
+    options = [f"{name}={value}" for name, value in SOURCES[source].options(path).items()]
+    imported = importer.read(path, airframe, settings_of(importer, options))
+    record = imported.controller.vehicle
+    version = None if record is None else record.target_version
+    return GainsFile(path, file_part(path, source, version), gains_of(imported.controller, {}), imported.notes)
+
+
+def file_part(path: Path, source: str, version: str | None = None) -> AssessedFile:
+    """Return the entry of a file in a document."""
+    return AssessedFile(file=str(path), source=source, version=version, sha256=sha256(read_input(path)).hexdigest())
+
+
+def value_text(value: str | float) -> str:
+    """Return a parameter's value as a file has it."""
+    return value if isinstance(value, str) else f"{value:.9g}"
+
+
+def _read_gains_files(after: Path, before: Path | None, airframe: str | None, guessed: str | None) -> Subjects:
+    """Return gains.json files with their airframe; InputError where it is not one and the same."""
+    later = _read_gains(after, airframe)
+    earlier = None if before is None else _read_gains(before, airframe)
+    vehicle = later.gains.controller.airframe
+    if earlier is not None and (other := earlier.gains.controller.airframe).vehicle != vehicle.vehicle:
+        message = f"flies {other.name}, and {after} flies {vehicle.name}; give one for both with --airframe"
+        raise InputError(message, file=before)
+    return Subjects(later, earlier, _airframe_part(vehicle, True), guessed)
+
+
+def _read_gains(path: Path, airframe: str | None) -> GainsFile:
+    return GainsFile(path, file_part(path, GAINS), quadrotor_gains(read_gains(path, airframe)))
+
+
+def _airframe_part(airframe: Airframe, is_known: bool) -> AssessedAirframe:
+    return AssessedAirframe(name=airframe.name, title=airframe.title, is_known=is_known, ranges=ranges_text(airframe))

@@ -1,0 +1,151 @@
+"""assessment.json: a second opinion on gains before a vehicle is armed, and what it holds after writing, in SI units."""
+
+from typing import Annotated, Literal
+
+from tuner.documents.parts import NumberWithUnit, SampledValue, ShareCount
+from tuner.store.document import Document, DocumentPart, OneOf, Sense
+
+ASSESSMENT_FORMAT, ASSESSMENT_VERSION = "gainproof-assessment", "0.1"
+READ_BACK_FORMAT, READ_BACK_VERSION = "gainproof-read-back", "0.1"
+
+BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE = "better", "worse", "mixed", "not distinguishable"
+WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY = "flyable within limits", "no objection", "do not fly"
+REFUSED = (WORSE, DO_NOT_FLY)
+"""Verdicts with which nobody should arm."""
+
+
+class AssessedFile(DocumentPart):
+    """A file of gains. source: px4, ardupilot, betaflight, crazyflie or gains; version: of the firmware whose names were read."""
+
+    file: str
+    source: str
+    version: str | None
+    sha256: str
+
+
+class AssessedAirframe(DocumentPart):
+    """The vehicle that was assumed. is_known: named by the user or by gains.json, not a class; ranges: in words."""
+
+    name: str
+    title: str
+    is_known: bool
+    ranges: str
+
+
+class ChangedGain(DocumentPart):
+    """A gain that differs. before: null where it is new; ratio: after over before, null where that is not a number."""
+
+    name: str
+    unit: str
+    before: float | None
+    after: float
+    ratio: float | None
+
+
+class ChangedParameter(DocumentPart):
+    """A parameter of the file that differs and that no loop of the model has; null: not in the file before."""
+
+    name: str
+    before: str | None
+    after: str
+
+
+class LoopFigures(DocumentPart):
+    """Margins of one loop: gains as factors, phase in rad, delay in s; null: nothing limits it, or it is not stable."""
+
+    stable: bool
+    gain_up: float | None
+    gain_down: float | None
+    phase_margin: float | None
+    delay_margin: float | None
+    ms: float | None
+
+
+class AssessedLoop(DocumentPart):
+    """A loop before and after; before: null without a file before."""
+
+    channel: str
+    before: LoopFigures | None
+    after: LoopFigures
+
+
+class RuleRow(DocumentPart):
+    """A rule of the firmware's own tools. refuses: a violation is a reason not to fly; note: what is compared."""
+
+    rule: str
+    source: str
+    axis: str
+    value: float | None
+    limit: float
+    unit: str
+    sense: Sense
+    verdict: Annotated[str, OneOf(("satisfied", "violated"))]
+    refuses: bool
+    note: str
+
+
+class AssessedMetric(DocumentPart):
+    """A mean over the flights. difference: after less before with its 95 % interval, as a share of before; null without it."""
+
+    metric: str
+    definition: str
+    unit: str
+    before: float | None
+    after: float
+    difference: SampledValue | None
+    verdict: str
+
+
+class AssessmentDocument(Document):
+    """Content of assessment.json.
+
+    verdict, sentence: in a word and in a sentence; reasons: of the verdict, most severe first; unmodeled: what the loops of the
+    model lack, or assume; changes: of gains; unmodeled_changes: of parameters that no loop has; lost_before, lost_after: flights
+    that ended before their time; rollback: file that restores what was before; not_restored: parameters that it does not hold;
+    seconds: by stage.
+    """
+
+    format: Literal["gainproof-assessment"]
+    version: Literal["0.1"]
+    verdict: Annotated[str, OneOf((BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE, WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY))]
+    sentence: str
+    reasons: list[str]
+    unmodeled: list[str]
+    unmodeled_changes: list[ChangedParameter]
+    guessed: str | None
+    after: AssessedFile
+    before: AssessedFile | None
+    airframe: AssessedAirframe
+    changes: list[ChangedGain]
+    loops: list[AssessedLoop]
+    rules: list[RuleRow]
+    scenario: str
+    seed: int
+    flights: int
+    gyro_noise: NumberWithUnit
+    metrics: list[AssessedMetric]
+    lost_after: ShareCount
+    lost_before: ShareCount | None
+    rollback: str | None
+    not_restored: list[str]
+    seconds: dict[str, float]
+
+
+class DifferingParameter(DocumentPart):
+    """A parameter that the vehicle holds otherwise than written; held: null where it is missing."""
+
+    name: str
+    written: str
+    held: str | None
+
+
+class ReadBackDocument(Document):
+    """What a vehicle holds, compared with the file that was written to it; compared: parameters of that file."""
+
+    format: Literal["gainproof-read-back"]
+    version: Literal["0.1"]
+    written: AssessedFile
+    dump: AssessedFile
+    compared: int
+    differing: list[DifferingParameter]
+    sentence: str

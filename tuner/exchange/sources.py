@@ -1,0 +1,225 @@
+"""Parameter files of any firmware: the source guessed from their lines, one laid over another, compared name by name."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant.errors import InputError
+from plant.input_files import given_text
+from tuner.exchange.ardupilot import ranges
+from tuner.exchange.ardupilot import text as ardupilot
+from tuner.exchange.autopilot.assembly import LOOPS, NATIVE_LOOPS
+from tuner.exchange.autopilot.parameters import single, stated
+from tuner.exchange.betaflight import text as betaflight
+from tuner.exchange.betaflight.import_ import USUAL, renamed
+from tuner.exchange.betaflight.map import RELEASES
+from tuner.exchange.crazyflie import text as crazyflie
+from tuner.exchange.px4 import text as px4
+from tuner.exchange.target import FIRMWARE
+from tuner.study.targets import TARGETS
+
+GAINS = "gains"
+"""Source of a gains.json."""
+WHAT = "a parameter file of PX4, ArduPilot, Betaflight or the Crazyflie, or a gains.json"
+PERIOD, EVERY, PROFILE = "control_period", "position_every", "profile"
+SAME = 1e-6
+"""Share by which two texts of one float32 may differ."""
+
+Values = Mapping[str, str | float]
+
+
+@dataclass(frozen=True)
+class Source:
+    """Parameter files of one firmware.
+
+    Attributes:
+        line: A line that such a file alone has.
+        evidence: That line in words.
+        name: A line that gives a parameter, its name as the last group that is there.
+        values: Return every parameter of a file; InputError names file and parameter.
+        version: Return the version that a file states, major.minor, None if silent.
+        options: Return the options of the import of a file.
+        is_integer: True where the firmware holds whole numbers alone.
+        resets: A line with which a file sets everything else to its default.
+    """
+
+    line: re.Pattern[str]
+    evidence: str
+    name: re.Pattern[str]
+    values: Callable[[Path], Values]
+    version: Callable[[Path], str | None]
+    options: Callable[[Path], dict[str, str]]
+    is_integer: bool = False
+    resets: re.Pattern[str] | None = None
+
+    def name_in(self, line: str) -> str | None:
+        """Return the name of the parameter that a line gives, None of any other line."""
+        match = self.name.fullmatch(line.strip() if self.is_integer else line)
+        return None if match is None else match[match.lastindex or 0]
+
+
+def _betaflight_profile(file: Path) -> int:
+    return betaflight.read_selected(file) or 0
+
+
+def _betaflight_values(file: Path) -> Values:
+    """Return the settings of the active profile by the names of 2025.12."""
+    release = betaflight.read_release(file)
+    texts = betaflight.read_cli(file, _betaflight_profile(file))
+    return renamed(texts, release or RELEASES[USUAL], release is not None, file)
+
+
+def _betaflight_version(file: Path) -> str | None:
+    release = betaflight.read_release(file)
+    return None if release is None else release.name
+
+
+def _major_minor(version: str | None) -> str | None:
+    match = re.match(r"\d+\.\d+", version or "")
+    return match[0] if match else None
+
+
+def _ardupilot_options(file: Path) -> dict[str, str]:
+    """Return the dialect of a file: that of its version, or else of its names."""
+    version = _major_minor(stated(file, ardupilot.WHAT).version)
+    later = set(ranges.DIALECTS["4.7"].roles.values()) - set(ranges.DIALECTS["4.6"].roles.values())
+    if version is not None:
+        is_later = tuple(map(int, version.split("."))) >= (4, 7)
+    else:
+        is_later = bool(later & set(ardupilot.read_param(file)))
+    return {FIRMWARE: "4.7" if is_later else "4.6", LOOPS.name: NATIVE_LOOPS}
+
+
+def _fixed(name: str, *keys: str) -> Callable[[Path], dict[str, str]]:
+    """Return the options with the rates of a target; keys: those that its importer has."""
+    rates = {PERIOD: f"{TARGETS[name].control_period:.9g}", EVERY: str(TARGETS[name].position_every)}
+    given = {LOOPS.name: NATIVE_LOOPS, **rates}
+    return lambda _: {key: given[key] for key in keys}
+
+
+def _px4_options(file: Path) -> dict[str, str]:
+    """Return the options of a PX4 file, with the loop rate that it states."""
+    rate = px4.read_params(file).get("IMU_GYRO_RATEMAX", 0.0)
+    options = _fixed("px4", LOOPS.name, PERIOD, EVERY)(file)
+    return options | ({PERIOD: f"{1.0 / rate:.9g}"} if rate > 0.0 else {})
+
+
+SOURCES = {
+    "crazyflie": Source(
+        re.compile(r"type:\s*persistent_param_state\s*"),
+        "the line 'type: persistent_param_state' of cflib",
+        re.compile(r"\s+(\w+\.\w+):\s*(?:\{.*)?"),
+        crazyflie.read,
+        lambda _: None,
+        _fixed("crazyflie", PERIOD, EVERY),
+    ),
+    "betaflight": Source(
+        re.compile(r"\s*set\s+[a-z0-9_]+\s*=.*|#\s*Betaflight / .*"),
+        "lines 'set name = value' of its command line",
+        re.compile(r"set\s+([a-z0-9_]+)\s*=.*"),
+        _betaflight_values,
+        _betaflight_version,
+        lambda file: {
+            **_fixed("betaflight", LOOPS.name, PERIOD, EVERY)(file),
+            PROFILE: str(_betaflight_profile(file)),
+        },
+        is_integer=True,
+        resets=re.compile(r"\s*defaults\b.*"),
+    ),
+    "px4": Source(
+        re.compile(r"#\s*Stack:\s*PX4.*|\d+\t\d+\t(MC|MPC|IMU|CA|SYS|THR)_\w+\t\S+\t[69]\s*"),
+        "the columns and names of PX4 in a file of QGroundControl",
+        re.compile(r"\d+\t\d+\t(\w+)\t.*"),
+        px4.read_params,
+        lambda file: _major_minor(stated(file, px4.WHAT).version),
+        _px4_options,
+    ),
+    "ardupilot": Source(
+        re.compile(
+            r"#\s*Stack:\s*ArduPilot.*|(\d+\t\d+\t)?(ATC|PSC|MOT|INS|RATE|STB|FRAME|SCHED|ANGLE)_?\w*[\s,]\s*[-+0-9.].*"
+        ),
+        "names of ArduPilot, each with a number",
+        re.compile(r"\d+\t\d+\t(\w+)\t.*|([A-Z]\w*)[\s,=].*"),
+        ardupilot.read_param,
+        lambda file: _major_minor(stated(file, ardupilot.WHAT).version),
+        _ardupilot_options,
+    ),
+}
+"""Sources of parameter files by name; the first that recognizes a file is its source."""
+
+
+def guess_source(file: Path) -> tuple[str, str]:
+    """Return the source of a file and the evidence in words; InputError where nothing is recognized."""
+    text = given_text(file, f"give {WHAT}")
+    if text.lstrip().startswith("{"):
+        return GAINS, "its braces, which are JSON"
+    lines = text.splitlines()
+    for name, source in SOURCES.items():
+        if any(source.line.fullmatch(line) for line in lines):
+            return name, source.evidence
+    raise InputError(f"holds nothing of a known firmware; give {WHAT}, or name the source with --from", file=file)
+
+
+def changed_values(before: Values, after: Values) -> dict[str, tuple[str | float | None, str | float]]:
+    """Return parameter -> values before and after, where a later file holds another one; None: not in the earlier file."""
+    return {
+        name: (before.get(name), value) for name, value in after.items() if name not in before or before[name] != value
+    }
+
+
+def overlaid(source: Source, before: Path, after: Path) -> str:
+    """Return the text of a file as the vehicle has it after loading another one: what that does not name stays."""
+    later = given_text(after, f"give {WHAT}").splitlines()
+    if source.resets is not None and any(source.resets.fullmatch(line) for line in later):
+        return "\n".join(later)
+    replaced = {name for line in later if (name := source.name_in(line)) is not None}
+    lines, current = list[str](), None
+    for line in given_text(before, f"give {WHAT}").splitlines():
+        # Fields of a parameter in YAML's block style stand below it, indented further.
+        current = source.name_in(line) or (current if line.startswith("    ") else None)
+        if current not in replaced:
+            lines.append(line)
+    profile = [f"profile {_betaflight_profile(before)}"] if source.is_integer else []
+    return "\n".join([*lines, *profile, *later]) + "\n"
+
+
+def check_versions(source: Source, before: Path, after: Path) -> None:
+    """Refuse two files that state different versions; raises InputError that names both."""
+    earlier, later = source.version(before), source.version(after)
+    if earlier is not None and later is not None and earlier != later:
+        message = f"is of version {later}, and {before} of {earlier}: names, units and defaults differ; give files of one version"
+        raise InputError(message, file=after, key="version")
+
+
+@dataclass(frozen=True)
+class ReadBack:
+    """A parameter of a file that the vehicle holds otherwise; held: None where it is missing from what was read back."""
+
+    name: str
+    written: str | float
+    held: str | float | None
+
+
+def compare_read_back(source: Source, written: Path, dump: Path) -> tuple[int, list[ReadBack]]:
+    """Return the number of parameters compared, and those that differ by more than the firmware's rounding."""
+    wanted, held = source.values(written), source.values(dump)
+    differing = [
+        ReadBack(name, value, held.get(name))
+        for name, value in wanted.items()
+        if name not in held or not is_same(value, held[name], source.is_integer)
+    ]
+    return len(wanted), differing
+
+
+def is_same(written: str | float, held: str | float, is_integer: bool) -> bool:
+    """Return True if a vehicle may hold a written value so: as float32, a whole number, or a word in either case."""
+    if isinstance(written, str) or isinstance(held, str):
+        first, second = str(written).strip(), str(held).strip()
+        return first.casefold() == second.casefold() or (is_integer and _is_same_integer(first, second))
+    return abs(single(written) - single(held)) <= SAME * max(abs(written), abs(held))
+
+
+def _is_same_integer(first: str, second: str) -> bool:
+    """Return True for two spellings of one whole number."""
+    return bool(re.fullmatch(r"[+-]?\d+", first) and re.fullmatch(r"[+-]?\d+", second)) and int(first) == int(second)

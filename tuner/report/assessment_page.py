@@ -1,0 +1,134 @@
+"""The page of a second opinion, judge.md: what the model lacks, the verdict, margins, flights, rules, changes."""
+
+from math import degrees
+
+from objectives.margins.quantities import QUANTITIES
+from tuner.documents.assessment import AssessmentDocument, LoopFigures
+from tuner.text.numbers import per_cent, significant
+from tuner.text.tables import Table
+
+NONE = "-"
+SHOWN = {"ms": "Ms", "gain_up": "gain up [dB]", "gain_down": "gain down [dB]", "phase_margin": "phase [deg]"}
+
+
+def assessment_page(document: AssessmentDocument) -> str:
+    """Return the page as Markdown."""
+    tables = [f"## {table.title}\n\n{table.markdown}" for table in assessment_tables(document)]
+    unmodeled = "\n".join(f"- {line}" for line in unmodeled_lines(document))
+    parts = [
+        f"# Second opinion: {document.verdict}",
+        f"Not in the model, or assumed:\n\n{unmodeled}",
+        f"**{document.sentence}**",
+        *subject_lines(document),
+        *tables,
+        *rollback_lines(document),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def unmodeled_lines(document: AssessmentDocument) -> list[str]:
+    """Return what the model lacks or assumes in sentences: the vehicle, changed parameters, notes of the import."""
+    vehicle = document.airframe
+    unknown = f"No airframe was named: judged on the {vehicle.title} ({vehicle.ranges}). Name one with --airframe."
+    changed = [f"{row.name} {row.before or NONE} to {row.after}" for row in document.unmodeled_changes]
+    beyond = f"Changed, and in no loop of the model: {', '.join(changed)}."
+    return [*([] if vehicle.is_known else [unknown]), *([beyond] if changed else []), *document.unmodeled]
+
+
+def subject_lines(document: AssessmentDocument) -> list[str]:
+    """Return files, vehicle and flights in sentences."""
+    vehicle, before = document.airframe, document.before
+    than = "" if before is None else f", before: {before.file}"
+    noise = f"{significant(document.gyro_noise.value, 2)} {document.gyro_noise.unit}"
+    return [
+        *([] if document.guessed is None else [document.guessed]),
+        f"Judged: {document.after.file}{than}; vehicle: {vehicle.name}, {vehicle.title} ({vehicle.ranges}).",
+        f"{document.flights} flights of each file, paired: {document.scenario}; gyro noise {noise}; lost {lost_text(document)}.",
+    ]
+
+
+def assessment_tables(document: AssessmentDocument, violated: bool = False) -> list[Table]:
+    """Return the tables: flights, margins, rules, changed gains; those without rows are left out.
+
+    violated: of the rules those that are violated alone.
+    """
+    tables = [metric_table(document), loop_table(document), rule_table(document, violated), change_table(document)]
+    return [table for table in tables if table.rows]
+
+
+def metric_table(document: AssessmentDocument) -> Table:
+    """Return the means over the flights, before and after."""
+    head = ("mean over the flights", "before", "after", "change, 95 % interval", "verdict")
+    rows = []
+    for row in document.metrics:
+        change = NONE
+        if row.difference is not None:
+            value, low, high = map(per_cent, row.difference)
+            change = f"{value} [{low}, {high}]"
+        unit = "" if row.unit == "1" else f" [{row.unit}]"
+        before = NONE if row.before is None else significant(row.before)
+        rows.append([f"{row.metric}{unit}", before, significant(row.after), change, row.verdict])
+    return Table("Flights", head, rows, (head[0], "verdict"))
+
+
+def loop_table(document: AssessmentDocument) -> Table:
+    """Return the margins of each loop, before and after."""
+    head = ("loop", "", *SHOWN.values())
+    rows = []
+    for loop in document.loops:
+        states = {"before": loop.before, "after": loop.after}
+        for name, figures in states.items():
+            if figures is not None:
+                rows.append([loop.channel, name, *_cells(figures)])
+    return Table("Margins of the loops at hover, filters included", head, rows, head[:2])
+
+
+def lost_text(document: AssessmentDocument) -> str:
+    """Return the lost flights in words."""
+    before = document.lost_before
+    return document.lost_after.words + ("" if before is None else f", before {before.words}")
+
+
+def rule_table(document: AssessmentDocument, violated: bool) -> Table:
+    """Return the rules of the firmware's own tools, or the violated ones alone."""
+    head = ("rule of the firmware's tools", "axis", "value", "limit", "verdict", "source")
+    rows = [
+        [row.rule, row.axis, significant(row.value, 3), f"{row.sense} {row.limit:g}", row.verdict, row.source]
+        for row in document.rules
+        if not violated or row.verdict == "violated"
+    ]
+    return Table("Violated rules" if violated else "Rules", head, rows, (head[0], "axis", "verdict", "source"))
+
+
+def change_table(document: AssessmentDocument) -> Table:
+    """Return the changed gains with their ratio."""
+    head = ("changed gain", "before", "after", "ratio", "unit")
+    rows = [
+        [
+            row.name,
+            NONE if row.before is None else significant(row.before),
+            significant(row.after),
+            NONE if row.ratio is None else significant(row.ratio, 3),
+            row.unit,
+        ]
+        for row in document.changes
+    ]
+    return Table("Changed gains", head, rows, (head[0], "unit"))
+
+
+def rollback_lines(document: AssessmentDocument) -> list[str]:
+    """Return the way back in sentences."""
+    lines = [] if document.rollback is None else [f"To go back, load {document.rollback}."]
+    if document.rollback is not None and document.not_restored:
+        lines.append(f"It does not hold, so set by hand: {', '.join(document.not_restored)}.")
+    return lines
+
+
+def _cells(figures: LoopFigures) -> list[str]:
+    if not figures.stable:
+        return ["unstable", *[NONE] * (len(SHOWN) - 1)]
+    gains = [
+        None if value is None else QUANTITIES["gain_up"].shown(value) for value in (figures.gain_up, figures.gain_down)
+    ]
+    phase = None if figures.phase_margin is None else degrees(figures.phase_margin)
+    return [significant(figures.ms, 3), *(significant(value, 3) for value in (*gains, phase))]
