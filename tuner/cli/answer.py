@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 from tuner.cli.printing import RunAnswer, leave_with, print_result
@@ -34,6 +35,11 @@ class EventLines(Messages):
     Stages and finished flights go to standard error, a line of JSON each.
     """
 
+    def __init__(self, answer: RunAnswer | None = None) -> None:
+        super().__init__(answer)
+        # Threads that fly report at once.
+        self._guard = Lock()
+
     def on_stage(self, stage: str, flights: int) -> None:
         """Print it."""
         self._print({"stage": stage, "flights": flights})
@@ -47,7 +53,8 @@ class EventLines(Messages):
         self._print({"stage": "Compiling", "flights": 0})
 
     def _print(self, event: dict[str, str | int]) -> None:
-        print(json.dumps({"progress": event}), file=sys.stderr, flush=True)
+        with self._guard:
+            print(json.dumps({"progress": event}), file=sys.stderr, flush=True)
 
 
 PROGRESS = "TUNER_PROGRESS"

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import anyio
@@ -13,6 +14,7 @@ from mcp.shared.exceptions import MCPError
 
 from tests.tuner.exchange.hostile_texts import CANARY, HOSTILE
 from tuner.cli.agents.server import DATA, MOST_LETTERS, Outcome, answer, make_server
+from tuner.cli.answer import EventLines
 from tuner.documents.registry import schema_names
 from tuner.study.files import shipped_studies
 
@@ -130,6 +132,14 @@ def test_hostile_texts_of_a_study_come_as_marked_data(tmp_path):
 def test_an_answer_that_is_too_long_names_the_files():
     content = data_of(answer(Outcome(0, "x" * (MOST_LETTERS + 1), ())))
     assert "too long" in content["data"]
+
+
+def test_lines_of_progress_are_whole_whatever_thread_reports(capfd):
+    lines = EventLines()
+    with ThreadPoolExecutor(8) as threads:
+        list(threads.map(lambda _: lines.on_flights_done(1), range(4000)))
+    printed = capfd.readouterr().err.splitlines()
+    assert printed == ['{"progress": {"done": 1}}'] * 4000
 
 
 STUDY = {"study": "quickstart", "set": ["search.generations=4", "search.starts=[]"]}
