@@ -9,6 +9,7 @@ study, below that, or below the working folder. Other code runs only where the u
 
 import ast
 import hashlib
+import os
 import sys
 from collections.abc import Callable, Generator, Iterator, Mapping
 from contextlib import contextmanager
@@ -48,6 +49,8 @@ class OwnCode:
         return Origin(str(self.file), self.digest)
 
 
+OWN_CODE = "TUNER_OWN_CODE"
+"""Environment variable; "refuse" for a process that runs no code of anybody's."""
 HAVE_RUN: dict[str, OwnCode] = {}
 """All code of the user's that has run in this process, by digest."""
 ANNOUNCEMENTS: list[Callable[[str, str], object]] = []
@@ -89,7 +92,12 @@ def refuse_unnamed(file: Path) -> None:
 
 
 def _admit(files: list[Path], main: Path, digest: str, study: Path | None) -> None:
-    """Announce code that a study names before its first run; UnnamedCodeError where the user has to name it."""
+    """Announce code that a study names before its first run; UnnamedCodeError where the user has to name it.
+
+    InputError where this process runs none.
+    """
+    if os.environ.get(OWN_CODE) == "refuse":
+        raise InputError("holds code, which this process does not run; `tuner mcp --allow-code` would", file=main)
     if study is None:
         return
     if in_results_folder(study) or any(map(in_results_folder, files)):

@@ -39,11 +39,12 @@ NAVIGATION = {
         "how_to/add_a_law", "how_to/add_a_metric", "examples/own_law", "how_to/add_an_export_target", "how_to/add_a_number",
         "architecture", "contributing",
     ),
-    "Machines": ("speed", "cluster"),
+    "Machines": ("speed", "cluster", "agents"),
     "Reference": ("studies", "study_file", "choices", "commands", "api", "results", "gains_file", "gains_keys", "glossary"),
     "Project": ("stability", "changelog", "security"),
 }  # fmt: skip
 ANCHOR = re.compile(r'<a id="(\w+)"></a>')
+FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"(\]\()([^)\s]+)(\))")
 PICTURES, NOTEBOOK = (".png", ".gif"), ".ipynb"
 ELSEWHERE = ("#", "http://", "https://", "mailto:")
@@ -143,3 +144,27 @@ def navigation() -> str:
         caption = f":caption: {title}\n" if title else ""
         parts.append("```{toctree}\n:hidden:\n" + caption + "\n" + "\n".join(names) + "\n```\n")
     return "\n" + "\n".join(parts)
+
+
+def page_list() -> str:
+    """Return the pages with their first sentences, for language models (https://llmstxt.org)."""
+    texts = pages()
+    parts = [f"# {title_of(texts['index.md'])}", f"> {sentence_of(texts['index.md'])}"]
+    for title, names in NAVIGATION.items():
+        written = [(name, texts[f"{name}.md"]) for name in names]
+        lines = [f"- [{title_of(text)}]({name}.html): {sentence_of(text)}" for name, text in written]
+        parts.append("\n".join([f"## {title}", "", *lines]))
+    return "\n\n".join(parts) + "\n"
+
+
+def title_of(text: str) -> str:
+    """Return the first heading of a page."""
+    return next(line.removeprefix("# ") for line in text.splitlines() if line.startswith("# "))
+
+
+def sentence_of(text: str) -> str:
+    """Return the first sentence of a page as plain text, empty where there is none."""
+    paragraphs = [part.replace("\n", " ").strip() for part in re.split(r"\n\s*\n", FENCED.sub("", text))]
+    prose = next((part for part in paragraphs if part[:1].isalnum() or part.startswith("`")), "")
+    plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", prose)
+    return re.split(r"(?<=[a-z0-9)%`]\.)\s|(?<=\w\?)\s", plain)[0].rstrip(":")

@@ -27,7 +27,7 @@ GROUPS = {
     "Read results": ("show", "report", "compare", "compare-logs", "sensitivity"),
     "Evaluate gains": ("judge", "fly", "tail", "margins", "theory", "cost", "validate"),
     "Deploy": ("export", "confirm", "approach", "schema"),
-    "This machine": ("bench",),
+    "This machine": ("bench", "mcp"),
 }
 """Heading -> commands, in the order of `tuner --help`."""
 
