@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from plant.errors import InputError, StoreError, ToolError, UnknownNameError
     from tuner.api.approaching import approach
+    from tuner.api.autotuning import autotune
     from tuner.api.catalogue import catalogue
     from tuner.api.checking import check, check_requirements, validate
     from tuner.api.comparing import compare
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "PlantStudy", "Results", "StoreError",
-    "Study", "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "check_logs",
+    "Study", "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "autotune", "catalogue", "check", "check_logs",
     "check_requirements", "compare", "compare_logs", "confirm", "cost", "default_gains", "design", "estimate_airframe",
     "export", "fly", "identify", "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan",
     "plan_flight", "read_back", "read_gains", "rejudge", "resume", "run", "sensitivity", "tail", "tell", "theory", "use",
@@ -61,6 +62,7 @@ __all__ = [
 _HOMES = {
     "plant.errors": ("InputError", "StoreError", "ToolError", "UnknownNameError"),
     "tuner.api.approaching": ("approach",),
+    "tuner.api.autotuning": ("autotune",),
     "tuner.api.catalogue": ("catalogue",),
     "tuner.api.checking": ("check", "check_requirements", "validate"),
     "tuner.api.comparing": ("compare",),

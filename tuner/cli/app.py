@@ -23,7 +23,7 @@ SENTENCE = 200
 
 GROUPS = {
     "Set up": ("new", "list", "import", "identify", "check", "plan", "design"),
-    "Tune": ("run", "resume", "ask", "tell", "rejudge", "verify"),
+    "Tune": ("autotune", "run", "resume", "ask", "tell", "rejudge", "verify"),
     "Read results": ("show", "report", "compare", "compare-logs", "sensitivity"),
     "Evaluate gains": ("judge", "fly", "tail", "margins", "theory", "cost", "validate"),
     "Deploy": ("export", "confirm", "approach", "schema"),

@@ -8,12 +8,12 @@ import os
 import sys
 from typing import Any
 
-from tuner.cli import agent, begin, identify, judge, read, tails, trials, tune, vehicle
+from tuner.cli import agent, autotune, begin, identify, judge, read, tails, trials, tune, vehicle
 from tuner.cli.app import app, with_code_first
 from tuner.text.errors import guarded, leave
 from tuner.text.signals import end_at_interrupts
 
-FAMILIES = (begin, identify, tune, trials, read, judge, tails, vehicle, agent)
+FAMILIES = (begin, identify, tune, trials, read, judge, tails, vehicle, autotune, agent)
 """Modules whose import registers their commands."""
 
 

@@ -15,6 +15,7 @@ PRINTERS = {
     "Approach": "approach:print_approach",
     "Assessment": "assessment:print_assessment",
     "Checked": "check:print_checked",
+    "Autotuned": "autotune:print_autotune",
     "ComparisonResults": "compare:print_compared",
     "Confirmation": "confirmation:print_confirmation",
     "ContestResults": "contest:print_contest",

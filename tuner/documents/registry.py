@@ -5,6 +5,7 @@ import json
 from plant.errors import UnknownNameError
 from tuner.documents.approach import ApproachDocument
 from tuner.documents.assessment import AssessmentDocument, ReadBackDocument
+from tuner.documents.autotune import AutotuneDocument
 from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.estimate import EstimateDocument
@@ -46,6 +47,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "log-comparison": LogComparisonDocument,
     "judgement": JudgementDocument,
     "assessment": AssessmentDocument,
+    "autotune": AutotuneDocument,
     "read-back": ReadBackDocument,
     "export": ExportDocument,
     "confirmation": ConfirmationDocument,

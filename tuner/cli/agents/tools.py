@@ -15,7 +15,7 @@ from tuner.cli.app import app
 
 READING = ("check", "plan", "show", "margins", "list")
 """Commands that leave files as they are."""
-COMMANDS = (*READING, "judge", "import", "run", "resume", "compare", "fly", "export")
+COMMANDS = (*READING, "judge", "import", "autotune", "run", "resume", "compare", "fly", "export")
 """Commands that agents may call, as far as this version has them. None of them speaks to a vehicle."""
 EXCLUDED = frozenset({"json", "threads", "dask", "backend", "plot"})
 """Options that concern the terminal or the machine."""
