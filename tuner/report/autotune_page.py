@@ -86,7 +86,7 @@ def _flights(file: Path) -> Markup:
     document = ApproachDocument.read(file)
     rows = [
         [str(k), f"{100.0 * step.share:.0f} %", "-" if step.gain is None else f"{step.gain} x {step.factor:.2f}",
-         "stable" if step.stable else "unstable", ", ".join(step.short) or "none", str(step.lost)]
+         "stable" if step.stable else "unstable", ", ".join(row.label for row in step.short) or "none", str(step.lost)]
         for k, step in enumerate(document.steps)
     ]  # fmt: skip
     head = ("step", "share", "largest change", "loops", "margins that fall short", "flights lost")

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ FILES = {
     "px4": ("quad.params", "# Stack: PX4 Pro\n# Version: 1.16.0\n1\t1\tMC_ROLLRATE_P\t0.12\t9\n"),
     "ardupilot": ("quad.param", "ATC_RAT_RLL_P,0.12\nATC_RAT_PIT_P,0.12\n"),
 }  # fmt: skip
-FLIGHT = {"airframe": "crazyflie-pybullet", "mapping": "columns.toml"}
+FLIGHT: Any = {"airframe": "crazyflie-pybullet", "mapping": "columns.toml"}
 
 
 @pytest.fixture(scope="module")
