@@ -1,7 +1,7 @@
 """Both files in the loops and in the air: margins, paired flights, rules of the firmware, verdict."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from math import sqrt
 from time import perf_counter
@@ -111,8 +111,8 @@ def assess(
     names = [str(metric) for metric in setups[0].metrics]
     with stages.measure("compilation"):
         problems = [problem_of(setup, threads) for setup in setups]
-        with compilation(watcher):
-            for setup, problem in zip(setups, problems, strict=True):
+        for setup, problem in zip(setups, problems, strict=True):
+            with nullcontext() if problem.flyer.cached else compilation(watcher):
                 problem.warm_up(setup.gains, setup.spec)
     watcher.on_stage("Judging", flights * len(setups))
     with stages.measure("flights"):
@@ -124,8 +124,12 @@ def assess(
         objectives = {
             name: Objective(metric, Risk("mean")) for name, metric in zip(names, setups[0].metrics, strict=True)
         }
-        compared = [_compared(objectives[name], [score[name] for score in scores], seed) for name in names]
-        metrics = [row for row in compared if row.metric != FAILURE]
+        ended = completed(scores)
+        metrics = [
+            _compared(objectives[name], [score[name][ended] for score in scores], seed)
+            for name in names
+            if name != FAILURE
+        ]
         noise_rises = any(row.metric == NOISE and row.verdict == WORSE for row in metrics)
         judged = AssessedLoops(later.subject, after.gains)
         present = None if earlier is None or before is None else AssessedLoops(earlier.subject, before.gains)
@@ -229,6 +233,12 @@ def changed_gains(before: GainsFile, after: GainsFile) -> list[ChangedGain]:
         for name, value in after.gains.items()
         if before.gains.get(name) != value
     ]
+
+
+def completed(scores: Sequence[dict[str, np.ndarray]]) -> np.ndarray:
+    """Return the flights (flights,) that end in their time with every file, or all where there are none."""
+    ended = np.all([score[FAILURE] == 0.0 for score in scores], axis=0)
+    return ended if ended.any() else np.ones_like(ended)
 
 
 def _compared(objective: Objective, scores: Sequence[np.ndarray], seed: int) -> AssessedMetric:

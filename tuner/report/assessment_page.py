@@ -58,7 +58,7 @@ def assessment_tables(document: AssessmentDocument, violated: bool = False) -> l
 
 def metric_table(document: AssessmentDocument) -> Table:
     """Return the means over the flights, before and after."""
-    head = ("mean over the flights", "before", "after", "change, 95 % interval", "verdict")
+    head = ("mean", "before", "after", "change, 95 % interval", "verdict")
     rows = []
     for row in document.metrics:
         change = NONE

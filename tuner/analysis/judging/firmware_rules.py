@@ -61,15 +61,14 @@ def betaflight_rules(after: AssessedLoops, before: AssessedLoops | None, noise_r
         yield _row("peak sensitivity Ms", f"{APP} #5406", axis, value, MAX_MS, refuses=has_grown, note=note)
     if before is None:
         return
-    for axis in ATTITUDE_AXES:
-        for name in D_FILTERS:
-            was, now = (_cutoff(loops.gains.get(f"{axis}.{name}", 0.0)) for loops in (before, after))
-            if (was, now) != (inf, inf) and before.gains.get(f"{axis}.d", 0.0) + after.gains.get(
-                f"{axis}.d", 0.0
-            ) > 0.0:
-                ratio, note = now / was, f"{_hertz(was)} before, {_hertz(now)} after"
-                label = "D-term low-pass, after over before"
-                yield _row(f"{label} ({name})", f"{APP} #5259", axis, ratio, 1.0, refuses=noise_rises, note=note)
+    # One setting holds for all axes.
+    for name in D_FILTERS:
+        was, now = (_cutoff(loops.gains[f"roll.{name}"]) for loops in (before, after))
+        if was < inf:
+            noise = ", noise of the commands rises" if noise_rises else ""
+            note = f"{_hertz(was)} before, {_hertz(now)} after{noise}"
+            rule = f"D-term low-pass {name[-1]} over that before"
+            yield _row(rule, f"{APP} #5259", "all axes", now / was, 1.0, refuses=noise_rises, note=note)
     yield from _steps("change of a gain at once", APP, after, before, MAX_STEP)
 
 

@@ -2,8 +2,8 @@
 
 Do not fly: a loop is unstable, or a factor below 1.3 of its gain makes it so, for thrust moves by 30 % with charge and load; its
 peak sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. A difference counts
-where all of the 95 % interval of the paired flights lies beyond 5 %, of noise 10 %. On the class of a firmware, where no airframe is named,
-loops are those of its middle vehicle, so margins refuse only what the change made worse, and losses where most vehicles are lost.
+where all of the 95 % interval of the paired flights lies beyond 5 %, of noise 10 %. Where no airframe is named, loops are those
+of the middle of a class, so margins refuse only what the change made worse, and losses where most vehicles are lost.
 """
 
 from collections.abc import Iterator, Sequence
@@ -171,7 +171,7 @@ def rule_text(row: RuleRow) -> str:
     value = "unstable" if row.value is None else significant(row.value, 3)
     unit = "" if row.unit == "1" else f" {row.unit}"
     note = f"{row.note}; " if row.note else ""
-    return f"{row.rule} of {row.axis} {value}{unit}, {row.sense} {row.limit:g}{unit} ({note}{row.source})"
+    return f"{row.rule}, {row.axis}: {value}{unit}, {row.sense} {row.limit:g}{unit} ({note}{row.source})"
 
 
 def limit_text(row: LimitRow) -> str:
@@ -190,6 +190,6 @@ def metric_text(row: AssessedMetric) -> str:
 def _fragile_text(loop: AssessedLoop) -> str:
     assert loop.before is not None
     figures = (significant(part.ms, 3) for part in (loop.after, loop.before))
-    return "peak sensitivity Ms of {channel} {}, max {limit:g} ({} before)".format(
+    return "peak sensitivity Ms, {channel}: {}, max {limit:g} ({} before)".format(
         *figures, channel=loop.channel, limit=MAX_MS
     )
