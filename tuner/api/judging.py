@@ -1,5 +1,6 @@
 """A second opinion before arming, and what a vehicle holds after its parameters were written."""
 
+import warnings
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,6 +11,7 @@ from plant.errors import InputError
 from plant.input_files import read_input
 from plant.output_files import make_folders, write_new_file
 from tuner.api.assessing import Stages, assess
+from tuner.api.checking import check_requirements
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.margins import announce_compilation
 from tuner.api.vehicle_files import file_part, find_source, read_subjects, value_text
@@ -26,6 +28,7 @@ from tuner.exchange.sources import GAINS, SOURCES, compare_read_back, guess_sour
 from tuner.report.assessment_page import assessment_page
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
+from tuner.study.files import shipped_studies
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -103,7 +106,7 @@ def judge(
     *,
     airframe: str | None = None,
     source: str | None = None,
-    flights: int = FLIGHTS,
+    flights: int | None = None,
     seed: int = SEED,
     out: str | Path | None = None,
     threads: int | None = None,
@@ -119,7 +122,7 @@ def judge(
         before: The same of what the vehicle flies at present.
         airframe: Bundled name or TOML file of the vehicle; without it that of gains.json, or the class of the firmware.
         source: "px4", "ardupilot", "betaflight", "crazyflie" or "gains"; guessed from the content by default.
-        flights: Flights of each file.
+        flights: Flights of each file, by default 256.
         seed: Root seed of vehicles, air and noise.
         out: New folder for judge.md, assessment.json and, with `before`, rollback/.
         threads: Threads, by default one for each core.
@@ -138,18 +141,27 @@ def judge(
         'px4'
 
     """
-    if flights < MIN_FLIGHTS:
-        raise InputError(f"given {flights}; allowed: at least {MIN_FLIGHTS}", key="--flights")
+    if before is not None and is_study(before):
+        warnings.warn("by a study, tuner.judge is tuner.check_requirements now", DeprecationWarning, stacklevel=2)
+        return check_requirements(after, before, flights=flights, watcher=watcher, threads=threads)  # pyright: ignore[reportReturnType]
+    count = FLIGHTS if flights is None else flights
+    if count < MIN_FLIGHTS:
+        raise InputError(f"given {count}; allowed: at least {MIN_FLIGHTS}", key="--flights")
     stages, heard = Stages(), watcher or Watcher()
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
         with stages.measure("reading"):
             subjects = read_subjects(Path(after), None if before is None else Path(before), source, airframe)
         announce_compilation(heard)
-        document = assess(subjects, flights, seed, threads, stages, heard)
+        document = assess(subjects, count, seed, threads, stages, heard)
         if folder is not None:
             document = write(document, None if before is None else Path(before), folder)
     return Assessment(document, None if folder is None else folder.path)
+
+
+def is_study(before: object) -> bool:
+    """Return True for a study, which the second parameter was up to version 0.2: in memory, a TOML file or a name."""
+    return not isinstance(before, str | Path) or Path(before).suffix == ".toml" or str(before) in shipped_studies()
 
 
 def read_back(written: str | Path, dump: str | Path, *, source: str | None = None) -> ReadBackComparison:

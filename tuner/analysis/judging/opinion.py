@@ -26,7 +26,7 @@ from tuner.documents.assessment import (
     RuleRow,
 )
 from tuner.documents.margins import LimitRow
-from tuner.documents.parts import SampledValue, ShareCount
+from tuner.documents.parts import SampledValue, ShareCount, in_shown_units
 from tuner.text.numbers import significant
 
 MIN_GAIN_MARGIN = 1.3
@@ -176,7 +176,9 @@ def rule_text(row: RuleRow) -> str:
 
 def limit_text(row: LimitRow) -> str:
     """Return a violated limit in words."""
-    return f"{row.label} violates its limit"
+    shown = in_shown_units(row)
+    unit = "" if shown.unit == "1" else f" {shown.unit}"
+    return f"{shown.label} {significant(shown.value, 3)}{unit}, {shown.sense} {significant(shown.limit, 3)}{unit}"
 
 
 def metric_text(row: AssessedMetric) -> str:
