@@ -12,10 +12,12 @@ from objectives.margins.trim import Trim
 from objectives.metrics import parse
 from objectives.problem import Objective
 from objectives.risk import Risk
+from plant.air.spec import AirSpec
 from plant.errors import InputError
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES
 from plant.quadrotor.scenarios import ScenarioSpec, Spread
 from plant.quadrotor.sensors import SensorSpec
+from plant.references.steps import Steps
 from plant.seeds import generator
 from tuner.analysis.judging.firmware_rules import AssessedLoops, firmware_rules
 from tuner.analysis.judging.opinion import Evidence, compare_means, form_opinion, opinion_sentence
@@ -26,8 +28,6 @@ from tuner.api.flight_setup import FlightSetup, quadrotor_setup
 from tuner.api.flying import flown_scores, problem_of
 from tuner.api.vehicle_files import GainsFile, Subjects
 from tuner.documents.assessment import (
-    ASSESSMENT_FORMAT,
-    ASSESSMENT_VERSION,
     NOT_DISTINGUISHABLE,
     WORSE,
     AssessedLoop,
@@ -43,8 +43,13 @@ from tuner.gains import Controller
 from tuner.search.watcher import Watcher, compilation
 
 STREAM = "judge"
-DURATION = 6.0
-"""Length of a flight [s]."""
+FIRST_FLIGHT = ScenarioSpec(
+    "small steps in a light breeze",
+    6.0,
+    Steps(x=0.5, y=-0.5, z=0.25, yaw_deg=10.0, time=0.5),
+    AirSpec(intensity=2.0, altitude=3.0, minimum_airspeed=1.0, mean_wind=True),
+)
+"""Flights that gains are judged by: 2 m/s of wind at 20 ft, Beaufort 2."""
 SPREAD = Spread(mass=0.1, inertia=0.1, thrust=0.05, lag=0.2)
 """Spread of vehicles whose airframe has no uncertainty: that of the shipped studies of firmwares."""
 GYRO_NOISE = 0.05 / sqrt(2000.0)
@@ -153,8 +158,8 @@ def assess(
         )
         verdict, reasons = form_opinion(evidence)
     return AssessmentDocument(
-        format=ASSESSMENT_FORMAT,
-        version=ASSESSMENT_VERSION,
+        format="gainproof-assessment",
+        version="0.1",
         verdict=verdict,
         sentence=opinion_sentence(evidence, verdict, reasons),
         reasons=reasons,
@@ -181,7 +186,7 @@ def assess(
 
 
 def flight_setups(subjects: Subjects, flights: int, seed: int) -> list[FlightSetup]:
-    """Return the flights of the file, then those of the present gains, through one scenario."""
+    """Return the flights of both files, the later one first."""
     controllers = [one.gains.controller for one in (subjects.after, subjects.before) if one is not None]
     periods = {controller.control_period for controller in controllers}
     if len(periods) > 1:
@@ -191,7 +196,7 @@ def flight_setups(subjects: Subjects, flights: int, seed: int) -> list[FlightSet
         )
         raise InputError(message, file=subjects.after.path)
     setups = [quadrotor_setup(controller, None, 0, seed) for controller in controllers]
-    spec = scenario_of(controllers[-1], setups[-1])
+    spec = first_flight(controllers[-1])
     wanted = [FAILURE, "rms.tilt", NOISE, *([POSITION] if subjects.source in HAS_POSITION_LOOPS else [])]
     return [
         replace(
@@ -204,19 +209,15 @@ def flight_setups(subjects: Subjects, flights: int, seed: int) -> list[FlightSet
     ]
 
 
-def scenario_of(controller: Controller, setup: FlightSetup) -> ScenarioSpec:
-    """Return steps in a breeze for vehicles within the airframe's uncertainty, with the noise of its gyro."""
-    airframe = controller.airframe
+def first_flight(controller: Controller) -> ScenarioSpec:
+    """Return a first flight: small steps in a light breeze, with the gyro's noise."""
+    uncertainty = controller.airframe.uncertainty
     rate = _noise_density(controller) * sqrt(0.5 / controller.control_period)
-    # Reading the scenario of a quadrotor as one keeps its fields.
-    spec = setup.spec
-    assert type(spec) is ScenarioSpec
     return replace(
-        spec,
-        duration=DURATION,
+        FIRST_FLIGHT,
         sensors=SensorSpec(rate=rate),
-        spread=Spread() if airframe.uncertainty else SPREAD,
-        uncertainty=airframe.uncertainty,
+        spread=Spread() if uncertainty else SPREAD,
+        uncertainty=uncertainty,
     )
 
 
@@ -236,7 +237,7 @@ def changed_gains(before: GainsFile, after: GainsFile) -> list[ChangedGain]:
 
 
 def completed(scores: Sequence[dict[str, np.ndarray]]) -> np.ndarray:
-    """Return the flights (flights,) that end in their time with every file, or all where there are none."""
+    """Return the flights (flights,) that no file loses, or all."""
     ended = np.all([score[FAILURE] == 0.0 for score in scores], axis=0)
     return ended if ended.any() else np.ones_like(ended)
 
@@ -277,7 +278,7 @@ def _violated(document: MarginsDocument, channels: Sequence[str]) -> list[LimitR
 
 
 def _notes(subjects: Subjects) -> list[str]:
-    """Return what the model lacks or assumes, of the file first, then what only that of the present gains says."""
+    """Return the notes of both imports, each kind once."""
     after = list(subjects.after.notes)
     kinds = {note.partition(":")[0] for note in after}
     before = [] if subjects.before is None else subjects.before.notes

@@ -1,4 +1,4 @@
-"""A second opinion before arming, and what a vehicle holds after its parameters were written."""
+"""A second opinion before arming, and parameters read back from a vehicle."""
 
 import warnings
 from contextlib import nullcontext
@@ -14,17 +14,14 @@ from tuner.api.assessing import Stages, assess
 from tuner.api.checking import check_requirements
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.margins import announce_compilation
-from tuner.api.vehicle_files import file_part, find_source, read_subjects, value_text
+from tuner.api.vehicle_files import file_part, find_source, parameter_change, read_subjects
 from tuner.documents.assessment import (
-    READ_BACK_FORMAT,
-    READ_BACK_VERSION,
     REFUSED,
     AssessmentDocument,
-    DifferingParameter,
     ReadBackDocument,
 )
 from tuner.exchange.aboard import plain_name
-from tuner.exchange.sources import GAINS, SOURCES, compare_read_back, guess_source
+from tuner.exchange.sources import GAINS, SOURCES, differing_values, guess_source
 from tuner.report.assessment_page import assessment_page
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
@@ -52,7 +49,7 @@ class Assessment(Documented):
 
     @property
     def verdict(self) -> str:
-        """The verdict in a word, such as "better", "worse" or "do not fly"."""
+        """The verdict in a word, such as "better" or "worse"."""
         return str(self.document.verdict)
 
     @property
@@ -160,12 +157,12 @@ def judge(
 
 
 def is_study(before: object) -> bool:
-    """Return True for a study, which the second parameter was up to version 0.2: in memory, a TOML file or a name."""
+    """Return True for a study: in memory, a TOML file or a name."""
     return not isinstance(before, str | Path) or Path(before).suffix == ".toml" or str(before) in shipped_studies()
 
 
 def read_back(written: str | Path, dump: str | Path, *, source: str | None = None) -> ReadBackComparison:
-    """Compare what a vehicle holds with the parameter file that was written to it.
+    """Compare a vehicle's parameters with the file written to it.
 
     Args:
         written: Parameter file of PX4, ArduPilot, Betaflight or the Crazyflie.
@@ -193,23 +190,21 @@ def read_back(written: str | Path, dump: str | Path, *, source: str | None = Non
         raise InputError(
             "is a gains.json, and a vehicle holds parameters; give the file that was written", file=files[0]
         )
-    compared, differing = compare_read_back(SOURCES[names[0]], *files)
-    rows = [
-        DifferingParameter(
-            name=row.name, written=value_text(row.written), held=None if row.held is None else value_text(row.held)
-        )
-        for row in differing
-    ]
-    missing = sum(row.held is None for row in rows)
-    said = f"{len(rows)} of {compared} differ, {missing} of them missing" if rows else f"all {compared} are as written"
+    kind = SOURCES[names[0]]
+    wanted, held = map(kind.values, files)
+    rows = [parameter_change(name, *values) for name, values in differing_values(kind, wanted, held).items()]
+    missing, compared = sum(row.after is None for row in rows), len(wanted)
+    finding = (
+        f"{len(rows)} of {compared} differ, {missing} of them missing" if rows else f"all {compared} are as written"
+    )
     document = ReadBackDocument(
-        format=READ_BACK_FORMAT,
-        version=READ_BACK_VERSION,
+        format="gainproof-read-back",
+        version="0.1",
         written=file_part(files[0], names[0]),
         dump=file_part(files[1], names[0]),
         compared=compared,
         differing=rows,
-        sentence=f"Parameters on the vehicle: {said}.",
+        sentence=f"Parameters on the vehicle: {finding}.",
     )
     return ReadBackComparison(document)
 

@@ -10,7 +10,7 @@ from plant.input_files import read_input
 from plant.quadrotor.airframes import Airframe, load
 from tuner.analysis.judging.vehicle_class import class_airframe, ranges_text
 from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gains
-from tuner.documents.assessment import AssessedAirframe, AssessedFile, ChangedParameter
+from tuner.documents.assessment import AssessedAirframe, AssessedFile, ParameterChange
 from tuner.exchange.registry import importer as find_importer
 from tuner.exchange.registry import settings_of
 from tuner.exchange.sources import GAINS, SOURCES, changed_values, check_versions, guess_source, overlaid
@@ -57,7 +57,7 @@ class Subjects:
         return self.after.part.source
 
     @property
-    def unmodeled_changes(self) -> list[ChangedParameter]:
+    def unmodeled_changes(self) -> list[ParameterChange]:
         """Changed parameters that no loop of the model has."""
         carried = self.after.carried
         return [row for row in self._changed_parameters() if row.name not in carried]
@@ -67,15 +67,12 @@ class Subjects:
         """Parameters of the file that the earlier one does not hold."""
         return [row.name for row in self._changed_parameters() if row.before is None]
 
-    def _changed_parameters(self) -> list[ChangedParameter]:
+    def _changed_parameters(self) -> list[ParameterChange]:
         if self.before is None or self.source == GAINS:
             return []
         values = SOURCES[self.source].values
         changed = changed_values(values(self.before.path), values(self.after.path))
-        return [
-            ChangedParameter(name=name, before=None if was is None else value_text(was), after=value_text(now))
-            for name, (was, now) in changed.items()
-        ]
+        return [parameter_change(name, *values) for name, values in changed.items()]
 
 
 def read_subjects(after: Path, before: Path | None, source: str | None, airframe: str | None) -> Subjects:
@@ -129,9 +126,13 @@ def file_part(path: Path, source: str, version: str | None = None) -> AssessedFi
     return AssessedFile(file=str(path), source=source, version=version, sha256=sha256(read_input(path)).hexdigest())
 
 
-def value_text(value: str | float) -> str:
-    """Return a parameter's value as a file has it."""
-    return value if isinstance(value, str) else f"{value:.9g}"
+def parameter_change(name: str, before: str | float | None, after: str | float | None) -> ParameterChange:
+    """Return a parameter that differs, with its values as texts."""
+    return ParameterChange(name=name, before=_text(before), after=_text(after))
+
+
+def _text(value: str | float | None) -> str | None:
+    return value if value is None or isinstance(value, str) else f"{value:.9g}"
 
 
 def _read_gains_files(after: Path, before: Path | None, airframe: str | None, guessed: str | None) -> Subjects:

@@ -54,7 +54,7 @@ class Source:
     resets: re.Pattern[str] | None = None
 
     def name_in(self, line: str) -> str | None:
-        """Return the name of the parameter that a line gives, None of any other line."""
+        """Return the name of a line's parameter, if any."""
         match = self.name.fullmatch(line.strip() if self.is_integer else line)
         return None if match is None else match[match.lastindex or 0]
 
@@ -99,7 +99,7 @@ def _fixed(name: str, *keys: str) -> Callable[[Path], dict[str, str]]:
 
 
 def _px4_options(file: Path) -> dict[str, str]:
-    """Return the options of a PX4 file, with the loop rate that it states."""
+    """Return the options of a PX4 file with its loop rate."""
     rate = px4.read_params(file).get("IMU_GYRO_RATEMAX", 0.0)
     options = _fixed("px4", LOOPS.name, PERIOD, EVERY)(file)
     return options | ({PERIOD: f"{1.0 / rate:.9g}"} if rate > 0.0 else {})
@@ -162,14 +162,14 @@ def guess_source(file: Path) -> tuple[str, str]:
 
 
 def changed_values(before: Values, after: Values) -> dict[str, tuple[str | float | None, str | float]]:
-    """Return parameter -> values before and after, where a later file holds another one; None: not in the earlier file."""
+    """Return name -> values before and after where they differ; None: not before."""
     return {
         name: (before.get(name), value) for name, value in after.items() if name not in before or before[name] != value
     }
 
 
 def overlaid(source: Source, before: Path, after: Path) -> str:
-    """Return the text of a file as the vehicle has it after loading another one: what that does not name stays."""
+    """Return the parameters of a vehicle after loading a file, as text."""
     later = given_text(after, f"give {WHAT}").splitlines()
     if source.resets is not None and any(source.resets.fullmatch(line) for line in later):
         return "\n".join(later)
@@ -192,24 +192,15 @@ def check_versions(source: Source, before: Path, after: Path) -> None:
         raise InputError(message, file=after, key="version")
 
 
-@dataclass(frozen=True)
-class ReadBack:
-    """A parameter of a file that the vehicle holds otherwise; held: None where it is missing from what was read back."""
-
-    name: str
-    written: str | float
-    held: str | float | None
-
-
-def compare_read_back(source: Source, written: Path, dump: Path) -> tuple[int, list[ReadBack]]:
-    """Return the number of parameters compared, and those that differ by more than the firmware's rounding."""
-    wanted, held = source.values(written), source.values(dump)
-    differing = [
-        ReadBack(name, value, held.get(name))
-        for name, value in wanted.items()
+def differing_values(
+    source: Source, written: Values, held: Values
+) -> dict[str, tuple[str | float, str | float | None]]:
+    """Return name -> written and held value where they differ; None: missing."""
+    return {
+        name: (value, held.get(name))
+        for name, value in written.items()
         if name not in held or not is_same(value, held[name], source.is_integer)
-    ]
-    return len(wanted), differing
+    }
 
 
 def is_same(written: str | float, held: str | float, is_integer: bool) -> bool:

@@ -27,7 +27,7 @@ def assessment_page(document: AssessmentDocument) -> str:
 
 
 def unmodeled_lines(document: AssessmentDocument) -> list[str]:
-    """Return what the model lacks or assumes in sentences: the vehicle, changed parameters, notes of the import."""
+    """Return vehicle, changed parameters and notes in sentences."""
     vehicle = document.airframe
     unknown = f"No airframe was named: judged on the {vehicle.title} ({vehicle.ranges}). Name one with --airframe."
     changed = [f"{row.name} {row.before or NONE} to {row.after}" for row in document.unmodeled_changes]
@@ -90,7 +90,7 @@ def lost_text(document: AssessmentDocument) -> str:
 
 
 def rule_table(document: AssessmentDocument, violated: bool) -> Table:
-    """Return the rules of the firmware's own tools, or the violated ones alone."""
+    """Return the rules of the firmware's tools."""
     head = ("rule of the firmware's tools", "axis", "value", "limit", "verdict", "source")
     rows = [
         [row.rule, row.axis, significant(row.value, 3), f"{row.sense} {row.limit:g}", row.verdict, row.source]

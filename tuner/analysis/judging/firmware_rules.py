@@ -1,4 +1,4 @@
-"""Rules that a firmware's own tuning tools keep when they write gains, checked on loops before and after a change.
+"""Rules of a firmware's own tools on a change of gains.
 
 Betaflight App: src/js/blackbox/spectral_analysis.js after betaflight-configurator #5259 and #5406. The peak sensitivity of a
 recommendation is at most 2, a D-term low-pass is never raised, and no gain changes by more than a factor of 2 at once.
@@ -91,9 +91,9 @@ def px4_rules(after: AssessedLoops, before: AssessedLoops | None, _: bool) -> It
 
 
 def margin_at_phase(subject: Subject, axis: str) -> float | None:
-    """Return the gain [dB] by which the open loop is below 1 where its phase falls to -161 deg, beyond the last crossover.
+    """Return the gain margin [dB] at a phase of -161 deg.
 
-    It is the least over amplitudes; None where the phase stays above.
+    It is that of the open loop beyond its last crossover, the least over amplitudes; None where the phase stays above.
     """
     curves = curves_of(subject, axis)
     margins: list[float] = []
