@@ -33,10 +33,12 @@ class GainsFile:
     notes: tuple[str, ...] = ()
 
     @property
-    def carried(self) -> set[str]:
+    def modeled(self) -> set[str]:
         """Parameters that the loops of the model have."""
         record = self.gains.controller.vehicle
-        return set() if record is None else set(record.parameters) - set(record.untuned)
+        if record is None:
+            return set()
+        return set(record.parameters) - set(record.untuned) - SOURCES[self.part.source].left_out
 
 
 @dataclass(frozen=True)
@@ -59,8 +61,8 @@ class Subjects:
     @property
     def unmodeled_changes(self) -> list[ParameterChange]:
         """Changed parameters that no loop of the model has."""
-        carried = self.after.carried
-        return [row for row in self._changed_parameters() if row.name not in carried]
+        modeled = self.after.modeled
+        return [row for row in self._changed_parameters() if row.name not in modeled]
 
     @property
     def not_restored(self) -> list[str]:

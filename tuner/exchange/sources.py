@@ -14,6 +14,7 @@ from tuner.exchange.autopilot.parameters import single, stated
 from tuner.exchange.betaflight import text as betaflight
 from tuner.exchange.betaflight.import_ import USUAL, renamed
 from tuner.exchange.betaflight.map import RELEASES
+from tuner.exchange.betaflight.native_loops import FOLLOWING, SILENT
 from tuner.exchange.crazyflie import text as crazyflie
 from tuner.exchange.px4 import text as px4
 from tuner.exchange.target import FIRMWARE
@@ -42,6 +43,7 @@ class Source:
         options: Return the options of the import of a file.
         is_integer: True where the firmware holds whole numbers alone.
         resets: A line with which a file sets everything else to its default.
+        left_out: Parameters that an import takes as 0.
     """
 
     line: re.Pattern[str]
@@ -52,6 +54,7 @@ class Source:
     options: Callable[[Path], dict[str, str]]
     is_integer: bool = False
     resets: re.Pattern[str] | None = None
+    left_out: frozenset[str] = frozenset()
 
     def name_in(self, line: str) -> str | None:
         """Return the name of a line's parameter, if any."""
@@ -126,6 +129,7 @@ SOURCES = {
         },
         is_integer=True,
         resets=re.compile(r"\s*defaults\b.*"),
+        left_out=frozenset(SILENT) - set(FOLLOWING.values()),
     ),
     "px4": Source(
         re.compile(r"#\s*Stack:\s*PX4.*|\d+\t\d+\t(MC|MPC|IMU|CA|SYS|THR)_\w+\t\S+\t[69]\s*"),
