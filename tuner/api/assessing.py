@@ -19,11 +19,10 @@ from plant.quadrotor.scenarios import ScenarioSpec, Spread
 from plant.quadrotor.sensors import SensorSpec
 from plant.references.steps import Steps
 from plant.seeds import generator
-from tuner.analysis.judging.firmware_rules import AssessedLoops, firmware_rules
+from tuner.analysis.judging.firmware_rules import LoopSet, firmware_rules
 from tuner.analysis.judging.opinion import Evidence, compare_means, form_opinion, opinion_sentence
 from tuner.analysis.judging.rows import REPLICATES
 from tuner.analysis.margins.judging import judge_quadrotor
-from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.api.flight_setup import FlightSetup, quadrotor_setup
 from tuner.api.flying import flown_scores, problem_of
 from tuner.api.vehicle_files import GainsFile, Subjects
@@ -34,7 +33,6 @@ from tuner.documents.assessment import (
     AssessedMetric,
     AssessmentDocument,
     ChangedGain,
-    LoopFigures,
 )
 from tuner.documents.margins import LimitRow, MarginsDocument
 from tuner.documents.parts import NumberWithUnit, SampledValue, ShareCount
@@ -57,7 +55,6 @@ GYRO_NOISE = 0.05 / sqrt(2000.0)
 FAILURE, NOISE, POSITION = "failure", "noise", "rms.position"
 HAS_POSITION_LOOPS = ("px4", "ardupilot", GAINS)
 """Sources whose position loops are in the file; of others they are our defaults, and no part of the verdict."""
-FIGURES = ("gain_up", "gain_down", "phase_margin", "delay_margin", "ms")
 
 
 @dataclass
@@ -74,24 +71,10 @@ class Stages:
         self.seconds[name] = round(perf_counter() - begin, 3)
 
 
-@dataclass(frozen=True)
-class Loops:
-    """Loops of one file with their margins."""
-
-    subject: Subject
-    document: MarginsDocument
-
-    @classmethod
-    def of(cls, controller: Controller) -> "Loops":
-        """Return the loops of a controller at hover."""
-        _, document, _ = judge_quadrotor(controller, Trim(), None, certified=False)
-        return cls(subject_of(controller, Trim()), document)
-
-    def figures(self, channel: str) -> LoopFigures:
-        """Return the margins of a loop."""
-        row = next(row for row in self.document.channels if row.channel == channel)
-        values = {name: row.quantities[name].value for name in FIGURES}
-        return LoopFigures(stable=row.stable, **values)
+def read_loops(file: GainsFile) -> LoopSet:
+    """Return the loops of a file at hover."""
+    loops, document, _ = judge_quadrotor(file.gains.controller, Trim(), None, certified=False)
+    return LoopSet(loops, document, file.gains)
 
 
 def assess(
@@ -110,8 +93,8 @@ def assess(
     after, before = subjects.after, subjects.before
     channels = AXES if subjects.source in HAS_POSITION_LOOPS else ATTITUDE_AXES
     with stages.measure("margins"):
-        later = Loops.of(after.gains.controller)
-        earlier = None if before is None else Loops.of(before.gains.controller)
+        later = read_loops(after)
+        earlier = None if before is None else read_loops(before)
     setups = flight_setups(subjects, flights, seed)
     names = [str(metric) for metric in setups[0].metrics]
     with stages.measure("compilation"):
@@ -136,8 +119,6 @@ def assess(
             if name != FAILURE
         ]
         noise_rises = any(row.metric == NOISE and row.verdict == WORSE for row in metrics)
-        judged = AssessedLoops(later.subject, after.gains)
-        present = None if earlier is None or before is None else AssessedLoops(earlier.subject, before.gains)
         evidence = Evidence(
             airframe=subjects.airframe,
             loops=[
@@ -149,7 +130,7 @@ def assess(
                 for channel in channels
             ],
             violated=_violated(later.document, channels),
-            rules=firmware_rules(subjects.source, judged, present, noise_rises),
+            rules=firmware_rules(subjects.source, later, earlier, noise_rises),
             metrics=metrics,
             lost_after=ShareCount.of(scores[0][FAILURE]),
             lost_before=None if before is None else ShareCount.of(scores[1][FAILURE]),

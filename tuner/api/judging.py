@@ -181,7 +181,7 @@ def read_back(written: str | Path, dump: str | Path, *, source: str | None = Non
 
     """
     files = Path(written), Path(dump)
-    names = [find_source(source) if source is not None else guess_source(file)[0] for file in files]
+    names = [find_source(source) if source is not None else guess_source(file) for file in files]
     if names[0] != names[1]:
         raise InputError(
             f"is a file of {names[1]}, and {written} one of {names[0]}; give one firmware's", file=files[1]

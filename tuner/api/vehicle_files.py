@@ -86,10 +86,9 @@ def read_subjects(after: Path, before: Path | None, source: str | None, airframe
         source: Firmware of both, or "gains"; None to guess it.
         airframe: Name or file of the vehicle, None where nobody names one.
     """
-    guess = guess_source(after) if source is None else None
-    name = guess[0] if source is None and guess is not None else find_source(str(source))
-    guessed = None if guess is None else f"Read as a file of {name}, for {guess[1]}."
-    if before is not None and (other := guess_source(before)[0]) != name:
+    name = guess_source(after) if source is None else find_source(source)
+    guessed = f"Read as a file of {name}, guessed from its lines." if source is None else None
+    if before is not None and (other := guess_source(before)) != name:
         raise InputError(f"is a file of {other}, and {after} one of {name}; give files of one firmware", file=before)
     if name == GAINS:
         return _read_gains_files(after, before, airframe, guessed)

@@ -36,7 +36,6 @@ class Source:
 
     Attributes:
         line: A line that such a file alone has.
-        evidence: That line in words.
         name: A line that gives a parameter, its name as the last group that is there.
         values: Return every parameter of a file; InputError names file and parameter.
         version: Return the version that a file states, major.minor, None if silent.
@@ -47,7 +46,6 @@ class Source:
     """
 
     line: re.Pattern[str]
-    evidence: str
     name: re.Pattern[str]
     values: Callable[[Path], Values]
     version: Callable[[Path], str | None]
@@ -111,7 +109,6 @@ def _px4_options(file: Path) -> dict[str, str]:
 SOURCES = {
     "crazyflie": Source(
         re.compile(r"type:\s*persistent_param_state\s*"),
-        "the line 'type: persistent_param_state' of cflib",
         re.compile(r"\s+(\w+\.\w+):\s*(?:\{.*)?"),
         crazyflie.read,
         lambda _: None,
@@ -119,7 +116,6 @@ SOURCES = {
     ),
     "betaflight": Source(
         re.compile(r"\s*set\s+[a-z0-9_]+\s*=.*|#\s*Betaflight / .*"),
-        "lines 'set name = value' of its command line",
         re.compile(r"set\s+([a-z0-9_]+)\s*=.*"),
         _betaflight_values,
         _betaflight_version,
@@ -133,7 +129,6 @@ SOURCES = {
     ),
     "px4": Source(
         re.compile(r"#\s*Stack:\s*PX4.*|\d+\t\d+\t(MC|MPC|IMU|CA|SYS|THR)_\w+\t\S+\t[69]\s*"),
-        "the columns and names of PX4 in a file of QGroundControl",
         re.compile(r"\d+\t\d+\t(\w+)\t.*"),
         px4.read_params,
         lambda file: _major_minor(stated(file, px4.WHAT).version),
@@ -143,7 +138,6 @@ SOURCES = {
         re.compile(
             r"#\s*Stack:\s*ArduPilot.*|(\d+\t\d+\t)?(ATC|PSC|MOT|INS|RATE|STB|FRAME|SCHED|ANGLE)_?\w*[\s,]\s*[-+0-9.].*"
         ),
-        "names of ArduPilot, each with a number",
         re.compile(r"\d+\t\d+\t(\w+)\t.*|([A-Z]\w*)[\s,=].*"),
         ardupilot.read_param,
         lambda file: _major_minor(stated(file, ardupilot.WHAT).version),
@@ -153,15 +147,15 @@ SOURCES = {
 """Sources of parameter files by name; the first that recognizes a file is its source."""
 
 
-def guess_source(file: Path) -> tuple[str, str]:
-    """Return the source of a file and the evidence in words; InputError where nothing is recognized."""
+def guess_source(file: Path) -> str:
+    """Return the source of a file; InputError where nothing is recognized."""
     text = given_text(file, f"give {WHAT}")
     if text.lstrip().startswith("{"):
-        return GAINS, "its braces, which are JSON"
+        return GAINS
     lines = text.splitlines()
     for name, source in SOURCES.items():
         if any(source.line.fullmatch(line) for line in lines):
-            return name, source.evidence
+            return name
     raise InputError(f"holds nothing of a known firmware; give {WHAT}, or name the source with --from", file=file)
 
 

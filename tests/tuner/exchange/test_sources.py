@@ -38,12 +38,12 @@ OTHERS = {
 
 @pytest.mark.parametrize("source", FILES)
 def test_a_file_is_guessed_by_its_lines(source, tmp_path):
-    assert guess_source(write(tmp_path, FILES[source]))[0] == source
+    assert guess_source(write(tmp_path, FILES[source])) == source
 
 
 @pytest.mark.parametrize(("source", "text"), OTHERS.values(), ids=OTHERS)
 def test_a_file_of_another_ground_station_is_guessed(source, text, tmp_path):
-    assert guess_source(write(tmp_path, text))[0] == source
+    assert guess_source(write(tmp_path, text)) == source
 
 
 @pytest.mark.parametrize("source", SOURCES)
@@ -59,7 +59,7 @@ def test_an_export_is_guessed_and_read_in_the_native_loops(source, tmp_path):
     bundle = EXPORTERS[source].export(Request(native.controller, "12" * 32, settings_of(EXPORTERS[source], settings)))
     (content, *_) = bundle.files.values()
     file = write(tmp_path, content, "exported.txt")
-    assert guess_source(file)[0] == source
+    assert guess_source(file) == source
     assert SOURCES[source].options(file).get("firmware", "4.7") == "4.7"
 
 
