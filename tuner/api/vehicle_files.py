@@ -32,14 +32,6 @@ class GainsFile:
     gains: QuadrotorGains
     notes: tuple[str, ...] = ()
 
-    @property
-    def modeled(self) -> set[str]:
-        """Parameters that the loops of the model have."""
-        record = self.gains.controller.vehicle
-        if record is None:
-            return set()
-        return set(record.parameters) - set(record.untuned) - SOURCES[self.part.source].left_out
-
 
 @dataclass(frozen=True)
 class Subjects:
@@ -61,7 +53,10 @@ class Subjects:
     @property
     def unmodeled_changes(self) -> list[ParameterChange]:
         """Changed parameters that no loop of the model has."""
-        modeled = self.after.modeled
+        record = self.after.gains.controller.vehicle
+        if self.source == GAINS or record is None:
+            return []
+        modeled = set(record.parameters) - set(record.untuned) - SOURCES[self.source].left_out
         return [row for row in self._changed_parameters() if row.name not in modeled]
 
     @property
@@ -88,7 +83,7 @@ def read_subjects(after: Path, before: Path | None, source: str | None, airframe
     """
     name = guess_source(after) if source is None else find_source(source)
     guessed = f"Read as a file of {name}, guessed from its lines." if source is None else None
-    if before is not None and (other := guess_source(before)) != name:
+    if before is not None and source is None and (other := guess_source(before)) != name:
         raise InputError(f"is a file of {other}, and {after} one of {name}; give files of one firmware", file=before)
     if name == GAINS:
         return _read_gains_files(after, before, airframe, guessed)
