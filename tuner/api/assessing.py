@@ -28,7 +28,6 @@ from tuner.api.flying import flown_scores, problem_of
 from tuner.api.vehicle_files import GainsFile, Subjects
 from tuner.documents.assessment import (
     NOT_DISTINGUISHABLE,
-    WORSE,
     AssessedLoop,
     AssessedMetric,
     AssessmentDocument,
@@ -36,6 +35,7 @@ from tuner.documents.assessment import (
 )
 from tuner.documents.margins import LimitRow, MarginsDocument
 from tuner.documents.parts import NumberWithUnit, SampledValue, ShareCount
+from tuner.documents.verdicts import WORSE
 from tuner.exchange.sources import GAINS
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher, compilation

@@ -5,7 +5,7 @@ from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from plant.errors import InputError
+from plant.errors import InputError, one_line, shortened
 from plant.input_files import read_input
 from plant.quadrotor.airframes import Airframe, load
 from tuner.analysis.judging.vehicle_class import class_airframe, ranges_text
@@ -97,7 +97,10 @@ def read_subjects(after: Path, before: Path | None, source: str | None, airframe
     with TemporaryDirectory(prefix="gainproof-") as place:
         merged = Path(place) / after.name
         merged.write_text(overlaid(SOURCES[name], before, after), encoding="utf-8")
-        together = read_parameter_file(merged, name, vehicle)
+        try:
+            together = read_parameter_file(merged, name, vehicle)
+        except InputError as error:
+            raise InputError(error.message, file=after, key=error.key) from None
     later = GainsFile(after, alone.part, together.gains, together.notes)
     return Subjects(later, earlier, assumed, guessed)
 
@@ -128,7 +131,9 @@ def parameter_change(name: str, before: str | float | None, after: str | float |
 
 
 def _text(value: str | float | None) -> str | None:
-    return value if value is None or isinstance(value, str) else f"{value:.9g}"
+    if value is None:
+        return None
+    return shortened(one_line(value)) if isinstance(value, str) else f"{value:.9g}"
 
 
 def _read_gains_files(after: Path, before: Path | None, airframe: str | None, guessed: str | None) -> Subjects:

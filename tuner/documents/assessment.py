@@ -3,9 +3,10 @@
 from typing import Annotated, Literal
 
 from tuner.documents.parts import NumberWithUnit, SampledValue, ShareCount
+from tuner.documents.verdicts import BETTER, WORSE
 from tuner.store.document import Document, DocumentPart, OneOf, Sense
 
-BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE = "better", "worse", "mixed", "not distinguishable"
+MIXED, NOT_DISTINGUISHABLE = "mixed", "not distinguishable"
 WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY = "flyable within limits", "no objection", "do not fly"
 VERDICTS = (BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE, WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY)
 REFUSED = (WORSE, DO_NOT_FLY)

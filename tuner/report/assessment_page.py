@@ -23,7 +23,8 @@ def assessment_page(document: AssessmentDocument) -> str:
         *tables,
         *rollback_lines(document),
     ]
-    return "\n\n".join(parts) + "\n"
+    # Texts of files are no markup: neither HTML nor links.
+    return "\n\n".join(parts).replace("<", "&lt;").replace("](", "] (") + "\n"
 
 
 def unmodeled_lines(document: AssessmentDocument) -> list[str]:

@@ -92,6 +92,13 @@ def test_a_changed_setting_outside_of_the_model_comes_first(tmp_path):
     assert (change.name, change.before, change.after) == ("roll.p", 45.0, 46.0)
 
 
+def test_texts_of_a_file_are_no_markup(tmp_path):
+    hostile = "<script>alert(1)</script>[x](http://localhost)"
+    opinion = judged(tmp_path, {"name": hostile, "long": "y" * 5000})
+    assert "<script>" not in opinion.page and "](" not in opinion.page
+    assert max(len(row.after) for row in opinion.document.unmodeled_changes) < 200
+
+
 def test_a_folder_holds_page_document_and_the_way_back(tmp_path):
     opinion = judged(tmp_path, {**BY_MARGIN, "d_yaw": 5}, out=tmp_path / "opinion")
     folder = opinion.folder

@@ -13,13 +13,11 @@ from math import inf
 from objectives.risk.shares import clopper_pearson
 from tuner.analysis.judging.firmware_rules import GROWTH, MAX_MS
 from tuner.documents.assessment import (
-    BETTER,
     DO_NOT_FLY,
     MIXED,
     NO_OBJECTION,
     NOT_DISTINGUISHABLE,
     WITHIN_LIMITS,
-    WORSE,
     AssessedAirframe,
     AssessedLoop,
     AssessedMetric,
@@ -27,6 +25,7 @@ from tuner.documents.assessment import (
 )
 from tuner.documents.margins import LimitRow
 from tuner.documents.parts import SampledValue, ShareCount, in_shown_units
+from tuner.documents.verdicts import BETTER, WORSE
 from tuner.text.numbers import significant
 
 FRAGILE_MS = 4.3
