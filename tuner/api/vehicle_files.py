@@ -56,7 +56,8 @@ class Subjects:
         record = self.after.gains.controller.vehicle
         if self.source == GAINS or record is None:
             return []
-        modeled = set(record.parameters) - set(record.untuned) - SOURCES[self.source].left_out
+        kind = SOURCES[self.source]
+        modeled = (set(record.parameters) - set(record.untuned) - kind.left_out) | kind.scaling
         return [row for row in self._changed_parameters() if row.name not in modeled]
 
     @property

@@ -17,6 +17,7 @@ from tuner.exchange.betaflight.map import RELEASES
 from tuner.exchange.betaflight.native_loops import FOLLOWING, SILENT
 from tuner.exchange.crazyflie import text as crazyflie
 from tuner.exchange.px4 import text as px4
+from tuner.exchange.px4.map import PX4
 from tuner.exchange.target import FIRMWARE
 from tuner.study.targets import TARGETS
 
@@ -43,6 +44,7 @@ class Source:
         is_integer: True where the firmware holds whole numbers alone.
         resets: A line with which a file sets everything else to its default.
         left_out: Parameters that an import takes as 0.
+        scaling: Parameters that nothing tunes and that scale the loops.
     """
 
     line: re.Pattern[str]
@@ -53,6 +55,7 @@ class Source:
     is_integer: bool = False
     resets: re.Pattern[str] | None = None
     left_out: frozenset[str] = frozenset()
+    scaling: frozenset[str] = frozenset()
 
     def name_in(self, line: str) -> str | None:
         """Return the name of a line's parameter, if any."""
@@ -133,6 +136,7 @@ SOURCES = {
         px4.read_params,
         lambda file: _major_minor(stated(file, px4.WHAT).version),
         _px4_options,
+        scaling=frozenset(PX4.scaling),
     ),
     "ardupilot": Source(
         re.compile(
@@ -142,6 +146,7 @@ SOURCES = {
         ardupilot.read_param,
         lambda file: _major_minor(stated(file, ardupilot.WHAT).version),
         _ardupilot_options,
+        scaling=frozenset(name for dialect in ranges.DIALECTS.values() for name in dialect.scaling),
     ),
 }
 """Sources of parameter files by name; the first that recognizes a file is its source."""

@@ -92,6 +92,14 @@ def test_a_changed_setting_outside_of_the_model_comes_first(tmp_path):
     assert (change.name, change.before, change.after) == ("roll.p", 45.0, 46.0)
 
 
+def test_a_parameter_that_scales_the_loops_is_in_the_model(tmp_path):
+    before = write(tmp_path, PX4.format(0.15), "before")
+    after = write(tmp_path, PX4.format(0.15) + "1\t1\tTHR_MDL_FAC\t1.0\t9\n1\t1\tMPC_XY_VEL_MAX\t9.0\t9\n", "after")
+    subjects = read_subjects(after, before, None, "f450")
+    assert [row.name for row in subjects.unmodeled_changes] == ["MPC_XY_VEL_MAX"]
+    assert subjects.after.gains["roll.authority"] != subjects.before.gains["roll.authority"]
+
+
 def test_texts_of_a_file_are_no_markup(tmp_path):
     hostile = "<script>alert(1)</script>[x](http://localhost)"
     opinion = judged(tmp_path, {"name": hostile, "long": "y" * 5000})
