@@ -263,15 +263,17 @@ class _Loci:
 def _crossings(loci: _Loci, w: Array, t: Complex, level: float | None) -> list[tuple[float, complex]]:
     """Return the frequencies and eigenvalues at crossings, in ]0, pi/H[.
 
-    There an eigenvalue is real, or its real part is a level.
-    The sign of the product over all eigenvalues needs no order among them.
+    There an eigenvalue is real, or its real part is a level. The sign of the product needs no order among eigenvalues.
     """
 
     def parts(values: Complex) -> Array:
         return values.imag if level is None else values.real - level
 
     def products(values: Complex) -> tuple[Array, Array]:
-        """Signs of products (f, q + 1) over the eigenvalues, by distance from 0 and -1, and how many (f,) are not too close."""
+        """Return the signs of products (f, q + 1) of eigenvalues, and counts (f,).
+
+        They begin with those farthest from 0 and -1; counts are of those that are not too close to either.
+        """
         distance = np.minimum(np.abs(values), np.abs(1.0 + values))
         order = np.argsort(-distance, axis=-1)
         signs = np.cumprod(np.sign(np.take_along_axis(parts(values), order, axis=-1)), axis=-1)
