@@ -269,16 +269,17 @@ def _crossings(loci: _Loci, w: Array, t: Complex, level: float | None) -> list[t
     def parts(values: Complex) -> Array:
         return values.imag if level is None else values.real - level
 
-    def products(values: Complex) -> tuple[Array, Array]:
+    def products(values: Complex) -> tuple[Array, NDArray[np.int_]]:
         """Return the signs of products (f, q + 1) of eigenvalues, and counts (f,).
 
         They begin with those farthest from 0 and -1; counts are of those that are not too close to either.
         """
         distance = np.minimum(np.abs(values), np.abs(1.0 + values))
         order = np.argsort(-distance, axis=-1)
-        signs = np.cumprod(np.sign(np.take_along_axis(parts(values), order, axis=-1)), axis=-1)
-        count = np.sum(distance >= NOUGHT, axis=-1) if level is None else np.full(len(values), values.shape[-1])
-        return np.concatenate([np.ones((len(values), 1)), signs], axis=-1), count
+        signs = np.ones((len(values), values.shape[-1] + 1))
+        np.cumprod(np.sign(np.take_along_axis(parts(values), order, axis=-1)), axis=-1, out=signs[:, 1:])
+        count = np.count_nonzero(distance >= (NOUGHT if level is None else 0.0), axis=-1)
+        return signs, count
 
     inside = slice(1, -1) if level is None else slice(None)
     w, (signs, count) = w[inside], products(t[inside])
