@@ -26,7 +26,7 @@ TYPED = ("sh", "console", "python")
 FENCE = re.compile(r"^```(?P<language>\w+)\n(?P<text>.*?)^```", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"`(?P<name>[\w./]+\.\w+)`(?:, instead of its `(?P<table>.+?)`)?[^`]*:$")
 _RUN = tuner.run
-JUDGES = ("check", "margins", "export", "approach", "compare-logs")
+JUDGES = ("check", "judge", "margins", "export", "approach", "compare-logs")
 """Commands whose exit code 1 is a verdict on gains, here those of a small search."""
 
 

@@ -263,30 +263,43 @@ class _Loci:
 def _crossings(loci: _Loci, w: Array, t: Complex, level: float | None) -> list[tuple[float, complex]]:
     """Return the frequencies and eigenvalues at crossings, in ]0, pi/H[.
 
-    There an eigenvalue is real, or its real part is a level.
-    The sign of the product over all eigenvalues needs no order among them.
+    There an eigenvalue is real, or its real part is a level. The sign of the product needs no order among eigenvalues.
     """
 
     def parts(values: Complex) -> Array:
-        if level is not None:
-            return values.real - level
-        small = (np.abs(values) < NOUGHT) | (np.abs(1.0 + values) < NOUGHT)
-        return np.where(small, 1.0, values.imag)
+        return values.imag if level is None else values.real - level
 
-    signs = np.prod(np.sign(parts(t)), axis=-1)
+    def products(values: Complex) -> tuple[Array, NDArray[np.int_]]:
+        """Return the signs of products (f, q + 1) of eigenvalues, and counts (f,).
+
+        They begin with those farthest from 0 and -1; counts are of those that are not too close to either.
+        """
+        distance = np.minimum(np.abs(values), np.abs(1.0 + values))
+        order = np.argsort(-distance, axis=-1)
+        signs = np.ones((len(values), values.shape[-1] + 1))
+        np.cumprod(np.sign(np.take_along_axis(parts(values), order, axis=-1)), axis=-1, out=signs[:, 1:])
+        count = np.count_nonzero(distance >= (NOUGHT if level is None else 0.0), axis=-1)
+        return signs, count
+
     inside = slice(1, -1) if level is None else slice(None)
-    w, signs = w[inside], signs[inside]
-    starts = np.flatnonzero(signs[:-1] * signs[1:] < 0.0)
+    w, (signs, count) = w[inside], products(t[inside])
+    # Both ends of a cell take the same number, for one that comes too close in between would turn the sign.
+    fewest = np.minimum(count[:-1], count[1:])
+    cells = np.arange(len(fewest))
+    starts = np.flatnonzero(signs[cells, fewest] * signs[cells + 1, fewest] < 0.0)
     if not len(starts):
         return []
-    low, high, first = w[starts], w[starts + 1], signs[starts]
+    low, high, used = w[starts], w[starts + 1], fewest[starts]
+    first, rows = signs[starts, used], np.arange(len(starts))
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        same = np.prod(np.sign(parts(loci.values(middle))), axis=-1) == first
+        same = products(loci.values(middle))[0][rows, used] == first
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     values = loci.values(high)
-    nearest = np.argmin(np.abs(parts(values)), axis=-1)
-    return list(zip(high.tolist(), values[np.arange(len(high)), nearest].tolist(), strict=True))
+    small = np.minimum(np.abs(values), np.abs(1.0 + values)) < NOUGHT
+    away = np.where(small & (level is None), np.inf, np.abs(parts(values)))
+    nearest = np.argmin(away, axis=-1)
+    return list(zip(high.tolist(), values[rows, nearest].tolist(), strict=True))
 
 
 def _table(pairs: list[tuple[float, float]]) -> Array:

@@ -87,6 +87,17 @@ STEPS = (
         for target, (gains, options) in EXPORTS.items()
     ),
     step("import px4", "import export/px4/gainproof.params --from px4 --airframe f450 --out vehicle.json"),
+    step(
+        "judge",
+        "judge export/px4/gainproof.params --before export/px4/rollback/gainproof.params --airframe f450 --flights 8 "
+        "--out {out} --threads 2",
+        "judge",
+    ),
+    step("judge alone", "judge export/betaflight/gainproof.betaflight.txt --flights 8 --threads 2"),
+    step(
+        "judge read-back",
+        "judge export/px4/gainproof.params --read-back export/px4/rollback/gainproof.params",
+    ),
     step("approach", "approach designed.json run/gains.json --steps 2 --flights 4"),
     step("new airframe", "new airframe --mass 1.4 --wheelbase 0.45 --propeller 10x4.5 --kv 920 --cells 3"),
     step("compare-logs", f"compare-logs {LOG.name}@70:77 {LOG.name}@78:85 --airframe crazyflie-pybullet"),

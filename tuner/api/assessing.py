@@ -1,7 +1,7 @@
 """Both files in the loops and in the air: margins, paired flights, rules of the firmware, verdict."""
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field, replace
 from math import sqrt
 from time import perf_counter
@@ -10,49 +10,45 @@ import numpy as np
 
 from objectives.margins.trim import Trim
 from objectives.metrics import parse
-from objectives.problem import Objective
-from objectives.risk import Risk
+from plant.air.spec import AirSpec
 from plant.errors import InputError
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES
 from plant.quadrotor.scenarios import ScenarioSpec, Spread
 from plant.quadrotor.sensors import SensorSpec
-from plant.seeds import generator
-from tuner.analysis.judging.firmware_rules import AssessedLoops, firmware_rules
-from tuner.analysis.judging.opinion import Evidence, compare_means, form_opinion, opinion_sentence
-from tuner.analysis.judging.rows import REPLICATES
+from plant.references.steps import Steps
+from tuner.analysis.judging.firmware_rules import LoopSet, firmware_rules
+from tuner.analysis.judging.opinion import Evidence, form_opinion, opinion_sentence
+from tuner.analysis.judging.paired_scores import FAILURE, PairedScores
 from tuner.analysis.margins.judging import judge_quadrotor
-from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.api.flight_setup import FlightSetup, quadrotor_setup
 from tuner.api.flying import flown_scores, problem_of
 from tuner.api.vehicle_files import GainsFile, Subjects
 from tuner.documents.assessment import (
-    ASSESSMENT_FORMAT,
-    ASSESSMENT_VERSION,
-    NOT_DISTINGUISHABLE,
-    WORSE,
     AssessedLoop,
-    AssessedMetric,
     AssessmentDocument,
     ChangedGain,
-    LoopFigures,
 )
-from tuner.documents.margins import LimitRow, MarginsDocument
-from tuner.documents.parts import NumberWithUnit, SampledValue, ShareCount
+from tuner.documents.parts import NumberWithUnit
+from tuner.documents.verdicts import WORSE
 from tuner.exchange.sources import GAINS
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher, compilation
 
 STREAM = "judge"
-DURATION = 6.0
-"""Length of a flight [s]."""
+FIRST_FLIGHT = ScenarioSpec(
+    "small steps in a light breeze",
+    6.0,
+    Steps(x=0.5, y=-0.5, z=0.25, yaw_deg=10.0, time=0.5),
+    AirSpec(intensity=2.0, altitude=3.0, minimum_airspeed=1.0, mean_wind=True),
+)
+"""Flights that gains are judged by: 2 m/s of wind at 20 ft, Beaufort 2."""
 SPREAD = Spread(mass=0.1, inertia=0.1, thrust=0.05, lag=0.2)
 """Spread of vehicles whose airframe has no uncertainty: that of the shipped studies of firmwares."""
 GYRO_NOISE = 0.05 / sqrt(2000.0)
 """Density of the gyro's noise where the airframe has none [rad/s/sqrt(Hz)]: 0.05 rad/s at 4 kHz, a frame that vibrates."""
-FAILURE, NOISE, POSITION = "failure", "noise", "rms.position"
+NOISE, POSITION = "noise", "rms.position"
 HAS_POSITION_LOOPS = ("px4", "ardupilot", GAINS)
 """Sources whose position loops are in the file; of others they are our defaults, and no part of the verdict."""
-FIGURES = ("gain_up", "gain_down", "phase_margin", "delay_margin", "ms")
 
 
 @dataclass
@@ -69,24 +65,10 @@ class Stages:
         self.seconds[name] = round(perf_counter() - begin, 3)
 
 
-@dataclass(frozen=True)
-class Loops:
-    """Loops of one file with their margins."""
-
-    subject: Subject
-    document: MarginsDocument
-
-    @classmethod
-    def of(cls, controller: Controller) -> "Loops":
-        """Return the loops of a controller at hover."""
-        _, document, _ = judge_quadrotor(controller, Trim(), None, certified=False)
-        return cls(subject_of(controller, Trim()), document)
-
-    def figures(self, channel: str) -> LoopFigures:
-        """Return the margins of a loop."""
-        row = next(row for row in self.document.channels if row.channel == channel)
-        values = {name: row.quantities[name].value for name in FIGURES}
-        return LoopFigures(stable=row.stable, **values)
+def read_loops(file: GainsFile) -> LoopSet:
+    """Return the loops of a file at hover."""
+    loops, document, _ = judge_quadrotor(file.gains.controller, Trim(), None, certified=False)
+    return LoopSet(loops, document, file.gains)
 
 
 def assess(
@@ -103,54 +85,16 @@ def assess(
         watcher: Hears of compilation and flights.
     """
     after, before = subjects.after, subjects.before
-    channels = AXES if subjects.source in HAS_POSITION_LOOPS else ATTITUDE_AXES
     with stages.measure("margins"):
-        later = Loops.of(after.gains.controller)
-        earlier = None if before is None else Loops.of(before.gains.controller)
+        loops = [read_loops(one) for one in (after, before) if one is not None]
     setups = flight_setups(subjects, flights, seed)
-    names = [str(metric) for metric in setups[0].metrics]
-    with stages.measure("compilation"):
-        problems = [problem_of(setup, threads) for setup in setups]
-        with compilation(watcher):
-            for setup, problem in zip(setups, problems, strict=True):
-                problem.warm_up(setup.gains, setup.spec)
-    watcher.on_stage("Judging", flights * len(setups))
-    with stages.measure("flights"):
-        scores = []
-        for setup, problem in zip(setups, problems, strict=True):
-            scores.append(dict(zip(names, flown_scores(problem, setup)[0], strict=True)))
-            watcher.on_flights_done(flights)
+    paired = PairedScores(setups[0].metrics, fly(setups, threads, stages, watcher), seed)
     with stages.measure("verdict"):
-        objectives = {
-            name: Objective(metric, Risk("mean")) for name, metric in zip(names, setups[0].metrics, strict=True)
-        }
-        compared = [_compared(objectives[name], [score[name] for score in scores], seed) for name in names]
-        metrics = [row for row in compared if row.metric != FAILURE]
-        noise_rises = any(row.metric == NOISE and row.verdict == WORSE for row in metrics)
-        judged = AssessedLoops(later.subject, after.gains)
-        present = None if earlier is None or before is None else AssessedLoops(earlier.subject, before.gains)
-        evidence = Evidence(
-            airframe=subjects.airframe,
-            loops=[
-                AssessedLoop(
-                    channel=channel,
-                    before=None if earlier is None else earlier.figures(channel),
-                    after=later.figures(channel),
-                )
-                for channel in channels
-            ],
-            violated=_violated(later.document, channels),
-            rules=firmware_rules(subjects.source, judged, present, noise_rises),
-            metrics=metrics,
-            lost_after=ShareCount.of(scores[0][FAILURE]),
-            lost_before=None if before is None else ShareCount.of(scores[1][FAILURE]),
-            loss_difference=None if before is None else _loss_difference(objectives[FAILURE], scores, seed),
-            unmodeled=len(subjects.unmodeled_changes),
-        )
+        evidence = gather_evidence(subjects, loops, paired)
         verdict, reasons = form_opinion(evidence)
     return AssessmentDocument(
-        format=ASSESSMENT_FORMAT,
-        version=ASSESSMENT_VERSION,
+        format="gainproof-assessment",
+        version="0.1",
         verdict=verdict,
         sentence=opinion_sentence(evidence, verdict, reasons),
         reasons=reasons,
@@ -167,7 +111,7 @@ def assess(
         seed=seed,
         flights=flights,
         gyro_noise=NumberWithUnit(value=_noise_density(after.gains.controller), unit="rad/s/sqrt(Hz)"),
-        metrics=metrics,
+        metrics=list(evidence.metrics),
         lost_after=evidence.lost_after,
         lost_before=evidence.lost_before,
         rollback=None,
@@ -176,8 +120,50 @@ def assess(
     )
 
 
+def fly(setups: Sequence[FlightSetup], threads: int | None, stages: Stages, watcher: Watcher) -> np.ndarray:
+    """Return the scores (files, metrics, flights) of each file's flights."""
+    with stages.measure("compilation"):
+        problems = [problem_of(setup, threads) for setup in setups]
+        for setup, problem in zip(setups, problems, strict=True):
+            with nullcontext() if problem.flyer.cached else compilation(watcher):
+                problem.warm_up(setup.gains, setup.spec)
+    flights, scores = len(setups[0].draws[1]), list[np.ndarray]()
+    watcher.on_stage("Judging", flights * len(setups))
+    with stages.measure("flights"):
+        for setup, problem in zip(setups, problems, strict=True):
+            scores.append(flown_scores(problem, setup)[0])
+            watcher.on_flights_done(flights)
+    return np.array(scores)
+
+
+def gather_evidence(subjects: Subjects, loops: Sequence[LoopSet], paired: PairedScores) -> Evidence:
+    """Return the evidence from margins and flights; loops: of the file, then of the one before."""
+    channels = AXES if subjects.source in HAS_POSITION_LOOPS else ATTITUDE_AXES
+    later, earlier = loops[0], loops[1] if len(loops) > 1 else None
+    metrics, lost = paired.rows, paired.lost
+    noise_rises = any(row.metric == NOISE and row.verdict == WORSE for row in metrics)
+    assessed = [
+        AssessedLoop(
+            channel=channel, before=None if earlier is None else earlier.figures(channel), after=later.figures(channel)
+        )
+        for channel in channels
+    ]
+    requirements = later.document.requirements
+    return Evidence(
+        airframe=subjects.airframe,
+        loops=assessed,
+        violated=[row for row in requirements if row.hard and not row.is_satisfied and row.channel in channels],
+        rules=firmware_rules(subjects.source, later, earlier, noise_rises),
+        metrics=metrics,
+        lost_after=lost[0],
+        lost_before=lost[1] if len(lost) > 1 else None,
+        loss_difference=paired.loss_difference,
+        unmodeled=len(subjects.unmodeled_changes),
+    )
+
+
 def flight_setups(subjects: Subjects, flights: int, seed: int) -> list[FlightSetup]:
-    """Return the flights of the file, then those of the present gains, through one scenario."""
+    """Return the flights of both files, the later one first."""
     controllers = [one.gains.controller for one in (subjects.after, subjects.before) if one is not None]
     periods = {controller.control_period for controller in controllers}
     if len(periods) > 1:
@@ -187,7 +173,7 @@ def flight_setups(subjects: Subjects, flights: int, seed: int) -> list[FlightSet
         )
         raise InputError(message, file=subjects.after.path)
     setups = [quadrotor_setup(controller, None, 0, seed) for controller in controllers]
-    spec = scenario_of(controllers[-1], setups[-1])
+    spec = first_flight(controllers[-1])
     wanted = [FAILURE, "rms.tilt", NOISE, *([POSITION] if subjects.source in HAS_POSITION_LOOPS else [])]
     return [
         replace(
@@ -200,19 +186,15 @@ def flight_setups(subjects: Subjects, flights: int, seed: int) -> list[FlightSet
     ]
 
 
-def scenario_of(controller: Controller, setup: FlightSetup) -> ScenarioSpec:
-    """Return steps in a breeze for vehicles within the airframe's uncertainty, with the noise of its gyro."""
-    airframe = controller.airframe
+def first_flight(controller: Controller) -> ScenarioSpec:
+    """Return a first flight: small steps in a light breeze, with the gyro's noise."""
+    uncertainty = controller.airframe.uncertainty
     rate = _noise_density(controller) * sqrt(0.5 / controller.control_period)
-    # Reading the scenario of a quadrotor as one keeps its fields.
-    spec = setup.spec
-    assert type(spec) is ScenarioSpec
     return replace(
-        spec,
-        duration=DURATION,
+        FIRST_FLIGHT,
         sensors=SensorSpec(rate=rate),
-        spread=Spread() if airframe.uncertainty else SPREAD,
-        uncertainty=airframe.uncertainty,
+        spread=Spread() if uncertainty else SPREAD,
+        uncertainty=uncertainty,
     )
 
 
@@ -231,43 +213,8 @@ def changed_gains(before: GainsFile, after: GainsFile) -> list[ChangedGain]:
     ]
 
 
-def _compared(objective: Objective, scores: Sequence[np.ndarray], seed: int) -> AssessedMetric:
-    """Return a mean over the flights; scores: (flights,) after, and before where there is a file before."""
-    metric, after = objective.metric, scores[0]
-    row = AssessedMetric(
-        metric=metric.text,
-        definition=metric.metric.definition,
-        unit=metric.unit,
-        before=None,
-        after=float(after.mean()),
-        difference=None,
-        verdict=NOT_DISTINGUISHABLE,
-    )
-    if len(scores) == 1:
-        return row
-    mean = float(scores[1].mean())
-    gap = objective.difference(after, scores[1], _resamples(len(after), seed))
-    relative = None if mean == 0.0 else SampledValue(*(float(part) / mean for part in gap))
-    verdict = NOT_DISTINGUISHABLE if relative is None else compare_means(metric.text, relative)
-    return row.model_copy(update={"before": mean, "difference": relative, "verdict": verdict})
-
-
-def _loss_difference(objective: Objective, scores: Sequence[dict[str, np.ndarray]], seed: int) -> SampledValue:
-    after, before = (score[FAILURE] for score in scores)
-    return SampledValue(*map(float, objective.difference(after, before, _resamples(len(after), seed))))
-
-
-def _resamples(flights: int, seed: int) -> np.ndarray:
-    return generator(seed, "judge/bootstrap", 0).integers(flights, size=(REPLICATES, flights), dtype=np.intp)
-
-
-def _violated(document: MarginsDocument, channels: Sequence[str]) -> list[LimitRow]:
-    """Return the usual limits of some loops that are violated."""
-    return [row for row in document.requirements if row.hard and not row.is_satisfied and row.channel in channels]
-
-
 def _notes(subjects: Subjects) -> list[str]:
-    """Return what the model lacks or assumes, of the file first, then what only that of the present gains says."""
+    """Return the notes of both imports, each kind once."""
     after = list(subjects.after.notes)
     kinds = {note.partition(":")[0] for note in after}
     before = [] if subjects.before is None else subjects.before.notes

@@ -1,5 +1,6 @@
-"""A second opinion before arming, and what a vehicle holds after its parameters were written."""
+"""A second opinion before arming, and parameters read back from a vehicle."""
 
+import warnings
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,22 +11,21 @@ from plant.errors import InputError
 from plant.input_files import read_input
 from plant.output_files import make_folders, write_new_file
 from tuner.api.assessing import Stages, assess
+from tuner.api.checking import check_requirements
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.margins import announce_compilation
-from tuner.api.vehicle_files import file_part, find_source, read_subjects, value_text
+from tuner.api.vehicle_files import file_part, find_source, parameter_change, read_subjects
 from tuner.documents.assessment import (
-    READ_BACK_FORMAT,
-    READ_BACK_VERSION,
     REFUSED,
     AssessmentDocument,
-    DifferingParameter,
     ReadBackDocument,
 )
 from tuner.exchange.aboard import plain_name
-from tuner.exchange.sources import GAINS, SOURCES, compare_read_back, guess_source
+from tuner.exchange.sources import GAINS, SOURCES, differing_values, guess_source
 from tuner.report.assessment_page import assessment_page
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
+from tuner.study.files import shipped_studies
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -49,7 +49,7 @@ class Assessment(Documented):
 
     @property
     def verdict(self) -> str:
-        """The verdict in a word, such as "better", "worse" or "do not fly"."""
+        """The verdict in a word, such as "better" or "worse"."""
         return str(self.document.verdict)
 
     @property
@@ -103,7 +103,7 @@ def judge(
     *,
     airframe: str | None = None,
     source: str | None = None,
-    flights: int = FLIGHTS,
+    flights: int | None = None,
     seed: int = SEED,
     out: str | Path | None = None,
     threads: int | None = None,
@@ -119,7 +119,7 @@ def judge(
         before: The same of what the vehicle flies at present.
         airframe: Bundled name or TOML file of the vehicle; without it that of gains.json, or the class of the firmware.
         source: "px4", "ardupilot", "betaflight", "crazyflie" or "gains"; guessed from the content by default.
-        flights: Flights of each file.
+        flights: Flights of each file, by default 256.
         seed: Root seed of vehicles, air and noise.
         out: New folder for judge.md, assessment.json and, with `before`, rollback/.
         threads: Threads, by default one for each core.
@@ -138,22 +138,31 @@ def judge(
         'px4'
 
     """
-    if flights < MIN_FLIGHTS:
-        raise InputError(f"given {flights}; allowed: at least {MIN_FLIGHTS}", key="--flights")
+    if before is not None and is_study(before):
+        warnings.warn("by a study, tuner.judge is tuner.check_requirements now", DeprecationWarning, stacklevel=2)
+        return check_requirements(after, before, flights=flights, watcher=watcher, threads=threads)  # pyright: ignore[reportReturnType]
+    count = FLIGHTS if flights is None else flights
+    if count < MIN_FLIGHTS:
+        raise InputError(f"given {count}; allowed: at least {MIN_FLIGHTS}", key="--flights")
     stages, heard = Stages(), watcher or Watcher()
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
         with stages.measure("reading"):
             subjects = read_subjects(Path(after), None if before is None else Path(before), source, airframe)
         announce_compilation(heard)
-        document = assess(subjects, flights, seed, threads, stages, heard)
+        document = assess(subjects, count, seed, threads, stages, heard)
         if folder is not None:
             document = write(document, None if before is None else Path(before), folder)
     return Assessment(document, None if folder is None else folder.path)
 
 
+def is_study(before: object) -> bool:
+    """Return True for a study: in memory, a TOML file or a name."""
+    return not isinstance(before, str | Path) or Path(before).suffix == ".toml" or str(before) in shipped_studies()
+
+
 def read_back(written: str | Path, dump: str | Path, *, source: str | None = None) -> ReadBackComparison:
-    """Compare what a vehicle holds with the parameter file that was written to it.
+    """Compare a vehicle's parameters with the file written to it.
 
     Args:
         written: Parameter file of PX4, ArduPilot, Betaflight or the Crazyflie.
@@ -172,7 +181,7 @@ def read_back(written: str | Path, dump: str | Path, *, source: str | None = Non
 
     """
     files = Path(written), Path(dump)
-    names = [find_source(source) if source is not None else guess_source(file)[0] for file in files]
+    names = [find_source(source) if source is not None else guess_source(file) for file in files]
     if names[0] != names[1]:
         raise InputError(
             f"is a file of {names[1]}, and {written} one of {names[0]}; give one firmware's", file=files[1]
@@ -181,23 +190,21 @@ def read_back(written: str | Path, dump: str | Path, *, source: str | None = Non
         raise InputError(
             "is a gains.json, and a vehicle holds parameters; give the file that was written", file=files[0]
         )
-    compared, differing = compare_read_back(SOURCES[names[0]], *files)
-    rows = [
-        DifferingParameter(
-            name=row.name, written=value_text(row.written), held=None if row.held is None else value_text(row.held)
-        )
-        for row in differing
-    ]
-    missing = sum(row.held is None for row in rows)
-    said = f"{len(rows)} of {compared} differ, {missing} of them missing" if rows else f"all {compared} are as written"
+    kind = SOURCES[names[0]]
+    wanted, held = map(kind.values, files)
+    rows = [parameter_change(name, *values) for name, values in differing_values(kind, wanted, held).items()]
+    missing, compared = sum(row.after is None for row in rows), len(wanted)
+    finding = (
+        f"{len(rows)} of {compared} differ, {missing} of them missing" if rows else f"all {compared} are as written"
+    )
     document = ReadBackDocument(
-        format=READ_BACK_FORMAT,
-        version=READ_BACK_VERSION,
+        format="gainproof-read-back",
+        version="0.1",
         written=file_part(files[0], names[0]),
         dump=file_part(files[1], names[0]),
         compared=compared,
         differing=rows,
-        sentence=f"Parameters on the vehicle: {said}.",
+        sentence=f"Parameters on the vehicle: {finding}.",
     )
     return ReadBackComparison(document)
 

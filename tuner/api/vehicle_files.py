@@ -5,12 +5,12 @@ from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from plant.errors import InputError
+from plant.errors import InputError, one_line, shortened
 from plant.input_files import read_input
 from plant.quadrotor.airframes import Airframe, load
 from tuner.analysis.judging.vehicle_class import class_airframe, ranges_text
 from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gains
-from tuner.documents.assessment import AssessedAirframe, AssessedFile, ChangedParameter
+from tuner.documents.assessment import AssessedAirframe, AssessedFile, ParameterChange
 from tuner.exchange.registry import importer as find_importer
 from tuner.exchange.registry import settings_of
 from tuner.exchange.sources import GAINS, SOURCES, changed_values, check_versions, guess_source, overlaid
@@ -32,12 +32,6 @@ class GainsFile:
     gains: QuadrotorGains
     notes: tuple[str, ...] = ()
 
-    @property
-    def carried(self) -> set[str]:
-        """Parameters that the loops of the model have."""
-        record = self.gains.controller.vehicle
-        return set() if record is None else set(record.parameters) - set(record.untuned)
-
 
 @dataclass(frozen=True)
 class Subjects:
@@ -57,25 +51,26 @@ class Subjects:
         return self.after.part.source
 
     @property
-    def unmodeled_changes(self) -> list[ChangedParameter]:
+    def unmodeled_changes(self) -> list[ParameterChange]:
         """Changed parameters that no loop of the model has."""
-        carried = self.after.carried
-        return [row for row in self._changed_parameters() if row.name not in carried]
+        record = self.after.gains.controller.vehicle
+        if self.source == GAINS or record is None:
+            return []
+        kind = SOURCES[self.source]
+        modeled = (set(record.parameters) - set(record.untuned) - kind.left_out) | kind.scaling
+        return [row for row in self._changed_parameters() if row.name not in modeled]
 
     @property
     def not_restored(self) -> list[str]:
         """Parameters of the file that the earlier one does not hold."""
         return [row.name for row in self._changed_parameters() if row.before is None]
 
-    def _changed_parameters(self) -> list[ChangedParameter]:
+    def _changed_parameters(self) -> list[ParameterChange]:
         if self.before is None or self.source == GAINS:
             return []
         values = SOURCES[self.source].values
         changed = changed_values(values(self.before.path), values(self.after.path))
-        return [
-            ChangedParameter(name=name, before=None if was is None else value_text(was), after=value_text(now))
-            for name, (was, now) in changed.items()
-        ]
+        return [parameter_change(name, *values) for name, values in changed.items()]
 
 
 def read_subjects(after: Path, before: Path | None, source: str | None, airframe: str | None) -> Subjects:
@@ -87,10 +82,9 @@ def read_subjects(after: Path, before: Path | None, source: str | None, airframe
         source: Firmware of both, or "gains"; None to guess it.
         airframe: Name or file of the vehicle, None where nobody names one.
     """
-    guess = guess_source(after) if source is None else None
-    name = guess[0] if source is None and guess is not None else find_source(str(source))
-    guessed = None if guess is None else f"Read as a file of {name}, for {guess[1]}."
-    if before is not None and (other := guess_source(before)[0]) != name:
+    name = guess_source(after) if source is None else find_source(source)
+    guessed = f"Read as a file of {name}, guessed from its lines." if source is None else None
+    if before is not None and source is None and (other := guess_source(before)) != name:
         raise InputError(f"is a file of {other}, and {after} one of {name}; give files of one firmware", file=before)
     if name == GAINS:
         return _read_gains_files(after, before, airframe, guessed)
@@ -104,7 +98,10 @@ def read_subjects(after: Path, before: Path | None, source: str | None, airframe
     with TemporaryDirectory(prefix="gainproof-") as place:
         merged = Path(place) / after.name
         merged.write_text(overlaid(SOURCES[name], before, after), encoding="utf-8")
-        together = read_parameter_file(merged, name, vehicle)
+        try:
+            together = read_parameter_file(merged, name, vehicle)
+        except InputError as error:
+            raise InputError(error.message, file=after, key=error.key) from None
     later = GainsFile(after, alone.part, together.gains, together.notes)
     return Subjects(later, earlier, assumed, guessed)
 
@@ -129,9 +126,15 @@ def file_part(path: Path, source: str, version: str | None = None) -> AssessedFi
     return AssessedFile(file=str(path), source=source, version=version, sha256=sha256(read_input(path)).hexdigest())
 
 
-def value_text(value: str | float) -> str:
-    """Return a parameter's value as a file has it."""
-    return value if isinstance(value, str) else f"{value:.9g}"
+def parameter_change(name: str, before: str | float | None, after: str | float | None) -> ParameterChange:
+    """Return a parameter that differs, with its values as texts."""
+    return ParameterChange(name=name, before=_text(before), after=_text(after))
+
+
+def _text(value: str | float | None) -> str | None:
+    if value is None:
+        return None
+    return shortened(one_line(value)) if isinstance(value, str) else f"{value:.9g}"
 
 
 def _read_gains_files(after: Path, before: Path | None, airframe: str | None, guessed: str | None) -> Subjects:

@@ -3,19 +3,21 @@
 from typing import Annotated, Literal
 
 from tuner.documents.parts import NumberWithUnit, SampledValue, ShareCount
+from tuner.documents.verdicts import BETTER, WORSE
 from tuner.store.document import Document, DocumentPart, OneOf, Sense
 
-ASSESSMENT_FORMAT, ASSESSMENT_VERSION = "gainproof-assessment", "0.1"
-READ_BACK_FORMAT, READ_BACK_VERSION = "gainproof-read-back", "0.1"
-
-BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE = "better", "worse", "mixed", "not distinguishable"
+MIXED, NOT_DISTINGUISHABLE = "mixed", "not distinguishable"
 WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY = "flyable within limits", "no objection", "do not fly"
+VERDICTS = (BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE, WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY)
 REFUSED = (WORSE, DO_NOT_FLY)
 """Verdicts with which nobody should arm."""
 
 
 class AssessedFile(DocumentPart):
-    """A file of gains. source: px4, ardupilot, betaflight, crazyflie or gains; version: of the firmware whose names were read."""
+    """A file of gains.
+
+    source: px4, ardupilot, betaflight, crazyflie or gains. version: of the firmware whose names were read.
+    """
 
     file: str
     source: str
@@ -24,7 +26,10 @@ class AssessedFile(DocumentPart):
 
 
 class AssessedAirframe(DocumentPart):
-    """The vehicle that was assumed. is_known: named by the user or by gains.json, not a class; ranges: in words."""
+    """The vehicle that was assumed.
+
+    is_known: named by the user or by gains.json, not the class of the firmware. ranges: in words.
+    """
 
     name: str
     title: str
@@ -42,12 +47,15 @@ class ChangedGain(DocumentPart):
     ratio: float | None
 
 
-class ChangedParameter(DocumentPart):
-    """A parameter of the file that differs and that no loop of the model has; null: not in the file before."""
+class ParameterChange(DocumentPart):
+    """A parameter that differs.
+
+    before: in the earlier file, or as written. after: in the later file, or on the vehicle. null: not there.
+    """
 
     name: str
     before: str | None
-    after: str
+    after: str | None
 
 
 class LoopFigures(DocumentPart):
@@ -70,7 +78,7 @@ class AssessedLoop(DocumentPart):
 
 
 class RuleRow(DocumentPart):
-    """A rule of the firmware's own tools. refuses: a violation is a reason not to fly; note: what is compared."""
+    """A rule of the firmware's own tools. refuses: it is violated, and a reason not to fly; note: what is compared."""
 
     rule: str
     source: str
@@ -97,21 +105,25 @@ class AssessedMetric(DocumentPart):
 
 
 class AssessmentDocument(Document):
-    """Content of assessment.json.
+    """A second opinion.
 
-    verdict, sentence: in a word and in a sentence; reasons: of the verdict, most severe first; unmodeled: what the loops of the
-    model lack, or assume; changes: of gains; unmodeled_changes: of parameters that no loop has; lost_before, lost_after: flights
-    that ended before their time; rollback: file that restores what was before; not_restored: parameters that it does not hold;
-    seconds: by stage.
+    Attributes:
+        reasons: Of the verdict, the most severe first.
+        unmodeled: What the loops of the model lack, or assume.
+        unmodeled_changes: Of parameters that no loop has.
+        guessed: The source in a sentence, null where it was named.
+        rollback: File that restores what was before.
+        not_restored: Parameters that it does not hold.
+        seconds: By stage.
     """
 
     format: Literal["gainproof-assessment"]
     version: Literal["0.1"]
-    verdict: Annotated[str, OneOf((BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE, WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY))]
+    verdict: Annotated[str, OneOf(VERDICTS)]
     sentence: str
     reasons: list[str]
     unmodeled: list[str]
-    unmodeled_changes: list[ChangedParameter]
+    unmodeled_changes: list[ParameterChange]
     guessed: str | None
     after: AssessedFile
     before: AssessedFile | None
@@ -131,21 +143,13 @@ class AssessmentDocument(Document):
     seconds: dict[str, float]
 
 
-class DifferingParameter(DocumentPart):
-    """A parameter that the vehicle holds otherwise than written; held: null where it is missing."""
-
-    name: str
-    written: str
-    held: str | None
-
-
 class ReadBackDocument(Document):
-    """What a vehicle holds, compared with the file that was written to it; compared: parameters of that file."""
+    """Parameters on a vehicle against the file that was written to it. compared: their number."""
 
     format: Literal["gainproof-read-back"]
     version: Literal["0.1"]
     written: AssessedFile
     dump: AssessedFile
     compared: int
-    differing: list[DifferingParameter]
+    differing: list[ParameterChange]
     sentence: str

@@ -14,8 +14,10 @@ from tuner.exchange.autopilot.parameters import single, stated
 from tuner.exchange.betaflight import text as betaflight
 from tuner.exchange.betaflight.import_ import USUAL, renamed
 from tuner.exchange.betaflight.map import RELEASES
+from tuner.exchange.betaflight.native_loops import FOLLOWING, SILENT
 from tuner.exchange.crazyflie import text as crazyflie
 from tuner.exchange.px4 import text as px4
+from tuner.exchange.px4.map import PX4
 from tuner.exchange.target import FIRMWARE
 from tuner.study.targets import TARGETS
 
@@ -35,26 +37,28 @@ class Source:
 
     Attributes:
         line: A line that such a file alone has.
-        evidence: That line in words.
         name: A line that gives a parameter, its name as the last group that is there.
         values: Return every parameter of a file; InputError names file and parameter.
         version: Return the version that a file states, major.minor, None if silent.
         options: Return the options of the import of a file.
         is_integer: True where the firmware holds whole numbers alone.
         resets: A line with which a file sets everything else to its default.
+        left_out: Parameters that an import takes as 0.
+        scaling: Parameters that nothing tunes and that scale the loops.
     """
 
     line: re.Pattern[str]
-    evidence: str
     name: re.Pattern[str]
     values: Callable[[Path], Values]
     version: Callable[[Path], str | None]
     options: Callable[[Path], dict[str, str]]
     is_integer: bool = False
     resets: re.Pattern[str] | None = None
+    left_out: frozenset[str] = frozenset()
+    scaling: frozenset[str] = frozenset()
 
     def name_in(self, line: str) -> str | None:
-        """Return the name of the parameter that a line gives, None of any other line."""
+        """Return the name of a line's parameter, if any."""
         match = self.name.fullmatch(line.strip() if self.is_integer else line)
         return None if match is None else match[match.lastindex or 0]
 
@@ -99,7 +103,7 @@ def _fixed(name: str, *keys: str) -> Callable[[Path], dict[str, str]]:
 
 
 def _px4_options(file: Path) -> dict[str, str]:
-    """Return the options of a PX4 file, with the loop rate that it states."""
+    """Return the options of a PX4 file with its loop rate."""
     rate = px4.read_params(file).get("IMU_GYRO_RATEMAX", 0.0)
     options = _fixed("px4", LOOPS.name, PERIOD, EVERY)(file)
     return options | ({PERIOD: f"{1.0 / rate:.9g}"} if rate > 0.0 else {})
@@ -108,7 +112,6 @@ def _px4_options(file: Path) -> dict[str, str]:
 SOURCES = {
     "crazyflie": Source(
         re.compile(r"type:\s*persistent_param_state\s*"),
-        "the line 'type: persistent_param_state' of cflib",
         re.compile(r"\s+(\w+\.\w+):\s*(?:\{.*)?"),
         crazyflie.read,
         lambda _: None,
@@ -116,7 +119,6 @@ SOURCES = {
     ),
     "betaflight": Source(
         re.compile(r"\s*set\s+[a-z0-9_]+\s*=.*|#\s*Betaflight / .*"),
-        "lines 'set name = value' of its command line",
         re.compile(r"set\s+([a-z0-9_]+)\s*=.*"),
         _betaflight_values,
         _betaflight_version,
@@ -126,50 +128,51 @@ SOURCES = {
         },
         is_integer=True,
         resets=re.compile(r"\s*defaults\b.*"),
+        left_out=frozenset(SILENT) - set(FOLLOWING.values()),
     ),
     "px4": Source(
         re.compile(r"#\s*Stack:\s*PX4.*|\d+\t\d+\t(MC|MPC|IMU|CA|SYS|THR)_\w+\t\S+\t[69]\s*"),
-        "the columns and names of PX4 in a file of QGroundControl",
         re.compile(r"\d+\t\d+\t(\w+)\t.*"),
         px4.read_params,
         lambda file: _major_minor(stated(file, px4.WHAT).version),
         _px4_options,
+        scaling=frozenset(PX4.scaling),
     ),
     "ardupilot": Source(
         re.compile(
             r"#\s*Stack:\s*ArduPilot.*|(\d+\t\d+\t)?(ATC|PSC|MOT|INS|RATE|STB|FRAME|SCHED|ANGLE)_?\w*[\s,]\s*[-+0-9.].*"
         ),
-        "names of ArduPilot, each with a number",
         re.compile(r"\d+\t\d+\t(\w+)\t.*|([A-Z]\w*)[\s,=].*"),
         ardupilot.read_param,
         lambda file: _major_minor(stated(file, ardupilot.WHAT).version),
         _ardupilot_options,
+        scaling=frozenset(name for dialect in ranges.DIALECTS.values() for name in dialect.scaling),
     ),
 }
 """Sources of parameter files by name; the first that recognizes a file is its source."""
 
 
-def guess_source(file: Path) -> tuple[str, str]:
-    """Return the source of a file and the evidence in words; InputError where nothing is recognized."""
+def guess_source(file: Path) -> str:
+    """Return the source of a file; InputError where nothing is recognized."""
     text = given_text(file, f"give {WHAT}")
     if text.lstrip().startswith("{"):
-        return GAINS, "its braces, which are JSON"
+        return GAINS
     lines = text.splitlines()
     for name, source in SOURCES.items():
         if any(source.line.fullmatch(line) for line in lines):
-            return name, source.evidence
+            return name
     raise InputError(f"holds nothing of a known firmware; give {WHAT}, or name the source with --from", file=file)
 
 
 def changed_values(before: Values, after: Values) -> dict[str, tuple[str | float | None, str | float]]:
-    """Return parameter -> values before and after, where a later file holds another one; None: not in the earlier file."""
+    """Return name -> values before and after where they differ; None: not before."""
     return {
         name: (before.get(name), value) for name, value in after.items() if name not in before or before[name] != value
     }
 
 
 def overlaid(source: Source, before: Path, after: Path) -> str:
-    """Return the text of a file as the vehicle has it after loading another one: what that does not name stays."""
+    """Return the parameters of a vehicle after loading a file, as text."""
     later = given_text(after, f"give {WHAT}").splitlines()
     if source.resets is not None and any(source.resets.fullmatch(line) for line in later):
         return "\n".join(later)
@@ -192,24 +195,15 @@ def check_versions(source: Source, before: Path, after: Path) -> None:
         raise InputError(message, file=after, key="version")
 
 
-@dataclass(frozen=True)
-class ReadBack:
-    """A parameter of a file that the vehicle holds otherwise; held: None where it is missing from what was read back."""
-
-    name: str
-    written: str | float
-    held: str | float | None
-
-
-def compare_read_back(source: Source, written: Path, dump: Path) -> tuple[int, list[ReadBack]]:
-    """Return the number of parameters compared, and those that differ by more than the firmware's rounding."""
-    wanted, held = source.values(written), source.values(dump)
-    differing = [
-        ReadBack(name, value, held.get(name))
-        for name, value in wanted.items()
+def differing_values(
+    source: Source, written: Values, held: Values
+) -> dict[str, tuple[str | float, str | float | None]]:
+    """Return name -> written and held value where they differ; None: missing."""
+    return {
+        name: (value, held.get(name))
+        for name, value in written.items()
         if name not in held or not is_same(value, held[name], source.is_integer)
-    ]
-    return len(wanted), differing
+    }
 
 
 def is_same(written: str | float, held: str | float, is_integer: bool) -> bool:

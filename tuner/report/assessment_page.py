@@ -23,11 +23,12 @@ def assessment_page(document: AssessmentDocument) -> str:
         *tables,
         *rollback_lines(document),
     ]
-    return "\n\n".join(parts) + "\n"
+    # Texts of files are no markup: neither HTML nor links.
+    return "\n\n".join(parts).replace("<", "&lt;").replace("](", "] (") + "\n"
 
 
 def unmodeled_lines(document: AssessmentDocument) -> list[str]:
-    """Return what the model lacks or assumes in sentences: the vehicle, changed parameters, notes of the import."""
+    """Return vehicle, changed parameters and notes in sentences."""
     vehicle = document.airframe
     unknown = f"No airframe was named: judged on the {vehicle.title} ({vehicle.ranges}). Name one with --airframe."
     changed = [f"{row.name} {row.before or NONE} to {row.after}" for row in document.unmodeled_changes]
@@ -58,7 +59,7 @@ def assessment_tables(document: AssessmentDocument, violated: bool = False) -> l
 
 def metric_table(document: AssessmentDocument) -> Table:
     """Return the means over the flights, before and after."""
-    head = ("mean over the flights", "before", "after", "change, 95 % interval", "verdict")
+    head = ("mean", "before", "after", "change, 95 % interval", "verdict")
     rows = []
     for row in document.metrics:
         change = NONE
@@ -90,7 +91,7 @@ def lost_text(document: AssessmentDocument) -> str:
 
 
 def rule_table(document: AssessmentDocument, violated: bool) -> Table:
-    """Return the rules of the firmware's own tools, or the violated ones alone."""
+    """Return the rules of the firmware's tools."""
     head = ("rule of the firmware's tools", "axis", "value", "limit", "verdict", "source")
     rows = [
         [row.rule, row.axis, significant(row.value, 3), f"{row.sense} {row.limit:g}", row.verdict, row.source]

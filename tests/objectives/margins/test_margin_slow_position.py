@@ -15,6 +15,7 @@ from objectives.margins.requirement import MarginRequirement
 from objectives.margins.trim import Trim
 from plant.law_registry import LAWS
 from plant.loop import Timing
+from plant.quadrotor.airframes import load
 from plant.quadrotor.cascade import close_cascade
 from plant.quadrotor.gains import default_row, gain_addresses
 from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
@@ -243,3 +244,17 @@ def test_turned_by_yaw_the_loops_are_the_same() -> None:
     for what in ("phase", "gain_up", "sensitivity", "delay"):
         one, two = (getattr(model.evaluate(row), what).value[0, :2] for model in (ahead, turned))
         np.testing.assert_allclose(two, one, rtol=1e-6)
+
+
+def test_no_gain_margin_is_missed_where_small_eigenvalues_come_and_go():
+    """Lifted loops have eigenvalues near 0 whose signs are rounding; one that came to it hid a crossing in the same cell."""
+    vehicle = load("racer5").vehicle
+    cascade = close_cascade(LAWS["pid"], LAWS["betaflight"], 16)
+    known = nominal(vehicle, ControlOptions(), 0.00025)
+    model = MarginModel(cascade, known, Timing(0.00025, 0.00025), vehicle, cases=(Case(0.3),))
+    columns = {gain.address: gain.column for gain in gain_addresses(cascade)}
+    rows = np.tile(default_row(cascade, vehicle), (21, 1))
+    rows[:, columns["roll.p"]] = np.linspace(60.0, 70.0, len(rows))
+    rows[:, columns["roll.i"]] = 1.77 * rows[:, columns["roll.p"]]
+    margins = model.evaluate(rows).gain_up.value[:, 3]
+    assert np.all(np.isfinite(margins)) and np.all(np.diff(margins) < 0.0)

@@ -1,9 +1,8 @@
-"""Rules that a firmware's own tuning tools keep when they write gains, checked on loops before and after a change.
+"""Rules of a firmware's own tools on a change of gains.
 
 Betaflight App: src/js/blackbox/spectral_analysis.js after betaflight-configurator #5259 and #5406. The peak sensitivity of a
-recommendation is at most 2, a D-term low-pass is never raised, and no gain changes by more than a factor of 2 at once.
-ArduPilot: AC_AutoTune_Heli.cpp leaves 6 dB where the open loop has a phase of -161 deg; there it is that of the rate P alone,
-here that of the loop as it flies. PX4: its guide to tuning rate controllers advises steps of 20 to 30 %.
+recommendation is at most 2, and a D-term low-pass is never raised. ArduPilot: AC_AutoTune_Heli.cpp leaves 6 dB where the open
+loop has a phase of -161 deg; there it is that of the rate P alone, here that of the loop as it flies.
 """
 
 from collections.abc import Iterator, Mapping
@@ -12,34 +11,41 @@ from math import inf
 
 import numpy as np
 
-from objectives.margins.quantities import QUANTITIES
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from tuner.analysis.margins.curves import curves_of
-from tuner.analysis.margins.readings import Subject
-from tuner.documents.assessment import RuleRow
+from tuner.analysis.margins.readings import Loops
+from tuner.documents.assessment import LoopFigures, RuleRow
+from tuner.documents.margins import MarginsDocument
 
 APP = "Betaflight App, betaflight-configurator"
 HELI = "ArduPilot, AC_AutoTune_Heli.cpp"
-PX4_GUIDE = "PX4 guide, Multicopter PID Tuning"
-MAX_MS, MAX_STEP, PX4_STEP, MARGIN, PHASE = 2.0, 2.0, 1.3, 6.0, -161.0
-D_FILTERS, STEPPED = ("d_lpf1", "d_lpf2"), ("p", "i", "d")
+MAX_MS, MARGIN, PHASE = 2.0, 6.0, -161.0
+D_FILTERS = ("d_lpf1", "d_lpf2")
+FIGURES = ("gain_up", "gain_down", "phase_margin", "delay_margin", "ms")
 GROWTH = 1.05
 """Factor by which a figure must grow before it counts as changed."""
 
 
 @dataclass(frozen=True)
-class AssessedLoops:
-    """Loops with their gains by address."""
+class LoopSet:
+    """Loops of one file with their margins, and its gains by address."""
 
-    subject: Subject
+    loops: Loops
+    document: MarginsDocument
     gains: Mapping[str, float]
 
-    def ms(self, axis: str) -> float:
+    def figures(self, channel: str) -> LoopFigures:
+        """Return the margins of a loop."""
+        row = next(row for row in self.document.channels if row.channel == channel)
+        return LoopFigures(stable=row.stable, **{name: row.quantities[name].value for name in FIGURES})
+
+    def ms(self, channel: str) -> float:
         """Return the peak sensitivity of a loop, infinite where it is unstable."""
-        return self.subject.value(QUANTITIES["ms"], axis)
+        ms = self.figures(channel).ms
+        return inf if ms is None else ms
 
 
-def firmware_rules(source: str, after: AssessedLoops, before: AssessedLoops | None, noise_rises: bool) -> list[RuleRow]:
+def firmware_rules(source: str, after: LoopSet, before: LoopSet | None, noise_rises: bool) -> list[RuleRow]:
     """Return the rules of a firmware's tools on a change.
 
     Args:
@@ -48,11 +54,11 @@ def firmware_rules(source: str, after: AssessedLoops, before: AssessedLoops | No
         before: Loops before it, None if unknown.
         noise_rises: Whether flights show more noise in the commands after it.
     """
-    rules = {"betaflight": betaflight_rules, "ardupilot": ardupilot_rules, "px4": px4_rules}
+    rules = {"betaflight": betaflight_rules, "ardupilot": ardupilot_rules}
     return [] if source not in rules else list(rules[source](after, before, noise_rises))
 
 
-def betaflight_rules(after: AssessedLoops, before: AssessedLoops | None, noise_rises: bool) -> Iterator[RuleRow]:
+def betaflight_rules(after: LoopSet, before: LoopSet | None, noise_rises: bool) -> Iterator[RuleRow]:
     """Yield the rules of the Betaflight App."""
     for axis in ATTITUDE_AXES:
         value = after.ms(axis)
@@ -61,22 +67,20 @@ def betaflight_rules(after: AssessedLoops, before: AssessedLoops | None, noise_r
         yield _row("peak sensitivity Ms", f"{APP} #5406", axis, value, MAX_MS, refuses=has_grown, note=note)
     if before is None:
         return
-    for axis in ATTITUDE_AXES:
-        for name in D_FILTERS:
-            was, now = (_cutoff(loops.gains.get(f"{axis}.{name}", 0.0)) for loops in (before, after))
-            if (was, now) != (inf, inf) and before.gains.get(f"{axis}.d", 0.0) + after.gains.get(
-                f"{axis}.d", 0.0
-            ) > 0.0:
-                ratio, note = now / was, f"{_hertz(was)} before, {_hertz(now)} after"
-                label = "D-term low-pass, after over before"
-                yield _row(f"{label} ({name})", f"{APP} #5259", axis, ratio, 1.0, refuses=noise_rises, note=note)
-    yield from _steps("change of a gain at once", APP, after, before, MAX_STEP)
+    # One setting holds for all axes.
+    for name in D_FILTERS:
+        was, now = (_cutoff(loops.gains[f"roll.{name}"]) for loops in (before, after))
+        if was < inf:
+            noise = ", noise of the commands rises" if noise_rises else ""
+            note = f"{_hertz(was)} before, {_hertz(now)} after{noise}"
+            rule = f"D-term low-pass {name[-1]} over that before"
+            yield _row(rule, f"{APP} #5259", "all axes", now / was, 1.0, refuses=noise_rises, note=note)
 
 
-def ardupilot_rules(after: AssessedLoops, before: AssessedLoops | None, _: bool) -> Iterator[RuleRow]:
+def ardupilot_rules(after: LoopSet, before: LoopSet | None, _: bool) -> Iterator[RuleRow]:
     """Yield the rule of ArduPilot's autotune by frequency response."""
     for axis in ATTITUDE_AXES:
-        value, earlier = (None if loops is None else margin_at_phase(loops.subject, axis) for loops in (after, before))
+        value, earlier = (None if each is None else margin_at_phase(each.loops, axis) for each in (after, before))
         has_shrunk = earlier is not None and value is not None and GROWTH * value < earlier
         note = "" if earlier is None else f"{earlier:.3g} dB before"
         rule = f"gain left at a phase of {PHASE:g} deg"
@@ -85,18 +89,12 @@ def ardupilot_rules(after: AssessedLoops, before: AssessedLoops | None, _: bool)
         )
 
 
-def px4_rules(after: AssessedLoops, before: AssessedLoops | None, _: bool) -> Iterator[RuleRow]:
-    """Yield the advice of PX4's guide."""
-    if before is not None:
-        yield from _steps("change of a gain at once (advice)", PX4_GUIDE, after, before, PX4_STEP)
+def margin_at_phase(loops: Loops, axis: str) -> float | None:
+    """Return the gain margin [dB] at a phase of -161 deg.
 
-
-def margin_at_phase(subject: Subject, axis: str) -> float | None:
-    """Return the gain [dB] by which the open loop is below 1 where its phase falls to -161 deg, beyond the last crossover.
-
-    It is the least over amplitudes; None where the phase stays above.
+    It is that of the open loop beyond its last crossover, the least over amplitudes; None where the phase stays above.
     """
-    curves = curves_of(subject, axis)
+    curves = curves_of(loops, axis)
     margins: list[float] = []
     for gain, phase in zip(curves.gain, curves.phase, strict=True):
         above = np.flatnonzero(gain > 0.0)
@@ -104,21 +102,6 @@ def margin_at_phase(subject: Subject, axis: str) -> float | None:
         behind = np.flatnonzero(phase[start:] <= PHASE)
         margins += [-float(gain[start + behind[0]])] if len(behind) else []
     return min(margins, default=None)
-
-
-def _steps(rule: str, source: str, after: AssessedLoops, before: AssessedLoops, limit: float) -> Iterator[RuleRow]:
-    """Yield the largest factor between gains of an axis before and after."""
-    for axis in ATTITUDE_AXES:
-        factors = {
-            name: max(after.gains[address] / was, was / after.gains[address])
-            for name in STEPPED
-            if (address := f"{axis}.{name}") in after.gains
-            and (was := before.gains.get(address, 0.0)) > 0.0
-            and after.gains[address] > 0.0
-        }
-        if factors:
-            name = max(factors, key=lambda key: factors[key])
-            yield _row(rule, source, axis, factors[name], limit, refuses=False, note=f"largest: {axis}.{name}")
 
 
 def _row(

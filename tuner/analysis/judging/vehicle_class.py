@@ -34,7 +34,7 @@ SHOWN = ("mass", "inertia.x", "thrust_coefficient", "lag_up")
 
 
 def class_airframe(source: str) -> Airframe:
-    """Return the middle of a firmware's class, with the ranges of a vehicle of which a parts list is all that is known."""
+    """Return the middle of a firmware's class with wide ranges."""
     chosen = CLASSES[source]
     ranges = uncertainty(hover=False)
     deviations = [

@@ -27,6 +27,6 @@ def print_assessment(made: "Assessment", console: Console) -> None:
 def print_read_back(made: "ReadBackComparison", console: Console) -> None:
     """Print the parameters that differ, and how many were compared."""
     for row in made.document.differing:
-        held = "missing on the vehicle" if row.held is None else f"{row.held} on the vehicle"
-        console.print(f"{row.name}: {row.written} written, {held}", markup=False)
+        held = "missing" if row.after is None else row.after
+        console.print(f"{row.name}: {row.before} written, {held} on the vehicle", markup=False)
     console.print(made.document.sentence, markup=False)

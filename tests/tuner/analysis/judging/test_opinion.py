@@ -1,0 +1,101 @@
+"""The verdict of a second opinion on made-up evidence: each reason by itself, its limits, and what an unknown vehicle allows."""
+
+import pytest
+
+from tuner.analysis.judging.opinion import Evidence, compare_means, form_opinion, opinion_sentence
+from tuner.documents.assessment import AssessedAirframe, AssessedLoop, AssessedMetric, LoopFigures, RuleRow
+from tuner.documents.parts import SampledValue, ShareCount
+
+
+def figures(ms):
+    return LoopFigures(stable=ms is not None, gain_up=None, gain_down=None, phase_margin=None, delay_margin=None, ms=ms)
+
+
+def loop(after, before=None, given=True):
+    return AssessedLoop(channel="roll", before=figures(before) if given else None, after=figures(after))
+
+
+def metric(name, *difference):
+    interval = SampledValue(*difference)
+    return AssessedMetric(
+        metric=name, definition="", unit="1", before=1.0, after=1.0 + interval.value, difference=interval,
+        verdict=compare_means(name, interval),
+    )  # fmt: skip
+
+
+def count(events, flights=256):
+    return ShareCount(events=events, flights=flights, upper=0.012)
+
+
+def rule(verdict="violated", refuses=True):
+    return RuleRow(
+        rule="a filter", source="its tool", axis="roll", value=2.0, limit=1.0, unit="1", sense="max", verdict=verdict,
+        refuses=refuses, note="",
+    )  # fmt: skip
+
+
+def evidence(known=True, **parts):
+    airframe = AssessedAirframe(name="x", title="class of a racer", is_known=known, ranges="mass 0.4 to 0.9 kg")
+    usual = {
+        "loops": [loop(1.6, 1.6)],
+        "violated": [],
+        "rules": [],
+        "metrics": [metric("rms.tilt", 0.0, -0.01, 0.01)],
+        "lost_after": count(0),
+        "lost_before": count(0),
+        "loss_difference": SampledValue(0.0, -0.01, 0.01),
+        "unmodeled": 0,
+    }
+    return Evidence(airframe=airframe, **{**usual, **parts})
+
+
+ALONE = {"lost_before": None, "loss_difference": None, "metrics": []}
+CASES = {
+    "nothing changes": ({}, "not distinguishable"),
+    "attitude follows closer": ({"metrics": [metric("rms.tilt", -0.2, -0.25, -0.15)]}, "better"),
+    "attitude follows a little closer": ({"metrics": [metric("rms.tilt", -0.06, -0.08, -0.04)]}, "not distinguishable"),
+    "noise": ({"metrics": [metric("noise", 0.3, 0.29, 0.31)]}, "worse"),
+    "a little noise": ({"metrics": [metric("noise", 0.08, 0.07, 0.09)]}, "not distinguishable"),
+    "a trade": ({"metrics": [metric("noise", 0.3, 0.2, 0.4), metric("rms.tilt", -0.3, -0.4, -0.2)]}, "mixed"),
+    "unstable": ({"loops": [loop(None, 1.6)]}, "do not fly"),
+    "unstable before too": ({"loops": [loop(None, None)]}, "do not fly"),
+    "fragile now": ({"loops": [loop(2.1, 1.6)]}, "do not fly"),
+    "fragile, and was": ({"loops": [loop(2.1, 2.05)]}, "not distinguishable"),
+    "within 2": ({"loops": [loop(1.99, 1.2)]}, "not distinguishable"),
+    "very fragile, and was": ({"loops": [loop(4.5, 4.5)]}, "do not fly"),
+    "less fragile": ({"loops": [loop(2.5, 4.0)]}, "not distinguishable"),
+    "a rule refuses": ({"rules": [rule()]}, "do not fly"),
+    "a rule advises": ({"rules": [rule(refuses=False)]}, "not distinguishable"),
+    "more losses": ({"lost_after": count(9), "loss_difference": SampledValue(0.035, 0.01, 0.06)}, "do not fly"),
+    "as many losses": ({"lost_after": count(9), "lost_before": count(9)}, "do not fly"),
+    "one loss": ({"lost_after": count(1)}, "not distinguishable"),
+    "alone": (ALONE | {"loops": [loop(1.6, given=False)]}, "flyable within limits"),
+    "alone and fragile": (ALONE | {"loops": [loop(4.4, given=False)]}, "do not fly"),
+    "alone with a violated rule": (ALONE | {"loops": [loop(1.6, given=False)], "rules": [rule(refuses=False)]}, "no objection"),
+    "alone with a loss": (ALONE | {"lost_after": count(1), "loops": [loop(1.6, given=False)]}, "no objection"),
+    "alone, vehicle unknown": (ALONE | {"known": False, "loops": [loop(1.6, given=False)]}, "no objection"),
+    "vehicle unknown, fragile in its middle": (ALONE | {"known": False, "loops": [loop(9.0, given=False)]}, "no objection"),
+    "vehicle unknown, made fragile": ({"known": False, "loops": [loop(3.0, 1.5)]}, "do not fly"),
+    "vehicle unknown, a tenth lost": ({"known": False, "lost_after": count(27), "lost_before": count(27)}, "not distinguishable"),
+    "vehicle unknown, most lost": ({"known": False, "lost_after": count(200), "lost_before": count(200)}, "do not fly"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("parts", "verdict"), CASES.values(), ids=CASES)
+def test_a_verdict_follows_from_the_evidence(parts, verdict):
+    given = evidence(**parts)
+    word, reasons = form_opinion(given)
+    sentence = opinion_sentence(given, word, reasons)
+    assert word == verdict and sentence.lower().startswith(verdict)
+    assert "safe" not in sentence.lower()
+    assert ("mass 0.4 to 0.9 kg" in sentence) == (not given.airframe.is_known)
+
+
+def test_a_sentence_names_changes_outside_of_the_model():
+    given = evidence(unmodeled=2)
+    assert "without 2 changed parameters outside the model" in opinion_sentence(given, *form_opinion(given))
+
+
+def test_a_rule_and_the_loop_that_it_is_about_are_one_reason():
+    _, reasons = form_opinion(evidence(loops=[loop(3.0, 1.5)], rules=[rule()]))
+    assert len(reasons) == 1
