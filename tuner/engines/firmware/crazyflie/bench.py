@@ -11,9 +11,10 @@ from functools import partial
 from pathlib import Path
 
 from plant.errors import InputError, shortened
-from tuner.engines.firmware.crazyflie.board import BUILT, CrazyflieBoard
+from tuner.engines.firmware.crazyflie.board import CrazyflieBoard
 from tuner.engines.firmware.crazyflie.stabilizer import ATTITUDE_RATE, SETTABLE
 from tuner.engines.firmware.firmware import Bench, Firmware
+from tuner.engines.firmware.process import BUILT
 
 MODULES, MODULE = "_cffirmware*.so", "cffirmware.py"
 # The Python that a module was built for.
