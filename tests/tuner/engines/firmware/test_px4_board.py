@@ -1,0 +1,68 @@
+"""PX4's own control libraries against our law, sample by sample, and what is refused on the way."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plant.law_registry import LAWS
+from plant.quadrotor.airframes.actuation import actuation
+from plant.quadrotor.nominal import yaw_smoothing
+from tests.clients.firmware_sources import checkout
+from tests.tuner.engines.firmware.in_double import built_in_double
+from tests.tuner.engines.firmware.laws_beside import AXES, board_torques, law_torques, motion, random_gains
+from tests.tuner.exchange.px4.test_px4 import bundle
+from tests.tuner.exchange.px4.test_px4_own_loops import own
+from tuner.engines.firmware.firmware import Bench
+from tuner.engines.firmware.px4.bench import LIBRARIES, PX4_FIRMWARE, install
+from tuner.exchange.px4.export import FILE
+
+# Largest difference over the largest torque of an axis; measured over the 40 runs: 3e-8 and 2.1e-5.
+DOUBLE, SINGLE = 1e-6, 4e-5
+
+
+@pytest.fixture(scope="module")
+def programs(tmp_path_factory):
+    """PX4's control libraries in both precisions."""
+    folder, sources = tmp_path_factory.mktemp("px4"), checkout(LIBRARIES)
+    return {
+        "single": LIBRARIES.compile(sources, folder / "in_single"),
+        "double": built_in_double(LIBRARIES, sources, folder),
+    }
+
+
+def flown(program, folder, given, instants):
+    made = bundle(given)
+    rotors = actuation(given.airframe.vehicle, PX4_FIRMWARE.curve)
+    board = install(Bench(program, folder, rotors, given.control_period), made.files[FILE])()
+    try:
+        return board_torques(board, PX4_FIRMWARE, given, instants)
+    finally:
+        board.close()
+
+
+def controllers():
+    """Yield 40 controllers with random gains; each second has a notch, two of three a low-pass on yaw's torque."""
+    for seed in range(40):
+        rng = np.random.default_rng([44, seed])
+        notch = rng.uniform(30.0, 120.0) if seed % 2 else 0.0
+        given = own("f450", **random_gains(LAWS["px4"], rng, {f"{axis}.notch": notch for axis in AXES}))
+        cutoff = float(rng.uniform(0.5, 8.0)) if seed % 3 else 0.0
+        yield replace(given, options=replace(given.options, yaw_torque_cutoff=cutoff)), motion(rng, seed % 3)
+
+
+@pytest.mark.slow
+def test_its_libraries_turn_the_vehicle_as_our_law_does(programs, tmp_path):
+    """In double precision; what float32 adds is the libraries' own rounding, for their two builds differ by the same."""
+    apart, rounding, left = [], [], []
+    for given, instants in controllers():
+        held = bundle(given).held
+        ours = law_torques(held, instants, yaw_smoothing(held.options.yaw_torque_cutoff, held.control_period))
+        single, double = (flown(programs[name], tmp_path, given, instants) for name in ("single", "double"))
+        size = np.abs(ours).max(axis=0)
+        apart.append(np.abs(double - ours).max(axis=0) / size)
+        rounding.append(np.abs(single - double).max(axis=0) / size)
+        left.append(np.abs(np.abs(single - ours).max(axis=0) / size - rounding[-1]))
+    assert len(apart) == 40 and np.max(apart) < DOUBLE
+    assert np.max(rounding) < SINGLE and np.max(left) < DOUBLE
+    print(np.max(apart), np.max(rounding), np.max(left))
