@@ -20,5 +20,7 @@ def checkout(libraries: ControlLibraries) -> Path:
     named, usual = PLACES[libraries.name]
     folder = Path(os.environ.get(named, CLIENTS / usual))
     if not (folder / libraries.marker).is_file():
-        pytest.skip(f"no {libraries.marker} in {folder}; clone {usual} as docs/how_to/confirm.md says, name it by {named}")
+        pytest.skip(
+            f"no {libraries.marker} in {folder}; clone {usual} as docs/how_to/confirm.md says, name it by {named}"
+        )
     return folder

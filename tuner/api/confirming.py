@@ -106,7 +106,7 @@ def confirm(
         results: Folder of a tuning run whose attitude law is the firmware's own, such as one of the study betaflight.
         firmware: Name of a firmware; see `docs/how_to/confirm.md`.
         binary: The firmware's program, built by you from its source; of the Crazyflie its module,
-            or the folder that holds it.
+            or the folder that holds it; of PX4 the folder of its sources.
         finalists: How many points of the front fly, the recommended one among them.
         flights: Flights of each scenario and finalist.
         out: New folder for confirm.json and confirm.md.

@@ -67,6 +67,7 @@ class Firmware:
         heading: Model function (constants of the law, Setpoint, Measured) -> rate of yaw that the pilot asks for; None
             where the firmware closes the heading itself and is given the angle.
         curve: Curve of thrust over its motor commands, see `airframes.actuation.Actuation`; None for that of the vehicle.
+        binary: What --binary names, in a clause.
         check: check(control_period) raises InputError naming a period at which its loops cannot run.
         program: program(argument of --binary) -> the file of it whose digest is recorded.
         install: install(bench, content of the file) -> what powers a board up; it raises InputError naming what the
@@ -82,6 +83,7 @@ class Firmware:
     law: str
     heading: Callable[[Any, Setpoint, Measured], float] | None
     curve: float | None
+    binary: str
     check: Callable[[float], None]
     program: Callable[[Path], Path]
     install: Callable[[Bench, bytes], Callable[[], Board]]

@@ -97,6 +97,7 @@ CRAZYFLIE = Firmware(
     law="crazyflie",
     heading=None,
     curve=0.0,
+    binary="the folder with the Python module of its controllers, or the module",
     check=check_period,
     program=module_in,
     install=install,

@@ -1,4 +1,4 @@
-"""Control libraries of a firmware, compiled from its checkout around a program of ours that calls them."""
+"""Control libraries of a firmware, compiled from its checkout around our program."""
 
 import os
 import shutil
@@ -56,7 +56,7 @@ class ControlLibraries:
 
     def compile(self, checkout: Path, program: Path, options: Sequence[str] = ()) -> Path:
         """Compile a checkout with further options of the compiler; return the program."""
-        compiler = shutil.which("g++") or shutil.which("c++")
+        compiler, sources = shutil.which("g++") or shutil.which("c++"), checkout.resolve()
         if compiler is None:
             raise InputError(f"no C++ compiler (g++, c++) is installed; it compiles the loops of {self.checkout}")
         with tempfile.TemporaryDirectory(prefix="gainproof-") as place:
@@ -65,16 +65,9 @@ class ControlLibraries:
                 header.parent.mkdir(parents=True, exist_ok=True)
                 header.touch()
             ours = [Path(place), self.source.parent, Path(__file__).parent]
-            folders = [*ours, *(checkout.resolve() / folder for folder in self.folders)]
-            command = [
-                compiler,
-                *OPTIONS,
-                *options,
-                "-include",
-                str(self.middleware),
-                f"-ffile-prefix-map={checkout}=.",
-            ]
-            command += [f"-I{folder}" for folder in folders] + [str(self.source), "-o", str(program)]
+            folders = [f"-I{folder}" for folder in (*ours, *(sources / folder for folder in self.folders))]
+            first = ["-include", str(self.middleware), f"-ffile-prefix-map={sources}=."]
+            command = [compiler, *OPTIONS, *options, *first, *folders, str(self.source), "-o", str(program)]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             lines = done.stderr.splitlines()

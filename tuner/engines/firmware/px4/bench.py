@@ -4,25 +4,23 @@ Facts of PX4 1.16 and the main branch of August 2025: src/modules/mc_rate_contro
 sensors/vehicle_angular_velocity, their parameters' defaults included.
 """
 
+import re
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from plant.errors import InputError
+from plant.errors import InputError, shortened
 from plant.quadrotor.airframes.actuation import Actuation
 from plant.quadrotor.airframes.scales import PX4_CT
 from tuner.engines.firmware.firmware import Bench, Firmware
 from tuner.engines.firmware.libraries.board import LibraryBoard
 from tuner.engines.firmware.libraries.building import ControlLibraries
-from tuner.exchange.px4.map import LOOP_RATE, PX4
-from tuner.exchange.px4.text import read_params
 
-HERE = Path(__file__).parent
 LIBRARIES = ControlLibraries(
     name="px4",
     checkout="the folder of PX4-Autopilot's sources",
-    source=HERE / "loops.cpp",
-    middleware=HERE / "middleware.hpp",
+    source=Path(__file__).with_name("loops.cpp"),
+    middleware=Path(__file__).with_name("middleware.hpp"),
     empty=(
         "px4_platform_common/defines.h", "px4_platform_common/log.h", "px4_platform_common/module_params.h",
         "px4_platform_common/px4_work_queue/ScheduledWorkItem.hpp", "uORB/Subscription.hpp", "uORB/SubscriptionInterval.hpp",
@@ -43,12 +41,15 @@ DEFAULTS = {
 """What these libraries read beside the parameters that an export always writes."""
 POSITION = "MPC_"
 """Beginning of the parameters of the position loops, in whose place ours are."""
+LOOP_RATE = "IMU_GYRO_RATEMAX"
+VALUE = re.compile(r"\d+\t1\t(\w+)\t(-?[\d.]+)\t[69]")
+HEADS = re.compile(r"#|\Z")
 # Rates at which the rate loop takes its period as it is [Hz].
 LEAST_RATE, MOST_RATE = 100.0, 8000.0
 
 
 def check_period(control_period: float) -> None:
-    """Refuse a control period at which the rate loops cannot run, which count their time in whole microseconds."""
+    """Refuse a control period at which the rate loops cannot run."""
     microseconds = 1e6 * control_period
     if not LEAST_RATE <= 1.0 / control_period <= MOST_RATE or abs(microseconds - round(microseconds)) > 1e-3:
         raise InputError(
@@ -68,12 +69,15 @@ def geometry(rotors: Actuation) -> dict[str, float]:
 
 
 def parameters_of(bench: Bench, content: bytes) -> dict[str, float]:
-    """Return the parameters of an exported file without the position loops, with those of the bench."""
-    bench.folder.mkdir(parents=True, exist_ok=True)
-    file = bench.folder / PX4.file
-    file.write_bytes(content)
-    given = {name: value for name, value in read_params(file).items() if not name.startswith(POSITION)}
-    return {**DEFAULTS, **geometry(bench.rotors), **given, LOOP_RATE: 1.0 / bench.control_period}
+    """Return the parameters of an exported file and of the bench; raises InputError naming a line that is none."""
+    parameters = DEFAULTS | geometry(bench.rotors)
+    for line in content.decode("ascii").splitlines():
+        entry = VALUE.fullmatch(line)
+        if entry is None and not HEADS.match(line):
+            raise InputError(f"the exported file has the line '{shortened(line)}', which holds no parameter")
+        if entry is not None and not entry[1].startswith(POSITION):
+            parameters[entry[1]] = float(entry[2])
+    return parameters | {LOOP_RATE: 1.0 / bench.control_period}
 
 
 def install(bench: Bench, content: bytes) -> Callable[[], LibraryBoard]:
@@ -86,11 +90,12 @@ def install(bench: Bench, content: bytes) -> Callable[[], LibraryBoard]:
 PX4_FIRMWARE = Firmware(
     name="px4",
     title="PX4",
-    target=PX4.target,
-    file=PX4.file,
+    target="px4",
+    file="gainproof.params",
     law="px4",
     heading=None,
     curve=None,
+    binary=LIBRARIES.checkout,
     check=check_period,
     program=LIBRARIES.program,
     install=install,
