@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plant.backends.instants import Instant
 from plant.law_registry import LAWS
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.nominal import yaw_smoothing
@@ -14,6 +15,7 @@ from tests.tuner.engines.firmware.laws_beside import AXES, board_torques, law_to
 from tests.tuner.exchange.px4.test_px4 import bundle
 from tests.tuner.exchange.px4.test_px4_own_loops import own
 from tuner.engines.firmware.firmware import Bench
+from tuner.engines.firmware.flying import throttle_for, thrusts_of
 from tuner.engines.firmware.px4.bench import LIBRARIES, PX4_FIRMWARE, install
 from tuner.exchange.px4.export import FILE
 
@@ -65,4 +67,24 @@ def test_its_libraries_turn_the_vehicle_as_our_law_does(programs, tmp_path):
         left.append(np.abs(np.abs(single - ours).max(axis=0) / size - rounding[-1]))
     assert len(apart) == 40 and np.max(apart) < DOUBLE
     assert np.max(rounding) < SINGLE and np.max(left) < DOUBLE
-    print(np.max(apart), np.max(rounding), np.max(left))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("airframe", "linear"), [("f450", 0.0), ("f450", 0.4), ("iris", 0.0), ("hummingbird-rotors", 0.0)]
+)
+def test_armed_it_holds_the_motors_that_hold_the_vehicle(programs, tmp_path, airframe, linear):
+    """Also a rectangular frame, and thrust that is no square of the command."""
+    given = own(airframe)
+    vehicle = given.airframe.vehicle._replace(thrust_linear=linear)
+    given = replace(given, airframe=replace(given.airframe, vehicle=vehicle))
+    rotors = actuation(given.airframe.vehicle, PX4_FIRMWARE.curve)
+    held = (0.52, 0.49, 0.47, 0.505)
+    throttle = throttle_for(sum(thrusts_of(held, rotors, PX4_FIRMWARE)) / 4.0, rotors)
+    board = install(Bench(programs["single"], tmp_path, rotors, given.control_period), bundle(given).files[FILE])()
+    begin = Instant((0.02, -0.03, 1.1), (0.0, 0.0, 0.0), (0.02, -0.03), 1.1, 0.0)
+    try:
+        board.arm(begin, throttle, held)
+        assert board.step(begin, throttle) == pytest.approx(held, abs=3e-6)
+    finally:
+        board.close()
