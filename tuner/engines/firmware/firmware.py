@@ -74,6 +74,7 @@ class Firmware:
             firmware refuses.
         lockstep: Whether it is in step with the plant, so that equal flights should be equal to the last bit.
         loses: Sentences on what is rounded on the way in and out.
+        options: Options of the export, NAME=VALUE.
     """
 
     name: str
@@ -89,3 +90,4 @@ class Firmware:
     install: Callable[[Bench, bytes], Callable[[], Board]]
     lockstep: bool
     loses: tuple[str, ...]
+    options: tuple[str, ...] = ()

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,8 @@ from tuner.engines.firmware.libraries.building import ControlLibraries
 
 LITERAL = re.compile(r"(?<![\w.])((?:\d[\d']*\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)f\b")
 FUNCTION = re.compile(r"\b(sqrt|fabs|sin|cos|tan|asin|acos|atan2|fmax|fmin|pow|floor|round|exp)f\b")
+# Sizes of types are what changes.
+SIZES = re.compile(r"static_assert\(sizeof[^;]*;")
 ENDINGS = {".cpp", ".hpp", ".h"}
 
 
@@ -16,12 +19,12 @@ def in_double(text: str) -> str:
     """Return a source with types, constants and functions of C++ of twice the precision; overloads stay apart."""
     for kind, wider in (("double", "wide"), ("float", "double")):
         text = re.sub(rf"\b{kind}\b(?!\.h)", wider, text)
-    return FUNCTION.sub(r"\1", LITERAL.sub(r"\1", text))
+    return SIZES.sub("", FUNCTION.sub(r"\1", LITERAL.sub(r"\1", text)))
 
 
-def built_in_double(libraries: ControlLibraries, checkout: Path, place: Path) -> Path:
-    """Compile a copy of a checkout in double precision; return the program."""
-    for folder in libraries.folders:
+def built_in_double(libraries: ControlLibraries, checkout: Path, place: Path, parts: Sequence[str] = ()) -> Path:
+    """Compile a copy of a checkout in double precision; parts: folders that are copied, by default all. Return the program."""
+    for folder in parts or libraries.folders:
         for file in (checkout / folder).rglob("*"):
             if file.suffix in ENDINGS and "test" not in file.name.lower():
                 copied(file, place / "sources" / file.relative_to(checkout))

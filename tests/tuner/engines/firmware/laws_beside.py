@@ -31,12 +31,13 @@ def random_gains(law, rng, fixed):
 
 
 def motion(rng, axis, speed=0.02):
-    """Return instants of rates that wander about all axes, of set points about one axis, and of yaw rates asked for."""
+    """Return instants of rates that wander about all axes, of set points about one axis, about yaw with the rate asked for."""
     walks = np.cumsum(rng.standard_normal((COUNT, 5)), axis=0) / np.sqrt(COUNT)
     rates = speed * (walks[:, :3] + 0.02 * rng.standard_normal((COUNT, 3)))
     goals = np.zeros((COUNT, 3))
-    goals[:, axis] = 1e-3 * walks[:, 3]
-    turning = 2.0 * speed * walks[:, 4]
+    # Never zero, where a firmware may take an error for none.
+    goals[:, axis] = 1e-3 * (1.5 + 0.4 * walks[:, 3])
+    turning = 2.0 * speed * walks[:, 4] * (axis == 2)
     rows = zip(rates.tolist(), goals.tolist(), turning.tolist(), strict=True)
     level = (0.0, 0.0, 0.0)
     return [Instant(level, tuple(rate), (goal[0], goal[1]), goal[2], 0.0, turn) for rate, goal, turn in rows]

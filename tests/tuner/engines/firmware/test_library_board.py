@@ -92,7 +92,7 @@ def test_the_geometry_is_what_the_file_says_in_its_comment(tmp_path):
 
 
 def test_a_line_of_the_file_that_holds_no_parameter_is_refused(tmp_path):
-    with pytest.raises(InputError, match="which holds no parameter"):
+    with pytest.raises(InputError, match="which stores no parameter"):
         parameters_of(bench("", tmp_path), b"# Stack: PX4 Pro\n1\t1\tMC_ROLLRATE_P\t0.1\n")
 
 

@@ -82,7 +82,9 @@ int run()
 	Vehicle *vehicle = nullptr;
 
 	try {
-		vehicle = new Vehicle();
+		// Firmware counts on memory that begins as zeros.
+		static Vehicle made;
+		vehicle = &made;
 
 		for (const auto &name : unread()) {
 			refused += (refused.empty() ? "nothing here reads " : ", ") + name;

@@ -9,12 +9,13 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from plant.errors import InputError, shortened
+from plant.errors import InputError
 from plant.quadrotor.airframes.actuation import Actuation
 from plant.quadrotor.airframes.scales import PX4_CT
 from tuner.engines.firmware.firmware import Bench, Firmware
 from tuner.engines.firmware.libraries.board import LibraryBoard
 from tuner.engines.firmware.libraries.building import ControlLibraries
+from tuner.engines.firmware.parameters import parameters_in
 
 LIBRARIES = ControlLibraries(
     name="px4",
@@ -39,11 +40,11 @@ DEFAULTS = {
     "IMU_GYRO_NF0_BW": 20.0, "IMU_GYRO_NF1_FRQ": 0.0, "IMU_GYRO_NF1_BW": 20.0, "IMU_GYRO_CUTOFF": 40.0, "IMU_DGYRO_CUTOFF": 30.0,
 }  # fmt: skip
 """What these libraries read beside the parameters that an export always writes."""
-POSITION = "MPC_"
+POSITION = ("MPC_",)
 """Beginning of the parameters of the position loops, in whose place ours are."""
 LOOP_RATE = "IMU_GYRO_RATEMAX"
 VALUE = re.compile(r"\d+\t1\t(\w+)\t(-?[\d.]+)\t[69]")
-HEADS = re.compile(r"#|\Z")
+HEADING = re.compile(r"#|\Z")
 # Rates at which the rate loop takes its period as it is [Hz].
 LEAST_RATE, MOST_RATE = 100.0, 8000.0
 
@@ -69,15 +70,9 @@ def geometry(rotors: Actuation) -> dict[str, float]:
 
 
 def parameters_of(bench: Bench, content: bytes) -> dict[str, float]:
-    """Return the parameters of an exported file and of the bench; raises InputError naming a line that is none."""
-    parameters = DEFAULTS | geometry(bench.rotors)
-    for line in content.decode("ascii").splitlines():
-        entry = VALUE.fullmatch(line)
-        if entry is None and not HEADS.match(line):
-            raise InputError(f"the exported file has the line '{shortened(line)}', which holds no parameter")
-        if entry is not None and not entry[1].startswith(POSITION):
-            parameters[entry[1]] = float(entry[2])
-    return parameters | {LOOP_RATE: 1.0 / bench.control_period}
+    """Return the parameters of an exported file and of the bench."""
+    given = parameters_in(content, VALUE, HEADING, POSITION)
+    return DEFAULTS | geometry(bench.rotors) | given | {LOOP_RATE: 1.0 / bench.control_period}
 
 
 def install(bench: Bench, content: bytes) -> Callable[[], LibraryBoard]:
