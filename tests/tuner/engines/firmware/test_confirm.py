@@ -23,7 +23,8 @@ from tests.tuner.conftest import NoDrawing
 from tests.tuner.engines.firmware.own_loops_program import IN, OUT
 from tests.tuner.engines.firmware.played import played_in
 from tuner.engines.firmware import registry
-from tuner.engines.firmware.px4.bench import LIBRARIES
+from tuner.engines.firmware.ardupilot import bench as ardupilot
+from tuner.engines.firmware.px4 import bench as px4
 from tuner.engines.firmware.registry import FIRMWARES
 
 SMALL = {
@@ -167,10 +168,12 @@ def test_the_crazyflies_firmware_flies_the_finalists(small_crazyflie, tmp_path):
 
 
 @pytest.mark.slow
-def test_px4s_libraries_fly_the_finalists(tmp_path):
-    """In still air but for gusts: of a tilt of degrees, its attitude error in body axes is not our error of angles."""
-    small_px4 = small_run_of("px4", tmp_path, {"scenario.0.air.mean_wind": False})
-    there, here = flown_by("px4", small_px4, checkout(LIBRARIES), tmp_path / "out")
+@pytest.mark.parametrize(("firmware", "libraries"), [("px4", px4.LIBRARIES), ("ardupilot", ardupilot.LIBRARIES)])
+def test_control_libraries_fly_the_finalists(tmp_path, firmware, libraries):
+    """Without a mean wind, for at a tilt of degrees their attitude error in body axes is not our error of angles."""
+    sources = checkout(libraries)
+    small = small_run_of(firmware, tmp_path, {"scenario.0.air.mean_wind": False})
+    there, here = flown_by(firmware, small, sources, tmp_path / "out")
     np.testing.assert_allclose(there, here, rtol=2e-3)
     assert np.all(there != here)
 

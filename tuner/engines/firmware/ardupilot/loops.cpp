@@ -55,6 +55,11 @@ const AP_HAL::HAL &hal = the_hal;
 #include <AC_AttitudeControl/AC_AttitudeControl.cpp>
 #include <AC_AttitudeControl/AC_AttitudeControl_Multi.cpp>
 
+// Called by Copter 4.6.
+#if __has_include(<AC_AttitudeControl/ControlMonitor.cpp>)
+#include <AC_AttitudeControl/ControlMonitor.cpp>
+#endif
+
 namespace
 {
 
@@ -63,7 +68,15 @@ const uint8_t PLACES[] = {2, 0, 1, 3};
 // Longest time to spool up [s].
 constexpr float PATIENCE = 30.f;
 
+// Copter 4.7 says set_dt_s, 4.6 set_dt.
+template<typename Part>
+auto set_period(Part &part, float period, int) -> decltype(part.set_dt_s(period)) { part.set_dt_s(period); }
+
+template<typename Part>
+auto set_period(Part &part, float period, long) -> decltype(part.set_dt(period)) { part.set_dt(period); }
+
 struct Motors : AP_MotorsMatrix {
+	float actuator(uint8_t i) const { return _actuator[i]; }
 	float yaw_factor(uint8_t i) const { return _yaw_factor[i]; }
 };
 
@@ -75,8 +88,8 @@ public:
 		AP::scheduler().period = _period;
 		AP_Param::load(&_motors, AP_MotorsMulticopter::var_info, "MOT_");
 		AP_Param::load(&_control, AC_AttitudeControl_Multi::var_info, "ATC_");
-		_control.set_dt_s(_period);
-		_motors.set_dt_s(_period);
+		set_period(_control, _period, 0);
+		set_period(_motors, _period, 0);
 		_motors.init(AP_Motors::MOTOR_FRAME_QUAD, (AP_Motors::motor_frame_type)bench::parameter("FRAME_TYPE"));
 		_filter.set_cutoff_frequency(1.f / _period, (float)bench::parameter("INS_GYRO_FILTER"));
 
@@ -94,6 +107,10 @@ public:
 
 		for (float time = 0.f; !_motors.spool_up_complete() && time < PATIENCE; time += _period) {
 			output(0.f);
+		}
+
+		if (!_motors.spool_up_complete()) {
+			throw std::runtime_error("the motors do not spool up");
 		}
 
 		sense(frame, true);
@@ -117,9 +134,7 @@ public:
 		bench::Motors motors;
 
 		for (int i = 0; i < 4; i++) {
-			float actuator = 0.f;
-			_motors.get_raw_motor_throttle(PLACES[i], actuator);
-			motors.command[i] = (actuator - low) / (high - low);
+			motors.command[i] = (_motors.actuator(PLACES[i]) - low) / (high - low);
 		}
 
 		return motors;

@@ -70,6 +70,8 @@ struct HAL {
 
 struct SRV_Channel {
 	enum Function { k_none, k_boost_throttle, k_roll_out, k_pitch_out, k_yaw_out, k_thrust_out, k_throttleLeft, k_throttleRight };
+	// Its name in Copter 4.6.
+	typedef Function Aux_servo_function_t;
 };
 
 struct SRV_Channels {
