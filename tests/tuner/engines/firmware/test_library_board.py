@@ -19,7 +19,7 @@ from tests.tuner.exchange.px4.test_px4_own_loops import own
 from tuner.engines.firmware import process
 from tuner.engines.firmware.firmware import Bench
 from tuner.engines.firmware.libraries import building
-from tuner.engines.firmware.libraries.board import LibraryBoard, frame
+from tuner.engines.firmware.libraries.board import LibraryBoard, frame, tilt_at_goal
 from tuner.engines.firmware.px4.bench import PX4_FIRMWARE, geometry, install, parameters_of
 from tuner.exchange.px4.export import FILE
 
@@ -71,9 +71,25 @@ def test_armed_it_holds_the_motors_that_hold_the_vehicle(played, tmp_path):
 
 
 def test_a_frame_is_in_the_axes_of_the_firmware():
-    asked = Instant((0.1, 0.2, 0.3), (1.0, 2.0, 3.0), (-0.1, -0.2), -0.3, 9.0, 0.7)
-    expected = (1.0, -2.0, -3.0, 0.1, -0.2, -0.3, -0.1, 0.2, 0.3, -0.7, 0.5)
-    assert frame(asked, 0.5) == expected
+    asked = Instant((0.1, 0.2, -0.3), (1.0, 2.0, 3.0), (-0.1, -0.2), -0.3, 9.0, 0.7)
+    expected = (1.0, -2.0, -3.0, 0.1, -0.2, 0.3, -0.1, 0.2, 0.3, -0.7, 0.5)
+    assert frame(asked, 0.5) == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_thrust_is_asked_for_in_its_direction_whatever_the_heading():
+    """The tilt is that of the measured heading, and the firmware's set point has the heading that is asked for."""
+    asked = Instant((0.0, 0.0, 0.4), (0.0, 0.0, 0.0), (0.3, -0.2), 1.1, 9.0)
+    up = np.array([0.0, 0.0, 1.0])
+    wanted = body_to_earth(0.3, -0.2, 0.4) @ up
+    np.testing.assert_allclose(body_to_earth(*tilt_at_goal(asked), 1.1) @ up, wanted, atol=1e-12)
+
+
+def body_to_earth(roll, pitch, yaw):
+    """Return the rotation matrix of roll, pitch and yaw."""
+    (cr, sr), (cp, sp), (cy, sy) = ((np.cos(angle), np.sin(angle)) for angle in (roll, pitch, yaw))
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]])
+    about_y = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]])
+    return np.array([[cy, -sy, 0.0], [sy, cy, 0.0], [0.0, 0.0, 1.0]]) @ about_y @ about_x
 
 
 def test_parameters_of_the_file_go_before_defaults(tmp_path):

@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Mapping
+from math import atan2, cos, hypot, sin, tan
 from pathlib import Path
 
 from plant.backends.instants import Instant
@@ -50,6 +51,15 @@ class LibraryBoard:
 
 
 def frame(setpoints: Instant, throttle: float) -> tuple[float, ...]:
-    """Return an instant in body axes x forward, y right, z down."""
-    turned = (setpoints.rate, setpoints.angles, (*setpoints.tilt, setpoints.yaw))
+    """Return an instant in body axes x forward, y right, z down, its attitude set point with the heading asked for."""
+    turned = (setpoints.rate, setpoints.angles, (*tilt_at_goal(setpoints), setpoints.yaw))
     return (*(value for x, y, z in turned for value in (x, -y, -z)), -setpoints.yaw_rate, throttle)
+
+
+def tilt_at_goal(setpoints: Instant) -> tuple[float, float]:
+    """Return roll and pitch [rad] at the heading asked for, whose thrust has the direction that was asked for."""
+    roll, pitch = setpoints.tilt
+    ahead, left = tan(pitch), -tan(roll) / cos(pitch)
+    turn = setpoints.angles[2] - setpoints.yaw
+    ahead, left = ahead * cos(turn) - left * sin(turn), ahead * sin(turn) + left * cos(turn)
+    return atan2(-left, hypot(ahead, 1.0)), atan2(ahead, 1.0)
