@@ -27,8 +27,8 @@ KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
 MEANINGS = {table.__name__: attribute_docstrings(table) for table in StrictTable.__subclasses__()}
 """Meanings of the keys of each table, by the name of its class."""
 CHOICES = {
-    "laws": "Control laws", "airframes": "Airframes", "references": "References", "metrics": "Metrics", "risks": "Risk measures",
-    "signals": "Signals of plants",
+    "laws": "Control laws", "airframes": "Airframes", "firmwares": "Firmwares", "references": "References", "metrics": "Metrics",
+    "risks": "Risk measures", "signals": "Signals of plants",
     "margins": "Stability margins", "theorems": "Theorems", "searches": "Search algorithms", "targets": "Export targets",
     "sources": "Import sources", "studies": "Shipped studies",
 }  # fmt: skip

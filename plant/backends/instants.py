@@ -53,6 +53,7 @@ class Instant:
         tilt: roll and pitch asked for [rad].
         yaw: what the pilot asks for about z up, a rate [rad/s] or an angle [rad].
         lift: thrust asked of one rotor [N].
+        yaw_rate: rate of the heading asked for [rad/s].
     """
 
     angles: tuple[float, float, float]
@@ -60,6 +61,7 @@ class Instant:
     tilt: tuple[float, float]
     yaw: float
     lift: float
+    yaw_rate: float = 0.0
 
 
 class Stepper:
@@ -83,6 +85,7 @@ class Stepper:
                 "tilt.roll",
                 "tilt.pitch",
                 "controller.yaw.wish",
+                "controller.yaw.rate",
             )
         ]
         self.lift = rows(loop.Flight, f"{control}.lift")
@@ -132,7 +135,8 @@ class SteppedFlight:
         """The question of the instant that waits for thrusts."""
         seen = self._state[self._stepper.setpoint_rows].tolist()
         lift = 0.25 * float(np.sum(self._state[self._stepper.lift], axis=0))
-        return Instant((seen[0], seen[1], seen[2]), (seen[3], seen[4], seen[5]), (seen[6], seen[7]), seen[8], lift)
+        angles, rate, tilt = (seen[0], seen[1], seen[2]), (seen[3], seen[4], seen[5]), (seen[6], seen[7])
+        return Instant(angles, rate, tilt, seen[8], lift, seen[9])
 
     @property
     def held(self) -> tuple[float, float, float, float]:

@@ -23,9 +23,13 @@ from plant.vectors import Rotors, Vec3
 
 
 class PilotCommand(NamedTuple):
-    """The wish of a pilot for an axis: the rate at which the angle error is to be made good [y/s], or the angle itself [y]."""
+    """The wish of a pilot for an axis.
+
+    wish: the rate at which the angle error is to be made good [y/s], or the angle itself [y]; rate: of the reference [y/s].
+    """
 
     wish: float
+    rate: float
 
 
 @dataclass(frozen=True)
@@ -50,7 +54,7 @@ def pilot_of(law: Law, wish: Callable[[Any, Setpoint, Measured], float]) -> Law:
     """
 
     def start(constants: Any, measured: Measured, held: float) -> PilotCommand:  # noqa: ARG001
-        return PilotCommand(0.0)
+        return PilotCommand(0.0, 0.0)
 
     def step(
         memory: PilotCommand,
@@ -61,7 +65,7 @@ def pilot_of(law: Law, wish: Callable[[Any, Setpoint, Measured], float]) -> Law:
         applied: Applied,  # noqa: ARG001
         h: float,  # noqa: ARG001
     ) -> tuple[float, PilotCommand]:
-        return 0.0, PilotCommand(wish(constants, setpoint, measured))
+        return 0.0, PilotCommand(wish(constants, setpoint, measured), setpoint.rate)
 
     return replace(law, name=f"{law.name}_pilot", Memory=PilotCommand, start=start, step=step)
 

@@ -211,9 +211,20 @@ def sources() -> Rows:
     ]
 
 
+def firmwares() -> Rows:
+    """Firmwares that `tuner confirm` flies finalists in."""
+    from tuner.engines.firmware.registry import FIRMWARES
+
+    return [
+        {"firmware": entry.name, "title": entry.title, "target": entry.target, "law": entry.law, "binary": entry.binary}
+        for entry in FIRMWARES.values()
+    ]
+
+
 LISTINGS: dict[str, Callable[[], Rows]] = {
-    "airframes": airframes, "laws": laws, "margins": margins, "metrics": metrics, "references": references, "risks": risks,
-    "searches": searches, "signals": signals, "sources": sources, "studies": studies, "targets": targets, "theorems": theorems,
+    "airframes": airframes, "firmwares": firmwares, "laws": laws, "margins": margins, "metrics": metrics,
+    "references": references, "risks": risks, "searches": searches, "signals": signals, "sources": sources, "studies": studies,
+    "targets": targets, "theorems": theorems,
 }  # fmt: skip
 
 
@@ -221,8 +232,8 @@ def catalogue(kind: str) -> "pd.DataFrame":
     """Return the entries of a kind.
 
     Args:
-        kind: "airframes", "laws", "margins", "metrics", "references", "risks", "searches", "signals", "sources", "studies",
-            "targets" or "theorems".
+        kind: "airframes", "firmwares", "laws", "margins", "metrics", "references", "risks", "searches", "signals", "sources",
+            "studies", "targets" or "theorems".
 
     Returns:
         A row for each.

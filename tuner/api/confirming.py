@@ -106,7 +106,8 @@ def confirm(
         results: Folder of a tuning run whose attitude law is the firmware's own, such as one of the study betaflight.
         firmware: Name of a firmware; see `docs/how_to/confirm.md`.
         binary: The firmware's program, built by you from its source; of the Crazyflie its module,
-            or the folder that holds it.
+            or the folder that holds it; of ArduPilot and PX4 the folder
+            of their sources.
         finalists: How many points of the front fly, the recommended one among them.
         flights: Flights of each scenario and finalist.
         out: New folder for confirm.json and confirm.md.
@@ -207,7 +208,7 @@ def _spread(entrant: Entrant, count: int) -> list[int]:
 def _bundle(controller: Controller, firmware: Firmware) -> Bundle:
     """Return the export of a finalist."""
     target = exporter(firmware.target)
-    request = Request(controller, NO_DIGEST, settings_of(target, []), None)
+    request = Request(controller, NO_DIGEST, settings_of(target, firmware.options), None)
     check_laws(target, request)
     return bundle_of(target, request)
 

@@ -152,8 +152,8 @@ def schemas() -> list[str]:
 # Completions of what an argument or an option takes.
 SCHEMA = beginning(schemas)
 STUDY = beginning(studies)
-LAW, AIRFRAME, TARGET, SOURCE, LISTING = (
-    beginning(partial(completions, kind)) for kind in ("laws", "airframes", "targets", "sources", "")
+LAW, AIRFRAME, TARGET, SOURCE, FIRMWARE, LISTING = (
+    beginning(partial(completions, kind)) for kind in ("laws", "airframes", "targets", "sources", "firmwares", "")
 )
 
 

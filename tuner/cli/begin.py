@@ -35,7 +35,8 @@ def list_(
         str | None,
         typer.Argument(
             metavar="[WHAT]",
-            help="airframes, laws, margins, metrics, references, risks, searches, signals, sources, studies, targets, theorems.",
+            help="airframes, firmwares, laws, margins, metrics, references, risks, searches, signals, sources, studies, targets, "
+            "theorems.",
             autocompletion=LISTING,
         ),
     ] = None,

@@ -7,7 +7,18 @@ import typer
 
 import tuner
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import SCHEMA, TARGET, AsJson, GainsFile, Threads, app, set_option, study_option, target_options
+from tuner.cli.app import (
+    FIRMWARE,
+    SCHEMA,
+    TARGET,
+    AsJson,
+    GainsFile,
+    Threads,
+    app,
+    set_option,
+    study_option,
+    target_options,
+)
 from tuner.text.errors import BROKEN
 
 
@@ -54,8 +65,13 @@ def export(
 @app.command()
 def confirm(
     results: Annotated[Path, typer.Argument(help="Folder of a tuning run.", show_default=False)],
-    firmware: Annotated[str, typer.Option(help="Firmware: betaflight or crazyflie.", show_default=False)],
-    binary: Annotated[Path, typer.Option(help="The firmware's program or module, built by you.", show_default=False)],
+    firmware: Annotated[
+        str,
+        typer.Option(help="Firmware: see `tuner list firmwares`.", show_default=False, autocompletion=FIRMWARE),
+    ],
+    binary: Annotated[
+        Path, typer.Option(help="The firmware's program, module or sources, as listed there.", show_default=False)
+    ],
     finalists: Annotated[int, typer.Option(help="Points of the front that fly.", min=1)] = 8,
     flights: Annotated[int, typer.Option(help="Flights of each scenario and finalist.", min=2)] = 16,
     out: Annotated[Path | None, typer.Option(help="New folder for confirm.json and confirm.md.")] = None,

@@ -11,6 +11,7 @@ from plant.air.spec import AirSpec
 from plant.backends.instants import Instant
 from plant.backends.stepping import fly_steps, lane_of, unchanged
 from plant.law_registry import LAWS
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.loop import MeterModel, Timing
 from plant.quadrotor.airframes import load
 from plant.quadrotor.cascade import close_cascade
@@ -18,7 +19,7 @@ from plant.quadrotor.closed_loop import Limits, close_loop
 from plant.quadrotor.features import VehicleFeatures
 from plant.quadrotor.gains import default_row
 from plant.quadrotor.nominal import ControlOptions, nominal
-from plant.quadrotor.piloted import close_piloted, pilot_of
+from plant.quadrotor.piloted import angle, close_piloted, pilot_of
 from plant.quadrotor.scenarios import ScenarioSpec, sample_scenarios
 from plant.records import flatten, pack
 from plant.references.hover import Hover
@@ -80,3 +81,11 @@ def test_our_own_attitude_loops_outside_fly_our_own_flight(late):
     assert max(abs(part) for part in own.body.rate) > 0.003
     np.testing.assert_allclose(flatten(there.body), flatten(own.body), rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(flatten(there.meters), flatten(own.meters), rtol=1e-9, atol=1e-12)
+
+
+def test_the_pilot_tells_the_angle_and_the_rate_of_the_reference():
+    pilot = pilot_of(LAWS["px4"], angle)
+    memory = pilot.start(None, Measured(0.0, 0.0), 0.0)
+    goal, unit = Setpoint(0.3, 0.7, 0.0), Channel(1.0, 0.0)
+    torque, command = pilot.step(memory, None, unit, goal, Measured(0.1, 0.2), Applied(0.0, 0.0), 0.0025)
+    assert (torque, command.wish, command.rate) == (0.0, 0.3, 0.7)

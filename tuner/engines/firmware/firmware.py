@@ -67,12 +67,14 @@ class Firmware:
         heading: Model function (constants of the law, Setpoint, Measured) -> rate of yaw that the pilot asks for; None
             where the firmware closes the heading itself and is given the angle.
         curve: Curve of thrust over its motor commands, see `airframes.actuation.Actuation`; None for that of the vehicle.
+        binary: What --binary names, in a clause.
         check: check(control_period) raises InputError naming a period at which its loops cannot run.
         program: program(argument of --binary) -> the file of it whose digest is recorded.
         install: install(bench, content of the file) -> what powers a board up; it raises InputError naming what the
             firmware refuses.
         lockstep: Whether it is in step with the plant, so that equal flights should be equal to the last bit.
         loses: Sentences on what is rounded on the way in and out.
+        options: Options of the export, NAME=VALUE.
     """
 
     name: str
@@ -82,8 +84,10 @@ class Firmware:
     law: str
     heading: Callable[[Any, Setpoint, Measured], float] | None
     curve: float | None
+    binary: str
     check: Callable[[float], None]
     program: Callable[[Path], Path]
     install: Callable[[Bench, bytes], Callable[[], Board]]
     lockstep: bool
     loses: tuple[str, ...]
+    options: tuple[str, ...] = ()

@@ -18,10 +18,13 @@ import tuner
 from plant.errors import InputError
 from tests.clients import client
 from tests.clients.crazyflie_firmware import build
+from tests.clients.firmware_sources import checkout
 from tests.tuner.conftest import NoDrawing
 from tests.tuner.engines.firmware.own_loops_program import IN, OUT
 from tests.tuner.engines.firmware.played import played_in
 from tuner.engines.firmware import registry
+from tuner.engines.firmware.ardupilot import bench as ardupilot
+from tuner.engines.firmware.px4 import bench as px4
 from tuner.engines.firmware.registry import FIRMWARES
 
 SMALL = {
@@ -73,11 +76,11 @@ def imported(content, tmp):
     return list(tuner.import_gains(file, "betaflight", "racer5", options=options).gains.controller.gains)
 
 
-def small_run_of(study, place):
+def small_run_of(study, place, more=None):
     folder = place / "small"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tuner.experiments.experiment.Drawing", lambda *_, **__: NoDrawing(), raising=False)
-        tuner.run(tuner.load_study(study, SMALL), folder)
+        tuner.run(tuner.load_study(study, {**SMALL, **(more or {})}), folder)
     return folder
 
 
@@ -136,8 +139,8 @@ def test_betaflight_flies_the_finalists(small, tmp_path):
     assert "betaflight" in (tmp_path / "out" / "confirm.md").read_text().lower()
 
 
-def flown_by_a_crazyflie(run, module, out):
-    made = tuner.confirm(run, "crazyflie", module, finalists=3, flights=2, out=out).document
+def flown_by(firmware, run, module, out):
+    made = tuner.confirm(run, firmware, module, finalists=3, flights=2, out=out).document
     assert [(point.lost_firmware, point.lost_model) for point in made.points] == [(0, 0)] * len(made.points)
     assert all(quantity.jitter == 0.0 for quantity in made.quantities)
     return np.array(
@@ -151,16 +154,27 @@ def flown_by_a_crazyflie(run, module, out):
 @pytest.mark.slow
 def test_a_crazyflie_that_is_played_flies_the_finalists(small_crazyflie, tmp_path):
     """Its gyro is not filtered, ours is at 80 Hz: that is all that stands between, beside whole counts."""
-    there, here = flown_by_a_crazyflie(small_crazyflie, played_in(tmp_path), tmp_path / "out")
+    there, here = flown_by("crazyflie", small_crazyflie, played_in(tmp_path), tmp_path / "out")
     np.testing.assert_allclose(there[:, 0], here[:, 0], rtol=0.1)
 
 
 @pytest.mark.slow
 def test_the_crazyflies_firmware_flies_the_finalists(small_crazyflie, tmp_path):
     """Tilt to parts in a thousand; noise to the second reading of every gyro sample, some per cent."""
-    there, here = flown_by_a_crazyflie(small_crazyflie, build(), tmp_path / "out")
+    there, here = flown_by("crazyflie", small_crazyflie, build(), tmp_path / "out")
     np.testing.assert_allclose(there[:, 0], here[:, 0], rtol=3e-3)
     np.testing.assert_allclose(there[:, 1], here[:, 1], rtol=0.05)
+    assert np.all(there != here)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("firmware", "libraries"), [("px4", px4.LIBRARIES), ("ardupilot", ardupilot.LIBRARIES)])
+def test_control_libraries_fly_the_finalists(tmp_path, firmware, libraries):
+    """Without a mean wind, for at a tilt of degrees their attitude error in body axes is not our error of angles."""
+    sources = checkout(libraries)
+    small = small_run_of(firmware, tmp_path, {"scenario.0.air.mean_wind": False})
+    there, here = flown_by(firmware, small, sources, tmp_path / "out")
+    np.testing.assert_allclose(there, here, rtol=2e-3)
     assert np.all(there != here)
 
 

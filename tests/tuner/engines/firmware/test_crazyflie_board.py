@@ -25,6 +25,7 @@ from tests.clients.crazyflie_firmware import build
 from tests.tuner.engines.firmware.played import PLAYED, played_in
 from tests.tuner.exchange.crazyflie.test_crazyflie_own_loops import own
 from tests.tuner.exchange.crazyflie.test_crazyflie_parameters import request
+from tuner.engines.firmware import process
 from tuner.engines.firmware.crazyflie import board
 from tuner.engines.firmware.crazyflie.bench import CRAZYFLIE, install, interpreter_for, module_in, parameters_of
 from tuner.engines.firmware.crazyflie.board import CrazyflieBoard, frame
@@ -49,7 +50,7 @@ def module(tmp_path):
 @pytest.fixture(autouse=True)
 def soon(monkeypatch):
     """Nobody waits long in a test."""
-    monkeypatch.setattr(board, "PATIENCE", 2.0)
+    monkeypatch.setattr(process, "PATIENCE", 2.0)
 
 
 def file_of(given):
@@ -242,8 +243,8 @@ def test_a_process_that_dies_in_flight_is_told(module, tmp_path):
     made = powered(module, tmp_path / "bench", own())
     try:
         made.arm(LEVEL, 0.5, HOVER)
-        process: Any = made._process
-        process.kill()
+        running: Any = made._process
+        running._process.kill()
         with pytest.raises(InputError, match="ended by itself, with exit code -9"):
             for _ in range(3):
                 made.step(LEVEL, 0.5)

@@ -45,7 +45,7 @@ def exported(entry, plain=None):
     request = Request(
         type(plain)(plain.airframe, plain.cascade, plain.options, period, period, row),
         "0" * 64,
-        settings_of(exporter(entry.target), ()),
+        settings_of(exporter(entry.target), entry.options),
         None,
     )
     check_laws(exporter(entry.target), request)

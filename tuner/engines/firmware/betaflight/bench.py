@@ -85,6 +85,7 @@ BETAFLIGHT = Firmware(
     law="betaflight",
     heading=heading_rate,
     curve=None,
+    binary="the program of its simulator build, under obj/",
     check=check_period,
     program=Path,
     install=install,

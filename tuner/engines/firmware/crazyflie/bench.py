@@ -10,16 +10,18 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
-from plant.errors import InputError, shortened
-from tuner.engines.firmware.crazyflie.board import BUILT, CrazyflieBoard
+from plant.errors import InputError
+from tuner.engines.firmware.crazyflie.board import CrazyflieBoard
 from tuner.engines.firmware.crazyflie.stabilizer import ATTITUDE_RATE, SETTABLE
 from tuner.engines.firmware.firmware import Bench, Firmware
+from tuner.engines.firmware.parameters import parameters_in
+from tuner.engines.firmware.process import BUILT
 
 MODULES, MODULE = "_cffirmware*.so", "cffirmware.py"
 # The Python that a module was built for.
 TAG = re.compile(r"\.cpython-(\d)(\d+)\w*[-.]")
 VALUE = re.compile(r"  (\w+\.\w+): \{is_stored: true, default_value: \S+, stored_value: (-?[\d.]+)\}")
-HEADS = re.compile(r"#|type: |version: |params:\Z|\Z")
+HEADING = re.compile(r"#|type: |version: |params:\Z|\Z")
 POSITION = ("posCtlPid.", "velCtlPid.")
 """Groups of the position loops, in whose place ours are."""
 
@@ -64,13 +66,7 @@ def check_period(control_period: float) -> None:
 
 def parameters_of(content: bytes) -> dict[str, float]:
     """Return the parameters of an exported file without the position loops; raises InputError naming what cannot be set."""
-    parameters: dict[str, float] = {}
-    for line in content.decode("ascii").splitlines():
-        entry = VALUE.fullmatch(line)
-        if entry is None and HEADS.match(line) is None:
-            raise InputError(f"the exported file has the line '{shortened(line)}', which stores no parameter")
-        if entry is not None and not entry[1].startswith(POSITION):
-            parameters[entry[1]] = float(entry[2])
+    parameters = parameters_in(content, VALUE, HEADING, POSITION)
     for name in parameters.keys() - SETTABLE:
         raise InputError("the Python module of the firmware has nothing that sets this parameter", key=name)
     return parameters
@@ -96,6 +92,7 @@ CRAZYFLIE = Firmware(
     law="crazyflie",
     heading=None,
     curve=0.0,
+    binary="the folder with the Python module of its controllers, or the module",
     check=check_period,
     program=module_in,
     install=install,

@@ -5,8 +5,6 @@ It is called and answers, so it is in step by itself: it has no clock, and equal
 
 import json
 import math
-import socket
-import subprocess
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -14,12 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from plant.backends.instants import Instant
-from plant.errors import InputError, shortened
+from plant.errors import shortened
 from tuner.engines.firmware.crazyflie.stabilizer import ATTITUDE_RATE, IN, OUT
+from tuner.engines.firmware.process import FirmwareProcess
 
-# Longest waits for an answer and for the end of a process that has closed its line [s]; longest first answer [bytes], and
-# the part of it that an error shows.
-PATIENCE, ENDING, LONGEST, MAX_MESSAGE = 20.0, 0.5, 10_000, 300
+# The part of a refusal that an error shows.
+MAX_MESSAGE = 300
 STABILIZER = Path(__file__).with_name("stabilizer.py")
 # Counts of full thrust; places of the motors 1 to 4 at our rotors: front left, front right, rear left, rear right.
 FULL, PLACES = 65535.0, (3, 0, 2, 1)
@@ -27,7 +25,6 @@ FULL, PLACES = 65535.0, (3, 0, 2, 1)
 TURNS, STILL = 100, 50
 # Outputs of roll, pitch and yaw's control as sums over the counts of motors 1 to 4.
 ROLL, PITCH, YAW = (-0.5, -0.5, 0.5, 0.5), (0.5, -0.5, -0.5, 0.5), (-0.25, 0.25, -0.25, 0.25)
-BUILT = "docs/how_to/confirm.md says how to build it"
 
 
 class CrazyflieBoard:
@@ -35,21 +32,12 @@ class CrazyflieBoard:
 
     def __init__(self, interpreter: Path, module: Path, parameters: Mapping[str, float]) -> None:
         """Power up with parameters; raises InputError where the module is none or refuses one."""
-        self._module, self._interpreter, self._parameters = module, interpreter, parameters
-        self._line, theirs = socket.socketpair()
-        self._line.settimeout(PATIENCE)
-        with theirs:
-            command = [str(interpreter), str(STABILIZER), str(module.parent.resolve())]
-            try:
-                self._process = subprocess.Popen(
-                    command, stdin=theirs.fileno(), stdout=theirs.fileno(), stderr=subprocess.DEVNULL
-                )
-            except OSError as error:
-                self._line.close()
-                raise InputError(f"cannot be run: {error.strerror}", file=interpreter, key="--binary") from None
+        self._parameters = parameters
+        command = [str(interpreter), str(STABILIZER), str(module.parent.resolve())]
+        self._process = FirmwareProcess(command, module, f", under {interpreter}")
         try:
-            self._say(json.dumps(dict(parameters)).encode("ascii") + b"\n")
-            self._check(self._hear_line())
+            self._process.send(json.dumps(dict(parameters)).encode("ascii") + b"\n")
+            self._check(self._process.receive_line())
         except BaseException:
             self.close()
             raise
@@ -60,65 +48,29 @@ class CrazyflieBoard:
         commands = self.step(still, 0.0)
         if any(commands):
             given = ", ".join(f"{command:g}" for command in commands)
-            raise self._wrong(f"turns its motors at no thrust ({given})")
+            raise self._process.error(f"turns its motors at no thrust ({given})")
         turned = replace(still, rate=turning(held, self._parameters))
         for begin in (*[turned] * TURNS, *[still] * STILL):
             self.step(begin, throttle)
 
     def step(self, setpoints: Instant, throttle: float) -> tuple[float, float, float, float]:
         """Run one control period."""
-        self._say(IN.pack(*frame(setpoints, throttle)))
-        counts = OUT.unpack(self._hear(OUT.size))
+        self._process.send(IN.pack(*frame(setpoints, throttle)))
+        counts = OUT.unpack(self._process.receive(OUT.size))
         first, second, third, fourth = (counts[place] / FULL for place in PLACES)
         return first, second, third, fourth
 
     def close(self) -> None:
         """Power off."""
-        self._process.kill()
-        self._process.wait()
-        self._line.close()
+        self._process.close()
 
     def _check(self, answer: bytes) -> None:
         try:
             refused = str(json.loads(answer)["refused"])
         except (ValueError, KeyError, TypeError):
-            raise self._wrong(f"answers with nonsense ({shortened(repr(answer))})") from None
+            raise self._process.error(f"answers with nonsense ({shortened(repr(answer))})") from None
         if refused:
-            raise self._wrong(f"cannot be run: {shortened(' '.join(refused.split()), MAX_MESSAGE)}")
-
-    def _say(self, content: bytes) -> None:
-        try:
-            self._line.sendall(content)
-        except OSError:
-            raise self._silent() from None
-
-    def _hear_line(self) -> bytes:
-        heard = b""
-        while not heard.endswith(b"\n") and len(heard) < LONGEST:
-            heard += self._hear(1)
-        return heard
-
-    def _hear(self, size: int) -> bytes:
-        heard = b""
-        while len(heard) < size:
-            try:
-                part = self._line.recv(size - len(heard))
-            except OSError:
-                raise self._silent() from None
-            if not part:
-                raise self._silent()
-            heard += part
-        return heard
-
-    def _silent(self) -> InputError:
-        try:
-            code = self._process.wait(ENDING)
-            return self._wrong(f"ended by itself, with exit code {code}, under {self._interpreter}")
-        except subprocess.TimeoutExpired:
-            return self._wrong(f"does not answer within {PATIENCE:g} s")
-
-    def _wrong(self, problem: str) -> InputError:
-        return InputError(f"{problem}; {BUILT}", file=self._module, key="--binary")
+            raise self._process.error(f"cannot be run: {shortened(' '.join(refused.split()), MAX_MESSAGE)}")
 
 
 def turning(held: tuple[float, float, float, float], parameters: Mapping[str, float]) -> tuple[float, float, float]:

@@ -1,12 +1,23 @@
-"""A module that plays the Crazyflie's."""
+"""Programs that play firmwares: the Crazyflie's module, and control libraries that are compiled from a checkout."""
 
 import shutil
 import subprocess
 from pathlib import Path
 
 from tests.clients import program
+from tuner.engines.firmware.libraries.building import ControlLibraries
 
 PLAYED = Path(__file__).parent
+LIBRARIES = ControlLibraries(
+    name="played",
+    checkout="the folder of the played sources",
+    source=PLAYED / "loops.cpp",
+    middleware=PLAYED / "middleware.hpp",
+    empty=("elsewhere/topic.h",),
+    folders=(".",),
+    marker="loops.hpp",
+)
+CHECKOUT = PLAYED / "checkout"
 
 
 def played_in(folder: Path) -> Path:

@@ -1,0 +1,4 @@
+// What the played checkout asks of its middleware: nothing but the bench.
+#pragma once
+
+#include "protocol.hpp"
