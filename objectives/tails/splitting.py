@@ -76,6 +76,10 @@ class Ascent(NamedTuple):
     states: Array
     is_stalled: bool
 
+    def some_states(self, count: int) -> Array:
+        """Return about a number of states, of different chains."""
+        return self.states[:: max(len(self.states) // count, 1)][:count].copy()
+
     def probability_at(self, level: float) -> float:
         """Return the probability of a level, its logarithm interpolated."""
         levels = (*self.ladder.levels, self.ladder.target)

@@ -168,7 +168,7 @@ def _contender(i: int, entry: ContenderTable, shared: PlainTable, path: Path, la
 
 
 def _refuse_probability(limit: Constraint) -> None:
-    """Refuse a limit that is estimated for the recommended point of one study alone."""
+    """Refuse a limit that flights of its own decide."""
     refuse_probability(limit.objective.risk.name, "takes a study of one controller; in a contest write")
 
 
