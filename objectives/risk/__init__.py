@@ -16,9 +16,10 @@ from objectives.risk.shares import (
     share_difference,
     upper_bound,
 )
+from objectives.risk.wilks import bound_rank, flights_to_bound
 
 __all__ = [
     "PROBABILITY", "RISKS", "Interval", "PairedDifference", "Risk", "RiskMeasure", "binary_difference", "binary_interval",
-    "clopper_pearson", "flights_to_show", "interval_on", "minimum_samples", "paired_difference_on", "replicates_on",
-    "resampled_scenarios", "share_difference", "upper_bound", "within",
+    "bound_rank", "clopper_pearson", "flights_to_bound", "flights_to_show", "interval_on", "minimum_samples",
+    "paired_difference_on", "replicates_on", "resampled_scenarios", "share_difference", "upper_bound", "within",
 ]  # fmt: skip

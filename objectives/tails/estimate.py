@@ -140,9 +140,7 @@ def _decided(limit: LimitFunction, request: Request) -> TailEstimate:
     values = evaluate(limit, np.empty((1, 0)))[0]
     fails = float(np.max(values) >= 1.0)
     modes = tuple(
-        ModeEstimate(
-            name, float(value >= 1.0), _exactly(value >= 1.0), float(value >= 1.0), _exactly(value >= 1.0), None
-        )
+        ModeEstimate(name, float(value >= 1.0), _exactly(value >= 1.0), float(value >= 1.0), _exactly(value >= 1.0))
         for name, value in zip(limit.modes, values, strict=True)
     )
     curve = Curve(np.ones(1), *[np.array([fails])] * 3)
@@ -179,12 +177,9 @@ def _counted(run: _Replicas) -> TailEstimate:
     batches = np.array([replica.evaluations for replica in run.done])
     failed = np.rint(batches @ np.array([replica.ladders for replica in run.done])).astype(int)
     reached = np.rint(batches @ np.array([replica.curve for replica in run.done])).astype(int)
-    points = run.plan.design_points or (None,) * len(failed)
     modes = tuple(
-        ModeEstimate(
-            name, k / rows, clopper_pearson(k, rows, level), k / max(hits, 1), clopper_pearson(k, hits, level), point
-        )
-        for name, k, point in zip(run.limit.modes, failed.tolist(), points, strict=True)
+        ModeEstimate(name, k / rows, clopper_pearson(k, rows, level), k / max(hits, 1), clopper_pearson(k, hits, level))
+        for name, k in zip(run.limit.modes, failed.tolist(), strict=True)
     )
     curve = Curve(run.plan.curve, reached / rows, *clopper_pearson(reached, rows, level))
     return TailEstimate(
@@ -266,31 +261,28 @@ def _modes(run: _Replicas) -> tuple[ModeEstimate, ...]:
         if ladder.target == 1.0:
             per_mode[:, owners[ladder.mode]] += [replica.ladders[place] for replica in run.done]
     events = _probabilities(run.done)
-    points = run.plan.design_points or (None,) * len(names)
     return tuple(
-        _mode(name, values, events, point, level) if np.any(values) else _unreached(name, run.plan.independent, level)
-        for name, values, point in zip(names, per_mode.T, points, strict=True)
+        _mode(name, values, events, level) if np.any(values) else _unreached(name, run.plan.independent, level)
+        for name, values in zip(names, per_mode.T, strict=True)
     )
 
 
-def _mode(name: str, values: Array, events: Array, point: Array | None, level: float) -> ModeEstimate:
+def _mode(name: str, values: Array, events: Array, level: float) -> ModeEstimate:
     """Return a mode's estimate from replicas of it and of the event."""
     if len(values) < 2:
         anything = Interval(np.asarray(0.0), np.asarray(1.0))
-        return ModeEstimate(name, float(values[0]), anything, 1.0, anything, point)
+        return ModeEstimate(name, float(values[0]), anything, 1.0, anything)
     # A mode and the event are estimated apart, and a mode is a part of the event.
     share, low, high = (
         np.minimum(part, 1.0) for part in (np.mean(values) / np.mean(events), *ratio_interval(values, events, level))
     )
-    return ModeEstimate(
-        name, float(np.mean(values)), mean_interval(values, level), float(share), Interval(low, high), point
-    )
+    return ModeEstimate(name, float(np.mean(values)), mean_interval(values, level), float(share), Interval(low, high))
 
 
 def _unreached(name: str, rows: int, level: float) -> ModeEstimate:
     """Return the bound of a mode without failures in these rows."""
     bound = Interval(np.asarray(0.0), np.asarray(upper_bound(0, rows, level)))
-    return ModeEstimate(name, 0.0, bound, 0.0, Interval(np.asarray(0.0), np.asarray(1.0)), None)
+    return ModeEstimate(name, 0.0, bound, 0.0, Interval(np.asarray(0.0), np.asarray(1.0)))
 
 
 def _curve(run: _Replicas) -> Curve:

@@ -4,13 +4,13 @@ Demand that rises early draws the states of the first levels away from a mode wh
 mode may be the more probable ones: K. Breitung, "The geometry of limit state function graphs and subset simulation:
 counterexamples", Reliability Engineering & System Safety 182:98-106, 2019 (arXiv 1705.04453). So failures are looked for
 without any level: under normals of inflated deviation (C. G. Bucher, "Asymptotic sampling for high-dimensional reliability
-analysis", Probabilistic Engineering Mechanics 24(4):504-510, 2009), and each descends to its design point, as do states that
-hardly hold and those of the ladder. Where they differ by more than 60 degrees, the space is split into the two sectors of
+analysis", Probabilistic Engineering Mechanics 24(4):504-510, 2009). The design points next to them are sought, to states that
+hardly hold, and to those of the ladder. Where they differ by more than 60 degrees, the space is split into the two sectors of
 normals closer in direction to either kind, and both get a ladder. Together they count every failure once, so the estimate is
 unbiased wherever the border lies. They replace the one ladder where one of them is starved on the way: its part of the states
 at some level is `STARVED` times less than its part of the failures.
 
-Looked for in up to `MOST_DIMENSIONS`, as each descent takes that many slopes, and inflated noise of more dimensions no longer
+Looked for in up to `MOST_DIMENSIONS`, as each gradient takes that many rows, and inflated noise of more dimensions no longer
 fails as noise does. Beyond that, the one ladder stays: its replicas are unbiased and spread widely, so the interval of such an
 event at 1e-4 in 100 dimensions took ten times the evaluations (30 of 30 held it). A mode that no replica meets is missed; only
 named modes are safe. Of three modes, two that hide from each other share a sector.
@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from objectives.tails.design_points import descend, iteration_evaluations
+from objectives.tails.design_point import WholeSpace, find_design_point, search_evaluations
 from objectives.tails.limit_function import Array, LimitFunction
 from objectives.tails.splitting import Ascent, Sampler, climb, run_together
 
@@ -29,8 +29,8 @@ MOST_DIMENSIONS = 64
 INFLATED = (1.5, 2.0, 3.0, 4.0)
 """Deviations that are tried until `ENOUGH` states fail."""
 ROWS, ENOUGH = 200, 8
-DESCENT = 3
-"""Iterations of a descent: directions are enough."""
+STEPS = 3
+"""Of the search for a design point: directions are enough."""
 SAME_MODE = 0.5
 """Cosine of design points above which two failures belong together: 60 degrees."""
 STARVED = 4.0
@@ -101,7 +101,8 @@ def look_for_failures(mode: int, dimension: int, rng: np.random.Generator) -> Sa
 
 def directions(limit: LimitFunction, mode: int, states: Array) -> Array:
     """Return unit vectors (n, d) to the design points next to states."""
-    ends = run_together(limit, [descend(mode, state, DESCENT) for state in states])
+    space = WholeSpace(limit.dimension)
+    ends = [find_design_point(limit, mode, space, state, STEPS) for state in states]
     points = [point / np.linalg.norm(point) for point in ends if point is not None and np.any(point)]
     return np.array(points).reshape(-1, states.shape[-1])
 
@@ -120,8 +121,7 @@ def divide(
     """
     mode = ascent.ladder.mode
     [failures] = run_together(limit, [look_for_failures(mode, limit.dimension, rng)])
-    climbed = ascent.states[:: max(len(ascent.states) // ENOUGH, 1)][:ENOUGH]
-    sectors = split_off(mode, directions(limit, mode, np.concatenate([climbed, failures])))
+    sectors = split_off(mode, directions(limit, mode, np.concatenate([ascent.some_states(ENOUGH), failures])))
     if not sectors:
         return ()
     within = SectorLimit(limit, sectors)
@@ -132,9 +132,9 @@ def divide(
     return tuple(zip(sectors, ascents, strict=True)) if is_complete and is_starved(*ascents) else ()
 
 
-def search_evaluations(dimension: int) -> int:
-    """Return the most rows that a search takes before any ladder."""
-    return ROWS * len(INFLATED) + 3 * ENOUGH * (DESCENT + 1) * iteration_evaluations(dimension)
+def most_evaluations(dimension: int) -> int:
+    """Return the most rows of a search before any ladder."""
+    return ROWS * len(INFLATED) + 3 * ENOUGH * search_evaluations(dimension, STEPS)
 
 
 def split_off(mode: int, directions: Array) -> tuple[Sector, Sector] | None:

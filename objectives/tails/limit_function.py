@@ -94,7 +94,6 @@ class ModeEstimate(NamedTuple):
         interval: of that at the level of the estimate.
         share: of the event's probability; shares add up to more than 1 where modes coincide.
         share_interval: of the share.
-        design_point: the most likely failure by this mode (d,), or None where none was found.
     """
 
     name: str
@@ -102,7 +101,6 @@ class ModeEstimate(NamedTuple):
     interval: Interval
     share: float
     share_interval: Interval
-    design_point: Array | None
 
 
 class Curve(NamedTuple):

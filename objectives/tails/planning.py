@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from objectives.tails.design_points import ITERATIONS, descend, iteration_evaluations, typical_failure
-from objectives.tails.hidden_modes import MOST_DIMENSIONS, Sector, SectorLimit, divide, search_evaluations
+from objectives.tails.hidden_modes import MOST_DIMENSIONS, Sector, SectorLimit, divide, most_evaluations
 from objectives.tails.intervals import FIRST, student_quantile
 from objectives.tails.limit_function import Array, LimitFunction, Method
 from objectives.tails.splitting import CHAIN, FRACTION, Ascent, Ladder, climb, run_together
@@ -20,12 +19,14 @@ CRUDE_FROM = 0.004
 """Probability above which crude Monte Carlo costs less, at any width: (1 - p) / p against `SPREAD` ln(p)^2."""
 SPREAD = 8.0
 """Of splitting: squared coefficient of variation times evaluations, over ln(p)^2: first passages took 7 to 8, pilot included."""
+FAILURES = 8
+"""Of a mode at most, from which its design point may be sought."""
 FLOOR = 30.0
 """Part of the smallest probability asked for at which a pilot ends: states are few, so it may be off by as much as 3."""
 MEMORY = 100e6
 """Bytes that the states of replicas may take."""
 VECTORS = 11
-"""Of normals for each chain at most: states, moves, noise, survivors and copies; 11 were measured in 40,000 dimensions."""
+"""Of normals for each chain at most: states, their moves, and survivors of two levels, of which one is being gathered."""
 
 
 class Request(NamedTuple):
@@ -55,7 +56,7 @@ class Plan:
         ladders: of splitting, in columns of the sectors' limit function.
         sectors: of modes that hide others.
         curve: levels at which the largest demand is counted; the last is 1.
-        design_points: of each mode (d,), None where it was not reached.
+        failures: some (k, d) of each mode that was reached.
         is_stalled: whether no ladder reached the event, and one of them for want of anything nearer to it.
         probability: of the event, roughly.
         independent: first rows of each ascent, drawn independently; none fails by a mode that was not reached.
@@ -66,7 +67,7 @@ class Plan:
     ladders: tuple[Ladder, ...] = ()
     sectors: tuple[Sector, ...] = ()
     curve: Array = field(default_factory=lambda: np.ones(1))
-    design_points: tuple[Array | None, ...] = ()
+    failures: dict[int, Array] = field(default_factory=dict[int, Array])
     is_stalled: bool = False
     probability: float = 0.0
     independent: int = 0
@@ -111,9 +112,9 @@ def choose_method(probability: float) -> Method:
 def pilot_evaluations(limit: LimitFunction, smallest: float) -> int:
     """Return the most rows that a pilot takes; most take a third."""
     levels = int(np.ceil(np.log(smallest / FLOOR) / np.log(FRACTION))) + 1
-    rows = PILOT_CHAINS * CHAIN * levels + 2 * ITERATIONS * iteration_evaluations(limit.dimension)
+    rows = PILOT_CHAINS * CHAIN * levels
     if limit.dimension <= MOST_DIMENSIONS:
-        rows += 2 * SECTOR_CHAINS * CHAIN * levels + search_evaluations(limit.dimension)
+        rows += 2 * SECTOR_CHAINS * CHAIN * levels + most_evaluations(limit.dimension)
     return rows * len(limit.modes)
 
 
@@ -134,7 +135,7 @@ def plan_tail(limit: LimitFunction, seed: int, request: Request) -> Plan:
         ladders=_sized(reached or [a for a in ascents if a.ladder.target > -np.inf], request, limit.dimension),
         sectors=sectors,
         curve=_curve(ascents),
-        design_points=_design_points(counted, sectors, reached),
+        failures=_failures(limit, sectors, reached),
         is_stalled=not reached and any(ascent.is_stalled for ascent in ascents),
         probability=probability,
         independent=chains * CHAIN,
@@ -200,20 +201,11 @@ def _curve(ascents: list[Ascent]) -> Array:
     return np.array([*levels[:: len(levels) // 20 + 1], 1.0])
 
 
-def _design_points(
-    limit: LimitFunction, sectors: tuple[Sector, ...], ascents: list[Ascent]
-) -> tuple[Array | None, ...]:
-    """Return the closest failure to the origin of each mode."""
-    points: list[Array | None] = [None] * len(limit.modes)
+def _failures(limit: LimitFunction, sectors: tuple[Sector, ...], ascents: list[Ascent]) -> dict[int, Array]:
+    """Return some failures of each mode; of several sectors those of the most probable one."""
     columns = [*range(len(limit.modes)), *(sector.mode for sector in sectors)]
-    for ascent in ascents:
-        mode = columns[ascent.ladder.mode]
-        starts = [typical_failure(ascent.states), ascent.states[0]]
-        # In a sector too, the limit is that of its mode. One after the other, for slopes take 64 vectors.
-        ends = [run_together(limit, [descend(mode, start)])[0] for start in starts]
-        closer = [point for point in (points[mode], *ends) if point is not None]
-        points[mode] = min(closer, key=np.linalg.norm, default=None)
-    return tuple(points)
+    ascents = sorted(ascents, key=lambda ascent: ascent.probability)
+    return {columns[ascent.ladder.mode]: ascent.some_states(FAILURES) for ascent in ascents}
 
 
 def limit_of(limit: LimitFunction, plan: Plan) -> LimitFunction:

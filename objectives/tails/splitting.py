@@ -76,6 +76,10 @@ class Ascent(NamedTuple):
     states: Array
     is_stalled: bool
 
+    def some_states(self, count: int) -> Array:
+        """Return about a number of states, of different chains."""
+        return self.states[:: max(len(self.states) // count, 1)][:count].copy()
+
     def probability_at(self, level: float) -> float:
         """Return the probability of a level, its logarithm interpolated."""
         levels = (*self.ladder.levels, self.ladder.target)
@@ -116,7 +120,7 @@ def run_together(limit: LimitFunction, samplers: Sequence[Sampler[Result]]) -> l
     results: dict[int, Result] = {}
     rows = {i: next(sampler) for i, sampler in enumerate(samplers)}
     while rows:
-        values = evaluate(limit, np.concatenate(list(rows.values())))
+        values = evaluate(limit, next(iter(rows.values())) if len(rows) == 1 else np.concatenate(list(rows.values())))
         ends = np.cumsum([len(part) for part in rows.values()])
         for i, part in zip(list(rows), np.split(values, ends[:-1]), strict=True):
             try:
@@ -191,12 +195,17 @@ def _draw(dimension: int, chains: int, mode: int, threshold: Threshold, rng: np.
 
 def _joined(sample: Sample | None, part: Population, mode: int, threshold: Threshold) -> Sample:
     """Return the sample with one part more."""
-    if sample is None:
-        values, held = part.values, part
-    else:
-        values = np.concatenate([sample.values, part.values])
-        held = Population(*map(np.concatenate, zip(sample.survivors, part, strict=True)))
-    return Sample(values, held.reaching(mode, threshold(values[:, mode])))
+    parts = [part] if sample is None else [sample.survivors, part]
+    values = part.values if sample is None else np.concatenate([sample.values, part.values])
+    level = threshold(values[:, mode])
+    reaching = [np.flatnonzero(each.values[:, mode] >= level) for each in parts]
+    # Written into place, for a copy of each part beside the whole would be half of all memory.
+    states, end = np.empty((sum(map(len, reaching)), part.states.shape[1])), 0
+    for each, rows in zip(parts, reaching, strict=True):
+        np.take(each.states, rows, axis=0, out=states[end : end + len(rows)], mode="clip")
+        end += len(rows)
+    survivors = np.concatenate([each.values[rows] for each, rows in zip(parts, reaching, strict=True)])
+    return Sample(values, Population(states, survivors))
 
 
 def _seeds(survivors: Population, count: int, rng: np.random.Generator) -> Population:
@@ -211,12 +220,14 @@ def _move(
     mode: int, level: float, population: Population, step: float, rng: np.random.Generator
 ) -> Sampler[tuple[Population, float]]:
     """Return the population after a move and the acceptance."""
-    noise = rng.standard_normal(population.states.shape)
-    proposed = np.sqrt(1.0 - step * step) * population.states + step * noise
-    values = yield proposed
-    stays = (values[:, mode] >= level)[:, None]
-    moved = Population(np.where(stays, proposed, population.states), np.where(stays, values, population.values))
-    return moved, float(np.mean(stays))
+    # In place, for vectors may have 40,000 numbers.
+    states = rng.standard_normal(population.states.shape)
+    states *= step
+    states += np.sqrt(1.0 - step * step) * population.states
+    values = yield states
+    falls = values[:, mode] < level
+    states[falls] = population.states[falls]
+    return Population(states, np.where(falls[:, None], population.values, values)), float(np.mean(~falls))
 
 
 def _tune(

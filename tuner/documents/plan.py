@@ -2,6 +2,7 @@
 
 from tuner.documents.parts import PlantStep
 from tuner.store.document import Document, DocumentPart
+from tuner.text.numbers import duration, ordinal
 
 
 class PilotPart(DocumentPart):
@@ -24,11 +25,21 @@ class PlannedFlights(DocumentPart):
 
 
 class PlannedSeconds(DocumentPart):
-    """Time of a run [s]; compilation: null where the kernel is there."""
+    """Time of a run [s].
+
+    Args:
+        compilation: Null where the kernel is there.
+        search: Of the search.
+        held_out_at_most: Of held-out check and confirmation.
+        tails_at_most: Of estimates of rare losses.
+        writing: Of responses, figures and report.
+        total_at_most: Of all but the compilation.
+    """
 
     compilation: float | None
     search: float
     held_out_at_most: float
+    tails_at_most: float = 0.0
     writing: float
     total_at_most: float
 
@@ -59,6 +70,64 @@ class PlannedObjective(DocumentPart):
     scenarios_needed: int | None
 
 
+class PlannedBound(DocumentPart):
+    """Bound of a quantile that holds for any distribution (Wilks).
+
+    Args:
+        label: Of the objective or limit.
+        level: Of the quantile.
+        confidence: Of the bound.
+        flights: Held-out flights of the study.
+        flights_needed: Flights whose largest value is the bound.
+        rank: The bound is the rank-th largest value of the study's flights, null where these are too few.
+    """
+
+    label: str
+    level: float
+    confidence: float
+    flights: int
+    flights_needed: int
+    rank: int | None
+
+    @property
+    def words(self) -> str:
+        """Sentence for a person."""
+        sure = f"{100.0 * self.confidence:g} % sure that {100.0 * self.level:g} % of flights stay below"
+        place = "too few" if self.rank is None else f"whose {ordinal(self.rank)}largest value is the bound"
+        return (
+            f"{self.label}: {sure}: {self.flights_needed:,} flights needed (one-sided, Wilks); the study has {self.flights:,} "
+            f"held out, {place}."
+        )
+
+
+class PlannedTail(DocumentPart):
+    """Estimate of a rare loss for a limit.
+
+    Args:
+        label: Of the limit.
+        limit: Largest probability.
+        method: That estimates it.
+        flights: Of a point that just keeps the limit.
+        seconds: Time of these [s].
+        points_at_most: Points that are estimated.
+    """
+
+    label: str
+    limit: float
+    method: str
+    flights: int
+    seconds: float
+    points_at_most: int
+
+    @property
+    def words(self) -> str:
+        """Sentence for a person."""
+        return (
+            f"{self.label} at most {self.limit:g}: {self.method}, about {self.flights:,} flights in {duration(self.seconds)} for "
+            f"a point, at most {self.points_at_most} points."
+        )
+
+
 class AutomaticLimit(DocumentPart):
     """A limit that the study does not write; key: what moves it."""
 
@@ -87,6 +156,8 @@ class PlanDocument(Document):
     disk_bytes_at_most: float
     difference_percent: float
     objectives: list[PlannedObjective]
+    bounds: list[PlannedBound] = []
+    tails: list[PlannedTail] = []
     automatic_limits: list[AutomaticLimit]
     plant_step: PlantStep
     warnings: list[str]

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from objectives.metrics import MetricAddress, check, parse
-from objectives.problem import Objective
+from objectives.problem import Constraint, Objective
 from objectives.risk import Risk
 from plant.errors import InputError, UnknownNameError
 from plant.texts import PlainTable, PlainValue
@@ -24,11 +24,12 @@ from tuner.study.contest_schema import (
 )
 from tuner.study.contest_terms import check_alike, terms_of
 from tuner.study.halving import HalvingSchedule
+from tuner.study.judged_reading import refuse_probability
 from tuner.study.layers import REPLACED, Layer, depth, laid_over, merged, merged_layers
 from tuner.study.messages import translated
 from tuner.study.reading import put
 from tuner.study.tuning_study import TuningStudy
-from tuner.text.input_errors import check_magnitudes, located, moved
+from tuner.text.input_errors import check_magnitudes, listed, located, moved
 from tuner.text.strict_table import StrictTable
 from tuner.text.toml_text import tables_in
 
@@ -158,11 +159,17 @@ def _contender(i: int, entry: ContenderTable, shared: PlainTable, path: Path, la
         raw |= {"title": f"{title}: {entry.name}"}
     try:
         study = terms.build(path, raw)
+        tuple(listed("constraint", path, study.constraints, _refuse_probability))
     except InputError as error:
         raise _moved(error, i, individual, path, layers) from None
     if study.space.variables:
         raw = merged(raw, _starts_of(study))
     return Contender(entry.name, slug, study, raw)
+
+
+def _refuse_probability(limit: Constraint) -> None:
+    """Refuse a limit that flights of its own decide."""
+    refuse_probability(limit.objective.risk.name, "takes a study of one controller; in a contest write")
 
 
 def slug_of(name: str) -> str:

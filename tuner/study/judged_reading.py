@@ -68,13 +68,16 @@ def held_with(confidence: float, constraints: tuple[Constraint, ...]) -> tuple[C
 def searched_objective_of(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], system: Any) -> Objective:
     """Return the objective of a table, as `objective_of`; one that a search cannot follow is refused."""
     objective = objective_of(table, scenarios, system)
-    if objective.risk.name == PROBABILITY:
-        raise InputError(
-            "given 'probability', which is for a [[constraint]]; an objective needs a risk of its own flights, for instance "
-            'risk = "mean"',
-            key="risk",
-        )
+    refuse_probability(
+        table.risk, "is for a [[constraint]]; an objective needs a risk of its own flights, for instance"
+    )
     return objective
+
+
+def refuse_probability(risk: str, reason: str) -> None:
+    """Refuse a risk that flights of its own decide; reason: goes on with 'risk = "mean"'."""
+    if risk == PROBABILITY:
+        raise InputError(f'given "{PROBABILITY}", which {reason} risk = "mean"', key="risk")
 
 
 def objective_of(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], system: Any) -> Objective:

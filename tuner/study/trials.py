@@ -22,7 +22,7 @@ from plant.errors import InputError, UnknownNameError
 from plant.seeds import generator
 from plant.texts import PlainTable, PlainValue, check_name, check_texts, check_title
 from tuner.study.earlier_front import read_variables
-from tuner.study.judged_reading import held_with, pick_rule, risk_of, unique
+from tuner.study.judged_reading import held_with, pick_rule, refuse_probability, risk_of, unique
 from tuner.study.layers import Layer
 from tuner.study.messages import translated
 from tuner.study.reading import put
@@ -308,6 +308,7 @@ def _objective(table: TrialObjectiveTable, metrics: tuple[MetricAddress, ...]) -
     by_name = {entry.text: entry for entry in (*metrics, FAILURE)}
     if table.metric not in by_name:
         raise UnknownNameError("metric", table.metric, by_name, key="metric")
+    refuse_probability(table.risk, "takes flights that are made here; for the share of failed trials write")
     return Objective(by_name[table.metric], risk_of(table.risk, table.level))
 
 

@@ -55,6 +55,12 @@ def count(value: float) -> str:
     return fixed(value, 0)
 
 
+def ordinal(number: int) -> str:
+    """Return the ordinal before a superlative: "2nd ", "13th "; nothing for the first."""
+    ending = "th" if number % 100 in (11, 12, 13) else {1: "st", 2: "nd", 3: "rd"}.get(number % 10, "th")
+    return "" if number == 1 else f"{number:,}{ending} "
+
+
 def per_cent(share: float | None) -> str:
     """Return a share as a percentage, "38 %"; below ten per cent with one decimal."""
     if share is None or not isfinite(share):

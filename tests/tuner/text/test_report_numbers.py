@@ -6,7 +6,7 @@ import pytest
 
 from tuner.documents.parts import Estimate, in_shown_units
 from tuner.documents.summary import ComparedState, RequiredRow
-from tuner.text.numbers import count, duration, estimate, per_cent, significant
+from tuner.text.numbers import count, duration, estimate, ordinal, per_cent, significant
 from tuner.text.units import bracketed, in_degrees, marked_up, plain
 
 THIN = "\u202f"
@@ -60,6 +60,9 @@ def test_significant_digits_without_trailing_zeros(value, shown):
 
 def test_spans_counts_and_shares():
     assert [duration(t) for t in (0.84, 42.4, 252.0, 7500.0)] == ["0.84 s", "42 s", "4 min 12 s", "2 h 5 min"]
+    assert [ordinal(n) for n in (1, 2, 3, 4, 11, 12, 22, 111, 1003)] == [
+        "", "2nd ", "3rd ", "4th ", "11th ", "12th ", "22nd ", "111th ", "1,003rd ",
+    ]  # fmt: skip
     assert [duration(t) for t in (59.7, 3599.8)] == ["1 min 0 s", "1 h 0 min"]
     assert [count(n) for n in (9999, 16896.0)] == ["9999", f"16{THIN}896"]
     assert [per_cent(s) for s in (0.0, 0.0123, 0.38, None)] == ["0 %", "1.2 %", "38 %", "–"]

@@ -53,6 +53,8 @@ def show(document: PlanDocument, console: Console) -> None:
     console.print(f"Plant: {document.plant_step.words}.")
     console.print(cost_table(document))
     console.print(precision_table(document))
+    for entry in (*document.bounds, *document.tails):
+        console.print(entry.words)
     console.warn(document.warnings)
 
 
@@ -64,6 +66,8 @@ def cost_table(document: PlanDocument) -> TerminalTable:
     """Return flights, time, memory and disk."""
     flights, seconds = document.flights, document.seconds
     table = plain_table("A run takes at most")
+    estimated = sum(entry.points_at_most * entry.flights for entry in document.tails)
+    tails = [("rare losses", f"{estimated:,} flights", f"{seconds.tails_at_most:.0f} s")] if document.tails else []
     rows = (
         ("search", f"{flights.search_at_most:,} flights", f"{seconds.search:.0f} s"),
         (
@@ -71,8 +75,9 @@ def cost_table(document: PlanDocument) -> TerminalTable:
             f"{flights.held_out_at_most:,} flights",
             f"{seconds.held_out_at_most:.0f} s",
         ),
+        *tails,
         ("responses, figures, report", "", f"{seconds.writing:.0f} s"),
-        ("all of it", f"{flights.total_at_most:,} flights", f"{seconds.total_at_most:.0f} s"),
+        ("all of it", f"{flights.total_at_most + estimated:,} flights", f"{seconds.total_at_most:.0f} s"),
         ("compilation, once", "", done_or(seconds.compilation)),
         ("memory", f"{1e-6 * document.memory_bytes:,.0f} MB", ""),
         ("results folder", f"{1e-6 * document.disk_bytes_at_most:,.0f} MB", ""),

@@ -5,8 +5,9 @@ The fixed parts are those of runs of the quickstart, measured on two shared x86 
 
 from objectives.engine import keeps
 from objectives.problem import chunk_size
+from objectives.tails.planning import choose_method
 from plant.backends.lanes import LANES
-from tuner.documents.plan import PlannedSeconds
+from tuner.documents.plan import PlannedSeconds, PlannedTail
 from tuner.experiments.planning.counts import (
     CONFIRMED,
     flights_of,
@@ -16,6 +17,7 @@ from tuner.experiments.planning.counts import (
     survivors_at_most,
 )
 from tuner.experiments.planning.pilot import Pilot
+from tuner.experiments.tails.limits import MOST, expected_flights, scenarios_of
 from tuner.search.initial_design import MAX_EXTRA_HYPERCUBES
 from tuner.search.names import ALGORITHMS
 from tuner.store.flights import GATHERED
@@ -56,13 +58,37 @@ def seconds_of(study: TuningStudy, pilot: Pilot, compilation: float | None = Non
         search += rounds * flown.block_seconds
         rounds = sum(_rounds(count, entry.held_out, pilot.threads) for count in (finalists, CONFIRMED))
         held_out += rounds * flown.block_seconds
+    tails = sum(tail.points_at_most * tail.seconds for tail in planned_tails(study, pilot))
     return PlannedSeconds(
         compilation=compilation,
         search=search,
         held_out_at_most=held_out,
+        tails_at_most=tails,
         writing=FIXED_SECONDS,
-        total_at_most=search + held_out + FIXED_SECONDS,
+        total_at_most=search + held_out + tails + FIXED_SECONDS,
     )
+
+
+def planned_tails(study: TuningStudy, pilot: Pilot) -> list[PlannedTail]:
+    """Return the estimates of rare losses."""
+    flights_per_second = {
+        flown.spec.name: pilot.threads / (flown.draw_seconds + flown.block_seconds / LANES) for flown in pilot.scenarios
+    }
+    rows = []
+    for limit in study.constraints:
+        if limit.is_tail:
+            flights, names = expected_flights(limit), [entry.spec.name for entry in scenarios_of(study, limit)]
+            rows.append(
+                PlannedTail(
+                    label=limit.objective.label,
+                    limit=limit.most,
+                    method=str(choose_method(limit.most)),
+                    flights=flights * len(names),
+                    seconds=sum(flights / flights_per_second[name] for name in names),
+                    points_at_most=MOST,
+                )
+            )
+    return rows
 
 
 def comparison_seconds(contender: Contender, pilot: Pilot) -> float:

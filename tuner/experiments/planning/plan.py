@@ -15,10 +15,10 @@ from tuner.documents.plan import (
     PlannedObjective,
     PlannedTotal,
 )
-from tuner.experiments.planning.cost import comparison_seconds, disk_of, memory_of, seconds_of
+from tuner.experiments.planning.cost import comparison_seconds, disk_of, memory_of, planned_tails, seconds_of
 from tuner.experiments.planning.counts import comparison_flights, contest_search_flights, flights_of
 from tuner.experiments.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
-from tuner.experiments.planning.precision import planned_objective
+from tuner.experiments.planning.precision import planned_bounds, planned_objective
 from tuner.experiments.tuning.conflicts import automatic_rows
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.experiments.tuning.problem import problem_of, warm_up
@@ -101,6 +101,8 @@ def plan_document(study: TuningStudy, pilot: Pilot, compile_seconds: float | Non
         disk_bytes_at_most=disk_of(study, pilot),
         difference_percent=100.0 * share,
         objectives=objectives,
+        bounds=planned_bounds(study),
+        tails=planned_tails(study, pilot),
         automatic_limits=automatic_rows(study.automatic_limits),
         plant_step=pilot.plant_step,
         warnings=warnings(study, pilot, objectives, share),

@@ -15,10 +15,11 @@ from math import ceil
 import numpy as np
 
 from objectives.problem import Objective
-from objectives.risk import Risk, minimum_samples
+from objectives.risk import Risk, bound_rank, flights_to_bound, minimum_samples
 from plant.seeds import generator
-from tuner.documents.plan import PlannedObjective, StreamFlights, StreamWidths
+from tuner.documents.plan import PlannedBound, PlannedObjective, StreamFlights, StreamWidths
 from tuner.experiments.planning.pilot import Pilot
+from tuner.study.schema import CONFIDENCE
 from tuner.study.study import TuningStudy
 
 Array = np.ndarray
@@ -57,6 +58,28 @@ def planned_objective(study: TuningStudy, pilot: Pilot, index: int, share: float
         width=StreamWidths(**widths),
         width_percent=StreamWidths(**{stream: percent_of(widths[stream], default) for stream in STREAMS}),
         scenarios_needed=scenarios_needed(scores, pilot.complete, weights, objective.risk, share, draw),
+    )
+
+
+def planned_bounds(study: TuningStudy) -> list[PlannedBound]:
+    """Return the bounds of quantiles that held-out flights show."""
+    wanted = [*study.objectives, *(limit.objective for limit in study.constraints if not limit.floor)]
+    return [
+        _bound(study, entry, entry.risk.level) for entry in wanted if entry.risk.name == "quantile" and entry.risk.level
+    ]
+
+
+def _bound(study: TuningStudy, objective: Objective, level: float) -> PlannedBound:
+    confidence = study.table.confidence or CONFIDENCE
+    flights = sum(counts_of(study, objective, HELD_OUT))
+    needed, rank = flights_to_bound(level, confidence), bound_rank(flights, level, confidence)
+    return PlannedBound(
+        label=objective.label,
+        level=level,
+        confidence=confidence,
+        flights=flights,
+        flights_needed=needed,
+        rank=rank,
     )
 
 

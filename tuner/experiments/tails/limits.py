@@ -21,7 +21,7 @@ from tuner.documents.verdicts import verdict_on_limit
 from tuner.experiments.tails.events import read_event
 from tuner.experiments.tails.flight_limit import FlightLimit
 from tuner.search.watcher import Watcher
-from tuner.study.study import TuningStudy
+from tuner.study.study import StudyScenario, TuningStudy
 
 STAGE = "Estimating rare losses"
 MOST = 5
@@ -47,6 +47,16 @@ class TailValue(NamedTuple):
     flights: int
 
 
+def scenarios_of(study: TuningStudy, limit: Constraint) -> list[StudyScenario]:
+    """Return the scenarios that a limit is about."""
+    return [entry for entry in study.scenarios if limit.objective.scenario in (None, entry.spec.name)]
+
+
+def expected_flights(limit: Constraint) -> int:
+    """Return the flights in a scenario where the limit is just kept."""
+    return expected_evaluations(limit.most, WIDTH, choose_method(limit.most))
+
+
 @dataclass(frozen=True)
 class TailLimits:
     """The limits of a study on rare events.
@@ -68,14 +78,8 @@ class TailLimits:
 
     def announce(self) -> None:
         """Announce the flights of a point that just keeps its limits."""
-        scenarios = [entry.spec.name for entry in self.study.scenarios]
-        flights = sum(
-            expected_evaluations(limit.most, WIDTH, choose_method(limit.most)) * scenarios.count(name)
-            for limit in self.limits.values()
-            for name in scenarios
-            if limit.objective.scenario in (None, name)
-        )
-        self.watcher.on_stage(STAGE, round(flights))
+        flights = [expected_flights(limit) * len(scenarios_of(self.study, limit)) for limit in self.limits.values()]
+        self.watcher.on_stage(STAGE, sum(flights))
 
     def values(self, gains: np.ndarray) -> dict[int, TailValue]:
         """Return the probabilities of the limited events under a gains row (g,)."""
@@ -87,12 +91,11 @@ class TailLimits:
         method = Method.CRUDE if choose_method(limit.most) is Method.CRUDE else None
         request = Request(WIDTH, SMALLEST * limit.most, MOST_FLIGHTS, confidence, method)
         values = []
-        for entry in study.scenarios:
-            if limit.objective.scenario in (None, entry.spec.name):
-                event = read_event(limit.objective.metric.text, study.system, entry.spec)
-                flown = FlightLimit(event, entry.spec, gains, self.threads, self.watcher.on_flights_done)
-                made = estimate_tail(flown, study.seed, request)
-                values.append(TailValue(made.probability, made.low, made.high, made.evaluations))
+        for entry in scenarios_of(study, limit):
+            event = read_event(limit.objective.metric.text, study.system, entry.spec)
+            flown = FlightLimit(event, entry.spec, gains, self.threads, self.watcher.on_flights_done)
+            made = estimate_tail(flown, study.seed, request)
+            values.append(TailValue(made.probability, made.low, made.high, made.evaluations))
         worst = max(values, key=lambda value: value.high)
         return worst._replace(flights=sum(value.flights for value in values))
 

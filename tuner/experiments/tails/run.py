@@ -11,12 +11,12 @@ import numpy as np
 
 from objectives.flown_system import FlownSystem, Scenario
 from objectives.risk import upper_bound
+from objectives.tails.design_point import find_design_point, search_evaluations
 from objectives.tails.estimate import estimate_tail
 from objectives.tails.intervals import FIRST
 from objectives.tails.limit_function import Method, Progress, TailEstimate
 from objectives.tails.planning import Plan, Request, choose_method, expected_evaluations, plan_tail
 from objectives.tails.splitting import replica_evaluations
-from objectives.tails.subspace_design_point import find_design_point
 from plant.errors import StoreError
 from plant.seeds import generator
 from tuner.documents.parts import SampledValue, ShareCount
@@ -41,8 +41,10 @@ from tuner.text.numbers import count as number_text
 from tuner.text.numbers import duration, significant
 
 STAGE = "Estimating"
-GRADIENTS = 5
-"""Gradients that a design point usually takes."""
+FEW_BINS, STEPS = 4, 4
+"""Bins and steps of the searches from several failures; from the nearest of their design points that in all bins goes on."""
+GRADIENTS = 2
+"""Gradients that it usually takes in all bins."""
 RARE = 0.2
 """Probability from which on the flight without deviations is about as near as any."""
 LEAST_LEVEL = 0.05
@@ -157,7 +159,7 @@ class TailRun:
                 record.keep(number, event.text, progress.replica)
 
         estimate = estimate_tail(limit, settings.root, request, plan, completed, on_progress)
-        return self._row(event, estimate, limit)
+        return self._row(event, estimate, limit, plan)
 
     def _announce(self, gains: TailSubject, event: Event, limit: FlightLimit) -> float:
         """Tell the cost of the estimate and return the flights per second.
@@ -195,7 +197,7 @@ class TailRun:
         flights = expected_evaluations(min(probability, 0.5), self._settings.width, choose_method(probability))
         return min(int(float(f"{flights:.2g}")), self._settings.most)
 
-    def _row(self, event: Event, estimate: TailEstimate, limit: FlightLimit) -> TailEvent:
+    def _row(self, event: Event, estimate: TailEstimate, limit: FlightLimit, plan: Plan) -> TailEvent:
         curve = zip(
             estimate.curve.levels, estimate.curve.probability, estimate.curve.low, estimate.curve.high, strict=True
         )
@@ -217,7 +219,9 @@ class TailRun:
                     mode=mode.name,
                     probability=SampledValue(float(mode.probability), *map(float, mode.interval)),
                     share=SampledValue(float(mode.share), *map(float, mode.share_interval)),
-                    point=self._point(limit, number, mode.design_point if estimate.probability < RARE else None),
+                    point=self._point(limit, number, plan.failures.get(number))
+                    if estimate.probability < RARE
+                    else None,
                 )
                 for number, mode in enumerate(estimate.modes)
             ],
@@ -228,16 +232,21 @@ class TailRun:
             ],
         )
 
-    def _point(self, limit: FlightLimit, mode: int, failure: np.ndarray | None) -> TailPoint | None:
-        """Return the design point near a failure.
+    def _point(self, limit: FlightLimit, mode: int, failures: np.ndarray | None) -> TailPoint | None:
+        """Return the design point nearest to failures.
 
         Its vector is kept for the folder. None where it takes too many flights.
         """
-        space, bins = limit.space, TimeBins(limit.space)
-        if failure is None or GRADIENTS * bins.size > self._settings.most:
+        if failures is None:
             return None
-        self._watcher.on_stage(f"Design point by {limit.modes[mode]}", GRADIENTS * bins.size)
-        normals = find_design_point(limit, mode, bins, failure)
+        space, coarse, bins = limit.space, TimeBins(limit.space, FEW_BINS), TimeBins(limit.space)
+        flights = len(failures) * search_evaluations(coarse.size, STEPS) + GRADIENTS * bins.size
+        if flights > self._settings.most:
+            return None
+        self._watcher.on_stage(f"Design point by {limit.modes[mode]}", flights)
+        near = [find_design_point(limit, mode, coarse, failure, STEPS) for failure in failures]
+        start = min((point for point in near if point is not None), key=np.linalg.norm, default=failures[0])
+        normals = find_design_point(limit, mode, bins, start)
         if normals is None:
             return None
         name = f"point-{len(self._points) + 1}"

@@ -17,15 +17,19 @@ class TimeBins:
 
     A process is an array with more rows than bins. Its first row is a bin of its own, for it draws where the process starts
     (`plant.air.linear_process`): of slow air, most of what comes.
+
+    Args:
+        space: Of the normals.
+        count: Of bins of a process.
     """
 
-    def __init__(self, space: NormalSpace) -> None:
+    def __init__(self, space: NormalSpace, count: int = BINS) -> None:
         groups, size = np.empty(space.dimension, dtype=np.intp), 0
         for place, shape in space.arrays:
             rows, columns = (shape[0], prod(shape[1:])) if shape else (1, 1)
             bins = np.arange(rows)
-            if rows > BINS:
-                bins[1:] = 1 + np.arange(rows - 1) * BINS // (rows - 1)
+            if rows > count:
+                bins[1:] = 1 + np.arange(rows - 1) * count // (rows - 1)
             numbers = bins[:, None] * columns + np.arange(columns)
             groups[place : place + rows * columns] = size + numbers.ravel()
             size += int(bins[-1] + 1) * columns

@@ -20,6 +20,10 @@ FAULTS = {
     ),
     "own objective": ('name = "LADRC"\n', 'name = "LADRC"\nobjective = []\n', "contender[2].objective", "same for all"),
     "own constraint": ('name = "LADRC"\n', 'name = "LADRC"\nconstraint = []\n', "contender[2].constraint", "same for all"),
+    "probability": (
+        'metric = "failure"\nmax = 0.0', 'metric = "failure"\nrisk = "probability"\nmax = 0.01', "constraint[0].risk",
+        'in a contest write risk = "mean"',
+    ),
     "misspelt table": (
         'airframe = { name = "f450" }', 'airfram = { name = "f450" }', "contender[2].airfram", "did you mean 'airframe'",
     ),
@@ -91,6 +95,15 @@ def test_an_error_in_a_base_names_the_base(tmp_path):
     with pytest.raises(InputError, match="must be even") as caught:
         load_any(path)
     assert (caught.value.file, caught.value.key) == (str(shared), "search.population")
+
+
+def test_a_probability_in_a_base_is_refused_there(tmp_path):
+    limit = 'metric = "failure"\nrisk = "probability"\nmax = 0.01'
+    shared = write(tmp_path, changed('metric = "failure"\nmax = 0.0', limit, SHARED), "shared.toml")
+    path = write(tmp_path, 'base = "shared.toml"\n[[contender]]\nname = "A"\n')
+    with pytest.raises(InputError, match='given "probability"') as caught:
+        load_any(path)
+    assert (caught.value.file, caught.value.key) == (str(shared), "constraint[0].risk")
 
 
 def test_an_error_in_what_lies_over_a_base_names_the_upper_file(tmp_path):

@@ -15,7 +15,7 @@ from plant.seeds import generator
 from tests.objectives.risk.resampling import bootstrap_interval
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.in_process import tuner
-from tuner.experiments.planning.cost import disk_of, memory_of, seconds_of
+from tuner.experiments.planning.cost import disk_of, memory_of, planned_tails, seconds_of
 from tuner.experiments.planning.counts import flights_of
 from tuner.experiments.planning.pilot import FLIGHTS, fly_pilot
 from tuner.experiments.planning.plan import plan_document
@@ -157,6 +157,32 @@ def test_thin_tails_and_lost_flights_are_warned_of(study, pilot):
     assert any("The default lost 64 of 64 pilot flights" in text for text in document.warnings)
     assert [row.scenarios_needed for row in document.objectives] == [None, None]
     assert document.parse(document.text()) == document
+
+
+def test_bounds_of_quantiles_and_estimates_of_rare_losses_are_planned(pilot):
+    limits = [
+        {"metric": "peak.position", "risk": "quantile", "level": 0.9, "max": 5.0},
+        {"metric": "rms.position", "risk": "quantile", "level": 0.99, "max": 5.0},
+        {"metric": "failure", "risk": "probability", "max": 1e-4},
+        {"metric": "peak.roll", "risk": "mean", "max": 5.0},
+    ]
+    with_limits = load_study(QUICKSTART, EVERYTHING | {"constraint": limits})
+    document = plan_document(with_limits, pilot, None, 0.05)
+    first, second = document.bounds
+    assert (first.flights, first.flights_needed, first.rank) == (32, 29, 1)
+    assert "95 % sure that 90 % of flights stay below: 29 flights needed" in first.words
+    assert first.words.endswith("the study has 32 held out, whose largest value is the bound.")
+    assert (second.flights_needed, second.rank) == (299, None) and "too few" in second.words
+    [tail] = document.tails
+    assert (tail.method, tail.points_at_most) == ("splitting", 5) and 10_000 < tail.flights < 40_000
+    # 16 flights a block, on two threads.
+    timed = replace(pilot, scenarios=(replace(pilot.scenarios[0], block_seconds=16.0, draw_seconds=1.0),))
+    [by_hand] = planned_tails(with_limits, timed)
+    assert by_hand.seconds == pytest.approx(tail.flights)
+    assert document.seconds.tails_at_most == pytest.approx(5 * tail.seconds)
+    assert f"splitting, about {tail.flights:,} flights in" in tail.words
+    plain = seconds_of(load_study(QUICKSTART, EVERYTHING | {"constraint": limits[:2]}), pilot)
+    assert plain.tails_at_most == 0.0
 
 
 def test_command_prints_json_and_a_table(tmp_path, monkeypatch, capsys):

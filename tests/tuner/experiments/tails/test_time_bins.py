@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from objectives.tails.design_point import find_design_point
 from plant.normals import NormalSpace
+from tests.objectives.tails.closed_forms import Closed
 from tuner.experiments.tails.time_bins import BINS, TimeBins
 
 STEPS = 200
@@ -40,3 +42,13 @@ def test_what_is_constant_in_bins_is_left_as_it_is_and_the_start_stands_alone():
     later = np.zeros((1, space.dimension))
     later[0, space.parts["air"].start + 2 * 100] = 3.0
     assert np.max(found.expanded(found.projected(later))) < 2.0
+
+
+def test_noise_within_bins_is_no_part_of_a_design_point():
+    steps, normals = 2000, np.random.default_rng(1).standard_normal(2000)
+    direction = np.where(np.arange(steps) >= 1900, 0.1, 0.0)
+    limit = Closed(steps, lambda z: [np.sum(z * direction, axis=1) / 4.0])
+    space = NormalSpace.of(lambda source: source("air", 0).standard_normal((steps, 1)))
+    point = find_design_point(limit, 0, TimeBins(space), normals + 4.5 * direction)
+    assert point is not None and limit.values(point[None])[0, 0] >= 1.0
+    assert np.linalg.norm(point) == pytest.approx(4.0, abs=0.03)

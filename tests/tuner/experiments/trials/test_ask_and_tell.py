@@ -287,3 +287,11 @@ def test_the_defaults_trials_have_its_very_values(tmp_path):
 def test_the_files_compared_here_are_written(whole):
     _, out = whole
     assert set(content(out)) == set(SAME)
+
+
+@pytest.mark.parametrize("key", ["objective", "constraint"])
+def test_a_probability_is_refused(tmp_path, key):
+    table = {"metric": "failure", "risk": "probability"} | ({"max": 0.01} if key == "constraint" else {})
+    with pytest.raises(InputError, match='for the share of failed trials write risk = "mean"') as caught:
+        bowls(tmp_path, {key: [table]})
+    assert (caught.value.file, caught.value.key) == (str(tmp_path / "bowls.toml"), f"{key}[0].risk")

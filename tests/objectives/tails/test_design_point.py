@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from objectives.tails.subspace_design_point import Basis, find_design_point
+from objectives.tails.design_point import Basis, WholeSpace, find_design_point, search_evaluations
+from objectives.tails.hidden_modes import split_off
+from tests.objectives.tails.closed_forms import Closed, half_space
 
 Array = np.ndarray
 
@@ -95,3 +97,42 @@ def test_a_demand_that_jumps_beyond_1_does_not_mislead():
 
     found = design_point(limit(demand), 0, failure())
     assert np.linalg.norm(found) == pytest.approx(BETA, abs=0.05)
+
+
+@pytest.mark.parametrize("dimension", [2, 30])
+def test_in_the_whole_space_it_is_the_closest_failure(dimension):
+    direction = np.linspace(1.0, 2.0, dimension) / np.linalg.norm(np.linspace(1.0, 2.0, dimension))
+    rows = []
+    plane = Closed(dimension, lambda u: [rows.append(len(u)) or np.sum(u * direction, axis=1) / 4.0])
+    start = 4.5 * direction + np.random.default_rng(0).standard_normal(dimension)
+    point = find_design_point(plane, 0, WholeSpace(dimension), start, 3)
+    assert point is not None
+    assert point == pytest.approx(4.0 * direction, abs=0.1)
+    assert plane.values(point[None])[0, 0] >= 1.0
+    assert sum(rows) <= search_evaluations(dimension, 3)
+
+
+def test_a_demand_without_slope_is_followed_along_the_ray():
+    steps = Closed(2, lambda u: [np.floor(np.linalg.norm(u, axis=1)) / 4.0])
+    point = find_design_point(steps, 0, WholeSpace(2), np.array([5.0, 5.0]))
+    assert point is not None and 4.0 <= np.linalg.norm(point) < 4.01
+
+
+def test_no_failure_on_the_ray_is_no_design_point():
+    for start in ([-1.0, 0.0], [0.0, 0.0]):
+        assert find_design_point(half_space(4.0, 2), 0, WholeSpace(2), np.array(start)) is None
+
+
+def test_a_start_that_holds_leads_to_the_failure_behind_it():
+    point = find_design_point(half_space(4.0, 2), 0, WholeSpace(2), np.array([1.0, 0.5]))
+    assert point is not None and np.linalg.norm(point) == pytest.approx(4.0, abs=0.01)
+
+
+def test_directions_of_one_kind_are_not_split():
+    turns = np.linspace(0.0, 0.8, 5)
+    directions = np.column_stack([np.cos(turns), np.sin(turns)])
+    assert split_off(0, directions) is None
+    sectors = split_off(0, np.concatenate([directions, -directions[:2]]))
+    assert sectors is not None
+    near, far = sectors
+    assert len(near.near) == len(far.far) == 5 and len(far.near) == 2
