@@ -1,0 +1,187 @@
+"""Verdicts of `tuner judge` against the firmware's own flights, for pairs of random gains.
+
+    python -m benchmarks.opinions --firmware px4 --binary PX4-Autopilot --pairs 30 --json
+
+Gains are drawn around the defaults of the firmware's law, those of a pair apart by one of three sizes. Both files of a pair are
+exported and judged as a user would, and fly in the firmware flights that the judge flew in the model: the same vehicles, air
+and noise. The firmware's verdict is formed from its own flights by the same rules on differences of means; flights that it loses
+count as worse.
+"""
+
+import argparse
+import json
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+import tuner
+from objectives.flown_system import FlightBatch
+from objectives.own_meters import metering
+from objectives.problem import score_flights
+from objectives.system import System
+from plant.law_registry import law
+from plant.quadrotor.airframes import load
+from plant.quadrotor.airframes.actuation import actuation
+from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.gains import default_row, gain_addresses
+from plant.quadrotor.nominal import ControlOptions
+from plant.seeds import generator
+from tuner.analysis.judging.opinion import BETTER, MIXED, NOT_DISTINGUISHABLE, WORSE
+from tuner.analysis.judging.paired_scores import PairedScores
+from tuner.api.assessing import STREAM, flight_setups
+from tuner.api.vehicle_files import read_subjects
+from tuner.documents.assessment import DO_NOT_FLY
+from tuner.engines.firmware.firmware import Bench, Firmware
+from tuner.engines.firmware.flying import FirmwareFlights
+from tuner.engines.firmware.registry import firmware_of
+from tuner.exchange.registry import exporter, settings_of
+from tuner.exchange.run import bundle_of, check_laws
+from tuner.exchange.target import Request
+from tuner.gains import Controller
+from tuner.study.targets import TARGETS
+
+AIRFRAMES = {"px4": "f450", "ardupilot": "f450", "betaflight": "racer5", "crazyflie": "crazyflie-pybullet"}
+SPREADS = (0.02, 0.15, 0.4)
+"""Standard deviations of the logarithms by which the gains of a pair differ."""
+SHARED = {"roll": "tilt", "pitch": "tilt", "x": "horizontal", "y": "horizontal"}
+"""Axis -> axes whose gains are one parameter."""
+SEED = 20261126
+JUDGED = 256
+"""Flights of each file by the judge, its default."""
+
+
+def controllers(firmware: Firmware, pairs: int) -> list[tuple[Controller, Controller]]:
+    """Return pairs of random gains in the firmware's loops."""
+    target, airframe = TARGETS[firmware.target], load(AIRFRAMES[firmware.name])
+    cascade = close_cascade(law(target.position), law(firmware.law), target.position_every)
+    base = np.array(default_row(cascade, airframe.vehicle))
+    addresses = [gain.address.partition(".")[::2] for gain in gain_addresses(cascade)]
+    # Gains alone: cut-offs and limits stay. Axes that share a parameter have one factor.
+    groups = [f"{SHARED.get(axis, axis)}.{name}" for axis, name in addresses]
+    _, group = np.unique(groups, return_inverse=True)
+    free = np.array([name in ("p", "i", "d", "angle_p") for _, name in addresses]) & (base > 0.0)
+
+    def varied(row: np.ndarray, deviation: float, rng: np.random.Generator) -> np.ndarray:
+        return row * np.exp(np.where(free, deviation * rng.standard_normal(len(groups))[group], 0.0))
+
+    plain = Controller(airframe, cascade, ControlOptions(), target.control_period, target.control_period, ())
+    made = []
+    for k in range(pairs):
+        rng = generator(SEED, f"opinions/{firmware.name}", k)
+        first = varied(base, 0.15, rng)
+        second = varied(first, SPREADS[k % len(SPREADS)], rng)
+        made.append((replace(plain, gains=tuple(first)), replace(plain, gains=tuple(second))))
+    return made
+
+
+def file_of(controller: Controller, firmware: Firmware) -> bytes:
+    """Return the file that the exporter writes."""
+    target = exporter(firmware.target)
+    request = Request(controller, "0" * 64, settings_of(target, firmware.options), None)
+    check_laws(target, request)
+    return bundle_of(target, request).files[firmware.file]
+
+
+def firmware_verdict(
+    after: Path, before: Path, firmware: Firmware, program: Path, flights: int, threads: int, place: Path
+) -> tuple[str, PairedScores]:
+    """Return the verdict of the firmware's own flights, and their scores."""
+    subjects = read_subjects(after, before, firmware.target, AIRFRAMES[firmware.name])
+    scores = []
+    for number, (setup, file) in enumerate(zip(flight_setups(subjects, flights, 1), (after, before), strict=True)):
+        assert isinstance(setup.system, System)
+        system = metering(setup.system, setup.metrics)
+        bench = Bench(
+            program,
+            place / f"board{number}",
+            actuation(system.nominal.vehicle, firmware.curve),
+            system.timing.control_period,
+        )
+        power_up = firmware.install(bench, file.read_bytes())
+        batch = FlightBatch(setup.spec, STREAM, flights)
+        results = FirmwareFlights(system, firmware, 1, threads).fly(setup.gains, power_up, batch)
+        scores.append(score_flights(system, setup.metrics, results, setup.spec, system.targets(setup.spec))[0])
+        metrics = setup.metrics
+    paired = PairedScores(metrics, np.array(scores), 1)
+    return verdict_of(paired), paired
+
+
+def verdict_of(paired: PairedScores) -> str:
+    """Return the verdict on differences of means and of losses."""
+    if (loss := paired.loss_difference) is not None and (loss.low > 0.0 or loss.high < 0.0):
+        return WORSE if loss.low > 0.0 else BETTER
+    verdicts = {row.verdict for row in paired.rows}
+    if {BETTER, WORSE} <= verdicts:
+        return MIXED
+    return next((each for each in (WORSE, BETTER) if each in verdicts), NOT_DISTINGUISHABLE)
+
+
+def compare(firmware: Firmware, program: Path, pairs: int, flights: int, threads: int) -> list[dict[str, Any]]:
+    """Return a row for each pair."""
+    rows = []
+    for k, pair in enumerate(controllers(firmware, pairs)):
+        with TemporaryDirectory(prefix="opinions-") as place:
+            files = [Path(place) / f"{name}{Path(firmware.file).suffix}" for name in ("before", "after")]
+            for file, controller in zip(files, pair, strict=True):
+                file.write_bytes(file_of(controller, firmware))
+            before, after = files
+            opinion = tuner.judge(
+                after, before, airframe=AIRFRAMES[firmware.name], source=firmware.target, flights=JUDGED
+            )
+            flown, paired = firmware_verdict(after, before, firmware, program, flights, threads, Path(place))
+        document = opinion.document
+        rows.append(
+            {
+                "pair": k,
+                "spread": SPREADS[k % len(SPREADS)],
+                "judge": document.verdict,
+                "firmware": flown,
+                "agrees": document.verdict == flown or (document.verdict == DO_NOT_FLY and flown == WORSE),
+                "sentence": document.sentence,
+                "differences": {
+                    row.metric: [list(each.difference) if each.difference else None for each in (row, other)]
+                    for row, other in zip(document.metrics, paired.rows, strict=True)
+                },
+                "seconds": sum(document.seconds.values()),
+            }
+        )
+    return rows
+
+
+def main() -> None:
+    """Compare and print."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.opinions", description="The judge beside a firmware's flights."
+    )
+    parser.add_argument("--firmware", required=True)
+    parser.add_argument("--binary", type=Path, required=True)
+    parser.add_argument("--pairs", type=int, default=20)
+    parser.add_argument("--flights", type=int, default=64, help="flights in the firmware")
+    parser.add_argument("--threads", type=int, default=1, help="boards that fly at once")
+    parser.add_argument("--json", action="store_true")
+    asked = parser.parse_args()
+    firmware = firmware_of(asked.firmware)
+    rows = compare(firmware, firmware.program(asked.binary), asked.pairs, asked.flights, asked.threads)
+    counts = Counter((row["judge"], row["firmware"]) for row in rows)
+    report = {
+        "firmware": firmware.name,
+        "pairs": len(rows),
+        "agree": sum(row["agrees"] for row in rows),
+        "false_alarms": sum(row["judge"] in (WORSE, DO_NOT_FLY) and row["firmware"] != WORSE for row in rows),
+        "table": [{"judge": judge, "firmware": flown, "pairs": n} for (judge, flown), n in counts.items()],
+        "rows": rows,
+    }
+    if asked.json:
+        print(json.dumps(report, indent=2))
+        return
+    print(f"{report['agree']} of {report['pairs']} agree; false alarms {report['false_alarms']}")
+    for row in report["table"]:
+        print(f"{row['judge']:22} {row['firmware']:22} {row['pairs']}")
+
+
+if __name__ == "__main__":
+    main()
