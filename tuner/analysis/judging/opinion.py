@@ -2,8 +2,9 @@
 
 Do not fly: a loop is unstable, or its peak sensitivity is above 4.3, with which a thrust 30 % off may make it so; its peak
 sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. A difference counts where
-all of the 95 % interval of the paired flights lies beyond 5 %, of noise 10 %. Where no airframe is named, loops are those of the
-middle of a class, so margins refuse only what the change made worse, and losses where most vehicles are lost.
+all of the 95 % interval of the paired flights lies beyond 5 %, of noise 10 %; a loop that comes from above 4.3 to at most 2
+counts as better. Where no airframe is named, loops are those of the middle of a class, so margins refuse only what the change
+made worse, and losses where most vehicles are lost.
 """
 
 from collections.abc import Iterator, Sequence
@@ -72,12 +73,13 @@ def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
         limits = [*map(limit_text, evidence.violated), *violated]
         is_clean = not limits and evidence.lost_after.events == 0 and evidence.airframe.is_known
         return (WITHIN_LIMITS if is_clean else NO_OBJECTION), limits
-    verdicts = {row.verdict for row in evidence.metrics}
+    recovered = list(filter(None, map(recovery_text, evidence.loops)))
+    verdicts = {row.verdict for row in evidence.metrics} | ({BETTER} if recovered else set())
     if {BETTER, WORSE} <= verdicts:
         verdict = MIXED
     else:
         verdict = next((verdict for verdict in (WORSE, BETTER) if verdict in verdicts), NOT_DISTINGUISHABLE)
-    return verdict, [metric_text(row) for row in evidence.metrics]
+    return verdict, [*recovered, *[metric_text(row) for row in evidence.metrics]]
 
 
 def opinion_sentence(evidence: Evidence, verdict: str, reasons: Sequence[str]) -> str:
@@ -115,6 +117,15 @@ def loop_reason(loop: AssessedLoop, is_known: bool) -> str:
     if after == inf:
         return f"the {loop.channel} loop is unstable"
     return f"peak sensitivity Ms, {loop.channel}: {significant(after, 3)}, max {limit:g}{earlier}"
+
+
+def recovery_text(loop: AssessedLoop) -> str:
+    """Return the improvement of a loop that was not to be flown and now is, or ""."""
+    before, after = inf if loop.before is None else _peak(loop.before.ms), _peak(loop.after.ms)
+    if loop.before is None or before <= FRAGILE_MS or after > MAX_MS:
+        return ""
+    earlier = "unstable" if before == inf else significant(before, 3)
+    return f"peak sensitivity Ms, {loop.channel}: {significant(after, 3)} ({earlier} before)"
 
 
 def compare_means(metric: str, difference: SampledValue) -> str:
