@@ -52,11 +52,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "PlantStudy", "Results", "StoreError",
-    "Study", "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "autotune", "catalogue", "check", "check_logs",
-    "check_requirements", "compare", "compare_logs", "confirm", "cost", "default_gains", "design", "estimate_airframe",
-    "export", "fly", "identify", "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan",
-    "plan_flight", "read_back", "read_gains", "rejudge", "resume", "run", "sensitivity", "tail", "tell", "theory", "use",
-    "validate", "verify",
+    "Study", "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "autotune", "catalogue",
+    "check", "check_logs", "check_requirements", "compare", "compare_logs", "confirm", "cost", "default_gains", "design",
+    "estimate_airframe", "export", "fly", "identify", "import_gains", "judge", "load_study", "make_study", "margins",
+    "open_results", "plan", "plan_flight", "read_back", "read_gains", "rejudge", "resume", "run", "sensitivity", "tail",
+    "tell", "theory", "use", "validate", "verify",
 ]  # fmt: skip
 
 _HOMES = {

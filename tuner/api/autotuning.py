@@ -1,4 +1,4 @@
-"""From flight logs and the parameters of a vehicle to tuned parameters, a verdict and first flights.
+"""Autotune: from flight logs and present parameters to tuned ones.
 
 Each stage is a function of this interface and leaves its files, which the next one reads. The same call goes on where an earlier
 one ended, and a file that was edited between two stages is used as it is.
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
 from pathlib import Path
-from shutil import copyfile, rmtree
+from shutil import rmtree
 from time import perf_counter
 from typing import NamedTuple
 
@@ -160,7 +160,7 @@ class _Chain:
     ) -> None:
         self._logs, self._given, self._out, self._airframe = logs, vehicle, out, airframe
         self._mapping, self._binary, self._threads, self._watcher = mapping, binary, threads, watcher
-        self._source = guess_source(vehicle)[0] if source is None else find_source(source)
+        self._source = guess_source(vehicle) if source is None else find_source(source)
         if self._source == GAINS:
             raise InputError("is no parameter file of a firmware; give what the vehicle's own tool saves", file=vehicle)
         self._read = read_logs(logs, mapping)
@@ -177,7 +177,8 @@ class _Chain:
     def carry_out(self) -> Autotuned:
         """Carry out all stages, write document and page, and return both."""
         with self._begun() as folder:
-            rows = list(self._rows(folder))
+            self._folder = folder
+            rows = list(self._rows())
             document = self._document(rows)
             folder.write_json(DOCUMENT, document)
             folder.write_bytes(PAGE, autotune_page(document, self._out, self._choice()).text().encode())
@@ -192,7 +193,7 @@ class _Chain:
         if not file.exists():
             folder = Folder.create(self._out, inside="", empty=True)
             folder.write_text(QUESTION, question)
-            copyfile(self._given, self._out / self._present)
+            folder.write_bytes(self._present, read_input(self._given))
             return folder
         folder = Folder.open(self._out)
         if read_input_text(file) != question:
@@ -225,8 +226,8 @@ class _Chain:
         )
         return tuple(stage for stage in stages if stage.output != CONFIRMATION or self._binary is not None)
 
-    def _rows(self, folder: Folder) -> Iterator[StageRow]:
-        """Yield the rows of the stages up to the one that ends the way."""
+    def _rows(self) -> Iterator[StageRow]:
+        """Yield the rows of the stages, to the end of the way."""
         record: dict[str, str] = (
             parse_json(read_input_text(self._out / RECORD)) if (self._out / RECORD).exists() else {}
         )
@@ -244,7 +245,7 @@ class _Chain:
                 reason, seconds = stage.make(), perf_counter() - begin
                 if reason is None:
                     record[stage.name] = key
-                    folder.write_json(RECORD, record)
+                    self._folder.write_json(RECORD, record)
             sentence = stage.result() if reason is None else reason
             state = DONE if reason is None else STOPPED
             yield StageRow(
@@ -289,14 +290,13 @@ class _Chain:
             return self._plan(
                 f"The log tells nothing of {', '.join(missing)}, without which roll and pitch cannot be tuned."
             )
-        (self._out / FIT).write_text(fit.json + "\n", encoding="utf-8")
+        self._folder.write_json(FIT, fit.document)
         return None
 
     def _plan(self, reason: str) -> str:
-        """Plan the flight that tells what is missing and return the reason for the end with it."""
-        for name in (PLAN, PLAN_PAGE):
-            rmtree(self._out / name, ignore_errors=True)
-            (self._out / name).unlink(missing_ok=True) if (self._out / name).is_file() else None
+        """Return the reason for the end, with the plan of a better flight."""
+        rmtree(self._out / PLAN, ignore_errors=True)
+        (self._out / PLAN_PAGE).unlink(missing_ok=True)
         target = self._source if self._source in ("ardupilot", "betaflight") else "csv"
         planned = plan_flight(
             self._airframe, to=target, out=self._out / PLAN, report=self._out / PLAN_PAGE, watcher=self._watcher
@@ -310,7 +310,7 @@ class _Chain:
         present = quadrotor_gains(read_gains(self._out / PRESENT))
         airframe = load(self._out / VEHICLE)
         text = autotune_study(self._source, airframe, Path(VEHICLE), present, Path(PRESENT))
-        (self._out / STUDY).write_text(text, encoding="utf-8")
+        self._folder.write_text(STUDY, text)
 
     def _search(self) -> str | None:
         folder = self._out / RUN

@@ -120,7 +120,7 @@ def loop_reason(loop: AssessedLoop, is_known: bool) -> str:
 
 
 def recovery_text(loop: AssessedLoop) -> str:
-    """Return the improvement of a loop that was not to be flown and now is, or ""."""
+    """Return the improvement of a loop that was not to be flown."""
     before, after = inf if loop.before is None else _peak(loop.before.ms), _peak(loop.after.ms)
     if loop.before is None or before <= FRAGILE_MS or after > MAX_MS:
         return ""
