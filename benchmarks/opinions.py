@@ -11,7 +11,10 @@ count as worse.
 import argparse
 import json
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
+from itertools import count, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -23,12 +26,14 @@ from objectives.flown_system import FlightBatch
 from objectives.own_meters import metering
 from objectives.problem import score_flights
 from objectives.system import System
+from plant.errors import InputError
 from plant.law_registry import law
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.cascade import close_cascade
 from plant.quadrotor.gains import default_row, gain_addresses
 from plant.quadrotor.nominal import ControlOptions
+from plant.quadrotor.scenarios import ScenarioSpec
 from plant.seeds import generator
 from tuner.analysis.judging.opinion import BETTER, MIXED, NOT_DISTINGUISHABLE, WORSE
 from tuner.analysis.judging.paired_scores import PairedScores
@@ -54,8 +59,8 @@ JUDGED = 256
 """Flights of each file by the judge, its default."""
 
 
-def controllers(firmware: Firmware, pairs: int) -> list[tuple[Controller, Controller]]:
-    """Return pairs of random gains in the firmware's loops."""
+def pairs_of_files(firmware: Firmware) -> Iterator[tuple[int, bytes, bytes]]:
+    """Yield pairs of files of random gains with their number; those beyond the firmware's ranges are drawn again."""
     target, airframe = TARGETS[firmware.target], load(AIRFRAMES[firmware.name])
     cascade = close_cascade(law(target.position), law(firmware.law), target.position_every)
     base = np.array(default_row(cascade, airframe.vehicle))
@@ -69,13 +74,13 @@ def controllers(firmware: Firmware, pairs: int) -> list[tuple[Controller, Contro
         return row * np.exp(np.where(free, deviation * rng.standard_normal(len(groups))[group], 0.0))
 
     plain = Controller(airframe, cascade, ControlOptions(), target.control_period, target.control_period, ())
-    made = []
-    for k in range(pairs):
+    for k in count():
         rng = generator(SEED, f"opinions/{firmware.name}", k)
         first = varied(base, 0.15, rng)
         second = varied(first, SPREADS[k % len(SPREADS)], rng)
-        made.append((replace(plain, gains=tuple(first)), replace(plain, gains=tuple(second))))
-    return made
+        with suppress(InputError):
+            before, after = (file_of(replace(plain, gains=tuple(row)), firmware) for row in (first, second))
+            yield k, before, after
 
 
 def file_of(controller: Controller, firmware: Firmware) -> bytes:
@@ -91,9 +96,9 @@ def firmware_verdict(
 ) -> tuple[str, PairedScores]:
     """Return the verdict of the firmware's own flights, and their scores."""
     subjects = read_subjects(after, before, firmware.target, AIRFRAMES[firmware.name])
-    scores = []
-    for number, (setup, file) in enumerate(zip(flight_setups(subjects, flights, 1), (after, before), strict=True)):
-        assert isinstance(setup.system, System)
+    setups, scores = flight_setups(subjects, flights, 1), list[np.ndarray]()
+    for number, (setup, file) in enumerate(zip(setups, (after, before), strict=True)):
+        assert isinstance(setup.system, System) and isinstance(setup.spec, ScenarioSpec)
         system = metering(setup.system, setup.metrics)
         bench = Bench(
             program,
@@ -105,8 +110,7 @@ def firmware_verdict(
         batch = FlightBatch(setup.spec, STREAM, flights)
         results = FirmwareFlights(system, firmware, 1, threads).fly(setup.gains, power_up, batch)
         scores.append(score_flights(system, setup.metrics, results, setup.spec, system.targets(setup.spec))[0])
-        metrics = setup.metrics
-    paired = PairedScores(metrics, np.array(scores), 1)
+    paired = PairedScores(setups[0].metrics, np.array(scores), 1)
     return verdict_of(paired), paired
 
 
@@ -123,11 +127,11 @@ def verdict_of(paired: PairedScores) -> str:
 def compare(firmware: Firmware, program: Path, pairs: int, flights: int, threads: int) -> list[dict[str, Any]]:
     """Return a row for each pair."""
     rows = []
-    for k, pair in enumerate(controllers(firmware, pairs)):
+    for k, *contents in islice(pairs_of_files(firmware), pairs):
         with TemporaryDirectory(prefix="opinions-") as place:
             files = [Path(place) / f"{name}{Path(firmware.file).suffix}" for name in ("before", "after")]
-            for file, controller in zip(files, pair, strict=True):
-                file.write_bytes(file_of(controller, firmware))
+            for file, content in zip(files, contents, strict=True):
+                file.write_bytes(content)
             before, after = files
             opinion = tuner.judge(
                 after, before, airframe=AIRFRAMES[firmware.name], source=firmware.target, flights=JUDGED
