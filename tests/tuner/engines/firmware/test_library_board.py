@@ -163,7 +163,7 @@ def test_a_program_that_dies_in_flight_is_told(played, tmp_path):
 
 def test_a_checkout_is_compiled_into_a_folder_of_this_user(tmp_path, monkeypatch):
     program("g++")
-    monkeypatch.setenv("TUNER_CACHE_DIR", str(tmp_path / "cache" / "kernels"))
+    monkeypatch.setenv("TUNER_CACHE_DIR", str(tmp_path / "cache"))
     made = LIBRARIES.program(CHECKOUT)
     assert made.parent == tmp_path / "cache" / "firmware" and made.parent.stat().st_mode & 0o077 == 0
     assert [path.name for path in made.parent.iterdir()] == [made.name] and LIBRARIES.program(CHECKOUT) == made
