@@ -1,31 +1,36 @@
-"""PX4's own rate and attitude control as a library that whoever has it has built. Nothing of it is part of this project.
+"""PX4's own rate and attitude control, called function by function: its sources are compiled as they stand (px4_judge.cpp).
 
-TUNER_PX4_BUILD names the folder. It holds `libpx4_judge_double.so`, `libpx4_judge_single.so` or both: PX4's rate_control.cpp,
-AttitudeControl.cpp, LowPassFilter2p.hpp, NotchFilter.hpp, AlphaFilter.hpp and the two filter functions of
-VehicleAngularVelocity.cpp as they stand, the first with every float a double, behind three functions in C:
-
-    int px4_scalar_bytes(void);
-    void px4_rate_loop(double rate_hz, const double gains[9], int n, const double rates[n], const double setpoints[n],
-                       const int saturated[n], double torque[n]);
-    double px4_attitude(int axis, double gain, double angle, double setpoint, double yaw_rate);
-
-gains: p, i, d, ff, i_limit, gyro_cutoff, d_cutoff, notch, notch_width. The filters are settled at rates[0] and step with the
-loop; saturated is the sign in which the allocation saturates. The attitude turns about one axis, its weight of yaw is 1.
+In double precision every float of them is made a double first.
 """
 
 import ctypes
-import os
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
+
+from tests.clients.firmware_sources import checkout
+from tests.tuner.engines.firmware.in_double import built_in_double
+from tuner.engines.firmware.px4.bench import LIBRARIES
 
 Array = NDArray[np.float64]
 
-NAMED = "TUNER_PX4_BUILD"
+JUDGE = replace(LIBRARIES, source=Path(__file__).with_name("px4_judge.cpp"))
+SHARED = ("-shared", "-fPIC")
+_folder = TemporaryDirectory(prefix="px4-judge-")
+
+
+@cache
+def _library(precision: str) -> Path:
+    sources, folder = checkout(LIBRARIES), Path(_folder.name)
+    if precision == "double":
+        return built_in_double(JUDGE, sources, folder, options=SHARED)
+    return JUDGE.compile(sources, folder / "in_single", SHARED)
 
 
 def _pointer(values: Array) -> Any:
@@ -33,17 +38,11 @@ def _pointer(values: Array) -> Any:
 
 
 class Px4Code:
-    """PX4's controllers in one precision; skips the test where they are not built."""
+    """PX4's controllers in one precision; skips the test where there are no sources."""
 
     def __init__(self, precision: str) -> None:
         """Load the library; precision: double or single."""
-        folder = os.environ.get(NAMED)
-        if folder is None:
-            pytest.skip(f"{NAMED} names no folder with PX4's code; tests/clients/px4_code.py says what it has to hold")
-        library = Path(folder) / f"libpx4_judge_{precision}.so"
-        if not library.exists():
-            pytest.skip(f"no {library.name} in {folder}; tests/clients/px4_code.py says what it has to hold")
-        self._code: Any = ctypes.CDLL(str(library))
+        self._code: Any = ctypes.CDLL(str(_library(precision)))
         self._code.px4_attitude.restype = ctypes.c_double
         assert self._code.px4_scalar_bytes() == {"double": 8, "single": 4}[precision]
 

@@ -27,6 +27,7 @@ def step(name: str, line: str, folder: str | None = None) -> Step:
 
 LISTINGS = (
     "airframes",
+    "firmwares",
     "laws",
     "margins",
     "metrics",

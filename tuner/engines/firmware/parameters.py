@@ -1,4 +1,4 @@
-"""Parameters of an exported file, for a firmware whose position loops are ours."""
+"""Parameters of an exported file, without those of position loops."""
 
 from re import Pattern
 

@@ -22,22 +22,31 @@ def in_double(text: str) -> str:
     return SIZES.sub("", FUNCTION.sub(r"\1", LITERAL.sub(r"\1", text)))
 
 
-def built_in_double(libraries: ControlLibraries, checkout: Path, place: Path, parts: Sequence[str] = ()) -> Path:
-    """Compile a copy of a checkout in double precision; parts: folders that are copied, by default all. Return the program."""
+def built_in_double(
+    libraries: ControlLibraries, checkout: Path, place: Path, parts: Sequence[str] = (), options: Sequence[str] = ()
+) -> Path:
+    """Compile a copy of a checkout in double precision; return the program.
+
+    Args:
+        libraries: Control libraries.
+        checkout: The checkout.
+        place: Folder of the copy and of the program.
+        parts: Folders that are copied, by default all.
+        options: Further options of the compiler.
+    """
     for folder in parts or libraries.folders:
         for file in (checkout / folder).rglob("*"):
             if file.suffix in ENDINGS and "test" not in file.name.lower():
                 copied(file, place / "sources" / file.relative_to(checkout))
-    for file in libraries.source.parent.iterdir():
-        if file.suffix in ENDINGS:
-            copied(file, place / "ours" / file.name)
+    for file in (libraries.source, libraries.middleware):
+        copied(file, place / "ours" / file.name)
     made = replace(
         libraries,
         source=place / "ours" / libraries.source.name,
         middleware=place / "ours" / libraries.middleware.name,
     )
     (place / "wide.hpp").write_text("using wide = long double;\n")
-    return made.compile(place / "sources", place / "in_double", ("-include", str(place / "wide.hpp")))
+    return made.compile(place / "sources", place / "in_double", (*options, "-include", str(place / "wide.hpp")))
 
 
 def copied(file: Path, to: Path) -> None:

@@ -16,7 +16,7 @@ from tests.clients.firmware_sources import checkout
 from tests.tuner.engines.firmware.in_double import built_in_double
 from tests.tuner.engines.firmware.laws_beside import board_torques, law_torques, motion, random_gains
 from tests.tuner.exchange.ardupilot.test_ardupilot import bundle
-from tuner.engines.firmware.ardupilot.bench import ARDUPILOT, LIBRARIES, install
+from tuner.engines.firmware.ardupilot.bench import ARDUPILOT, LIBRARIES
 from tuner.engines.firmware.firmware import Bench
 from tuner.engines.firmware.flying import throttle_for, thrusts_of
 from tuner.exchange.ardupilot.export import FILE
@@ -58,7 +58,7 @@ def programs(tmp_path_factory):
 def flown(program, folder, given, instants):
     made = bundle(given, "4.7")
     rotors = actuation(given.airframe.vehicle, ARDUPILOT.curve)
-    board = install(Bench(program, folder, rotors, given.control_period), made.files[FILE])()
+    board = ARDUPILOT.install(Bench(program, folder, rotors, given.control_period), made.files[FILE])()
     try:
         return board_torques(board, ARDUPILOT, given, instants)
     finally:
@@ -104,7 +104,7 @@ def test_armed_it_holds_the_motors_that_hold_the_vehicle(programs, tmp_path, air
     rotors = actuation(given.airframe.vehicle, ARDUPILOT.curve)
     held = (0.52, 0.49, 0.47, 0.505)
     throttle = throttle_for(sum(thrusts_of(held, rotors, ARDUPILOT)) / 4.0, rotors)
-    board = install(
+    board = ARDUPILOT.install(
         Bench(programs["single"], tmp_path, rotors, given.control_period), bundle(given, "4.7").files[FILE]
     )()
     begin = Instant((0.02, -0.03, 1.1), (0.0, 0.0, 0.0), (0.02, -0.03), 1.1, 0.0)

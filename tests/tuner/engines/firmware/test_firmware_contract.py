@@ -2,10 +2,12 @@
 
 import inspect
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from plant.backends.instants import Instant
 from plant.backends.lanes import compiled
 from plant.errors import InputError, UnknownNameError
 from plant.law_registry import law
@@ -14,9 +16,15 @@ from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.gains import default_row
 from plant.quadrotor.piloted import angle, pilot_of
+from plant.quadrotor.rigid_body import rotor_torque
+from plant.vectors import Rotors
+from tests.clients.crazyflie_firmware import build
+from tests.clients.firmware_sources import checkout
 from tests.tuner.exchange.controllers import controller
+from tuner.engines.firmware.ardupilot import bench as ardupilot
 from tuner.engines.firmware.firmware import Bench
 from tuner.engines.firmware.flying import throttle_for, thrusts_of
+from tuner.engines.firmware.px4 import bench as px4
 from tuner.engines.firmware.registry import FIRMWARES, firmware_of
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of, check_laws
@@ -109,6 +117,44 @@ def test_a_program_that_is_none_is_refused_in_one_line(entry, tmp_path):
     with pytest.raises(InputError, match="cannot be run") as caught:
         entry.install(bench, exported(entry).files[entry.file])
     assert "\n" not in str(caught.value)
+
+
+PRESENT = {
+    "ardupilot": lambda: checkout(ardupilot.LIBRARIES),
+    "crazyflie": build,
+    "px4": lambda: checkout(px4.LIBRARIES),
+}
+"""What --binary names, by firmware; each skips the test where it is not there."""
+# About x, y and z: what is asked for with a tilt, and of the heading as an angle or as a rate.
+WISHES = ({"tilt": (0.05, 0.0)}, {"tilt": (0.0, 0.05)}, {"yaw": 0.05})
+LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
+
+
+@pytest.mark.slow
+@EVERY
+def test_where_it_is_present_it_turns_as_it_is_asked_and_again_the_same(entry, tmp_path):
+    """With the gains of our file: towards a tilt and a heading, and a second flight is the first to the last bit."""
+    if entry.name not in PRESENT:
+        pytest.skip("its sticks and motors have steps as large as this; the tests of its board fly it")
+    program, plain = entry.program(PRESENT[entry.name]()), flown(entry)
+    vehicle, rotors = plain.airframe.vehicle, actuation(plain.airframe.vehicle, entry.curve)
+    power_up = entry.install(Bench(program, tmp_path, rotors, plain.control_period), exported(entry).files[entry.file])
+    hover = rotors.hover_command
+    for axis, wish in enumerate(WISHES):
+        flights = []
+        for _ in range(2):
+            board = power_up()
+            try:
+                board.arm(LEVEL, hover, (hover, hover, hover, hover))
+                flights.append(
+                    [board.step(replace(LEVEL, **wish), hover) for _ in range(round(0.1 / plain.control_period))]
+                )
+            finally:
+                board.close()
+        assert flights[0] == flights[1]
+        thrusts = Rotors(*thrusts_of(flights[0][-1], rotors, entry))
+        torque = rotor_torque(thrusts, vehicle.rotor_x, vehicle.rotor_y, vehicle.spin, vehicle.torque_ratio)
+        assert torque[axis] > 10.0 * max(abs(part) for k, part in enumerate(torque) if k != axis)
 
 
 def test_an_unknown_name_is_told_with_those_that_are_known():

@@ -20,7 +20,7 @@ from tuner.engines.firmware import process
 from tuner.engines.firmware.firmware import Bench
 from tuner.engines.firmware.libraries import building
 from tuner.engines.firmware.libraries.board import LibraryBoard, frame, tilt_at_goal
-from tuner.engines.firmware.px4.bench import PX4_FIRMWARE, geometry, install, parameters_of
+from tuner.engines.firmware.px4.bench import PX4_FIRMWARE, geometry, parameters_of
 from tuner.exchange.px4.export import FILE
 
 AIRFRAME, PERIOD = "f450", 0.0025
@@ -46,7 +46,7 @@ def test_a_played_checkout_turns_the_vehicle_as_our_law_does(played, tmp_path):
     made = bundle(given)
     for axis in range(3):
         instants = motion(np.random.default_rng(axis), axis)
-        board = install(bench(played, tmp_path / str(axis)), made.files[FILE])()
+        board = PX4_FIRMWARE.install(bench(played, tmp_path / str(axis)), made.files[FILE])()
         try:
             flown = board_torques(board, PX4_FIRMWARE, given, instants)
         finally:
@@ -61,7 +61,7 @@ def unturned(instants):
 
 def test_armed_it_holds_the_motors_that_hold_the_vehicle(played, tmp_path):
     held = (0.52, 0.49, 0.47, 0.505)
-    board = install(bench(played, tmp_path), bundle(own(AIRFRAME, **UNFILTERED)).files[FILE])()
+    board = PX4_FIRMWARE.install(bench(played, tmp_path), bundle(own(AIRFRAME, **UNFILTERED)).files[FILE])()
     try:
         throttle = float(np.sqrt(np.mean(np.square(held))))
         board.arm(LEVEL, throttle, held)
@@ -118,7 +118,7 @@ def test_a_parameter_that_is_missing_is_told(played):
 
 
 def test_a_parameter_that_nothing_reads_is_told(tmp_path):
-    text = (LIBRARIES.source).read_text().replace("bench::unread().clear();", "")
+    text = (LIBRARIES.source).read_text().replace("bench::unread.clear();", "")
     source = tmp_path / "loops.cpp"
     source.write_text(text)
     made = replace(LIBRARIES, source=source).compile(CHECKOUT, tmp_path / "program")
@@ -151,7 +151,7 @@ def test_a_program_that_misbehaves_is_told_in_one_line(tmp_path, monkeypatch, te
 
 
 def test_a_program_that_dies_in_flight_is_told(played, tmp_path):
-    board: Any = install(bench(played, tmp_path), bundle(own(AIRFRAME)).files[FILE])()
+    board: Any = PX4_FIRMWARE.install(bench(played, tmp_path), bundle(own(AIRFRAME)).files[FILE])()
     try:
         board._process._process.kill()
         with pytest.raises(InputError, match="ended by itself, with exit code -9"):
@@ -163,7 +163,7 @@ def test_a_program_that_dies_in_flight_is_told(played, tmp_path):
 
 def test_a_checkout_is_compiled_into_a_folder_of_this_user(tmp_path, monkeypatch):
     program("g++")
-    monkeypatch.setenv("TUNER_CACHE_DIR", str(tmp_path / "cache" / "kernels"))
+    monkeypatch.setenv("TUNER_CACHE_DIR", str(tmp_path / "cache"))
     made = LIBRARIES.program(CHECKOUT)
     assert made.parent == tmp_path / "cache" / "firmware" and made.parent.stat().st_mode & 0o077 == 0
     assert [path.name for path in made.parent.iterdir()] == [made.name] and LIBRARIES.program(CHECKOUT) == made

@@ -16,7 +16,7 @@ from tests.tuner.exchange.px4.test_px4 import bundle
 from tests.tuner.exchange.px4.test_px4_own_loops import own
 from tuner.engines.firmware.firmware import Bench
 from tuner.engines.firmware.flying import throttle_for, thrusts_of
-from tuner.engines.firmware.px4.bench import LIBRARIES, PX4_FIRMWARE, install
+from tuner.engines.firmware.px4.bench import LIBRARIES, PX4_FIRMWARE
 from tuner.exchange.px4.export import FILE
 
 # Largest difference over the largest torque of an axis; measured over the 40 runs: 4.4e-7 and 4.3e-5.
@@ -38,7 +38,7 @@ def programs(tmp_path_factory):
 def flown(program, folder, given, instants):
     made = bundle(given)
     rotors = actuation(given.airframe.vehicle, PX4_FIRMWARE.curve)
-    board = install(Bench(program, folder, rotors, given.control_period), made.files[FILE])()
+    board = PX4_FIRMWARE.install(Bench(program, folder, rotors, given.control_period), made.files[FILE])()
     try:
         return board_torques(board, PX4_FIRMWARE, given, instants)
     finally:
@@ -83,7 +83,9 @@ def test_armed_it_holds_the_motors_that_hold_the_vehicle(programs, tmp_path, air
     rotors = actuation(given.airframe.vehicle, PX4_FIRMWARE.curve)
     held = (0.52, 0.49, 0.47, 0.505)
     throttle = throttle_for(sum(thrusts_of(held, rotors, PX4_FIRMWARE)) / 4.0, rotors)
-    board = install(Bench(programs["single"], tmp_path, rotors, given.control_period), bundle(given).files[FILE])()
+    board = PX4_FIRMWARE.install(
+        Bench(programs["single"], tmp_path, rotors, given.control_period), bundle(given).files[FILE]
+    )()
     begin = Instant((0.02, -0.03, 1.1), (0.0, 0.0, 0.0), (0.02, -0.03), 1.1, 0.0)
     try:
         board.arm(begin, throttle, held)

@@ -4,14 +4,12 @@ Facts of ArduPilot's master of July 2025 (Copter 4.7-dev): libraries/AC_Attitude
 """
 
 import re
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 from plant.errors import InputError
 from plant.quadrotor.airframes.scales import is_plus
 from tuner.engines.firmware.firmware import Bench, Firmware
-from tuner.engines.firmware.libraries.board import LibraryBoard
+from tuner.engines.firmware.libraries.board import installer
 from tuner.engines.firmware.libraries.building import ControlLibraries
 from tuner.engines.firmware.parameters import parameters_in
 
@@ -55,15 +53,8 @@ def check_period(control_period: float) -> None:
 def parameters_of(bench: Bench, content: bytes) -> dict[str, float]:
     """Return the parameters of an exported file and of the bench."""
     frame = FRAME_TYPES[is_plus(bench.rotors), bench.rotors.rotors[0].spin > 0.0]
-    own = {"FRAME_TYPE": frame, "SCHED_LOOP_RATE": 1.0 / bench.control_period}
-    return {"INS_GYRO_FILTER": 20.0, **SHAPING, **parameters_in(content, VALUE, HEADING, POSITION), **own}
-
-
-def install(bench: Bench, content: bytes) -> Callable[[], LibraryBoard]:
-    """Try the program with the parameters of the file."""
-    power_up = partial(LibraryBoard, bench.binary, parameters_of(bench, content))
-    power_up().close()
-    return power_up
+    fixed = SHAPING | {"FRAME_TYPE": frame, "SCHED_LOOP_RATE": 1.0 / bench.control_period}
+    return {"INS_GYRO_FILTER": 20.0} | parameters_in(content, VALUE, HEADING, POSITION) | fixed
 
 
 ARDUPILOT = Firmware(
@@ -77,7 +68,7 @@ ARDUPILOT = Firmware(
     binary=LIBRARIES.checkout,
     check=check_period,
     program=LIBRARIES.program,
-    install=install,
+    install=installer(parameters_of),
     lockstep=True,
     loses=(
         "Everything is float32, as on the vehicle; motor commands are not yet whole microseconds.",

@@ -1,15 +1,17 @@
 """A firmware's control libraries as a process, called at every control instant (`protocol.hpp`)."""
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from math import atan2, cos, hypot, sin, tan
 from pathlib import Path
 
 from plant.backends.instants import Instant
 from plant.errors import shortened
-from tuner.engines.firmware.firmware import Commands
+from tuner.engines.firmware.firmware import Bench, Commands
 from tuner.engines.firmware.process import FirmwareProcess
 
+PowerUp = Callable[[], "LibraryBoard"]
 FRAME, MOTORS = struct.Struct("<16d"), struct.Struct("<4d")
 NOTHING = (0.0, 0.0, 0.0, 0.0)
 # The part of a refusal that an error shows.
@@ -50,14 +52,28 @@ class LibraryBoard:
         return first, second, third, fourth
 
 
+def installer(parameters_of: Callable[[Bench, bytes], dict[str, float]]) -> Callable[[Bench, bytes], PowerUp]:
+    """Return the install function of a firmware from that of its parameters."""
+
+    def install(bench: Bench, content: bytes) -> PowerUp:
+        power_up = partial(LibraryBoard, bench.binary, parameters_of(bench, content))
+        power_up().close()
+        return power_up
+
+    return install
+
+
 def frame(setpoints: Instant, throttle: float) -> tuple[float, ...]:
-    """Return an instant in body axes x forward, y right, z down, its attitude set point with the heading asked for."""
+    """Return an instant in body axes x forward, y right, z down."""
     turned = (setpoints.rate, setpoints.angles, (*tilt_at_goal(setpoints), setpoints.yaw))
     return (*(value for x, y, z in turned for value in (x, -y, -z)), -setpoints.yaw_rate, throttle)
 
 
 def tilt_at_goal(setpoints: Instant) -> tuple[float, float]:
-    """Return roll and pitch [rad] at the heading asked for, whose thrust has the direction that was asked for."""
+    """Return roll and pitch [rad] at the heading of the set point.
+
+    The thrust keeps the direction that it has with the tilt of the set point at the measured heading.
+    """
     roll, pitch = setpoints.tilt
     ahead, left = tan(pitch), -tan(roll) / cos(pitch)
     turn = setpoints.angles[2] - setpoints.yaw

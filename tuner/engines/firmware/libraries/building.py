@@ -46,7 +46,7 @@ class ControlLibraries:
             return given
         if not (given / self.marker).is_file():
             raise InputError(f"holds no {self.marker}; give {self.checkout}; {BUILT}", file=given, key="--binary")
-        folder = private_folder(cache_folder().parent / "firmware")
+        folder = private_folder(cache_folder() / "firmware")
         if folder is None:
             raise InputError("no folder of this user's own is left for compiled programs; set TUNER_CACHE_DIR")
         program = folder / f"{self.name}-{blake2b(os.fsencode(given.resolve()), digest_size=8).hexdigest()}"

@@ -5,15 +5,13 @@ sensors/vehicle_angular_velocity, their parameters' defaults included.
 """
 
 import re
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
 from plant.errors import InputError
 from plant.quadrotor.airframes.actuation import Actuation
 from plant.quadrotor.airframes.scales import PX4_CT
 from tuner.engines.firmware.firmware import Bench, Firmware
-from tuner.engines.firmware.libraries.board import LibraryBoard
+from tuner.engines.firmware.libraries.board import installer
 from tuner.engines.firmware.libraries.building import ControlLibraries
 from tuner.engines.firmware.parameters import parameters_in
 
@@ -75,13 +73,6 @@ def parameters_of(bench: Bench, content: bytes) -> dict[str, float]:
     return DEFAULTS | geometry(bench.rotors) | given | {LOOP_RATE: 1.0 / bench.control_period}
 
 
-def install(bench: Bench, content: bytes) -> Callable[[], LibraryBoard]:
-    """Try the program with the parameters of the file."""
-    power_up = partial(LibraryBoard, bench.binary, parameters_of(bench, content))
-    power_up().close()
-    return power_up
-
-
 PX4_FIRMWARE = Firmware(
     name="px4",
     title="PX4",
@@ -93,7 +84,7 @@ PX4_FIRMWARE = Firmware(
     binary=LIBRARIES.checkout,
     check=check_period,
     program=LIBRARIES.program,
-    install=install,
+    install=installer(parameters_of),
     lockstep=True,
     loses=(
         "Everything is float32, as on the vehicle.",

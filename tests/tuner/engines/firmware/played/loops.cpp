@@ -17,7 +17,7 @@ struct Vehicle {
 			loops[k] = {bench::parameter(name + "_P"), bench::parameter(name + "RATE_P"), bench::parameter(name + "RATE_I")};
 		}
 
-		bench::unread().clear();
+		bench::unread.clear();
 	}
 
 	double share(double command) const { return curve * command * command + (1.0 - curve) * command; }
