@@ -59,7 +59,7 @@ class Source:
 
     def name_in(self, line: str) -> str | None:
         """Return the name of a line's parameter, if any."""
-        match = self.name.fullmatch(line.strip() if self.is_command_line else line)
+        match = self.name.fullmatch(line)
         return None if match is None else match[match.lastindex or 0]
 
 
@@ -119,7 +119,7 @@ SOURCES = {
     ),
     "betaflight": Source(
         re.compile(r"\s*set\s+[a-z0-9_]+\s*=.*|#\s*Betaflight / .*"),
-        re.compile(r"set\s+([a-z0-9_]+)\s*=.*"),
+        re.compile(r"\s*set\s+([a-z0-9_]+)\s*=.*"),
         _betaflight_values,
         _betaflight_version,
         lambda file: {
@@ -142,7 +142,7 @@ SOURCES = {
         re.compile(
             r"#\s*Stack:\s*ArduPilot.*|(\d+\t\d+\t)?(ATC|PSC|MOT|INS|RATE|STB|FRAME|SCHED|ANGLE)_?\w*[\s,]\s*[-+0-9.].*"
         ),
-        re.compile(r"\d+\t\d+\t(\w+)\t.*|([A-Z]\w*)[\s,=].*"),
+        re.compile(r"\s*(?:\d+\t\d+\t(\w+)\t|([A-Z]\w*)[\s,=]).*"),
         ardupilot.read_param,
         lambda file: _major_minor(stated(file, ardupilot.WHAT).version),
         _ardupilot_options,

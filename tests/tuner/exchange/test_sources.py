@@ -74,7 +74,8 @@ def test_anything_else_is_refused(text, tmp_path):
     [
         ("betaflight", "set p_roll = 60\n"),
         ("px4", "1\t1\tMC_ROLLRATE_P\t0.2\t9\n"),
-        ("ardupilot", "ATC_RAT_RLL_P 0.2\n"),
+        ("ardupilot", "  ATC_RAT_RLL_P 0.2  # mine\n"),
+        ("ardupilot", "1\t1\tATC_RAT_RLL_P\t0.2\t9\n"),
         ("crazyflie", CRAZYFLIE.replace("200.0", "100.0").partition("  pid_rate.pitch")[0]),
     ],
 )
