@@ -10,6 +10,7 @@ import numpy as np
 
 from objectives.margins.trim import Trim
 from objectives.metrics import parse
+from objectives.problem import FlightBatch, Problem
 from plant.air.spec import AirSpec
 from plant.errors import InputError
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES
@@ -21,7 +22,7 @@ from tuner.analysis.judging.opinion import Evidence, form_opinion, opinion_sente
 from tuner.analysis.judging.paired_scores import FAILURE, PairedScores
 from tuner.analysis.margins.judging import judge_quadrotor
 from tuner.api.flight_setup import FlightSetup, quadrotor_setup
-from tuner.api.flying import flown_scores, problem_of
+from tuner.api.flying import problem_of
 from tuner.api.vehicle_files import GainsFile, Subjects
 from tuner.documents.assessment import (
     AssessedLoop,
@@ -122,18 +123,29 @@ def assess(
 
 def fly(setups: Sequence[FlightSetup], threads: int | None, stages: Stages, watcher: Watcher) -> np.ndarray:
     """Return the scores (files, metrics, flights) of each file's flights."""
+    # Air and noise take as long to draw as to fly through: gains of one system share them.
+    first, *others = (setup.system.content(setup.spec) for setup in setups)
+    is_shared = all(other == first for other in others)
+    groups = [setups] if is_shared else [[setup] for setup in setups]
     with stages.measure("compilation"):
-        problems = [problem_of(setup, threads) for setup in setups]
-        for setup, problem in zip(setups, problems, strict=True):
+        problems = [problem_of(group[0], threads) for group in groups]
+        for group, problem in zip(groups, problems, strict=True):
             with nullcontext() if problem.flyer.cached else compilation(watcher):
-                problem.warm_up(setup.gains, setup.spec)
-    flights, scores = len(setups[0].draws[1]), list[np.ndarray]()
-    watcher.on_stage("Judging", flights * len(setups))
+                problem.warm_up(group[0].gains, group[0].spec)
+    watcher.on_stage("Judging", len(setups[0].draws[1]) * len(setups))
     with stages.measure("flights"):
-        for setup, problem in zip(setups, problems, strict=True):
-            scores.append(flown_scores(problem, setup)[0])
-            watcher.on_flights_done(flights)
-    return np.array(scores)
+        return np.concatenate([score(problem, group, watcher) for group, problem in zip(groups, problems, strict=True)])
+
+
+def score(problem: Problem, setups: Sequence[FlightSetup], watcher: Watcher) -> np.ndarray:
+    """Return the scores (files, metrics, flights) of files that fly one system."""
+    rows, (stream, indices) = np.array([setup.gains for setup in setups]), setups[0].draws
+    batch, flown = FlightBatch(setups[0].spec, stream, indices.stop, indices.start), np.ones(len(rows), dtype=bool)
+    parts = [
+        problem.scored(rows, flown, batch, first, last, watcher.on_flights_done)[0]
+        for first, last in problem.chunks(batch)
+    ]
+    return np.concatenate(parts, axis=-1)
 
 
 def gather_evidence(subjects: Subjects, loops: Sequence[LoopSet], paired: PairedScores) -> Evidence:

@@ -14,8 +14,7 @@ from tuner.api.gains import GainsLike, QuadrotorGains, as_gains, gains_of
 from tuner.api.studies import StudyLike
 from tuner.documents.export import ExportDocument
 from tuner.exchange.registry import exporter as find_exporter
-from tuner.exchange.registry import importer as find_importer
-from tuner.exchange.registry import settings_of
+from tuner.exchange.registry import import_parameters
 from tuner.exchange.run import Export
 from tuner.exchange.verification import FLIGHTS
 from tuner.search.watcher import Watcher
@@ -173,10 +172,8 @@ def import_gains(
     """
     if out is not None and Path(out).exists():
         raise taken(Path(out))
-    importer = find_importer(source)
-    imported = importer.read(
-        Path(parameters), load(airframe, allow_unphysical=True), settings_of(importer, texts(options))
-    )
+    vehicle = load(airframe, allow_unphysical=True)
+    imported = import_parameters(source, Path(parameters), vehicle, texts(options))
     gains = gains_of(imported.controller, {})
     if out is not None:
         gains = replace(gains, path=write_new(Path(out), gains.document, parents=True))

@@ -11,8 +11,8 @@ from plant.quadrotor.airframes import Airframe, load
 from tuner.analysis.judging.vehicle_class import class_airframe, ranges_text
 from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gains
 from tuner.documents.assessment import AssessedAirframe, AssessedFile, ParameterChange
+from tuner.exchange.registry import import_parameters
 from tuner.exchange.registry import importer as find_importer
-from tuner.exchange.registry import settings_of
 from tuner.exchange.sources import GAINS, SOURCES, changed_values, check_versions, guess_source, overlaid
 
 
@@ -113,9 +113,8 @@ def find_source(name: str) -> str:
 
 def read_parameter_file(path: Path, source: str, airframe: Airframe) -> GainsFile:
     """Return the gains of a parameter file in the firmware's own loops."""
-    importer = find_importer(source)
     options = [f"{name}={value}" for name, value in SOURCES[source].options(path).items()]
-    imported = importer.read(path, airframe, settings_of(importer, options))
+    imported = import_parameters(source, path, airframe, options)
     record = imported.controller.vehicle
     version = None if record is None else record.target_version
     return GainsFile(path, file_part(path, source, version), gains_of(imported.controller, {}), imported.notes)

@@ -1,8 +1,10 @@
 """Targets by name, and the options given for one; a new target is a folder with a `TARGET` in its `export.py` and a line here."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from plant.errors import InputError, UnknownNameError, check_name
+from plant.quadrotor.airframes import Airframe
 from tuner.exchange.ardupilot import export as ardupilot
 from tuner.exchange.betaflight import adrc as betaflight_adrc
 from tuner.exchange.betaflight import export as betaflight
@@ -13,7 +15,7 @@ from tuner.exchange.matlab import export as matlab
 from tuner.exchange.px4 import export as px4
 from tuner.exchange.ros2 import export as ros2
 from tuner.exchange.rotorpy import export as rotorpy
-from tuner.exchange.target import FIRMWARE, ExportTarget, Importer, flag
+from tuner.exchange.target import FIRMWARE, ExportTarget, ImportedController, Importer, flag
 
 MODULES = (c99, px4, ardupilot, crazyflie, betaflight, betaflight_adrc, ros2, fmi, matlab, rotorpy)
 EXPORTERS: dict[str, ExportTarget] = {module.TARGET.name: module.TARGET for module in MODULES}
@@ -33,6 +35,12 @@ def importer(name: str) -> Importer:
     """Return the importer of a target; raises UnknownNameError."""
     check_name("source", name, IMPORTERS, key="--from")
     return IMPORTERS[name]
+
+
+def import_parameters(source: str, file: Path, airframe: Airframe, given: Sequence[str]) -> ImportedController:
+    """Return the controller of a parameter file; given: options as NAME=VALUE texts."""
+    chosen = importer(source)
+    return chosen.read(file, airframe, settings_of(chosen, given))
 
 
 def settings_of(target: ExportTarget | Importer, given: Sequence[str]) -> dict[str, str]:

@@ -41,7 +41,7 @@ class Source:
         values: Return every parameter of a file; InputError names file and parameter.
         version: Return the version that a file states, major.minor, None if silent.
         options: Return the options of the import of a file.
-        is_integer: True where the firmware holds whole numbers alone.
+        is_command_line: True for lines of a command line, with profiles, whole numbers and words.
         resets: A line with which a file sets everything else to its default.
         left_out: Parameters that an import takes as 0.
         scaling: Parameters that nothing tunes and that scale the loops.
@@ -52,14 +52,14 @@ class Source:
     values: Callable[[Path], Values]
     version: Callable[[Path], str | None]
     options: Callable[[Path], dict[str, str]]
-    is_integer: bool = False
+    is_command_line: bool = False
     resets: re.Pattern[str] | None = None
     left_out: frozenset[str] = frozenset()
     scaling: frozenset[str] = frozenset()
 
     def name_in(self, line: str) -> str | None:
         """Return the name of a line's parameter, if any."""
-        match = self.name.fullmatch(line.strip() if self.is_integer else line)
+        match = self.name.fullmatch(line)
         return None if match is None else match[match.lastindex or 0]
 
 
@@ -119,14 +119,14 @@ SOURCES = {
     ),
     "betaflight": Source(
         re.compile(r"\s*set\s+[a-z0-9_]+\s*=.*|#\s*Betaflight / .*"),
-        re.compile(r"set\s+([a-z0-9_]+)\s*=.*"),
+        re.compile(r"\s*set\s+([a-z0-9_]+)\s*=.*"),
         _betaflight_values,
         _betaflight_version,
         lambda file: {
             **_fixed("betaflight", LOOPS.name, PERIOD, EVERY)(file),
             PROFILE: str(_betaflight_profile(file)),
         },
-        is_integer=True,
+        is_command_line=True,
         resets=re.compile(r"\s*defaults\b.*"),
         left_out=frozenset(SILENT) - set(FOLLOWING.values()),
     ),
@@ -142,7 +142,7 @@ SOURCES = {
         re.compile(
             r"#\s*Stack:\s*ArduPilot.*|(\d+\t\d+\t)?(ATC|PSC|MOT|INS|RATE|STB|FRAME|SCHED|ANGLE)_?\w*[\s,]\s*[-+0-9.].*"
         ),
-        re.compile(r"\d+\t\d+\t(\w+)\t.*|([A-Z]\w*)[\s,=].*"),
+        re.compile(r"\s*(?:\d+\t\d+\t(\w+)\t|([A-Z]\w*)[\s,=]).*"),
         ardupilot.read_param,
         lambda file: _major_minor(stated(file, ardupilot.WHAT).version),
         _ardupilot_options,
@@ -183,7 +183,7 @@ def overlaid(source: Source, before: Path, after: Path) -> str:
         current = source.name_in(line) or (current if line.startswith("    ") else None)
         if current not in replaced:
             lines.append(line)
-    profile = [f"profile {_betaflight_profile(before)}"] if source.is_integer else []
+    profile = [f"profile {_betaflight_profile(before)}"] if source.is_command_line else []
     return "\n".join([*lines, *profile, *later]) + "\n"
 
 
@@ -202,7 +202,7 @@ def differing_values(
     return {
         name: (value, held.get(name))
         for name, value in written.items()
-        if name not in held or not is_same(value, held[name], source.is_integer)
+        if name not in held or not is_same(value, held[name], source.is_command_line)
     }
 
 

@@ -62,6 +62,18 @@ def test_a_filter_by_coherence_is_refused_for_its_noise(tmp_path):
     assert noise["verdict"] == "worse" and noise["low"] > 0.4
 
 
+def test_a_filter_that_is_switched_off_is_refused(tmp_path):
+    opinion = judged(tmp_path, {"dterm_lpf2_static_hz": 0})
+    assert opinion.verdict == "do not fly" and "infinite, max 1 (150 Hz before, off after" in opinion.document.sentence
+
+
+@pytest.mark.parametrize(("level", "verdict"), [(75, "better"), (30, "worse")])
+def test_an_attitude_that_follows_closer_is_better(level, verdict, tmp_path):
+    opinion = judged(tmp_path, {"angle_p_gain": level}, {**DEFAULTS, "angle_p_gain": 50})
+    assert opinion.verdict == verdict and opinion.table.loc["rms.tilt", "verdict"] == verdict
+    assert opinion.passed == (verdict == "better")
+
+
 def test_a_lower_filter_is_not_refused(tmp_path):
     opinion = judged(tmp_path, {name: value - 5 for name, value in FILTERS.items()})
     assert opinion.passed and ms(opinion, "roll")[1] > ms(opinion, "roll")[0]

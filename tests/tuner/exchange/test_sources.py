@@ -74,7 +74,8 @@ def test_anything_else_is_refused(text, tmp_path):
     [
         ("betaflight", "set p_roll = 60\n"),
         ("px4", "1\t1\tMC_ROLLRATE_P\t0.2\t9\n"),
-        ("ardupilot", "ATC_RAT_RLL_P 0.2\n"),
+        ("ardupilot", "  ATC_RAT_RLL_P 0.2  # mine\n"),
+        ("ardupilot", "1\t1\tATC_RAT_RLL_P\t0.2\t9\n"),
         ("crazyflie", CRAZYFLIE.replace("200.0", "100.0").partition("  pid_rate.pitch")[0]),
     ],
 )
@@ -100,6 +101,12 @@ def test_settings_behind_a_rate_profile_reach_the_loops(tmp_path):
     later = write(tmp_path, "set dterm_lpf1_static_hz = 150\n", "after.txt")
     merged = kind.values(write(tmp_path, overlaid(kind, before, later), "merged.txt"))
     assert merged["dterm_lpf1_static_hz"] == "150"
+
+
+def test_sliders_that_the_vehicle_turns_into_gains_are_refused(tmp_path):
+    file = write(tmp_path, "set simplified_pi_gain = 146\nsimplified_tuning apply\n")
+    with pytest.raises(InputError, match="simplified_tuning apply.*diff all"):
+        SOURCES["betaflight"].values(file)
 
 
 def test_files_of_two_versions_are_refused(tmp_path):

@@ -138,7 +138,7 @@ def compare_means(metric: str, difference: SampledValue) -> str:
 
 def rule_text(row: RuleRow) -> str:
     """Return a violated rule in words."""
-    value = "unstable" if row.value is None else significant(row.value, 3)
+    value = "infinite" if row.value is None else significant(row.value, 3)
     unit, note = "" if row.unit == "1" else f" {row.unit}", f"{row.note}; " if row.note else ""
     return f"{row.rule}, {row.axis}: {value}{unit}, {row.sense} {row.limit:g}{unit} ({note}{row.source})"
 

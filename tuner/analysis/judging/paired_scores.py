@@ -43,7 +43,7 @@ class PairedScores:
 
     @property
     def rows(self) -> list[AssessedMetric]:
-        """Means of the metrics over the flights that no file loses, or over all where each is lost."""
+        """Means over the flights that no file loses, or all."""
         is_completed = np.all(self.scores[:, 0] == 0.0, axis=0)
         scores = self.scores[:, :, is_completed] if is_completed.any() else self.scores
         return [self._row(index, scores) for index in range(1, len(self.metrics))]
@@ -64,7 +64,7 @@ class PairedScores:
         )
 
     def _difference(self, index: int, scores: np.ndarray) -> SampledValue:
-        """Return the mean of the first file less that of the second, with its 95 % interval."""
+        """Return the difference of the means with its 95 % interval."""
         flights = scores.shape[-1]
         resample = generator(self.seed, "judge/bootstrap", 0).integers(flights, size=(REPLICATES, flights))
         objective = Objective(self.metrics[index], Risk("mean"))

@@ -30,7 +30,8 @@ CLASSES = {
     "crazyflie": VehicleClass("a Crazyflie 2.x", "crazyflie-pybullet", 0.1),
 }
 """Class of each firmware."""
-SHOWN = ("mass", "inertia.x", "thrust_coefficient", "lag_up")
+SHOWN = {"mass": "mass", "inertia.x": "Ixx", "thrust_coefficient": "thrust coefficient", "lag_up": "rotor lag"}
+"""Numbers of an airframe whose ranges are shown, in words."""
 
 
 def class_airframe(source: str) -> Airframe:
@@ -53,5 +54,5 @@ def ranges_text(airframe: Airframe) -> str:
     for name, deviation in zip(ranges.names, ranges.deviations, strict=True):
         if name in SHOWN:
             factor, number = exp(QUANTILE * deviation), airframe.sources[name]
-            parts.append(f"{name} {number.value / factor:.2g} to {number.value * factor:.2g} {number.unit}")
+            parts.append(f"{SHOWN[name]} {number.value / factor:.2g} to {number.value * factor:.2g} {number.unit}")
     return ", ".join(parts)

@@ -18,6 +18,8 @@ SETTING = re.compile(r"set\s+([a-z0-9_]+)\s*=\s*(\S.*?)\s*")
 PROFILE = re.compile(r"profile\s+([0-9])")
 OTHER_PROFILE = re.compile(r"(rate|battery_)profile\b.*")
 VERSION = re.compile(r"#\s*(\w+) / .*?\s(\d+\.\d+)(?:\.\d+\S*)?\s.*")
+APPLY = re.compile(r"simplified_tuning\s+apply")
+"""Command that turns sliders into gains."""
 MIXER = re.compile(r"mixer\s+(\w+)")
 PROFILES = 4
 # Gains with the same range in every release.
@@ -61,6 +63,9 @@ def read_cli(file: Path, profile: int) -> dict[str, str]:
             inside, other = None, others.setdefault(text, {})
         elif (hit := SETTING.fullmatch(text)) and inside in (None, profile):
             _enter(values if other is None else other, hit[1], hit[2], file)
+        elif APPLY.fullmatch(text):
+            message = f"'{shortened(text)}' has the vehicle work its gains out; load it there, then give {WHAT}"
+            raise InputError(message, file=file)
         elif text.startswith("###"):
             raise InputError(f"holds the error '{shortened(text)}' of the firmware; give {WHAT}", file=file)
     for name, value in _agreed(others):
