@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 MIN_WIDTH = 20
 """Least columns for which anything is laid out."""
-PLAIN = str.maketrans({"−": "-", "\u202f": ","})
+SPACES = str.maketrans({"\u202f": ","})
+PLAIN = SPACES | str.maketrans({"−": "-"})
 
 
 class Console(console.Console):
@@ -32,7 +33,7 @@ class Console(console.Console):
 
     def render_str(self, text: str, **options: Any) -> Text:
         """Return a text ready to be laid out; see `Console.render_str`."""
-        return super().render_str(inert(text), **options)
+        return super().render_str(inert(text.translate(SPACES)), **options)
 
     def render(
         self, renderable: console.RenderableType, options: console.ConsoleOptions | None = None

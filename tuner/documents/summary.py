@@ -10,6 +10,7 @@ from plant.input_files import parse_json, read_input_text
 from tuner.documents.obstacles import ConflictPart, ConstraintPrice, UnmetConstraint
 from tuner.documents.parts import Estimate, LostFlight, PlantStep, ShareCount
 from tuner.store.document import Document, DocumentPart, Scale, Sense
+from tuner.text.numbers import count as number_text
 from tuner.text.numbers import significant
 from tuner.text.sentences import listing
 
@@ -108,9 +109,13 @@ class ComparedRow(DocumentPart):
     sense: ClassVar[str] = "max"
 
     @property
-    def counts(self) -> tuple[ShareCount | None, ShareCount | None]:
-        """Counts behind default and tuned value."""
-        return self.default_count, self.tuned_count
+    def evidence(self) -> tuple[str, str]:
+        """Counts behind default and tuned value in words.
+
+        Of an estimate its flights, of other values "".
+        """
+        default, tuned = ("" if count is None else count.words for count in (self.default_count, self.tuned_count))
+        return default, tuned if self.tail_flights is None else f"by {number_text(self.tail_flights)} flights"
 
 
 class ComparedState(DocumentPart):
@@ -148,7 +153,7 @@ class RequiredRow(DocumentPart):
     tuned_state: str | None = None
     states: list[ComparedState] = []
     automatic: ClassVar[str] = ""
-    counts: ClassVar[tuple[None, None]] = (None, None)
+    evidence: ClassVar[tuple[str, str]] = ("", "")
 
     @property
     def worst_state(self) -> str | None:

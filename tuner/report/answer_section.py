@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from objectives.margins.quantities import QUANTITIES
-from tuner.documents.parts import Estimate, ShareCount, in_shown_units
+from tuner.documents.parts import Estimate, in_shown_units
 from tuner.documents.states import WORST_MARK, state_table
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
@@ -125,16 +125,18 @@ def _row(results: TuningFolder, quantity: ComparedRow) -> list[str]:
     link = element("a", name, href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
     return [
         join((link, _unit(quantity.unit), element("small", _about(quantity)))),
-        join((estimate_cell(quantity.default), _count(quantity.default_count))),
-        join((estimate_cell(quantity.tuned), _count(quantity.tuned_count))),
+        *[
+            join((estimate_cell(entry), _evidence_line(words)))
+            for entry, words in zip((quantity.default, quantity.tuned), quantity.evidence, strict=True)
+        ],
         estimate_cell(quantity.difference, signed=True),
         verdict(quantity.verdict),
     ]
 
 
-def _count(entry: ShareCount | None) -> Markup:
-    """Return the count behind a share, with its bound."""
-    return Markup() if entry is None else element("small", entry.words, class_="interval")
+def _evidence_line(words: str) -> Markup:
+    """Return the line below a value that says what it rests on."""
+    return element("small", words, class_="interval") if words else Markup()
 
 
 def _about(quantity: ComparedRow) -> Markup:

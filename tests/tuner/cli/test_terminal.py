@@ -23,6 +23,7 @@ from tuner.documents.contest_document import ComparisonDocument
 from tuner.documents.plan import PlanDocument
 from tuner.documents.summary import Summary
 from tuner.documents.tuning import TuningFolder
+from tuner.text.numbers import count
 
 ROOT = Path(__file__).parents[3]
 WIDTHS = (60, 80, 200)
@@ -181,6 +182,15 @@ def test_plan_compare_and_fly(small_run, tmp_path, monkeypatch, capsys):
     flown()
     # The drawn lines differ with the width; nothing else does.
     check_widths(flown, monkeypatch, (60, 80))
+
+
+def test_thousands_are_parted_by_commas(capsys):
+    table = TerminalTable("Flights")
+    table.add_column("at most")
+    table.add_row(count(46275))
+    for text in (count(12345), table):
+        Console().print(text)
+    assert re.findall(r"\d\S*", capsys.readouterr().out) == ["12,345", "46,275"]
 
 
 def test_a_pipe_is_as_wide_as_columns_says_else_as_meanings_need(monkeypatch, capsys):

@@ -84,8 +84,8 @@ def clear_text(results: "TuningFolder", rows: Sequence[ComparedRow | RequiredRow
     """Return the limits that both satisfy, automatic ones last."""
     names: dict[str, list[str]] = {}
     for row in sorted(rows, key=lambda row: bool(row.automatic)):
-        _, count = row.counts
-        bound = f" ({count.words})" if count else ""
+        _, evidence = row.evidence
+        bound = f" ({evidence})" if evidence else ""
         names.setdefault(row.automatic, []).append(named(results, row, short=True) + bound)
     parts = [f"{f'automatic ({key}): ' if key else ''}{'; '.join(of_key)}" for key, of_key in names.items()]
     return f"Satisfied by both: {'; '.join(parts)}."

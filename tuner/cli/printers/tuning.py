@@ -83,7 +83,7 @@ def comparison_table(summary: Summary) -> TerminalTable:
         source = f" (automatic: {row.automatic})" if row.automatic else ""
         parts = [estimate(getattr(row, key)) for key in ("default", "tuned", "difference")]
         parts[2] = f"{shown_verdict(row.verdict)}: {parts[2]}"
-        parts = [*map(with_count, parts, (*row.counts, None))]
+        parts = [f"{part}\n{words}".rstrip() for part, words in zip(parts, (*row.evidence, ""), strict=True)]
         label = row.label.replace("@", "\n@")
         table.add_row(f"{label}\n{limit}{unit_text(row.unit)}{source}".rstrip(), *parts)
     return table

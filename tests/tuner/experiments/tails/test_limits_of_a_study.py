@@ -5,11 +5,14 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.conftest import QUICKSTART, SMALL, run_small
+from tuner.api.results import TuningResults, open_results
+from tuner.cli.printers.run_end import clear_text
 from tuner.documents.summary import Summary
 from tuner.experiments.tails.limits import FinalistTails, TailLimits, TailValue
 from tuner.experiments.tuning.ending import ending_of
 from tuner.search.watcher import Watcher
 from tuner.study import load_study
+from tuner.text.numbers import count
 
 # Three seconds in a severe wind: a limit that takes seconds to judge.
 LIMIT = {"constraint": [{"metric": "failure", "risk": "probability", "max": 0.05}]}
@@ -81,6 +84,10 @@ def test_a_run_estimates_the_probability_of_what_it_recommends(ran):
     read = Summary.parse((folder / "summary.json").read_text(encoding="utf-8"))
     assert [entry.tail_flights for entry in read.compared if entry.metric == "failure"] == [row.tail_flights]
     assert row.default.high is not None and row.default.high < 0.2
+    spent = f"by {count(row.tail_flights)} flights"
+    assert spent in (folder / "report.html").read_text(encoding="utf-8")
+    results = open_results(folder)
+    assert isinstance(results, TuningResults) and spent in clear_text(results, [row])
     assert any("with a probability of" in text and "at most 0.05 is allowed" in text for text in read.remarks)
 
 
