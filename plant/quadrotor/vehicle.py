@@ -6,7 +6,7 @@ from plant.errors import InputError
 from plant.vectors import Rotors, Vec3
 
 # Each control period of dead time is four numbers of the state.
-MOST_LATE = 32
+MOST_LATE = 64
 # Longest dead time that is drawn, in standard deviations above the file's: 1 of 740 vehicles is beyond.
 FARTHEST = 3.0
 

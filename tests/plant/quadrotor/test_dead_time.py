@@ -94,9 +94,9 @@ def test_vehicles_of_one_loop_have_dead_times_of_their_own(periods: int) -> None
 
 
 def test_the_longest_dead_time_that_is_drawn_decides_the_length_of_the_line() -> None:
-    """Three standard deviations above the file's, at most 32 periods; none where no dead time is drawn."""
+    """Three standard deviations above the file's, at most 64 periods; none where no dead time is drawn."""
     vehicle = HUMMINGBIRD._replace(dead_time=0.004, dead_time_deviation=0.003)
-    assert [vehicle_features(vehicle, h).most_delay_steps for h in (0.0002, 0.001, 0.002, 0.004)] == [32, 13, 6, 3]
+    assert [vehicle_features(vehicle, h).most_delay_steps for h in (0.0002, 0.001, 0.002, 0.004)] == [64, 13, 6, 3]
     assert vehicle_features(vehicle, 0.004).name == "_upto3late"
     assert vehicle_features(HUMMINGBIRD._replace(dead_time=0.004), 0.004).most_delay_steps == 0
 
@@ -118,7 +118,7 @@ def test_dead_time_is_rounded_to_whole_periods() -> None:
     """1.2 ms are one period of 1 ms and none of 4 ms; what no flight could keep is refused."""
     vehicle = HUMMINGBIRD._replace(dead_time=0.0012)
     assert [late_periods(vehicle, h) for h in (0.001, 0.002, 0.004)] == [1, 1, 0]
-    with pytest.raises(InputError, match="at most 32 are kept"):
+    with pytest.raises(InputError, match="at most 64 are kept"):
         late_periods(vehicle._replace(dead_time=0.1), 0.001)
 
 
