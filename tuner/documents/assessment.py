@@ -93,7 +93,7 @@ class RuleRow(DocumentPart):
 
 
 class AssessedMetric(DocumentPart):
-    """A mean over the flights. difference: after less before with its 95 % interval, as a share of before; null without it."""
+    """A mean over the flights. difference: geometric mean of after over before, less 1, with its 95 % interval, or null."""
 
     metric: str
     definition: str

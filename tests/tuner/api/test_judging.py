@@ -62,6 +62,12 @@ def test_a_filter_by_coherence_is_refused_for_its_noise(tmp_path):
     assert noise["verdict"] == "worse" and noise["low"] > 0.4
 
 
+def test_published_failures_are_refused_on_the_class_too(tmp_path):
+    opinion = judged(tmp_path, DOUBLED, airframe=None, flights=64)
+    assert opinion.verdict == "do not fly" and "class of a 5 inch racer" in opinion.document.sentence
+    assert judged(tmp_path, BY_MARGIN, HEALTHY, airframe=None).verdict == "do not fly"
+
+
 def test_a_filter_that_is_switched_off_is_refused(tmp_path):
     opinion = judged(tmp_path, {"dterm_lpf2_static_hz": 0})
     assert opinion.verdict == "do not fly" and "infinite, max 1 (150 Hz before, off after" in opinion.document.sentence

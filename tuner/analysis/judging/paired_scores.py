@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import expm1
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class PairedScores:
     @property
     def loss_difference(self) -> SampledValue | None:
         """Probability of loss, after less before, with its interval; None for one file."""
-        return self._difference(0, self.scores) if len(self.scores) > 1 else None
+        return self._difference(0, self.scores[:, 0]) if len(self.scores) > 1 else None
 
     @property
     def rows(self) -> list[AssessedMetric]:
@@ -49,10 +50,12 @@ class PairedScores:
         return [self._row(index, scores) for index in range(1, len(self.metrics))]
 
     def _row(self, index: int, scores: np.ndarray) -> AssessedMetric:
-        metric, means = self.metrics[index], scores[:, index].mean(axis=-1).tolist()
-        before, difference = means[1] if len(means) > 1 else None, None
-        if before:
-            difference = SampledValue(*(part / before for part in self._difference(index, scores)))
+        metric, values = self.metrics[index], scores[:, index]
+        means, difference = values.mean(axis=-1).tolist(), None
+        before = means[1] if len(means) > 1 else None
+        if before is not None and np.all(values > 0.0):
+            # Ratios of paired flights: a class has vehicles with ten times the noise of others.
+            difference = SampledValue(*map(expm1, self._difference(index, np.log(values))))
         return AssessedMetric(
             metric=metric.text,
             definition=metric.metric.definition,
@@ -63,9 +66,9 @@ class PairedScores:
             verdict=NOT_DISTINGUISHABLE if difference is None else compare_means(metric.text, difference),
         )
 
-    def _difference(self, index: int, scores: np.ndarray) -> SampledValue:
-        """Return the difference of the means with its 95 % interval."""
-        flights = scores.shape[-1]
+    def _difference(self, index: int, values: np.ndarray) -> SampledValue:
+        """Return the difference of the means of values (2, flights)."""
+        flights = values.shape[-1]
         resample = generator(self.seed, "judge/bootstrap", 0).integers(flights, size=(REPLICATES, flights))
         objective = Objective(self.metrics[index], Risk("mean"))
-        return SampledValue(*map(float, objective.difference(scores[0, index], scores[1, index], resample)))
+        return SampledValue(*map(float, objective.difference(values[0], values[1], resample)))
