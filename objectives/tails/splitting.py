@@ -220,7 +220,7 @@ def _joined(
 
 
 def _rows_reaching(level: float, values: Array, most: int | None) -> NDArray[np.intp]:
-    """Return the places of values that reach a level, without ties beyond `most`."""
+    """Return the places of values that reach a level, `most` with ties."""
     rows = np.flatnonzero(values >= level)
     if most is None or len(rows) <= most:
         return rows
