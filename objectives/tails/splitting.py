@@ -21,6 +21,7 @@ from functools import partial
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from objectives.tails.limit_function import Array, LimitFunction, Replica
 
@@ -193,12 +194,22 @@ def _draw(dimension: int, chains: int, mode: int, threshold: Threshold, rng: np.
     return sample
 
 
-def _joined(sample: Sample | None, part: Population, mode: int, threshold: Threshold) -> Sample:
-    """Return the sample with one part more."""
+def _joined(
+    sample: Sample | None, part: Population, mode: int, threshold: Threshold, most: int | None = None
+) -> Sample:
+    """Return the sample with one part more.
+
+    Args:
+        sample: so far.
+        part: that is added.
+        mode: column of the demands.
+        threshold: that survivors reach.
+        most: survivors that are held of either; ties beyond are left out.
+    """
     parts = [part] if sample is None else [sample.survivors, part]
     values = part.values if sample is None else np.concatenate([sample.values, part.values])
     level = threshold(values[:, mode])
-    reaching = [np.flatnonzero(each.values[:, mode] >= level) for each in parts]
+    reaching = [_rows_reaching(level, each.values[:, mode], most) for each in parts]
     # Written into place, for a copy of each part beside the whole would be half of all memory.
     states, end = np.empty((sum(map(len, reaching)), part.states.shape[1])), 0
     for each, rows in zip(parts, reaching, strict=True):
@@ -206,6 +217,15 @@ def _joined(sample: Sample | None, part: Population, mode: int, threshold: Thres
         end += len(rows)
     survivors = np.concatenate([each.values[rows] for each, rows in zip(parts, reaching, strict=True)])
     return Sample(values, Population(states, survivors))
+
+
+def _rows_reaching(level: float, values: Array, most: int | None) -> NDArray[np.intp]:
+    """Return the places of values that reach a level, `most` with ties."""
+    rows = np.flatnonzero(values >= level)
+    if most is None or len(rows) <= most:
+        return rows
+    ties = rows[values[rows] == level]
+    return np.setdiff1d(rows, ties[-(len(rows) - most) :])
 
 
 def _seeds(survivors: Population, count: int, rng: np.random.Generator) -> Population:
@@ -238,7 +258,8 @@ def _tune(
     logits = [np.log(step / (1.0 - step))]
     for count in range(1, CHAIN):
         part, acceptance = yield from _move(mode, level, part, 1.0 / (1.0 + np.exp(-logits[-1])), rng)
-        sample = _joined(sample, part, mode, threshold)
+        # Chains that no move leaves are all tied; as seeds a few of them do.
+        sample = _joined(sample, part, mode, threshold, 3 * len(seeds.states))
         logits.append(min(logits[-1] + 4.0 * (acceptance - ACCEPTANCE) / np.sqrt(count), 6.0))
     # The later half no longer depends on where the step began.
     mean = np.mean(logits[len(logits) // 2 :])

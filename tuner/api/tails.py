@@ -86,6 +86,7 @@ def tail(
     study: StudyLike | None = None,
     scenario: int = 0,
     seed: int = 1,
+    worst: str | None = None,
     out: str | Path | None = None,
     watcher: Watcher | None = None,
     threads: int | None = None,
@@ -102,6 +103,8 @@ def tail(
         study: Study whose scenario, limits and seed are flown; by default that of the gains as of `fly`.
         scenario: Which scenario of the study, from 0.
         seed: Root seed where no study gives one.
+        worst: Part of a flight, such as "vehicle" or "air", whose design point is sought with all else as usual; by default of
+            all parts together.
         out: Folder for tail.json, the replicas and the flights of the design points. The same call goes on with it.
         watcher: Callbacks that hear of compilation, cost and flights.
         threads: Threads, by default one for each core; the result has the same bits on any number.
@@ -143,7 +146,7 @@ def tail(
         ],
         written,
         first.spec,
-        TailSettings(first.root, to, width, most, threads),
+        TailSettings(first.root, to, width, most, threads, worst),
         watcher or Watcher(),
         None if out is None else Path(out),
     )

@@ -30,6 +30,9 @@ def tail(
     study: Annotated[Path | None, study_option("Fly a scenario of this study.")] = None,
     scenario: Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)] = 0,
     seed: Annotated[int, typer.Option(help="Root seed where no study gives one.", min=0)] = 1,
+    worst: Annotated[
+        str | None, typer.Option(help="Seek the worst of this part alone, such as vehicle or air.", show_default="all")
+    ] = None,
     out: Annotated[
         Path | None, typer.Option(help="Write numbers and flights into this folder; the same command goes on with it.")
     ] = None,
@@ -52,6 +55,7 @@ def tail(
             study=study,
             scenario=scenario,
             seed=seed,
+            worst=worst,
             out=out,
             watcher=watcher,
             threads=threads,

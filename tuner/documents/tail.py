@@ -115,6 +115,7 @@ class TailDocument(Document):
         smallest: Probability down to which was looked.
         width: Of the interval, over the probability.
         most_flights: Of an event at most.
+        worst: Part of a flight whose design point alone was sought, null for all.
         parts: Number of normals that each part of a flight is drawn from.
         gains: Probabilities by gains.
         ratios: Of others to the first.
@@ -128,6 +129,7 @@ class TailDocument(Document):
     smallest: float
     width: float
     most_flights: int
+    worst: str | None = None
     parts: dict[str, int]
     gains: list[TailGains]
     ratios: list[TailRatio]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, norm
 
-from objectives.tails.splitting import CHAIN, Ladder, climb, next_level, replicate, run_together
+from objectives.tails.splitting import CHAIN, Ladder, _joined, climb, next_level, replicate, run_together
 from plant.seeds import generator
 from tests.objectives.tails.closed_forms import Closed, corner, half_space
 
@@ -97,3 +97,18 @@ def test_the_pilot_climbs_to_the_failure_and_says_how():
 )
 def test_tied_values_give_the_next_larger_level(values, before, level):
     assert next_level(np.array(values), before) == level
+
+
+def test_of_a_pilot_that_is_stuck_few_ties_are_held(monkeypatch):
+    sizes = []
+
+    def joined(*given):
+        made = _joined(*given)
+        sizes.append(len(made.survivors.states))
+        return made
+
+    monkeypatch.setattr("objectives.tails.splitting._joined", joined)
+    # No move comes beyond a demand of 0.5.
+    limit = Closed(3, lambda u: [np.minimum(u[:, 0] / 4.0, 0.5)])
+    [ascent] = run_together(limit, [climb(0, 3, 20, 1e-6, np.random.default_rng(1))])
+    assert ascent.is_stalled and max(sizes) <= 4 * 20

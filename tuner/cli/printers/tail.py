@@ -31,5 +31,7 @@ def _print_event(event: TailEvent, document: TailDocument, console: Console) -> 
     for mode in event.modes:
         if len(event.modes) > 1 and mode.probability.value > 0.0:
             console.print(f"  {mode_line(mode)}")
+        if document.worst is not None and mode.point is None and mode.probability.value > 0.0:
+            console.print(f"  no {document.worst} alone leads to it by {mode.mode}")
         if mode.point is not None:
             console.print(f"  {point_line(mode.point)}")

@@ -12,7 +12,7 @@ from plant.normals import NormalSpace
 from plant.threads import available_threads
 from tuner.experiments.tails.events import Event
 
-AT_ONCE = 4 * LANES
+AT_ONCE = LANES
 """Flights that a thread draws at once: more save no time and take 1 MB each."""
 
 

@@ -17,7 +17,7 @@ from objectives.tails.intervals import FIRST
 from objectives.tails.limit_function import Method, Progress, TailEstimate
 from objectives.tails.planning import Plan, Request, choose_method, expected_evaluations, plan_tail
 from objectives.tails.splitting import replica_evaluations
-from plant.errors import StoreError
+from plant.errors import StoreError, UnknownNameError
 from plant.seeds import generator
 from tuner.documents.parts import SampledValue, ShareCount
 from tuner.documents.tail import (
@@ -80,6 +80,7 @@ class TailSettings:
         width: Of the 95 % interval, over the probability.
         most: Flights of an event under one of the gains at most.
         threads: That fly.
+        worst: Part of a flight whose design point alone is sought, None for all parts.
 
     """
 
@@ -88,6 +89,7 @@ class TailSettings:
     width: float
     most: int
     threads: int | None = None
+    worst: str | None = None
 
 
 class TailRun:
@@ -114,6 +116,9 @@ class TailRun:
         self._gains, self._spec, self._settings, self._watcher, self._out = gains, spec, settings, watcher, out
         self._events = [[read_event(text, each.system, spec) for text in events] for each in gains]
         self._points: dict[str, bytes] = {}
+        parts = space_of(gains[0].system, spec).parts
+        if settings.worst is not None and settings.worst not in parts:
+            raise UnknownNameError("part of a flight", settings.worst, parts, key="--worst")
 
     def carry_out(self) -> TailDocument:
         """Estimate all, write the folder and return the document."""
@@ -138,7 +143,8 @@ class TailRun:
         s = self._settings
         flown = [[each.system.content(self._spec), each.row.tolist(), each.name] for each in self._gains]
         events = [event.text for event in self._events[0]]
-        return question_of([flown, events, s.root, s.smallest, s.width, s.most])
+        worst = [] if s.worst is None else [s.worst]
+        return question_of([flown, events, s.root, s.smallest, s.width, s.most, *worst])
 
     def _estimated(self, number: int, gains: TailSubject, event: Event, record: Record | None) -> TailEvent:
         settings, watcher = self._settings, self._watcher
@@ -239,7 +245,8 @@ class TailRun:
         """
         if failures is None:
             return None
-        space, coarse, bins = limit.space, TimeBins(limit.space, FEW_BINS), TimeBins(limit.space)
+        space, worst = limit.space, self._settings.worst
+        coarse, bins = TimeBins(space, FEW_BINS, worst), TimeBins(space, part=worst)
         flights = len(failures) * search_evaluations(coarse.size, STEPS) + GRADIENTS * bins.size
         if flights > self._settings.most:
             return None
@@ -273,6 +280,7 @@ class TailRun:
             smallest=self._settings.smallest,
             width=self._settings.width,
             most_flights=self._settings.most,
+            worst=self._settings.worst,
             parts={part: place.stop - place.start for part, place in space.parts.items()},
             gains=made,
             ratios=[

@@ -21,11 +21,15 @@ class TimeBins:
     Args:
         space: Of the normals.
         count: Of bins of a process.
+        part: Alone, all else stays at 0; None for all parts.
     """
 
-    def __init__(self, space: NormalSpace, count: int = BINS) -> None:
-        groups, size = np.empty(space.dimension, dtype=np.intp), 0
+    def __init__(self, space: NormalSpace, count: int = BINS, part: str | None = None) -> None:
+        groups, size = np.full(space.dimension, -1, dtype=np.intp), 0
+        inside = slice(0, space.dimension) if part is None else space.parts[part]
         for place, shape in space.arrays:
+            if not inside.start <= place < inside.stop:
+                continue
             rows, columns = (shape[0], prod(shape[1:])) if shape else (1, 1)
             bins = np.arange(rows)
             if rows > count:
@@ -34,14 +38,18 @@ class TimeBins:
             groups[place : place + rows * columns] = size + numbers.ravel()
             size += int(bins[-1] + 1) * columns
         self.size = size
-        self._groups = groups
-        self._scale = 1.0 / np.sqrt(np.bincount(groups, minlength=size))
+        self._inside = np.flatnonzero(groups >= 0)
+        self._groups = groups[self._inside]
+        self._scale = 1.0 / np.sqrt(np.bincount(self._groups, minlength=size))
+        self._dimension = space.dimension
 
     def expanded(self, coordinates: np.ndarray) -> np.ndarray:
         """Return vectors (n, d) of coordinates (n, size)."""
-        return (coordinates * self._scale)[:, self._groups]
+        vectors = np.zeros((len(coordinates), self._dimension))
+        vectors[:, self._inside] = (coordinates * self._scale)[:, self._groups]
+        return vectors
 
     def projected(self, vectors: np.ndarray) -> np.ndarray:
         """Return coordinates (n, size) of vectors (n, d)."""
-        sums = [np.bincount(self._groups, weights=vector, minlength=self.size) for vector in vectors]
+        sums = [np.bincount(self._groups, weights=vector[self._inside], minlength=self.size) for vector in vectors]
         return np.array(sums) * self._scale

@@ -196,6 +196,21 @@ def test_a_design_point_is_flown_by_its_name_and_reaches_the_limit(study, made):
         assert np.ptp(flown.recorded.actual[..., 0]) > 0.1
 
 
+def test_the_worst_air_alone_is_a_little_farther_off_and_no_vehicle_alone_does_it(study, made, capsys):
+    [mode] = made.document.gains[0].events[0].modes
+    air, vehicle = (tuner.tail(study, EVENTS, worst=part, threads=2, **SETTINGS) for part in ("air", "vehicle"))
+    [of_air] = air.document.gains[0].events[0].modes
+    assert of_air.probability == mode.probability
+    assert of_air.point.shares["air"] == pytest.approx(1.0)
+    assert 0.98 * mode.point.distance < of_air.point.distance < 1.2 * mode.point.distance
+    [of_vehicle] = vehicle.document.gains[0].events[0].modes
+    assert of_vehicle.point is None
+    print_tail(vehicle, Console())
+    assert "no vehicle alone leads to it" in capsys.readouterr().out
+    with pytest.raises(InputError, match="valid: air, sensors, vehicle"):
+        tuner.tail(study, EVENTS, worst="gravity", **SETTINGS)
+
+
 def test_a_flight_of_another_scenario_or_a_wrong_file_is_refused(made, tmp_path):
     point = next(iter(made.folder.glob("point-*.npy")))
     name = str(point.with_suffix(""))

@@ -44,6 +44,20 @@ def test_what_is_constant_in_bins_is_left_as_it_is_and_the_start_stands_alone():
     assert np.max(found.expanded(found.projected(later))) < 2.0
 
 
+def test_of_one_part_all_else_stays_at_0():
+    space, found = bins()
+    air = TimeBins(space, part="air")
+    assert air.size == 2 * (1 + BINS)
+    vectors = air.expanded(np.eye(air.size))
+    outside = np.ones(space.dimension, dtype=bool)
+    outside[space.parts["air"]] = False
+    assert not vectors[:, outside].any()
+    assert vectors @ vectors.T == pytest.approx(np.eye(air.size))
+    assert air.projected(vectors) == pytest.approx(np.eye(air.size))
+    # The bins are those of the whole.
+    assert found.expanded(found.projected(vectors)) == pytest.approx(vectors)
+
+
 def test_noise_within_bins_is_no_part_of_a_design_point():
     steps, normals = 2000, np.random.default_rng(1).standard_normal(2000)
     direction = np.where(np.arange(steps) >= 1900, 0.1, 0.0)
