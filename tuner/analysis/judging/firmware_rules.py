@@ -22,8 +22,8 @@ HELI = "ArduPilot, AC_AutoTune_Heli.cpp"
 MAX_MS, MARGIN, PHASE = 2.0, 6.0, -161.0
 D_FILTERS = ("d_lpf1", "d_lpf2")
 FIGURES = ("gain_up", "gain_down", "phase_margin", "delay_margin", "ms")
-GROWTH = 1.05
-"""Factor by which a figure must grow before it counts as changed."""
+GROWTH = 1.1
+"""Factor by which a figure must grow to count: gains 2 % apart moved an Ms of 2.45 by 5 %, which no flight in PX4 shows."""
 
 
 @dataclass(frozen=True)
