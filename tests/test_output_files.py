@@ -215,6 +215,7 @@ OWN = {
     "tuner/exchange/processor_cost/measure.py",
     "tuner/engines/firmware/betaflight/bench.py",
     "tuner/engines/firmware/betaflight/board.py",
+    "tuner/engines/firmware/libraries/building.py",
 }
 WRITES = {"write_text", "write_bytes", "savefig", "mkdir", "makedirs", "touch", "copy", "copyfile", "copytree"}
 HARMLESS = (

@@ -294,7 +294,7 @@ class _Chain:
         return None
 
     def _plan(self, reason: str) -> str:
-        """Return the reason for the end, with the plan of a better flight."""
+        """Return the reason for the end, with the planned flight."""
         rmtree(self._out / PLAN, ignore_errors=True)
         (self._out / PLAN_PAGE).unlink(missing_ok=True)
         target = self._source if self._source in ("ardupilot", "betaflight") else "csv"

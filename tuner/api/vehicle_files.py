@@ -7,6 +7,7 @@ from tempfile import TemporaryDirectory
 
 from plant.errors import InputError, one_line, shortened
 from plant.input_files import read_input
+from plant.output_files import write_new_file
 from plant.quadrotor.airframes import Airframe, load
 from tuner.analysis.judging.vehicle_class import class_airframe, ranges_text
 from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gains
@@ -97,7 +98,7 @@ def read_subjects(after: Path, before: Path | None, source: str | None, airframe
     check_versions(SOURCES[name], before, after)
     with TemporaryDirectory(prefix="gainproof-") as place:
         merged = Path(place) / after.name
-        merged.write_text(overlaid(SOURCES[name], before, after), encoding="utf-8")
+        write_new_file(merged, overlaid(SOURCES[name], before, after).encode())
         try:
             together = read_parameter_file(merged, name, vehicle)
         except InputError as error:

@@ -9,7 +9,15 @@ DONE, STOPPED = "done", "stopped"
 
 
 class StageRow(DocumentPart):
-    """A stage. sentence: its result; folder: of its files; seconds: 0 where it was on record."""
+    """A stage of an autotune.
+
+    Args:
+        stage: Name.
+        state: Done or stopped.
+        sentence: Result.
+        folder: File or folder of the result.
+        seconds: Time that it took, 0 where it was on record.
+    """
 
     stage: str
     state: Annotated[str, OneOf((DONE, STOPPED))]
@@ -21,8 +29,15 @@ class StageRow(DocumentPart):
 class AutotuneDocument(Document):
     """Content of autotune.json.
 
-    source: firmware of the parameter file; airframe: the prior, as given; logs, vehicle: files as given; sentence: the end in one
-    sentence; commands: what to type next.
+    Args:
+        source: Firmware of the parameter file.
+        airframe: Prior, as given.
+        logs: Files, as given.
+        vehicle: Parameter file, as given.
+        stages: Up to the one that ends the way.
+        is_complete: Whether all stages are done and the opinion does not object.
+        sentence: Result.
+        commands: Next commands.
     """
 
     format: Literal["gainproof-autotune"]
