@@ -29,8 +29,9 @@ def judged(folder, after, before=DEFAULTS, **options):
     return tuner.judge(*files, **{"airframe": "racer5", "flights": FLIGHTS, **options})
 
 
-def ms(opinion, channel):
+def ms(opinion, channel) -> tuple[float, float]:
     loop = next(loop for loop in opinion.document.loops if loop.channel == channel)
+    assert loop.before is not None and loop.before.ms is not None and loop.after.ms is not None
     return loop.before.ms, loop.after.ms
 
 
@@ -89,7 +90,7 @@ def test_the_same_gains_cannot_be_told_apart(tmp_path):
     opinion = judged(tmp_path, DEFAULTS)
     document = opinion.document
     assert opinion.verdict == "not distinguishable" and document.changes == [] == document.unmodeled_changes
-    assert all(tuple(row.difference) == (0.0, 0.0, 0.0) for row in document.metrics)
+    assert all(row.difference is not None and tuple(row.difference) == (0.0, 0.0, 0.0) for row in document.metrics)
 
 
 def test_one_file_is_held_against_limits_and_never_called_safe(tmp_path):
@@ -114,7 +115,7 @@ def test_a_parameter_that_scales_the_loops_is_in_the_model(tmp_path):
     before = write(tmp_path, PX4.format(0.15), "before")
     after = write(tmp_path, PX4.format(0.15) + "1\t1\tTHR_MDL_FAC\t1.0\t9\n1\t1\tMPC_XY_VEL_MAX\t9.0\t9\n", "after")
     subjects = read_subjects(after, before, None, "f450")
-    assert [row.name for row in subjects.unmodeled_changes] == ["MPC_XY_VEL_MAX"]
+    assert [row.name for row in subjects.unmodeled_changes] == ["MPC_XY_VEL_MAX"] and subjects.before is not None
     assert subjects.after.gains["roll.authority"] != subjects.before.gains["roll.authority"]
 
 
@@ -122,12 +123,13 @@ def test_texts_of_a_file_are_no_markup(tmp_path):
     hostile = "<script>alert(1)</script>[x](http://localhost)"
     opinion = judged(tmp_path, {"name": hostile, "long": "y" * 5000})
     assert "<script>" not in opinion.page and "](" not in opinion.page
-    assert max(len(row.after) for row in opinion.document.unmodeled_changes) < 200
+    assert max(len(row.after or "") for row in opinion.document.unmodeled_changes) < 200
 
 
 def test_a_folder_holds_page_document_and_the_way_back(tmp_path):
     opinion = judged(tmp_path, {**BY_MARGIN, "d_yaw": 5}, out=tmp_path / "opinion")
     folder = opinion.folder
+    assert folder is not None
     assert (folder / "rollback/before.txt").read_bytes() == (tmp_path / "before.txt").read_bytes()
     assert AssessmentDocument.read(folder / "assessment.json") == opinion.document
     assert opinion.document.not_restored == ["d_yaw"] and opinion.document.rollback == "rollback/before.txt"
@@ -198,7 +200,7 @@ def test_an_airframe_that_cannot_be_is_refused(tmp_path):
 def test_a_file_of_each_firmware_is_read_in_its_native_loops(source, text, tmp_path):
     subjects = read_subjects(write(tmp_path, text), None, None, None)
     assert (subjects.source, subjects.after.gains.laws["attitude"]) == (source, source)
-    assert subjects.airframe.title.startswith("class of a") and f"Read as a file of {source}" in subjects.guessed
+    assert subjects.airframe.title.startswith("class of a") and f"Read as a file of {source}" in str(subjects.guessed)
 
 
 def test_a_study_as_second_argument_warns(tmp_path):

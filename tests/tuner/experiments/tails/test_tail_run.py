@@ -200,7 +200,7 @@ def test_the_worst_air_alone_is_a_little_farther_off_and_no_vehicle_alone_does_i
     [mode] = made.document.gains[0].events[0].modes
     air, vehicle = (tuner.tail(study, EVENTS, worst=part, threads=2, **SETTINGS) for part in ("air", "vehicle"))
     [of_air] = air.document.gains[0].events[0].modes
-    assert of_air.probability == mode.probability
+    assert of_air.probability == mode.probability and of_air.point is not None and mode.point is not None
     assert of_air.point.shares["air"] == pytest.approx(1.0)
     assert 0.98 * mode.point.distance < of_air.point.distance < 1.2 * mode.point.distance
     [of_vehicle] = vehicle.document.gains[0].events[0].modes
