@@ -67,12 +67,12 @@ def commands() -> dict[str, Any]:
     return cast(Any, get_command(app)).commands
 
 
-ELSEWHERE = frozenset({"confirm"})
-"""Commands that fly a firmware, see tests/tuner/engines/firmware."""
+ELSEWHERE = frozenset({"confirm", "autotune"})
+"""Commands that fly a firmware or take minutes, see tests/tuner/engines/firmware and tests/tuner/api/test_autotuning.py."""
 
 
 def commands_with_json() -> set[str]:
-    """Return the names of the commands that have --json and need no program of somebody else's."""
+    """Return the names of the commands that have --json and take seconds alone."""
     return {
         name for name, found in commands().items() if any("--json" in option.opts for option in found.params)
     } - ELSEWHERE

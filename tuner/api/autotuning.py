@@ -136,6 +136,9 @@ def autotune(
 
     Examples:
         >>> tuner.autotune("log15@55:90", "present.yaml", "tuned", airframe="crazyflie-pybullet")  # doctest: +SKIP
+        >>> tuner.autotune("log15", "quad.params", "tuned", airframe="crazyflie-pybullet")
+        Traceback (most recent call last):
+        plant.errors.InputError: log15: is a log of crazyflie, and quad.params holds parameters of px4; give those of one vehicle
 
     """
     given = [logs] if isinstance(logs, str | Path) else list(logs)
