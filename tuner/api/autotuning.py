@@ -270,6 +270,7 @@ class _Chain:
 
     def _import(self) -> None:
         # What a parameter means in SI units depends on the vehicle, so it is read with the identified one.
+        (self._out / PRESENT).unlink(missing_ok=True)
         read_parameter_file(self._out / self._present, self._source, load(self._out / VEHICLE)).gains.write(
             self._out / PRESENT
         )
