@@ -31,4 +31,13 @@ def test_of_the_rooms_of_the_user_only_targets_defaults_and_the_yardstick_name_l
     # Analysis names the certificate that bears the name of a law.
     assert {room[0] for room in others} <= {"study", "cli", "api", "engines", "analysis"}
     targets = {room[1] for room in rooms if room[0] == "exchange"}
-    assert targets <= {"ardupilot", "autopilot", "betaflight", "crazyflie", "excitations.py", "px4", "ros2", "sources.py"}
+    assert targets <= {
+        "ardupilot",
+        "autopilot",
+        "betaflight",
+        "crazyflie",
+        "excitations.py",
+        "px4",
+        "ros2",
+        "sources.py",
+    }
