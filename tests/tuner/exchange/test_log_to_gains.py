@@ -66,8 +66,8 @@ def test_a_log_becomes_gains_and_a_prediction_that_the_vehicle_behind_it_keeps(
     }
     said = {}
     for _, command, *arguments in COMMANDS:
-        # There is no next log yet.
-        if command == "compare-logs":
+        # There is no next log yet, and the whole way in one command is tried by test_autotuning.py.
+        if command in ("compare-logs", "autotune"):
             continue
         given = [text.replace("log15", "log15.csv") for text in arguments]
         code, said[command], told = called(command, *given, *more[command])
