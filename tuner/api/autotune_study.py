@@ -1,16 +1,18 @@
 """The study of an autotune: the firmware's own attitude loops over the set of vehicles that a log leaves open.
 
-Gains and filters are those that the shipped study of the firmware searches; air and reference are of the shipped study of a
-vehicle of that size; objectives and margins are those of roll and pitch, which a log tells most of.
+Gains and filters are those that the shipped study of the firmware searches; the flight is the one that `tuner judge` judges the
+result by; objectives and margins are those of roll and pitch, which a log tells most of.
 """
 
 from collections.abc import Mapping
-from math import degrees, inf
+from dataclasses import fields
+from math import degrees
 from pathlib import Path
 from typing import Any
 
 from plant.quadrotor.airframes import Airframe
 from plant.texts import PlainTable
+from tuner.api.assessing import FIRST_FLIGHT
 from tuner.api.gains import QuadrotorGains
 from tuner.study.files import shipped_studies
 from tuner.study.layers import merged_layers, read_layers
@@ -18,8 +20,6 @@ from tuner.text.toml_text import toml_text
 
 STUDIES = {"px4": "px4", "ardupilot": "ardupilot", "betaflight": "betaflight", "crazyflie": "crazyflie_firmware"}
 """Firmware -> its shipped study."""
-SIZES = ((0.1, "crazyflie_firmware"), (1.0, "betaflight"), (inf, "px4"))
-"""Mass below which a vehicle meets the air of a shipped study [kg]."""
 SEARCHED = ("tilt.", "attitude.")
 """Beginnings of the addresses of gains that are searched."""
 SEED, FLIGHTS, HELD_OUT = 2026, 8, 256
@@ -61,7 +61,7 @@ def autotune_study(source: str, airframe: Airframe, vehicle: Path, present: Quad
             "default": str(default),
         },
         "gains": _searched_gains(source),
-        "scenario": [_scenario(airframe.vehicle.mass)],
+        "scenario": [_scenario()],
         "objective": [{"metric": "rms.tilt", "risk": "cvar", "level": 0.8}, {"metric": "noise"}],
         "constraint": [{"metric": "failure", "max": 0.0}],
         "margin": [
@@ -82,13 +82,23 @@ def _is_searched(address: str, entry: object) -> bool:
     return address.startswith(SEARCHED) and isinstance(entry, Mapping)
 
 
-def _scenario(mass: float) -> PlainTable:
-    """Return the scenario of a vehicle's size; the gyro's noise is the one of its log."""
-    shipped: Any = _shipped(next(name for most, name in SIZES if mass < most))
-    (scenario, *_) = shipped["scenario"]
-    sensors = {key: value for key, value in scenario.pop("sensors", {}).items() if key != "rate"}
-    changed = {"search": FLIGHTS, "held_out": HELD_OUT, "spread": {"from": "airframe"}}
-    return {**scenario, **({"sensors": sensors} if sensors else {}), **changed}
+def _scenario() -> PlainTable:
+    """Return the first flight; the gyro's noise is the one of the log."""
+    flight = FIRST_FLIGHT
+    return {
+        "name": flight.name,
+        "duration": flight.duration,
+        "search": FLIGHTS,
+        "held_out": HELD_OUT,
+        "reference": {"kind": flight.reference.kind, **_given(flight.reference)},
+        "air": _given(flight.air),
+        "spread": {"from": "airframe"},
+    }
+
+
+def _given(spec: Any) -> PlainTable:
+    """Return the fields of a dataclass that are not at their default."""
+    return {field.name: value for field in fields(spec) if (value := getattr(spec, field.name)) != field.default}
 
 
 def _shipped(name: str) -> PlainTable:

@@ -14,6 +14,7 @@ from tests.tuner.analysis.identification.known_flights import known_flights
 from tests.tuner.exchange.test_log_to_gains import MAPPING, written
 from tuner.api import autotune_study as study_of
 from tuner.api import autotuning
+from tuner.api.assessing import FIRST_FLIGHT
 from tuner.api.autotune_study import STUDIES, autotune_study
 from tuner.api.autotuning import Stage
 from tuner.api.vehicle_files import read_parameter_file
@@ -59,7 +60,13 @@ def test_the_study_of_every_firmware_and_size_loads(source, airframe, tmp_path):
     assert study.system.timing.control_period == present.controller.control_period
     assert {variable.name.partition(".")[0] for variable in study.space.variables} <= {"tilt", "attitude"}
     assert "tilt.p" in {variable.name for variable in study.space.variables}
-    # The noise of the gyro is that of the log.
+    # The study flies what the result is judged by, with the gyro's noise of the log.
+    flown = study.scenarios[0].spec
+    assert (flown.reference, flown.air, flown.duration) == (
+        FIRST_FLIGHT.reference,
+        FIRST_FLIGHT.air,
+        FIRST_FLIGHT.duration,
+    )
     assert "\nrate = " not in text
 
 
