@@ -167,9 +167,9 @@ def main() -> None:
     parser.add_argument("--flights", type=int, default=64, help="flights in the firmware")
     parser.add_argument("--threads", type=int, default=1, help="boards that fly at once")
     parser.add_argument("--json", action="store_true")
-    asked = parser.parse_args()
-    firmware = firmware_of(asked.firmware)
-    rows = compare(firmware, firmware.program(asked.binary), asked.pairs, asked.flights, asked.threads)
+    arguments = parser.parse_args()
+    firmware = firmware_of(arguments.firmware)
+    rows = compare(firmware, firmware.program(arguments.binary), arguments.pairs, arguments.flights, arguments.threads)
     counts = Counter((row["judge"], row["firmware"]) for row in rows)
     report = {
         "firmware": firmware.name,
@@ -179,7 +179,7 @@ def main() -> None:
         "table": [{"judge": judge, "firmware": flown, "pairs": n} for (judge, flown), n in counts.items()],
         "rows": rows,
     }
-    if asked.json:
+    if arguments.json:
         print(json.dumps(report, indent=2))
         return
     print(f"{report['agree']} of {report['pairs']} agree; false alarms {report['false_alarms']}")

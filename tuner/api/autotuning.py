@@ -37,7 +37,6 @@ from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.identification import IdentificationDocument
 from tuner.documents.summary import ComparedRow
-from tuner.exchange.registry import exporter
 from tuner.exchange.sources import GAINS, SOURCES, guess_source
 from tuner.exchange.target import FIRMWARE
 from tuner.report.autotune_page import autotune_page
@@ -174,7 +173,6 @@ class _Chain:
                 )
                 raise InputError(message, file=log.name)
         # Wrong files are refused before a folder is made.
-        load(airframe, allow_unphysical=True)
         read_parameter_file(vehicle, self._source, load(airframe, allow_unphysical=True))
 
     def carry_out(self) -> Autotuned:
@@ -208,6 +206,12 @@ class _Chain:
     def _present(self) -> str:
         """Name of the copy of the parameter file."""
         return f"present{self._given.suffix}"
+
+    @property
+    def _options(self) -> dict[str, str]:
+        """Options of the exports: the firmware's version, where names depend on it."""
+        options = SOURCES[self._source].options(self._given)
+        return {FIRMWARE: options[FIRMWARE]} if FIRMWARE in options else {}
 
     @cached_property
     def _stages(self) -> tuple[Stage, ...]:
@@ -341,13 +345,11 @@ class _Chain:
         return [results.view(name) for name in ("objectives", "limits")]
 
     def _export(self) -> None:
-        options = SOURCES[self._source].options(self._given)
-        names = {option.name for option in exporter(self._source).options}
         export(
             self._out / RUN / "gains.json",
             self._source,
             self._out / EXPORT,
-            options={name: value for name, value in options.items() if name in names and name == FIRMWARE},
+            options=self._options,
             previous=self._out / self._present,
             watcher=self._watcher,
         )
@@ -381,13 +383,12 @@ class _Chain:
         return " ".join(verdicts(ConfirmationDocument.read(self._out / CONFIRMATION / "confirm.json")))
 
     def _approach(self) -> None:
-        options = SOURCES[self._source].options(self._given)
         approach(
             self._out / PRESENT,
             self._out / RUN / "gains.json",
             study=self._out / STUDY,
             to=self._source,
-            options={FIRMWARE: options[FIRMWARE]} if FIRMWARE in options else {},
+            options=self._options,
             previous=self._out / self._present,
             out=self._out / FIRST_FLIGHTS,
             watcher=self._watcher,

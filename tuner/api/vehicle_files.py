@@ -36,7 +36,7 @@ class GainsFile:
 
 @dataclass(frozen=True)
 class Subjects:
-    """What is judged: the file, that of the present gains or None, and the vehicle.
+    """Subjects of an opinion: the file, that of the present gains or None, and the vehicle.
 
     guessed: sentence on the source, None where it was named.
     """

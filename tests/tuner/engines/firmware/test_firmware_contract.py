@@ -124,7 +124,7 @@ PRESENT = {
     "crazyflie": build,
     "px4": lambda: checkout(px4.LIBRARIES),
 }
-"""What --binary names, by firmware; each skips the test where it is not there."""
+"""Values of --binary by firmware; each skips the test where it is not there."""
 # About x, y and z: what is asked for with a tilt, and of the heading as an angle or as a rate.
 WISHES = ({"tilt": (0.05, 0.0)}, {"tilt": (0.0, 0.05)}, {"yaw": 0.05})
 LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)

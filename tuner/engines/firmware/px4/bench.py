@@ -37,7 +37,7 @@ DEFAULTS = {
     "MC_ROLLRATE_MAX": 220.0, "MC_PITCHRATE_MAX": 220.0, "MC_YAWRATE_MAX": 200.0, "MC_AIRMODE": 0.0, "IMU_GYRO_NF0_FRQ": 0.0,
     "IMU_GYRO_NF0_BW": 20.0, "IMU_GYRO_NF1_FRQ": 0.0, "IMU_GYRO_NF1_BW": 20.0, "IMU_GYRO_CUTOFF": 40.0, "IMU_DGYRO_CUTOFF": 30.0,
 }  # fmt: skip
-"""What these libraries read beside the parameters that an export always writes."""
+"""Parameters that these libraries read and an export may leave out."""
 POSITION = ("MPC_",)
 """Beginning of the parameters of the position loops, in whose place ours are."""
 LOOP_RATE = "IMU_GYRO_RATEMAX"
