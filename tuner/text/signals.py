@@ -42,8 +42,9 @@ class Interrupted(BaseException):
 class Signals:
     """Turns Ctrl-C and SIGTERM into `Interrupted` while it is entered; a second one ends the process where it stands.
 
-    number: of the signal that came, None before; it stays, whatever became of the exception. Outside the main thread, and for
-    signals that are ignored, nothing changes.
+    number: of the signal that came, None before; it stays, whatever became of the exception. After one, errors of destructors are
+    not printed: the signal left their objects half made. Outside the main thread, and for signals that are ignored, nothing
+    changes.
     """
 
     def __init__(self) -> None:
@@ -72,7 +73,8 @@ class Signals:
             signal.set_wakeup_fd(-1)
             os.close(self._pipe)
             self._pipe = None
-        sys.unraisablehook = self._hook
+        if self.number is None:
+            sys.unraisablehook = self._hook
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         if self.number is None:
@@ -111,7 +113,7 @@ class Signals:
         """Resend a signal raised in an uncatchable place, such as a destructor."""
         if isinstance(unraisable.exc_value, Interrupted):
             self._retry(unraisable.exc_value.number)
-        else:
+        elif self.number is None:
             self._hook(unraisable)
 
     def _retry(self, number: int) -> None:

@@ -164,6 +164,18 @@ def test_the_second_signal_waits_for_nothing(blocked):
     assert time.monotonic() - begin < PATIENCE_OF_SIGNALS / 2
 
 
+def test_destructor_of_a_half_made_object_prints_nothing():
+    code = (
+        "import signal, sys\nfrom tuner.text.errors import guarded\n"
+        "class Half:\n"
+        "    def __init__(self): signal.raise_signal(signal.SIGINT); self.pointer = None\n"
+        "    def __del__(self): self.pointer\n"
+        "sys.exit(guarded(Half))"
+    )
+    process = started(code=code)
+    assert (process.communicate(timeout=PATIENCE)[1], process.returncode) == ("Interrupted.\n", 130)
+
+
 def test_two_threads_that_end_the_process_print_one_line():
     code = (
         "import os, threading, time\nfrom tuner.text import signals\n"
