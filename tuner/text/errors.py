@@ -12,7 +12,7 @@ from plant.errors import ToolError, one_line
 from plant.output_files import write_new_file
 from plant.own_code import ANNOUNCEMENTS, place_of_error
 from tuner.text.inert_stream import inert_streams
-from tuner.text.signals import SIGNALLED, Interrupted, Signals
+from tuner.text.signals import ENDINGS, SIGNALLED, Interrupted, Signals
 
 BROKEN = 1
 """A limit is broken, or a difference is found: of commands that check something."""
@@ -59,6 +59,8 @@ def _guarded(run: Callable[[], Any], debug: bool) -> int:
         line = message(error, number)
         if debug or line is None:
             raise
+        if number is not None:
+            ENDINGS.append(error)
         let_go_of_output()
         with suppress(OSError):
             print(one_line(line), file=sys.stderr)

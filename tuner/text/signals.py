@@ -30,6 +30,9 @@ END = threading.RLock()
 SWALLOWING = ("<frozen importlib._bootstrap>", f"{os.sep}pydantic{os.sep}")
 """Parts of the names of files whose code makes something else of an exception: half a module, another branch of a union."""
 
+ENDINGS: list[BaseException] = []
+"""Exceptions of signals, held to the end: destructors of half-made objects in their frames raise errors or free memory twice."""
+
 
 class Interrupted(BaseException):
     """A signal that asks this process to end; no KeyboardInterrupt, which the libraries of the command line take for theirs."""
@@ -42,9 +45,8 @@ class Interrupted(BaseException):
 class Signals:
     """Turns Ctrl-C and SIGTERM into `Interrupted` while it is entered; a second one ends the process where it stands.
 
-    number: of the signal that came, None before; it stays, whatever became of the exception. After one, errors of destructors are
-    not printed: the signal left their objects half made. Outside the main thread, and for signals that are ignored, nothing
-    changes.
+    number: of the signal that came, None before; it stays, whatever became of the exception. Outside the main thread, and for
+    signals that are ignored, nothing changes.
     """
 
     def __init__(self) -> None:
@@ -73,8 +75,7 @@ class Signals:
             signal.set_wakeup_fd(-1)
             os.close(self._pipe)
             self._pipe = None
-        if self.number is None:
-            sys.unraisablehook = self._hook
+        sys.unraisablehook = self._hook
 
     def _interrupt(self, number: int, frame: FrameType | None) -> None:
         if self.number is None:
@@ -113,7 +114,7 @@ class Signals:
         """Resend a signal raised in an uncatchable place, such as a destructor."""
         if isinstance(unraisable.exc_value, Interrupted):
             self._retry(unraisable.exc_value.number)
-        elif self.number is None:
+        else:
             self._hook(unraisable)
 
     def _retry(self, number: int) -> None:
