@@ -13,7 +13,7 @@ from objectives.margins.closing import close_terms
 from objectives.margins.describing import DEFAULT_CASES, Case
 from objectives.margins.frequency import POINTS
 from objectives.margins.lifting import Rate, common_period, over_period
-from objectives.margins.linearise import LinearLoops, PeriodStep
+from objectives.margins.linearise import LinearLoops
 from objectives.margins.loop_margins import LoopMargins, TrimmedLoops, gains_of_terms
 from objectives.margins.period import CHANNELS, PeriodMap, period_map
 from objectives.margins.results import Margins
@@ -182,13 +182,18 @@ class TrimLinearization:
         gains = gains[steady]
         for axis, like in (("y", "x"), ("roll", "pitch")):
             gains[:, self._period.columns[axis]] = gains[:, self._period.columns[like]]
-        term, steps = gains_of_terms(self._period, gains), self._phases(gains).steps
-        return with_images(blocks, tuple(self._over_period(block, steps, term) for block in blocks))
 
-    def _over_period(self, block: Block, steps: Sequence[PeriodStep], term: Array) -> LinearLoops:
-        """Return a block's loops over its common period."""
+        def loops(block: Block, rows: slice) -> LinearLoops:
+            return self._over_period(block, gains[rows])
+
+        return with_images(blocks, loops)
+
+    def _over_period(self, block: Block, gains: Array) -> LinearLoops:
+        """Return a block's loops over its common period, under gains rows (n, g)."""
+        steps = self._phases(gains).steps
         parts = {id(step): block.part(step.loops) for step in steps}
         phases = [parts[id(step)] for step in steps[: common_period(block.channels, self.rates)]]
+        term = gains_of_terms(self._period, gains)
         return over_period(block, phases, term, block.channels, [self.rates[channel] for channel in block.channels])
 
 
