@@ -239,8 +239,17 @@ class MarginAnalysis:
             vehicles |= dict.fromkeys(judged)
         first, *others = vehicles
         if not others and cases is DEFAULT_CASES:
-            return nominal_margins(system.cascade, system.nominal, system.timing, first, state.trim)
-        return MarginModel(system.cascade, system.nominal, system.timing, first, state.trim, others=others, cases=cases)
+            return nominal_margins(system.cascade, system.nominal, system.timing, first, state.trim, exact)
+        return MarginModel(
+            system.cascade,
+            system.nominal,
+            system.timing,
+            first,
+            state.trim,
+            others=others,
+            cases=cases,
+            exact=exact,
+        )
 
 
 def _choice(entry: MarginRequirement) -> tuple[bool, float]:

@@ -14,6 +14,7 @@ from plant.seeds import generator
 from plant.vectors import Vec3
 from tests.tuner.conftest import QUICKSTART
 from tuner.study import load_study
+from tuner.study.margins import MarginAnalysis, margin_requirement
 from tuner.study.trim import steady_states, trim_texts
 
 STUDIES = QUICKSTART.parent
@@ -125,3 +126,18 @@ def test_a_trim_close_to_the_tilt_limit_is_told_to_leave_little_for_gusts():
     far = load_study(QUICKSTART)
     (text,) = trim_texts([entry.spec for entry in far.scenarios], far.system)
     assert "left" not in text
+
+
+def test_the_end_of_a_study_reads_waiting_position_loops_exactly():
+    study = load_study(STUDIES / "betaflight.toml")
+    system, row = study.system, np.array([study.default_row])
+    assert system.cascade.position_every > 1
+    specs = tuple(entry.spec for entry in study.scenarios)
+    limits = tuple(margin_requirement(table, system.timing, specs) for table in study.table.margin)
+    ended = MarginAnalysis(limits, system, specs, study.path).by_state(row)[0]
+    quick, exact = [
+        MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, exact=each).limited(row, limits)
+        for each in (False, True)
+    ]
+    assert np.all(ended == exact)
+    assert np.all(np.abs(quick / exact - 1.0) > 1e-6)
