@@ -138,20 +138,21 @@ def most_evaluations(dimension: int) -> int:
 
 
 def split_off(mode: int, directions: Array) -> tuple[Sector, Sector] | None:
-    """Return sectors of the failures like the first and of all others; None where they are all alike.
+    """Return sectors of the failures like the first and of all others; None where none differs.
 
     Args:
         mode: column of the limit function's values.
         directions: unit vectors to design points (n, d).
     """
-    is_alike = np.arange(len(directions)) == 0
-    while len(directions):
-        more = np.any(directions @ directions[is_alike].T > SAME_MODE, axis=1)
-        if np.array_equal(more, is_alike):
-            break
-        is_alike = more
-    near, far = directions[is_alike], directions[~is_alike]
-    return (Sector(mode, near, far), Sector(mode, far, near)) if len(far) else None
+    if not len(directions):
+        return None
+    is_alike = directions @ directions.T > SAME_MODE
+    far = ~is_alike[0]
+    # A search that ends where two limits meet belongs to both modes, and would chain one to the other.
+    near = is_alike[0] & ~np.any(is_alike[:, far], axis=1)
+    if not near.any() or not far.any():
+        return None
+    return Sector(mode, directions[near], directions[far]), Sector(mode, directions[far], directions[near])
 
 
 def is_starved(first: Ascent, second: Ascent) -> bool:

@@ -136,3 +136,9 @@ def test_directions_of_one_kind_are_not_split():
     assert sectors is not None
     near, far = sectors
     assert len(near.near) == len(far.far) == 5 and len(far.near) == 2
+
+
+def test_a_direction_between_two_kinds_joins_neither():
+    sectors = split_off(0, np.array([[0.0, 1.0], [0.66, 0.75], [1.0, 0.0]]))
+    assert sectors is not None
+    assert sectors[0].near.tolist() == [[0.0, 1.0]] and sectors[0].far.tolist() == [[1.0, 0.0]]
