@@ -10,7 +10,6 @@ from time import perf_counter
 import numpy as np
 
 from objectives.flown_system import FlownSystem, Scenario
-from objectives.risk import upper_bound
 from objectives.tails.design_point import find_design_point, search_evaluations
 from objectives.tails.estimate import estimate_tail
 from objectives.tails.intervals import FIRST
@@ -19,21 +18,20 @@ from objectives.tails.planning import Plan, Request, choose_method, expected_eva
 from objectives.tails.splitting import replica_evaluations
 from plant.errors import StoreError, UnknownNameError
 from plant.seeds import generator
-from tuner.documents.parts import SampledValue, ShareCount
+from tuner.documents.parts import SampledValue
 from tuner.documents.tail import (
     TAIL_FORMAT,
     TAIL_VERSION,
     TailDocument,
     TailEvent,
     TailGains,
-    TailLevel,
-    TailMode,
     TailPoint,
     TailRatio,
 )
 from tuner.experiments.tails.events import Event, read_event
 from tuner.experiments.tails.flight_limit import FlightLimit, space_of
 from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, Record, point_bytes, question_of
+from tuner.experiments.tails.tail_event import tail_event
 from tuner.experiments.tails.time_bins import TimeBins
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.folder import Folder
@@ -47,8 +45,6 @@ GRADIENTS = 2
 """Gradients that it usually takes in all bins."""
 RARE = 0.2
 """Probability from which on the flight without deviations is about as near as any."""
-LEAST_LEVEL = 0.05
-"""Least demand over capacity of a curve: below lie levels of modes that nothing comes near."""
 PILOT = 64
 """Flights by which the speed is measured."""
 
@@ -165,7 +161,7 @@ class TailRun:
                 record.keep(number, event.text, progress.replica)
 
         estimate = estimate_tail(limit, settings.root, request, plan, completed, on_progress)
-        return self._row(event, estimate, limit, plan)
+        return tail_event(event, estimate, self._points_of(estimate, limit, plan))
 
     def _announce(self, gains: TailSubject, event: Event, limit: FlightLimit) -> float:
         """Tell the cost of the estimate and return the flights per second.
@@ -203,40 +199,11 @@ class TailRun:
         flights = expected_evaluations(min(probability, 0.5), self._settings.width, choose_method(probability))
         return min(int(float(f"{flights:.2g}")), self._settings.most)
 
-    def _row(self, event: Event, estimate: TailEstimate, limit: FlightLimit, plan: Plan) -> TailEvent:
-        curve = zip(
-            estimate.curve.levels, estimate.curve.probability, estimate.curve.low, estimate.curve.high, strict=True
-        )
-        return TailEvent(
-            event=event.text,
-            metric=None if event.metric is None else event.metric.text,
-            unit="1" if event.metric is None else event.metric.unit,
-            limit=event.limit,
-            status=str(estimate.status),
-            method=str(estimate.method),
-            probability=float(estimate.probability),
-            low=float(estimate.low),
-            high=float(estimate.high),
-            flights=estimate.evaluations,
-            count=count_of(estimate),
-            replicas=len(estimate.replicas),
-            modes=[
-                TailMode(
-                    mode=mode.name,
-                    probability=SampledValue(float(mode.probability), *map(float, mode.interval)),
-                    share=SampledValue(float(mode.share), *map(float, mode.share_interval)),
-                    point=self._point(limit, number, plan.failures.get(number))
-                    if estimate.probability < RARE
-                    else None,
-                )
-                for number, mode in enumerate(estimate.modes)
-            ],
-            curve=[
-                TailLevel(level=float(level) * event.limit, probability=float(p), low=float(low), high=float(high))
-                for level, p, low, high in curve
-                if level >= LEAST_LEVEL
-            ],
-        )
+    def _points_of(self, estimate: TailEstimate, limit: FlightLimit, plan: Plan) -> list[TailPoint | None]:
+        """Return the design points of all modes; none of an event that is not rare."""
+        if estimate.probability >= RARE:
+            return []
+        return [self._point(limit, mode, plan.failures.get(mode)) for mode in range(len(estimate.modes))]
 
     def _point(self, limit: FlightLimit, mode: int, failures: np.ndarray | None) -> TailPoint | None:
         """Return the design point nearest to failures.
@@ -296,15 +263,6 @@ def _draw(document: TailDocument, folder: Folder) -> None:
     from tuner.report.tail_figure import write_tail_figure
 
     write_tail_figure(document, folder.path)
-
-
-def count_of(estimate: TailEstimate) -> ShareCount | None:
-    """Return the count of independent flights, None of others."""
-    if estimate.method is not Method.CRUDE:
-        return None
-    flights = sum(replica.evaluations for replica in estimate.replicas)
-    events = round(estimate.probability * flights)
-    return ShareCount(events=events, flights=flights, upper=upper_bound(events, flights))
 
 
 def ratio_of(event: TailEvent, base: TailEvent) -> SampledValue | None:
