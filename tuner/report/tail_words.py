@@ -59,6 +59,14 @@ def tail_words(table: Sequence[ComparedRow], point: str) -> list[str]:
     return words
 
 
+def counted_line(event: TailEvent) -> str:
+    """Return the line of an event in independent flights: its interval, or the bound where none has it."""
+    assert event.count is not None, "independent flights have a count"
+    if not event.count.events:
+        return f"{event.event}: {event.count.words}"
+    return event_line(event, event.probability)
+
+
 def mode_line(mode: TailMode) -> str:
     """Return share and probability of a mode."""
     low, high = mode.share.low, mode.share.high

@@ -66,7 +66,7 @@ def conclude(
     )
     table = compare(problem, confirmation, study.seed)
     if tails is not None:
-        table = tails.rows(table, tuned)
+        table = tails.rows(table, tuned, confirmation)
     warnings += uncertain_limits(table)
     limits, fully_flown = limits_of(study.constraints, study.requirements), completely_known(tried, generations)
     conflict = conflict_of(fully_flown, limits, upper_ends(problem, study, generations))

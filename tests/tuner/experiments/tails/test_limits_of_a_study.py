@@ -49,7 +49,7 @@ class Listed(TailLimits):
     """Limits whose probabilities are listed by the first gain of a row."""
 
     def values(self, gains):
-        return {0: TailValue(gains[0], 0.5 * gains[0], 2.0 * gains[0], 10)}
+        return {0: TailValue(gains[0], 0.5 * gains[0], 2.0 * gains[0], 10, {})}
 
 
 def test_points_are_judged_until_one_keeps_the_limit(study):
@@ -102,7 +102,7 @@ def test_a_run_without_the_limit_estimates_nothing(small_run):
 
 
 def test_where_no_point_keeps_the_limit_the_ending_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(TailLimits, "values", lambda limits, gains: {0: TailValue(0.06, 0.04, 0.08, 1000)})
+    monkeypatch.setattr(TailLimits, "values", lambda limits, gains: {0: TailValue(0.06, 0.04, 0.08, 1000, {})})
     outcome = run_small(tmp_path / "run", constraint=LIMIT["constraint"])
     assert not outcome.feasible
     row = outcome.table[len(outcome.study.objectives)]
