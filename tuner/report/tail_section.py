@@ -56,7 +56,8 @@ def _commands(results: TuningFolder, tail: LimitedTail) -> list[str]:
     """Return the commands that seek the design point of the point shown, and that fly it."""
     folder, study = shlex.quote(results.home.name or "."), read_record(results.home).study
     file = results.home / study
-    number = [entry["name"] for entry in results.resolved.scenario].index(tail.scenario)
+    scenarios = enumerate(results.resolved.scenario)
+    number = next((i for i, entry in scenarios if entry.get("name") == tail.scenario), 0)
     out = f"tail-{number}" if number else "tail"
     code = [f"--code {folder}/inputs/{name}" for name in code_named(toml_table(read_input_text(file), file))]
     of_flight = [f"--study {folder}/{study}", *([f"--scenario {number}"] if number else []), *code]

@@ -61,10 +61,9 @@ def tail_words(table: Sequence[ComparedRow], point: str) -> list[str]:
 
 def counted_line(event: TailEvent) -> str:
     """Return the line of an event in independent flights: its interval, or the bound where none has it."""
-    assert event.count is not None, "independent flights have a count"
-    if not event.count.events:
-        return f"{event.event}: {event.count.words}"
-    return event_line(event, event.probability)
+    if event.count is None or event.count.events:
+        return event_line(event, event.probability)
+    return f"{event.event}: {event.count.words}"
 
 
 def mode_line(mode: TailMode) -> str:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from objectives.tails.crude import BATCH
 from plant.errors import InputError
 from tests.tuner.conftest import QUICKSTART, SMALL, run_small
 from tuner.api.results import TuningResults, open_results
@@ -89,6 +90,19 @@ def test_a_run_estimates_the_probability_of_what_it_recommends(ran):
     results = open_results(folder)
     assert isinstance(results, TuningResults) and spent in clear_text(results, [row])
     assert any("with a probability of" in text and "at most 0.05 is allowed" in text for text in read.remarks)
+
+
+def test_the_run_records_and_draws_the_tails_of_that_limit(ran):
+    outcome, folder = ran
+    row = outcome.table[len(outcome.study.objectives)]
+    [tail] = row.tails
+    assert (tail.tuned.probability, tail.tuned.high, tail.tuned.flights) == (*row.tuned.parts[::2], row.tail_flights)
+    assert tail.tuned.curve[-1].level == 1.0 and tail.tuned.curve[-1].probability == row.tuned.value
+    assert tail.default_count == row.default_count
+    assert tail.default.count is not None and tail.default.count.flights == tail.default.flights == BATCH
+    assert tail.default.count.events == 0 and tail.default.high == pytest.approx(1.0 - 0.05 ** (1.0 / BATCH))
+    assert {file.suffix for file in (folder / "figures").glob("tail.*")} == {".png", ".pdf"}
+    assert "<h3>Rare losses</h3>" in (folder / "report.html").read_text(encoding="utf-8")
 
 
 def test_another_process_comes_to_the_same_estimate(ran, tuner):
