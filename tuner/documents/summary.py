@@ -88,7 +88,7 @@ class ComparedRow(DocumentPart):
 
     automatic: key of the study that moves a limit which it does not write, else "". verdict of a limit: "kept" where the upper
     end of the tuned interval keeps it, at the confidence of the study, "not certain" where the value alone does. default_count,
-    tuned_count: of a quantity that is 0 or 1, else null. tails: of a limit on a probability, by scenario.
+    tuned_count: of a quantity that is 0 or 1, else null. A limit on a probability has its `tails`, by scenario.
     """
 
     label: str

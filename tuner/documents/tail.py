@@ -84,7 +84,7 @@ class TailEvent(DocumentPart):
 
 
 class LimitedTail(DocumentPart):
-    """The tail of a limited event in one scenario, at the point shown beside the default.
+    """The tail of a limited event in one scenario.
 
     Args:
         scenario: Name.

@@ -46,14 +46,14 @@ def tail_section(results: TuningFolder, panels: Sequence[Panel]) -> Markup:
 
 
 def _lines(tail: LimitedTail, shown_as: str) -> list[str]:
-    """Return the lines of the point shown, with the ways in which it is lost, and of the default."""
+    """Return the lines of the point shown and of the default."""
     modes = [mode_line(mode) for mode in tail.tuned.modes if mode.probability.value > 0.0]
     tuned = "; ".join([event_line(tail.tuned, tail.smallest), *modes])
     return [f"{tail.scenario}, {shown_as}, {tuned}", f"{tail.scenario}, default, {counted_line(tail.default)}"]
 
 
 def _commands(results: TuningFolder, tail: LimitedTail) -> list[str]:
-    """Return the commands that seek the design point of the point shown, and that fly it."""
+    """Return the commands that seek a design point and fly it."""
     folder, study = shlex.quote(results.home.name or "."), read_record(results.home).study
     file = results.home / study
     scenarios = enumerate(results.resolved.scenario)

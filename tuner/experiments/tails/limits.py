@@ -107,7 +107,7 @@ class TailLimits:
         return TailValue(worst.probability, worst.low, worst.high, flights, events)
 
     def counted(self, gains: np.ndarray, limit: Constraint, entry: StudyScenario) -> TailEvent:
-        """Return the estimate of a limited event by one batch of independent flights of a gains row (g,)."""
+        """Return the estimate by one batch of independent flights."""
         return self._event(gains, limit, entry, BATCH, Method.CRUDE)
 
     def _event(
@@ -191,7 +191,7 @@ class FinalistTails:
         ]
 
     def _tails(self, quantity: int, value: TailValue, confirmation: Evaluation) -> list[LimitedTail]:
-        """Return the tails of a quantity that has been estimated, beside those of the default."""
+        """Return the tails of an estimated quantity and of the default."""
         study = self._limits.study
         limit = study.constraints[quantity - len(study.objectives)]
         scenarios = {entry.spec.name: entry for entry in study.scenarios}

@@ -29,7 +29,7 @@ class Curve(NamedTuple):
 
 
 def document_panels(document: TailDocument) -> list[Panel]:
-    """Return a panel for each event, with a curve for each of the gains."""
+    """Return a panel for each event with a curve for all gains."""
     looks = [Look(f"c{i % COUNT}", dash=DASHES[i % COUNT]) for i in range(len(document.gains))]
     panels = []
     for number, event in enumerate(document.gains[0].events):
@@ -42,7 +42,7 @@ def document_panels(document: TailDocument) -> list[Panel]:
 
 
 def limited_panels(results: TuningFolder) -> list[Panel]:
-    """Return a panel for each limit on a probability and scenario of a run; none without such limits."""
+    """Return a panel for each limit on a probability and scenario."""
     limited = [(row, tail) for row in results.document.compared for tail in row.tails]
     return [_limited(f"tail-{number}", row, tail, results.shown_as) for number, (row, tail) in enumerate(limited)]
 
@@ -60,7 +60,7 @@ def _limited(key: str, row: ComparedRow, tail: LimitedTail, shown_as: str) -> Pa
 
 
 def _counted(name: str, look: Look, level: float, count: ShareCount, confidence: float) -> Points:
-    """Return the share of counted flights with its interval, or the bound where none has the event."""
+    """Return a counted share with its interval, or its bound if 0."""
     low, high = clopper_pearson(count.events, count.flights, confidence)
     share = count.events / count.flights if count.events else count.upper
     # Both may have the same bound: the default's stands around the other.
