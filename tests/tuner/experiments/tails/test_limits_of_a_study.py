@@ -36,7 +36,9 @@ def test_a_limit_that_is_none_on_a_rare_loss_is_refused(change, key, words):
 
 def test_no_objective_is_a_probability():
     table = {"metric": "failure", "risk": "probability"}
-    with pytest.raises(InputError, match=r"is for a \[\[constraint\]\]") as caught:
+    with pytest.raises(
+        InputError, match=r"flights of each candidate; limit it in a \[\[constraint\]\].*cvar"
+    ) as caught:
         load_study(QUICKSTART, {**SMALL, "objective": [table]})
     assert caught.value.key == "objective[0].risk"
 
