@@ -1,17 +1,18 @@
 """Estimates of the tails of events under several gains."""
 
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from math import exp, log, sqrt
 from pathlib import Path
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objectives.flown_system import FlownSystem, Scenario
 from objectives.tails.design_point import find_design_point, search_evaluations
-from objectives.tails.estimate import estimate_tail
+from objectives.tails.estimate import ReplicaRunner, estimate_tail
 from objectives.tails.intervals import FIRST
 from objectives.tails.limit_function import Method, Progress, TailEstimate
 from objectives.tails.planning import Plan, Request, choose_method, expected_evaluations, plan_tail
@@ -28,6 +29,8 @@ from tuner.documents.tail import (
     TailPoint,
     TailRatio,
 )
+from tuner.engines.cluster.connect import client_at
+from tuner.engines.cluster.own_files import own_files_of
 from tuner.experiments.tails.events import Event, read_event
 from tuner.experiments.tails.flight_limit import FlightLimit, space_of
 from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, Record, point_bytes, question_of
@@ -37,6 +40,9 @@ from tuner.search.watcher import Watcher, compilation
 from tuner.store.folder import Folder
 from tuner.text.numbers import count as number_text
 from tuner.text.numbers import duration, significant
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 STAGE = "Estimating"
 FEW_BINS, STEPS = 4, 4
@@ -77,6 +83,7 @@ class TailSettings:
         most: Flights of an event under one of the gains at most.
         threads: That fly.
         worst: Part of a flight whose design point alone is sought, None for all parts.
+        dask: Cluster that runs the replicas of splitting, None for this machine.
 
     """
 
@@ -86,6 +93,7 @@ class TailSettings:
     most: int
     threads: int | None = None
     worst: str | None = None
+    dask: str | None = None
 
 
 class TailRun:
@@ -112,12 +120,17 @@ class TailRun:
         self._gains, self._spec, self._settings, self._watcher, self._out = gains, spec, settings, watcher, out
         self._events = [[read_event(text, each.system, spec) for text in events] for each in gains]
         self._points: dict[str, bytes] = {}
+        self._client: Client | None = None
         parts = space_of(gains[0].system, spec).parts
         if settings.worst is not None and settings.worst not in parts:
             raise UnknownNameError("part of a flight", settings.worst, parts, key="--worst")
 
     def carry_out(self) -> TailDocument:
         """Estimate all, write the folder and return the document."""
+        with self._cluster() as self._client:
+            return self._estimate_all()
+
+    def _estimate_all(self) -> TailDocument:
         record = None if self._out is None else Record.begin(self._out, self._question())
         with nullcontext() if record is None else record.folder:
             made = [
@@ -134,6 +147,23 @@ class TailRun:
                 record.folder.write_json(DOCUMENT, document)
                 _draw(document, record.folder)
         return document
+
+    def _cluster(self) -> AbstractContextManager["Client | None"]:
+        """Return the connection to the cluster, None without."""
+        if self._settings.dask is None:
+            return nullcontext()
+        systems = [event.system for events in self._events for event in events]
+        files = {file: None for system in systems for file in own_files_of(system, [self._spec])}
+        return client_at(self._settings.dask, list(files), self._settings.threads, self._watcher.on_message)
+
+    def _runner(self, event: Event, gains: np.ndarray) -> ReplicaRunner | None:
+        """Return the cluster that runs the replicas of an event, None for this machine."""
+        if self._client is None:
+            return None
+        from tuner.experiments.tails.cluster import ClusterReplicas
+
+        watch = self._watcher.on_flights_done
+        return ClusterReplicas(self._client, event, self._spec, gains, self._settings.root, watch)
 
     def _question(self) -> str:
         s = self._settings
@@ -160,7 +190,8 @@ class TailRun:
             if record is not None:
                 record.keep(number, event.text, progress.replica)
 
-        estimate = estimate_tail(limit, settings.root, request, plan, completed, on_progress)
+        runner = self._runner(event, gains.row)
+        estimate = estimate_tail(limit, settings.root, request, plan, completed, on_progress, runner)
         return tail_event(event, estimate, self._points_of(estimate, limit, plan))
 
     def _announce(self, gains: TailSubject, event: Event, limit: FlightLimit) -> float:
