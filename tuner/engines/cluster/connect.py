@@ -40,7 +40,7 @@ def engine_at(where: str | None, study: TuningStudy, threads: int | None, say: S
 
 @contextmanager
 def client_at(where: str, files: Sequence[OwnFile], threads: int | None, say: Say) -> Iterator["Client"]:
-    """Yield the client of --dask, whose workers fly the bits of this machine.
+    """Yield the client of --dask; its workers fly this machine's bits.
 
     Args:
         where: Processes of this machine, or the address of a scheduler.

@@ -1,4 +1,4 @@
-"""Replicas of tails on the workers of a Dask cluster, each a task: a function of plan, seed and number wherever it runs."""
+"""Replicas of tails on the workers of a Dask cluster, each a task."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from distributed import Client
 
-from objectives.flown_system import FlightBatch, OnFlightsDone, Scenario
+from objectives.flown_system import FlightBatch, FlownSystem, OnFlightsDone, Scenario
 from objectives.tails.estimate import LocalReplicas
 from objectives.tails.limit_function import Replica
 from objectives.tails.planning import Plan
@@ -51,6 +51,7 @@ class ClusterReplicas:
 
     Args:
         client: Of the scheduler.
+        system: As given: workers add what the event meters.
         event: Whose tail is estimated.
         spec: Scenario.
         gains: A row (g,).
@@ -61,13 +62,14 @@ class ClusterReplicas:
     def __init__(
         self,
         client: Client,
+        system: FlownSystem,
         event: Event,
         spec: Scenario,
         gains: np.ndarray,
         seed: int,
         on_flights_done: OnFlightsDone,
     ) -> None:
-        brief = brief_of(event.system, seed, FlightBatch(spec, STREAM, 1))
+        brief = brief_of(system, seed, FlightBatch(spec, STREAM, 1))
         client.register_plugin(BriefPlugin(brief))
         self._client, self._watch, self._on_flights_done = client, Watch(client), on_flights_done
         self._task = ReplicaTask(brief.key, event.text, gains, seed)

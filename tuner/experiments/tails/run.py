@@ -152,18 +152,17 @@ class TailRun:
         """Return the connection to the cluster, None without."""
         if self._settings.dask is None:
             return nullcontext()
-        systems = [event.system for events in self._events for event in events]
-        files = {file: None for system in systems for file in own_files_of(system, [self._spec])}
+        files = {file: None for each in self._gains for file in own_files_of(each.system, [self._spec])}
         return client_at(self._settings.dask, list(files), self._settings.threads, self._watcher.on_message)
 
-    def _runner(self, event: Event, gains: np.ndarray) -> ReplicaRunner | None:
-        """Return the cluster that runs the replicas of an event, None for this machine."""
+    def _runner(self, gains: TailSubject, event: Event) -> ReplicaRunner | None:
+        """Return the cluster that runs an event's replicas, None without."""
         if self._client is None:
             return None
         from tuner.experiments.tails.cluster import ClusterReplicas
 
         watch = self._watcher.on_flights_done
-        return ClusterReplicas(self._client, event, self._spec, gains, self._settings.root, watch)
+        return ClusterReplicas(self._client, gains.system, event, self._spec, gains.row, self._settings.root, watch)
 
     def _question(self) -> str:
         s = self._settings
@@ -190,7 +189,7 @@ class TailRun:
             if record is not None:
                 record.keep(number, event.text, progress.replica)
 
-        runner = self._runner(event, gains.row)
+        runner = self._runner(gains, event)
         estimate = estimate_tail(limit, settings.root, request, plan, completed, on_progress, runner)
         return tail_event(event, estimate, self._points_of(estimate, limit, plan))
 
