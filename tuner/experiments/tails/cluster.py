@@ -1,4 +1,4 @@
-"""Replicas of tails on the workers of a Dask cluster, each a task."""
+"""Replicas of tails on workers of a Dask cluster, each a task."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
