@@ -1,6 +1,8 @@
 """The estimate of a tail: replicas until the interval is narrow, and how that ended."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -28,6 +30,43 @@ AT_ONCE = 16
 """Replicas evaluated side by side, where memory allows."""
 
 
+class ReplicaRunner(Protocol):
+    """Runs replicas of a plan, wherever: each is a function of limit function, plan, seed and number alone."""
+
+    def at_once(self, plan: Plan) -> int:
+        """Return the number of replicas that are run together."""
+        ...
+
+    def run(self, plan: Plan, numbers: Sequence[int]) -> list[Replica]:
+        """Return the replicas of some numbers, in their order."""
+        ...
+
+
+@dataclass(frozen=True)
+class LocalReplicas:
+    """Replicas on this machine."""
+
+    limit: LimitFunction
+    seed: int
+
+    def at_once(self, plan: Plan) -> int:
+        """Return the number of replicas whose states fit into memory."""
+        return replicas_at_once(plan, self.limit.dimension, AT_ONCE)
+
+    def run(self, plan: Plan, numbers: Sequence[int]) -> list[Replica]:
+        """Return the replicas of some numbers, in their order."""
+        samplers = [
+            replicate(number, self.limit.dimension, plan.ladders, plan.curve, stream(self.seed, number))
+            for number in numbers
+        ]
+        return run_together(limit_of(self.limit, plan), samplers)
+
+
+def stream(seed: int, number: int) -> np.random.Generator:
+    """Return the generator of a replica."""
+    return generator(seed, "tail/replica", number)
+
+
 def estimate_tail(
     limit: LimitFunction,
     seed: int,
@@ -35,6 +74,7 @@ def estimate_tail(
     plan: Plan | None = None,
     completed: Sequence[Replica] = (),
     on_progress: OnProgress | None = None,
+    runner: ReplicaRunner | None = None,
 ) -> TailEstimate:
     """Return the probability that a limit function reaches 1, with its interval.
 
@@ -45,9 +85,10 @@ def estimate_tail(
         plan: of `plan_tail` for the same arguments, where it is at hand.
         completed: replicas of the same arguments, which are not run again.
         on_progress: called with each replica.
+        runner: of the replicas of splitting, by default this machine.
     """
     plan = plan or plan_tail(limit, seed, request)
-    replicas = _Replicas(limit, seed, request, plan, completed, on_progress)
+    replicas = _Replicas(limit, seed, request, plan, completed, on_progress, runner or LocalReplicas(limit, seed))
     match plan.method:
         case Method.EVALUATION:
             return _decided(limit, request)
@@ -68,12 +109,13 @@ class _Replicas:
         plan: Plan,
         completed: Sequence[Replica],
         on_progress: OnProgress | None,
+        runner: ReplicaRunner,
     ) -> None:
         self.limit, self.seed, self.request, self.plan = limit, seed, request, plan
         self.expected = FIRST
         self.done: list[Replica] = []
         self._completed = {replica.number: replica for replica in completed}
-        self._on_progress = on_progress
+        self._on_progress, self._runner = on_progress, runner
 
     @property
     def evaluations(self) -> int:
@@ -88,8 +130,7 @@ class _Replicas:
     def extend(self, count: int) -> None:
         """Run replicas up to a count, or while rows last."""
         self.expected = count
-        limit = limit_of(self.limit, self.plan)
-        at_once = replicas_at_once(self.plan, self.limit.dimension, AT_ONCE)
+        at_once = self._runner.at_once(self.plan)
         while len(self.done) < count:
             fitting = self.rows_left // replica_evaluations(self.plan.ladders)
             if fitting <= 0:
@@ -97,11 +138,7 @@ class _Replicas:
             begin = len(self.done)
             part = range(begin, min(begin + min(at_once, fitting), count))
             missing = [number for number in part if number not in self._completed]
-            samplers = [
-                replicate(number, limit.dimension, self.plan.ladders, self.plan.curve, self._stream(number))
-                for number in missing
-            ]
-            self._completed |= dict(zip(missing, run_together(limit, samplers), strict=True))
+            self._completed |= dict(zip(missing, self._runner.run(self.plan, missing), strict=True))
             for number in part:
                 self._add(self._completed[number])
 
@@ -110,11 +147,8 @@ class _Replicas:
         number, rows = len(self.done), min(BATCH, self.rows_left)
         replica = self._completed.get(number)
         if replica is None or replica.evaluations != rows:
-            replica = count_failures(self.limit, number, rows, self.plan.curve, self._stream(number))
+            replica = count_failures(self.limit, number, rows, self.plan.curve, stream(self.seed, number))
         self._add(replica)
-
-    def _stream(self, number: int) -> np.random.Generator:
-        return generator(self.seed, "tail/replica", number)
 
     def _add(self, replica: Replica) -> None:
         self.done.append(replica)

@@ -8,7 +8,7 @@ from plant.errors import InputError, UnknownNameError
 from tuner.analysis.margins.readings import Loops
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.tuning import TuningFolder
-from tuner.report.charts.paper import Figure, style
+from tuner.report.charts.paper import Figure, drawn, style
 from tuner.report.contest.figures import FIGURES, values_figure
 from tuner.report.figures import flown_figure, front_figure, progress_figure, scenario_figures
 from tuner.report.flight_plan_page import excitation_figure
@@ -16,6 +16,7 @@ from tuner.report.identification_charts import prediction_figure
 from tuner.report.inference_figure import inference_figure
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sensitivity_figure import sensitivity_figure
+from tuner.report.sheets import tail_sheet
 from tuner.report.tail_figure import tail_figure
 
 Drawers = Mapping[str, Callable[[], Figure | None]]
@@ -48,8 +49,14 @@ class Figures:
 
 def of_tuning(results: TuningFolder) -> Drawers:
     """Return the figures of a tuning run."""
-    over_flights = scenario_figures(results)
-    return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **over_flights}
+    over_flights, tails = scenario_figures(results), tail_sheet(results)
+    limited: Drawers = {} if tails is None else {"tail": lambda: drawn(tails)}
+    return {
+        "front": lambda: front_figure(results),
+        "progress": lambda: progress_figure(results),
+        **limited,
+        **over_flights,
+    }
 
 
 def of_contest(contest: ComparedFolder[Any]) -> Drawers:

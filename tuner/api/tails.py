@@ -90,6 +90,7 @@ def tail(
     out: str | Path | None = None,
     watcher: Watcher | None = None,
     threads: int | None = None,
+    dask: str | None = None,
 ) -> Tail:
     """Estimate how often events of a flight happen, with intervals.
 
@@ -108,6 +109,7 @@ def tail(
         out: Folder for tail.json, the replicas and the flights of the design points. The same call goes on with it.
         watcher: Callbacks that hear of compilation, cost and flights.
         threads: Threads, by default one for each core; the result has the same bits on any number.
+        dask: Cluster that runs the replicas of splitting, as of `run`; the result has the same bits.
 
     Returns:
         Probability, interval, shares of the modes and design points of each event.
@@ -146,7 +148,7 @@ def tail(
         ],
         written,
         first.spec,
-        TailSettings(first.root, to, width, most, threads, worst),
+        TailSettings(first.root, to, width, most, threads, worst, dask),
         watcher or Watcher(),
         None if out is None else Path(out),
     )

@@ -8,6 +8,7 @@ import typer
 import tuner
 from tuner.cli.answer import answer, progress
 from tuner.cli.app import AsJson, Threads, app, study_option
+from tuner.experiments.options import DASK
 
 
 @app.command()
@@ -37,6 +38,7 @@ def tail(
         Path | None, typer.Option(help="Write numbers and flights into this folder; the same command goes on with it.")
     ] = None,
     threads: Threads = None,
+    dask: Annotated[str | None, typer.Option(help=DASK.help)] = None,
     as_json: AsJson = False,
 ) -> None:
     """Estimate small probabilities of lost flights and exceeded limits.
@@ -59,5 +61,6 @@ def tail(
             out=out,
             watcher=watcher,
             threads=threads,
+            dask=dask,
         )
     answer(result, as_json)

@@ -9,6 +9,7 @@ from objectives.decisions import Variable
 from plant.input_files import parse_json, read_input_text
 from tuner.documents.obstacles import ConflictPart, ConstraintPrice, UnmetConstraint
 from tuner.documents.parts import Estimate, LostFlight, PlantStep, ShareCount
+from tuner.documents.tail import LimitedTail
 from tuner.store.document import Document, DocumentPart, Scale, Sense
 from tuner.text.numbers import count as number_text
 from tuner.text.numbers import significant
@@ -87,7 +88,7 @@ class ComparedRow(DocumentPart):
 
     automatic: key of the study that moves a limit which it does not write, else "". verdict of a limit: "kept" where the upper
     end of the tuned interval keeps it, at the confidence of the study, "not certain" where the value alone does. default_count,
-    tuned_count: of a quantity that is 0 or 1, else null.
+    tuned_count: of a quantity that is 0 or 1, else null. A limit on a probability has its `tails`, by scenario.
     """
 
     label: str
@@ -106,6 +107,7 @@ class ComparedRow(DocumentPart):
     default_count: ShareCount | None = None
     tuned_count: ShareCount | None = None
     tail_flights: int | None = None
+    tails: list[LimitedTail] = []
     sense: ClassVar[str] = "max"
 
     @property

@@ -83,6 +83,30 @@ class TailEvent(DocumentPart):
     curve: list[TailLevel]
 
 
+class LimitedTail(DocumentPart):
+    """The tail of a limited event in one scenario.
+
+    Args:
+        scenario: Name.
+        confidence: Of the intervals.
+        smallest: Probability down to which was looked.
+        width: Of the interval of `tuned`, over the probability.
+        tuned: Estimate at the point shown.
+        default: That of the default, by a few independent flights.
+        tuned_count: Of confirmation flights, at the point shown.
+        default_count: That of the default.
+    """
+
+    scenario: str
+    confidence: float
+    smallest: float
+    width: float
+    tuned: TailEvent
+    default: TailEvent
+    tuned_count: ShareCount
+    default_count: ShareCount
+
+
 class TailGains(DocumentPart):
     """Gains and the probabilities of all events under them."""
 

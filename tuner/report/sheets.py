@@ -16,17 +16,20 @@ from tuner.report.charts.look import role_look
 from tuner.report.charts.progress import progress_panels
 from tuner.report.charts.sheet import WIDTH, FigureSpec
 from tuner.report.charts.spectra import spectrum_mark, spectrum_panel
+from tuner.report.charts.tails import limited_panels
 from tuner.text.units import in_degrees
 
 if TYPE_CHECKING:
     from tuner.analysis.responses import Responses
 
 COLUMNS, ROW = 4, 1.7
+TAIL_COLUMNS, TAIL_HEIGHT = 2, 2.4
 
 
 def search_sheets(results: TuningFolder) -> dict[str, FigureSpec]:
     """Return the sheets of search and front, by names of figures."""
-    return {"front": front_sheet(results), "progress": progress_sheet(results)}
+    tails = tail_sheet(results)
+    return {"front": front_sheet(results), "progress": progress_sheet(results)} | ({"tail": tails} if tails else {})
 
 
 def scenario_sheets(results: TuningFolder) -> dict[str, Callable[[], FigureSpec]]:
@@ -71,6 +74,13 @@ def progress_sheet(results: TuningFolder) -> FigureSpec:
         replace(feasible, y=feasible.y._replace(title="feasible candidates [%]")),
     ]
     return FigureSpec(panels, 2, 2.2, legend=False)
+
+
+def tail_sheet(results: TuningFolder) -> FigureSpec | None:
+    """Return the tails of limits on probabilities, a panel for each scenario; None without such limits."""
+    panels = limited_panels(results)
+    columns = min(len(panels), TAIL_COLUMNS)
+    return FigureSpec(panels, columns, TAIL_HEIGHT, WIDTH * columns / TAIL_COLUMNS, titled=True) if panels else None
 
 
 def response_sheet(results: TuningFolder, scenario: str) -> FigureSpec:

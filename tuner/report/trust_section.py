@@ -17,14 +17,21 @@ MOST_NUMBERS = 4
 CHANCE = "not significant"
 
 
-def trust_section(results: TuningFolder, charts: Markup) -> Markup:
-    """Return the section without its heading; charts: search against held-out values and how the search went."""
+def trust_section(results: TuningFolder, charts: Markup, tails: Markup) -> Markup:
+    """Return the section without its heading.
+
+    Args:
+        results: Of the run.
+        charts: Search against held-out values, and how the search went.
+        tails: Limits on rare losses.
+    """
     return join(
         (
             _guards(results),
             choice_section(results),
             charts,
             _losses(results),
+            tails,
             aid(" ".join((f"{count(results.document.flights)} flights were made.", *search_texts(results.document)))),
             _prices(results),
             _uncertainty(results),

@@ -69,7 +69,9 @@ def searched_objective_of(table: ObjectiveTable, scenarios: tuple[StudyScenario,
     """Return the objective of a table, as `objective_of`; one that a search cannot follow is refused."""
     objective = objective_of(table, scenarios, system)
     refuse_probability(
-        table.risk, "is for a [[constraint]]; an objective needs a risk of its own flights, for instance"
+        table.risk,
+        "takes 10,000 to 100,000 flights of each candidate; limit it in a [[constraint]], for which the recommended point alone "
+        'makes them, and let the objective weigh the worst flights by risk = "cvar", or all by',
     )
     return objective
 

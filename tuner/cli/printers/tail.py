@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from tuner.cli.tables import say_files
 from tuner.cli.terminal import Console
 from tuner.documents.tail import TailDocument, TailEvent
-from tuner.experiments.tails.words import event_line, mode_line, point_line, ratio_line
+from tuner.report.tail_words import event_line, mode_line, point_line, ratio_line
 
 if TYPE_CHECKING:
     from tuner.api.tails import Tail

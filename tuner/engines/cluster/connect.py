@@ -31,16 +31,30 @@ def engine_at(where: str | None, study: TuningStudy, threads: int | None, say: S
     if where is None:
         yield None
         return
+    files = own_files_of(study.system, [entry.spec for entry in study.scenarios])
+    with client_at(where, files, threads, say) as client:
+        from tuner.engines.cluster.engine import DaskEngine
+
+        yield DaskEngine(client, study.system, study.seed)
+
+
+@contextmanager
+def client_at(where: str, files: Sequence[OwnFile], threads: int | None, say: Say) -> Iterator["Client"]:
+    """Yield the client of --dask; its workers fly this machine's bits.
+
+    Args:
+        where: Processes of this machine, or the address of a scheduler.
+        files: Of the user's own that workers need.
+        threads: Of local processes together.
+        say: Hears of the cluster.
+    """
     local = required(where)
     require_package("distributed", "dask", key=KEY)
-    from tuner.engines.cluster.engine import DaskEngine
-
-    files = own_files_of(study.system, [entry.spec for entry in study.scenarios])
     with quiet(), local_client(local, threads, files) if local else remote_client(where) as client:
         refuse_unlike(client)
         refuse_without(client, files)
         say(cluster_description(client, bool(local)))
-        yield DaskEngine(client, study.system, study.seed)
+        yield client
 
 
 def required(where: str) -> int:

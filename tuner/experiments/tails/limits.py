@@ -5,21 +5,24 @@ limit by the share of their own flights, and the point that would be recommended
 stream that nothing was chosen by. Where it does not, the next point is judged, up to `MOST` of them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from objectives.problem import Constraint
+from objectives.problem import Constraint, Evaluation
+from objectives.tails.crude import BATCH
 from objectives.tails.estimate import estimate_tail
 from objectives.tails.limit_function import Method
 from objectives.tails.planning import Request, choose_method, expected_evaluations
-from tuner.documents.parts import Estimate
+from tuner.documents.parts import Estimate, ShareCount
 from tuner.documents.summary import ComparedRow
+from tuner.documents.tail import LimitedTail, TailEvent
 from tuner.documents.verdicts import verdict_on_limit
 from tuner.experiments.tails.events import read_event
 from tuner.experiments.tails.flight_limit import FlightLimit
+from tuner.experiments.tails.tail_event import tail_event
 from tuner.search.watcher import Watcher
 from tuner.study.study import StudyScenario, TuningStudy
 
@@ -39,12 +42,14 @@ class TailValue(NamedTuple):
         probability: Of several scenarios that with the largest upper end.
         low, high: Ends of its interval.
         flights: Of all scenarios.
+        events: Estimates by names of scenarios.
     """
 
     probability: float
     low: float
     high: float
     flights: int
+    events: Mapping[str, TailEvent]
 
 
 def scenarios_of(study: TuningStudy, limit: Constraint) -> list[StudyScenario]:
@@ -55,6 +60,16 @@ def scenarios_of(study: TuningStudy, limit: Constraint) -> list[StudyScenario]:
 def expected_flights(limit: Constraint) -> int:
     """Return the flights in a scenario where the limit is just kept."""
     return expected_evaluations(limit.most, WIDTH, choose_method(limit.most))
+
+
+def confidence_of(limit: Constraint) -> float:
+    """Return the confidence of the interval of a limit's estimate."""
+    return limit.confidence or CONFIDENCE
+
+
+def smallest_of(limit: Constraint) -> float:
+    """Return the probability down to which a limit's estimate looks."""
+    return SMALLEST * limit.most
 
 
 @dataclass(frozen=True)
@@ -86,18 +101,30 @@ class TailLimits:
         return {i: self._value(gains, limit) for i, limit in self.limits.items()}
 
     def _value(self, gains: np.ndarray, limit: Constraint) -> TailValue:
-        study, confidence = self.study, limit.confidence or CONFIDENCE
+        events = {entry.spec.name: self._event(gains, limit, entry) for entry in scenarios_of(self.study, limit)}
+        worst = max(events.values(), key=lambda event: event.high)
+        flights = sum(event.flights for event in events.values())
+        return TailValue(worst.probability, worst.low, worst.high, flights, events)
+
+    def counted(self, gains: np.ndarray, limit: Constraint, entry: StudyScenario) -> TailEvent:
+        """Return the estimate by one batch of independent flights."""
+        return self._event(gains, limit, entry, BATCH, Method.CRUDE)
+
+    def _event(
+        self,
+        gains: np.ndarray,
+        limit: Constraint,
+        entry: StudyScenario,
+        most: int = MOST_FLIGHTS,
+        method: Method | None = None,
+    ) -> TailEvent:
         # Of a limit that crude flights can show, nothing rarer matters.
-        method = Method.CRUDE if choose_method(limit.most) is Method.CRUDE else None
-        request = Request(WIDTH, SMALLEST * limit.most, MOST_FLIGHTS, confidence, method)
-        values = []
-        for entry in scenarios_of(study, limit):
-            event = read_event(limit.objective.metric.text, study.system, entry.spec)
-            flown = FlightLimit(event, entry.spec, gains, self.threads, self.watcher.on_flights_done)
-            made = estimate_tail(flown, study.seed, request)
-            values.append(TailValue(made.probability, made.low, made.high, made.evaluations))
-        worst = max(values, key=lambda value: value.high)
-        return worst._replace(flights=sum(value.flights for value in values))
+        if choose_method(limit.most) is Method.CRUDE:
+            method = Method.CRUDE
+        request = Request(WIDTH, smallest_of(limit), most, confidence_of(limit), method)
+        event = read_event(limit.objective.metric.text, self.study.system, entry.spec)
+        flown = FlightLimit(event, entry.spec, gains, self.threads, self.watcher.on_flights_done)
+        return tail_event(event, estimate_tail(flown, self.study.seed, request))
 
 
 class FinalistTails:
@@ -144,17 +171,49 @@ class FinalistTails:
         self.values[row] = self._limits.values(self._gains[row])
         return True
 
-    def rows(self, table: Sequence[ComparedRow], row: int) -> list[ComparedRow]:
+    def rows(self, table: Sequence[ComparedRow], row: int, confirmation: Evaluation) -> list[ComparedRow]:
         """Return a table with the estimates of a row.
 
         They stand in place of the shares of its flights, which were tuned values.
+
+        Args:
+            table: Of objectives and constraints.
+            row: Of the finalists.
+            confirmation: Flights of the default and of that row.
         """
         first = len(self._limits.study.objectives)
-        made = self.values.get(row, {})
-        return [_estimated(entry, made[i - first]) if i - first in made else entry for i, entry in enumerate(table)]
+        made = {first + i: value for i, value in self.values.get(row, {}).items()}
+        if made:
+            self._limits.watcher.on_stage(STAGE, BATCH * sum(len(value.events) for value in made.values()))
+        return [
+            _estimated(entry, made[i], self._tails(i, made[i], confirmation)) if i in made else entry
+            for i, entry in enumerate(table)
+        ]
+
+    def _tails(self, quantity: int, value: TailValue, confirmation: Evaluation) -> list[LimitedTail]:
+        """Return the tails of an estimated quantity and of the default."""
+        study = self._limits.study
+        limit = study.constraints[quantity - len(study.objectives)]
+        scenarios = {entry.spec.name: entry for entry in study.scenarios}
+        tails = []
+        for name, tuned in value.events.items():
+            default_count, tuned_count = map(ShareCount.of, confirmation.samples(quantity, name))
+            tails.append(
+                LimitedTail(
+                    scenario=name,
+                    confidence=confidence_of(limit),
+                    smallest=smallest_of(limit),
+                    width=WIDTH,
+                    tuned=tuned,
+                    default=self._limits.counted(self._gains[0], limit, scenarios[name]),
+                    tuned_count=tuned_count,
+                    default_count=default_count,
+                )
+            )
+        return tails
 
 
-def _estimated(row: ComparedRow, value: TailValue) -> ComparedRow:
+def _estimated(row: ComparedRow, value: TailValue, tails: list[LimitedTail]) -> ComparedRow:
     assert row.limit is not None, "an estimate is of a limit"
     return row.model_copy(
         update={
@@ -163,5 +222,6 @@ def _estimated(row: ComparedRow, value: TailValue) -> ComparedRow:
             "difference": Estimate(None, None, None),
             "verdict": verdict_on_limit(value.probability, row.limit, high=value.high),
             "tail_flights": value.flights,
+            "tails": tails,
         }
     )

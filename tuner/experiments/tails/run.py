@@ -1,44 +1,48 @@
 """Estimates of the tails of events under several gains."""
 
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from math import exp, log, sqrt
 from pathlib import Path
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objectives.flown_system import FlownSystem, Scenario
-from objectives.risk import upper_bound
 from objectives.tails.design_point import find_design_point, search_evaluations
-from objectives.tails.estimate import estimate_tail
+from objectives.tails.estimate import ReplicaRunner, estimate_tail
 from objectives.tails.intervals import FIRST
 from objectives.tails.limit_function import Method, Progress, TailEstimate
 from objectives.tails.planning import Plan, Request, choose_method, expected_evaluations, plan_tail
 from objectives.tails.splitting import replica_evaluations
 from plant.errors import StoreError, UnknownNameError
 from plant.seeds import generator
-from tuner.documents.parts import SampledValue, ShareCount
+from tuner.documents.parts import SampledValue
 from tuner.documents.tail import (
     TAIL_FORMAT,
     TAIL_VERSION,
     TailDocument,
     TailEvent,
     TailGains,
-    TailLevel,
-    TailMode,
     TailPoint,
     TailRatio,
 )
+from tuner.engines.cluster.connect import client_at
+from tuner.engines.cluster.own_files import own_files_of
 from tuner.experiments.tails.events import Event, read_event
 from tuner.experiments.tails.flight_limit import FlightLimit, space_of
 from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, Record, point_bytes, question_of
+from tuner.experiments.tails.tail_event import tail_event
 from tuner.experiments.tails.time_bins import TimeBins
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.folder import Folder
 from tuner.text.numbers import count as number_text
 from tuner.text.numbers import duration, significant
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 STAGE = "Estimating"
 FEW_BINS, STEPS = 4, 4
@@ -47,8 +51,6 @@ GRADIENTS = 2
 """Gradients that it usually takes in all bins."""
 RARE = 0.2
 """Probability from which on the flight without deviations is about as near as any."""
-LEAST_LEVEL = 0.05
-"""Least demand over capacity of a curve: below lie levels of modes that nothing comes near."""
 PILOT = 64
 """Flights by which the speed is measured."""
 
@@ -81,6 +83,7 @@ class TailSettings:
         most: Flights of an event under one of the gains at most.
         threads: That fly.
         worst: Part of a flight whose design point alone is sought, None for all parts.
+        dask: Cluster that runs the replicas of splitting, None for this machine.
 
     """
 
@@ -90,6 +93,7 @@ class TailSettings:
     most: int
     threads: int | None = None
     worst: str | None = None
+    dask: str | None = None
 
 
 class TailRun:
@@ -116,12 +120,17 @@ class TailRun:
         self._gains, self._spec, self._settings, self._watcher, self._out = gains, spec, settings, watcher, out
         self._events = [[read_event(text, each.system, spec) for text in events] for each in gains]
         self._points: dict[str, bytes] = {}
+        self._client: Client | None = None
         parts = space_of(gains[0].system, spec).parts
         if settings.worst is not None and settings.worst not in parts:
             raise UnknownNameError("part of a flight", settings.worst, parts, key="--worst")
 
     def carry_out(self) -> TailDocument:
         """Estimate all, write the folder and return the document."""
+        with self._cluster() as self._client:
+            return self._estimate_all()
+
+    def _estimate_all(self) -> TailDocument:
         record = None if self._out is None else Record.begin(self._out, self._question())
         with nullcontext() if record is None else record.folder:
             made = [
@@ -138,6 +147,22 @@ class TailRun:
                 record.folder.write_json(DOCUMENT, document)
                 _draw(document, record.folder)
         return document
+
+    def _cluster(self) -> AbstractContextManager["Client | None"]:
+        """Return the connection to the cluster, None without."""
+        if self._settings.dask is None:
+            return nullcontext()
+        files = {file: None for each in self._gains for file in own_files_of(each.system, [self._spec])}
+        return client_at(self._settings.dask, list(files), self._settings.threads, self._watcher.on_message)
+
+    def _runner(self, gains: TailSubject, event: Event) -> ReplicaRunner | None:
+        """Return the cluster that runs an event's replicas, None without."""
+        if self._client is None:
+            return None
+        from tuner.experiments.tails.cluster import ClusterReplicas
+
+        watch = self._watcher.on_flights_done
+        return ClusterReplicas(self._client, gains.system, event, self._spec, gains.row, self._settings.root, watch)
 
     def _question(self) -> str:
         s = self._settings
@@ -164,8 +189,9 @@ class TailRun:
             if record is not None:
                 record.keep(number, event.text, progress.replica)
 
-        estimate = estimate_tail(limit, settings.root, request, plan, completed, on_progress)
-        return self._row(event, estimate, limit, plan)
+        runner = self._runner(gains, event)
+        estimate = estimate_tail(limit, settings.root, request, plan, completed, on_progress, runner)
+        return tail_event(event, estimate, self._points_of(estimate, limit, plan))
 
     def _announce(self, gains: TailSubject, event: Event, limit: FlightLimit) -> float:
         """Tell the cost of the estimate and return the flights per second.
@@ -203,40 +229,11 @@ class TailRun:
         flights = expected_evaluations(min(probability, 0.5), self._settings.width, choose_method(probability))
         return min(int(float(f"{flights:.2g}")), self._settings.most)
 
-    def _row(self, event: Event, estimate: TailEstimate, limit: FlightLimit, plan: Plan) -> TailEvent:
-        curve = zip(
-            estimate.curve.levels, estimate.curve.probability, estimate.curve.low, estimate.curve.high, strict=True
-        )
-        return TailEvent(
-            event=event.text,
-            metric=None if event.metric is None else event.metric.text,
-            unit="1" if event.metric is None else event.metric.unit,
-            limit=event.limit,
-            status=str(estimate.status),
-            method=str(estimate.method),
-            probability=float(estimate.probability),
-            low=float(estimate.low),
-            high=float(estimate.high),
-            flights=estimate.evaluations,
-            count=count_of(estimate),
-            replicas=len(estimate.replicas),
-            modes=[
-                TailMode(
-                    mode=mode.name,
-                    probability=SampledValue(float(mode.probability), *map(float, mode.interval)),
-                    share=SampledValue(float(mode.share), *map(float, mode.share_interval)),
-                    point=self._point(limit, number, plan.failures.get(number))
-                    if estimate.probability < RARE
-                    else None,
-                )
-                for number, mode in enumerate(estimate.modes)
-            ],
-            curve=[
-                TailLevel(level=float(level) * event.limit, probability=float(p), low=float(low), high=float(high))
-                for level, p, low, high in curve
-                if level >= LEAST_LEVEL
-            ],
-        )
+    def _points_of(self, estimate: TailEstimate, limit: FlightLimit, plan: Plan) -> list[TailPoint | None]:
+        """Return the design points of all modes; none of an event that is not rare."""
+        if estimate.probability >= RARE:
+            return []
+        return [self._point(limit, mode, plan.failures.get(mode)) for mode in range(len(estimate.modes))]
 
     def _point(self, limit: FlightLimit, mode: int, failures: np.ndarray | None) -> TailPoint | None:
         """Return the design point nearest to failures.
@@ -296,15 +293,6 @@ def _draw(document: TailDocument, folder: Folder) -> None:
     from tuner.report.tail_figure import write_tail_figure
 
     write_tail_figure(document, folder.path)
-
-
-def count_of(estimate: TailEstimate) -> ShareCount | None:
-    """Return the count of independent flights, None of others."""
-    if estimate.method is not Method.CRUDE:
-        return None
-    flights = sum(replica.evaluations for replica in estimate.replicas)
-    events = round(estimate.probability * flights)
-    return ShareCount(events=events, flights=flights, upper=upper_bound(events, flights))
 
 
 def ratio_of(event: TailEvent, base: TailEvent) -> SampledValue | None:

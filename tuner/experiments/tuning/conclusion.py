@@ -16,7 +16,6 @@ from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.documents.summary import ComparedRow
 from tuner.documents.verdicts import NOT_CERTAIN
 from tuner.experiments.tails.limits import FinalistTails, TailLimits
-from tuner.experiments.tails.words import tail_words
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
     conflict_texts,
@@ -31,6 +30,7 @@ from tuner.experiments.tuning.next_commands import rejudge_command, upper_ends
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import Survivors, survivors_of
+from tuner.report.tail_words import tail_words
 from tuner.search.front import non_dominated, pick, select_subset
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive, point_name
@@ -66,7 +66,7 @@ def conclude(
     )
     table = compare(problem, confirmation, study.seed)
     if tails is not None:
-        table = tails.rows(table, tuned)
+        table = tails.rows(table, tuned, confirmation)
     warnings += uncertain_limits(table)
     limits, fully_flown = limits_of(study.constraints, study.requirements), completely_known(tried, generations)
     conflict = conflict_of(fully_flown, limits, upper_ends(problem, study, generations))

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from objectives.tails.crude import BATCH
 from plant.errors import InputError
 from tests.tuner.conftest import QUICKSTART, SMALL, run_small
 from tuner.api.results import TuningResults, open_results
@@ -35,7 +36,9 @@ def test_a_limit_that_is_none_on_a_rare_loss_is_refused(change, key, words):
 
 def test_no_objective_is_a_probability():
     table = {"metric": "failure", "risk": "probability"}
-    with pytest.raises(InputError, match=r"is for a \[\[constraint\]\]") as caught:
+    with pytest.raises(
+        InputError, match=r"flights of each candidate; limit it in a \[\[constraint\]\].*cvar"
+    ) as caught:
         load_study(QUICKSTART, {**SMALL, "objective": [table]})
     assert caught.value.key == "objective[0].risk"
 
@@ -49,7 +52,7 @@ class Listed(TailLimits):
     """Limits whose probabilities are listed by the first gain of a row."""
 
     def values(self, gains):
-        return {0: TailValue(gains[0], 0.5 * gains[0], 2.0 * gains[0], 10)}
+        return {0: TailValue(gains[0], 0.5 * gains[0], 2.0 * gains[0], 10, {})}
 
 
 def test_points_are_judged_until_one_keeps_the_limit(study):
@@ -91,6 +94,19 @@ def test_a_run_estimates_the_probability_of_what_it_recommends(ran):
     assert any("with a probability of" in text and "at most 0.05 is allowed" in text for text in read.remarks)
 
 
+def test_the_run_records_and_draws_the_tails_of_that_limit(ran):
+    outcome, folder = ran
+    row = outcome.table[len(outcome.study.objectives)]
+    [tail] = row.tails
+    assert (tail.tuned.probability, tail.tuned.high, tail.tuned.flights) == (*row.tuned.parts[::2], row.tail_flights)
+    assert tail.tuned.curve[-1].level == 1.0 and tail.tuned.curve[-1].probability == row.tuned.value
+    assert tail.default_count == row.default_count
+    assert tail.default.count is not None and tail.default.count.flights == tail.default.flights == BATCH
+    assert tail.default.count.events == 0 and tail.default.high == pytest.approx(1.0 - 0.05 ** (1.0 / BATCH))
+    assert {file.suffix for file in (folder / "figures").glob("tail.*")} == {".png", ".pdf"}
+    assert "<h3>Rare losses</h3>" in (folder / "report.html").read_text(encoding="utf-8")
+
+
 def test_another_process_comes_to_the_same_estimate(ran, tuner):
     done = tuner("verify", str(ran[1]))
     assert done.returncode == 0, done.stdout + done.stderr
@@ -102,7 +118,7 @@ def test_a_run_without_the_limit_estimates_nothing(small_run):
 
 
 def test_where_no_point_keeps_the_limit_the_ending_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(TailLimits, "values", lambda limits, gains: {0: TailValue(0.06, 0.04, 0.08, 1000)})
+    monkeypatch.setattr(TailLimits, "values", lambda limits, gains: {0: TailValue(0.06, 0.04, 0.08, 1000, {})})
     outcome = run_small(tmp_path / "run", constraint=LIMIT["constraint"])
     assert not outcome.feasible
     row = outcome.table[len(outcome.study.objectives)]

@@ -18,7 +18,7 @@ from tuner.cli.terminal import Console
 from tuner.documents.parts import SampledValue
 from tuner.documents.tail import TailDocument, TailEvent, TailMode, TailPoint, TailRatio
 from tuner.experiments.tails.run import ratio_of
-from tuner.experiments.tails.words import event_line, mode_line, point_line, probability_text, ratio_line
+from tuner.report.tail_words import event_line, mode_line, point_line, probability_text, ratio_line
 from tuner.search.watcher import Watcher
 from tuner.study import load_study
 

@@ -59,6 +59,13 @@ def tail_words(table: Sequence[ComparedRow], point: str) -> list[str]:
     return words
 
 
+def counted_line(event: TailEvent) -> str:
+    """Return the line of an event in independent flights: its interval, or the bound where none has it."""
+    if event.count is None or event.count.events:
+        return event_line(event, event.probability)
+    return f"{event.event}: {event.count.words}"
+
+
 def mode_line(mode: TailMode) -> str:
     """Return share and probability of a mode."""
     low, high = mode.share.low, mode.share.high
