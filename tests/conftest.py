@@ -39,6 +39,7 @@ LONG = (
 )  # fmt: skip
 # Folders whose files share runs that take seconds (fixtures of the session): one worker gets all of each.
 TOGETHER = (
+    "tests/tuner/analysis/identification/",
     "tests/tuner/experiments/contest/",
     "tests/tuner/experiments/compare/",
     "tests/tuner/experiments/inference/",
