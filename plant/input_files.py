@@ -8,6 +8,7 @@ import errno
 import json
 import os
 import stat
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,11 @@ def read_input(file: Path, most: int = MOST_TEXT) -> bytes:
             content += source.read(most + 1 - len(content))
     _check_size(len(content), file, most)
     return content
+
+
+def file_sha256(file: Path, most: int = MOST_TEXT) -> str:
+    """Return the SHA-256 of a file; raises as `read_input` does."""
+    return sha256(read_input(file, most)).hexdigest()
 
 
 def read_input_text(file: Path, encoding: str = "utf-8") -> str:

@@ -15,7 +15,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 from plant.errors import InputError, StoreError
-from plant.input_files import parse_json, read_input, read_input_text
+from plant.input_files import file_sha256, parse_json, read_input, read_input_text
 from plant.quadrotor.airframes import load
 from tuner.analysis.identification.checks import SILENT
 from tuner.api.approaching import approach
@@ -187,7 +187,7 @@ class _Chain:
 
     def _begun(self) -> Folder:
         """Make the folder, or go on with it; StoreError where it holds another autotune."""
-        digests = [*(log.digest for log in self._read), _digest(self._given)]
+        digests = [*(log.digest for log in self._read), file_sha256(self._given)]
         times = [[float(log.time[0]), float(log.time[-1])] for log in self._read]
         question = json.dumps([digests, times, self._airframe, self._source])
         file = self._out / QUESTION
@@ -235,14 +235,11 @@ class _Chain:
 
     def _rows(self) -> Iterator[StageRow]:
         """Yield the rows of the stages, to the end of the way."""
-        record: dict[str, str] = (
-            parse_json(read_input_text(self._out / RECORD)) if (self._out / RECORD).exists() else {}
-        )
+        file = self._out / RECORD
+        record: dict[str, str] = parse_json(read_input_text(file)) if file.exists() else {}
         for stage in self._stages:
-            begin, key = (
-                perf_counter(),
-                sha256("".join(_digest(self._out / name) for name in stage.inputs).encode()).hexdigest(),
-            )
+            inputs = "".join(file_sha256(self._out / name) for name in stage.inputs)
+            begin, key = perf_counter(), sha256(inputs.encode()).hexdigest()
             output, reason, seconds = self._out / stage.output, None, 0.0
             if record.get(stage.name) == key and output.exists():
                 self._watcher.on_message(f"{stage.name}: on record")
@@ -253,10 +250,12 @@ class _Chain:
                 if reason is None:
                     record[stage.name] = key
                     self._folder.write_json(RECORD, record)
-            sentence = stage.result() if reason is None else reason
-            state = DONE if reason is None else STOPPED
             yield StageRow(
-                stage=stage.name, state=state, sentence=sentence, folder=stage.output, seconds=round(seconds, 2)
+                stage=stage.name,
+                state=DONE if reason is None else STOPPED,
+                sentence=stage.result() if reason is None else reason,
+                folder=stage.output,
+                seconds=round(seconds, 2),
             )
             if reason is not None:
                 return
@@ -396,11 +395,8 @@ class _Chain:
 
     def _approached(self) -> str:
         document = ApproachDocument.read(self._out / FIRST_FLIGHTS / "approach.json")
-        verdict = (
-            "every one keeps its margins"
-            if document.passed
-            else "a margin falls short, or flights are lost, on the way"
-        )
+        short = "a margin falls short, or flights are lost, on the way"
+        verdict = "every one keeps its margins" if document.passed else short
         return f"{len(document.steps) - 1} steps from the present to the tuned gains; {verdict}."
 
     def _document(self, rows: list[StageRow]) -> AutotuneDocument:
@@ -421,7 +417,3 @@ class _Chain:
             sentence=last.sentence if not is_done else objection if is_refused else f"{objection} Next: {steps}.",
             commands=[f"tuner show {self._out / RUN}"] if is_done else [],
         )
-
-
-def _digest(file: Path) -> str:
-    return sha256(read_input(file)).hexdigest()

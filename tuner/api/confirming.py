@@ -1,6 +1,5 @@
 """Confirmation of a run's finalists in a real firmware."""
 
-import hashlib
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,7 +14,7 @@ from objectives.own_meters import metering
 from objectives.problem import FlightBatch, Objective, score_flights
 from objectives.system import System
 from plant.errors import InputError
-from plant.input_files import read_input
+from plant.input_files import file_sha256
 from plant.quadrotor.airframes.actuation import actuation
 from tuner.analysis.confirmation import PairedFlights, confirmed_points, confirmed_quantities
 from tuner.api.frames import Documented, frame, shown
@@ -169,7 +168,7 @@ def confirm(
 
 def _digest(program: Path) -> str:
     try:
-        return hashlib.sha256(read_input(program, LARGEST_PROGRAM)).hexdigest()
+        return file_sha256(program, LARGEST_PROGRAM)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=program, key="--binary") from None
 

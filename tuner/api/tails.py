@@ -67,7 +67,7 @@ class Tail(Documented):
             The figure, made without pyplot.
 
         Examples:
-            >>> tuner.tail(gains, "peak.position > 1.3", to=0.05, width=1.0).figure().savefig("tail.png")
+            >>> tuner.tail(gains, "peak.position > 1.3", to=0.05, most=500).figure().savefig("tail.png")
 
         """
         return figures("tail", self.document).draw("tail")

@@ -1,12 +1,11 @@
 """Files of gains as vehicles have them: source guessed, loops of the firmware, the vehicle that they are judged on."""
 
 from dataclasses import dataclass
-from hashlib import sha256
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from plant.errors import InputError, one_line, shortened
-from plant.input_files import read_input
+from plant.input_files import file_sha256
 from plant.output_files import write_new_file
 from plant.quadrotor.airframes import Airframe, load
 from tuner.analysis.judging.vehicle_class import class_airframe, ranges_text
@@ -123,7 +122,7 @@ def read_parameter_file(path: Path, source: str, airframe: Airframe) -> GainsFil
 
 def file_part(path: Path, source: str, version: str | None = None) -> AssessedFile:
     """Return the entry of a file in a document."""
-    return AssessedFile(file=str(path), source=source, version=version, sha256=sha256(read_input(path)).hexdigest())
+    return AssessedFile(file=str(path), source=source, version=version, sha256=file_sha256(path))
 
 
 def parameter_change(name: str, before: str | float | None, after: str | float | None) -> ParameterChange:

@@ -7,10 +7,9 @@ an export writes what our loops carry, leaves everything else as the vehicle has
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from hashlib import sha256
 from pathlib import Path
 
-from plant.input_files import read_input
+from plant.input_files import file_sha256
 from plant.quadrotor.gains import default_row
 from tuner.exchange.target import C, ExportRequest, ExportTarget, Option, PlantRequest, Request
 from tuner.gains import Controller, content_hash, content_sha256, read_gains, to_document
@@ -119,7 +118,7 @@ def plant_rollback(request: PlantRequest) -> tuple[PlantRequest, str]:
     """
     study, previous = request.controller.study, request.previous
     if previous is not None:
-        row, digest = study.read_row(previous), sha256(read_input(previous)).hexdigest()
+        row, digest = study.read_row(previous), file_sha256(previous)
         sentence = "The gains flown before this export."
     else:
         row, digest = study.default_row, ""

@@ -19,7 +19,7 @@ from plant.errors import InputError
 from plant.seeds import generator
 from tuner.analysis.judged_metrics import is_judged
 from tuner.analysis.margins.document import default_requirements, requirements_in
-from tuner.analysis.margins.readings import plant_subject
+from tuner.analysis.margins.readings import plant_subject, subject_of
 from tuner.analysis.responses import system_of, usual_scenario
 from tuner.documents.export import (
     FilteredLoop,
@@ -76,7 +76,7 @@ def quadrotor_loops(controller: Controller) -> Loops:
         controller.gains,
         usual_scenario(system),
         METRICS,
-        lambda: requirements_in(controller, Trim()),
+        lambda: requirements_in(subject_of(controller, Trim())),
         (controller.cascade.position.name, controller.cascade.attitude.name),
         controller.airframe.vehicle,
         lambda gyro: filter_rows(controller, gyro),

@@ -132,16 +132,16 @@ def default_requirements(subject: Loops) -> list[LimitRow]:
     return rows
 
 
-def requirements_in(controller: Controller, trim: Trim) -> list[LimitRow]:
+def requirements_in(subject: Subject) -> list[LimitRow]:
     """Return the rows of the usual limits: in a trim, or at hover and in the gains' own steady states.
 
     Raises InputError where there is no steady flight.
     """
-    vehicle = controller.airframe.vehicle
+    controller, vehicle = subject.controller, subject.controller.airframe.vehicle
     assumed = nominal(vehicle, controller.options, controller.control_period)
-    judged = [state for state in controller.states if trim == Trim() and state.can_hold(vehicle, assumed)]
-    states = {HOVER: trim} | {state.name: state.trim for state in judged}
-    return worst_rows({name: default_requirements(subject_of(controller, at)) for name, at in states.items()})
+    judged = [state for state in controller.states if subject.trim == Trim() and state.can_hold(vehicle, assumed)]
+    subjects = {HOVER: subject} | {state.name: subject_of(controller, state.trim) for state in judged}
+    return worst_rows({name: default_requirements(each) for name, each in subjects.items()})
 
 
 def worst_rows(by_state: dict[str, list[LimitRow]]) -> list[LimitRow]:

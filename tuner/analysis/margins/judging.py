@@ -27,7 +27,7 @@ def judge_quadrotor(controller: Controller, trim: Trim, study: Study | None, cer
     subject, limits = subject_of(controller, trim), None
     if study is not None:
         limits = study_requirements(study, controller, None if trim == Trim() else trim)
-    document = margins_document(subject, requirements_in(controller, trim) if limits is None else limits)
+    document = margins_document(subject, requirements_in(subject) if limits is None else limits)
     if certified:
         document = document.model_copy(update={"certificates": certificate_rows(controller)})
     return subject, document, limits is not None

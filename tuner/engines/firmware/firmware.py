@@ -10,11 +10,30 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from plant.backends.instants import Instant
+from plant.errors import InputError
 from plant.laws.channel import Measured, Setpoint
 from plant.quadrotor.airframes.actuation import Actuation
 
 Commands = tuple[float, float, float, float]
 """Motor commands (0 to 1) in our order of the rotors."""
+
+
+def period_check(count: Callable[[float], float], least: int, most: int, allowed: str) -> Callable[[float], None]:
+    """Return a function that refuses impossible control periods of a firmware.
+
+    Args:
+        count: count(control_period) is a whole number where they can.
+        least: Smallest count.
+        most: Largest count.
+        allowed: Periods that are possible, in a clause.
+    """
+
+    def check(control_period: float) -> None:
+        number = count(control_period)
+        if not least <= round(number) <= most or abs(number - round(number)) > 1e-6 * number:
+            raise InputError(f"given {1e3 * control_period:g} ms; {allowed}", key="controller.control_period")
+
+    return check
 
 
 class Board(Protocol):

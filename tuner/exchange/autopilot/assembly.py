@@ -1,13 +1,12 @@
 """From gains by axis to a controller: what every importer does once it has them."""
 
-import hashlib
 from collections.abc import Collection, Iterable, Mapping
 from math import degrees
 from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError, shortened
-from plant.input_files import read_input
+from plant.input_files import file_sha256
 from plant.law_registry import law
 from plant.laws.pid import Gains
 from plant.laws.slower import MOST_PERIODS
@@ -165,7 +164,7 @@ def record_of(
     """Return the record of a file; given: all parameters; loop_parameters: those that act in the loops."""
     entries = {name: given[name] for name in loop_parameters if name in given}
     untuned = tuple(name for name in entries if name not in carried)
-    digest = hashlib.sha256(read_input(file)).hexdigest()
+    digest = file_sha256(file)
     return VehicleRecord(target, version, plain_name(file), digest, dict(settings), entries, untuned)
 
 

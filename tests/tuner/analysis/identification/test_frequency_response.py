@@ -9,11 +9,10 @@ import pytest
 import scipy.signal
 
 from plant.vectors import Vec3
-from tests.tuner.analysis.identification.known_flights import AIRFRAME, PRIOR, known_flights
+from tests.tuner.analysis.identification.known_flights import AIRFRAME, PRIOR
 from tests.tuner.logs.written import blackbox, truth
 from tuner.analysis.identification.document import identification_document, response_rows
 from tuner.analysis.identification.frequency_response import Record, estimate_response
-from tuner.analysis.identification.identify import identify_vehicle
 from tuner.analysis.identification.model import actuator, lagging, low_passed, turning
 from tuner.analysis.identification.model_response import axis_commands, model_response, response_deviation
 from tuner.analysis.identification.parameters import space_of
@@ -192,8 +191,8 @@ def test_the_deviation_of_the_model_is_that_of_draws_of_its_numbers():
 
 
 @pytest.fixture(scope="module")
-def identified():
-    return identify_vehicle([known_flights(1, duration=12.0)[0].log], AIRFRAME)
+def fitted(identified):
+    return identified[0]
 
 
 def compared(found, fit):
@@ -201,19 +200,19 @@ def compared(found, fit):
     return compare_responses(fit, found.problem, noise, found.logs[0].rate)
 
 
-def test_nothing_is_compared_beyond_what_the_log_holds(identified):
+def test_nothing_is_compared_beyond_what_the_log_holds(fitted):
     """The grid of the model is finer than a slow log, whose samples lie on straight lines there."""
-    entries = compare_responses(identified.fit, identified.problem, [0.0] * 4, 100.0)
+    entries = compare_responses(fitted.fit, fitted.problem, [0.0] * 4, 100.0)
     assert all(entry.measured.frequency[-1] == pytest.approx(40.0, abs=1.0) for entry in entries)
 
 
-def test_a_model_that_is_right_agrees_and_a_wrong_one_is_named_with_its_band(identified):
-    entries = compared(identified, identified.fit)
+def test_a_model_that_is_right_agrees_and_a_wrong_one_is_named_with_its_band(fitted):
+    entries = compared(fitted, fitted.fit)
     assert [entry.output for entry in entries] == ["roll", "pitch", "yaw", "lift"]
     assert not any("differs" in text for text in difference_words(entries))
-    wrong = identified.fit.estimate.copy()
-    wrong[identified.space.names.index("inertia.x")] += np.log(2.0)
-    entries = compared(identified, replace(identified.fit, estimate=wrong))
+    wrong = fitted.fit.estimate.copy()
+    wrong[fitted.space.names.index("inertia.x")] += np.log(2.0)
+    entries = compared(fitted, replace(fitted.fit, estimate=wrong))
     # The inertia about z is a share of those about x and y.
     first, second, rest = difference_words(entries)
     assert first.startswith("The frequency response of roll differs from the model from ") and "feedback" in first
@@ -225,17 +224,17 @@ def test_a_model_that_is_right_agrees_and_a_wrong_one_is_named_with_its_band(ide
     assert rest.startswith("The model agrees with the frequency response of pitch and lift")
 
 
-def test_setpoints_are_the_instrument_where_they_move(identified):
-    samples = tuple(replace(part, setpoint=part.gyro * [1.0, 1.0, 0.0]) for part in identified.problem.samples)
+def test_setpoints_are_the_instrument_where_they_move(fitted):
+    samples = tuple(replace(part, setpoint=part.gyro * [1.0, 1.0, 0.0]) for part in fitted.problem.samples)
     noise = [0.0] * 4
-    entries = compare_responses(identified.fit, replace(identified.problem, samples=samples), noise, RATE)
+    entries = compare_responses(fitted.fit, replace(fitted.problem, samples=samples), noise, RATE)
     assert [entry.has_instrument for entry in entries] == [True, True, False, False]
     assert [row.instrument for row in response_rows(entries)] == ["setpoint", "setpoint", "", ""]
 
 
-def test_the_document_holds_both_responses(identified):
-    document = identification_document(identified, [], None)
-    row, entry = document.responses[0], compared(identified, identified.fit)[0]
+def test_the_document_holds_both_responses(fitted):
+    document = identification_document(fitted, [], None)
+    row, entry = document.responses[0], compared(fitted, fitted.fit)[0]
     assert row.magnitude == pytest.approx(20.0 * np.log10(np.abs(entry.measured.response)), abs=1e-3)
     assert row.model_magnitude == pytest.approx(20.0 * np.log10(np.abs(entry.modeled)), abs=1e-3)
     turns = (np.array(row.phase) - np.degrees(np.angle(entry.measured.response))) / 360.0

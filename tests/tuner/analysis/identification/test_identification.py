@@ -1,7 +1,6 @@
 """A vehicle out of logs of flights whose numbers are known, and of a real one that others have identified."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +9,7 @@ import tuner
 from plant.errors import InputError
 from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.schema import Sourced
+from tests.tuner.analysis.identification.conftest import CRAZYFLIE
 from tests.tuner.analysis.identification.known_flights import (
     AIRFRAME,
     AXES,
@@ -21,7 +21,7 @@ from tests.tuner.analysis.identification.known_flights import (
 )
 from tests.tuner.conftest import QUICKSTART
 from tuner.analysis.identification.checks import check_flight, is_silent
-from tuner.analysis.identification.document import earlier_posterior, identification_document, verdict
+from tuner.analysis.identification.document import identification_document, verdict
 from tuner.analysis.identification.flights import flights_of, longest_flight
 from tuner.analysis.identification.identifiability import GIVEN, OF_OUTPUT, wider_than_prior
 from tuner.analysis.identification.identify import identify_vehicle
@@ -30,35 +30,9 @@ from tuner.analysis.identification.parameters import EarlierPosterior
 from tuner.analysis.identification.white_noise import gyro_density, gyro_noise
 from tuner.api.gains import default_gains
 from tuner.api.identifying import check_logs, refusals_of
-from tuner.documents.identification import IdentificationDocument
 from tuner.logs.csv_writing import MAPPING, csv_table
-from tuner.logs.reading import read_log
 
-CRAZYFLIE = Path(__file__).parents[2] / "logs" / "crazyflie" / "log15_70_to_85"
 FRD = np.array([1.0, -1.0, -1.0])
-
-
-@pytest.fixture(scope="module")
-def flown():
-    """Two flights with all axes shaken, one with roll and lift only, and a calm one."""
-    return known_flights(
-        4, duration=9.0, excited=[AXES, AXES, ("roll", "lift"), ()], turbulence=np.array([1.0, 1.0, 1.0, 0.2])
-    )
-
-
-@pytest.fixture(scope="module")
-def flights(flown):
-    return flown[:2]
-
-
-@pytest.fixture(scope="module")
-def identified(flights):
-    return [identify_vehicle([flight.log], AIRFRAME) for flight in flights]
-
-
-@pytest.fixture(scope="module")
-def crazyflie():
-    return identify_vehicle([read_log(CRAZYFLIE)], load("crazyflie-pybullet"))
 
 
 def test_the_truth_lies_within_the_intervals(flights, identified):
@@ -193,29 +167,21 @@ def test_a_dead_time_goes_into_the_file_where_the_log_tells_it(crazyflie, tmp_pa
     assert load(file).vehicle.dead_time == 0.002
 
 
-def test_two_logs_narrow_what_one_leaves(flights):
+def test_two_logs_narrow_what_one_leaves(halves):
     """The same vehicle flown twice: the same log under another name would be told from it by nothing."""
-    flight = flights[0]
-    half = 0.5 * flight.log.time[-1]
-    parts = [flight.log.between(0.0, half), flight.log.between(half, flight.log.time[-1])]
-    one, both = (identify_vehicle(logs, AIRFRAME) for logs in (parts[:1], parts))
+    flight, one, both = halves.flight, halves.first, halves.both
     assert len(both.problem.samples) == 2
     spread = [np.sqrt(np.diag(found.fit.covariance))[found.space.names.index("lag_up")] for found in (one, both)]
     assert spread[1] < spread[0]
     assert np.abs(list(misses(both, flight).values())).max() < 4.0
 
 
-def test_a_second_log_on_top_of_the_first_tells_what_both_at_once_tell():
+def test_a_second_log_on_top_of_the_first_tells_what_both_at_once_tell(halves):
     """To one standard deviation, for the noise of each is fitted anew; intervals as wide to a third in the middle.
 
     Halves of 9 s: of 4.5 s too few blocks are fitted, so that one width of twelve differed by 0.83.
     """
-    flight = known_flights(1, duration=18.0)[0]
-    half = 0.5 * flight.log.time[-1]
-    parts = [flight.log.between(0.0, half), flight.log.between(half, flight.log.time[-1])]
-    first, both = (identify_vehicle(logs, AIRFRAME) for logs in (parts[:1], parts))
-    document = IdentificationDocument.parse(identification_document(first, [], None).text())
-    second = identify_vehicle(parts[1:], AIRFRAME, earlier=earlier_posterior(document, AIRFRAME, Path("first.json")))
+    first, both, second = halves.first, halves.both, halves.second
     left = set(both.reasons) | set(second.reasons)
     # Where the gyro's low-pass is identified by one alone, the split of the delay widens the lags of the other alone.
     if "gyro_delay" in set(both.reasons) ^ set(second.reasons):
@@ -229,8 +195,8 @@ def test_a_second_log_on_top_of_the_first_tells_what_both_at_once_tell():
     assert np.median(apart) < 0.35 and apart.max() < 0.7 and np.mean(wide / same) > 1.15
 
 
-def test_what_the_first_log_told_stays_told_where_the_second_is_silent(flown):
-    first = identify_vehicle([flown[0].log], AIRFRAME)
+def test_what_the_first_log_told_stays_told_where_the_second_is_silent(flown, identified):
+    first = identified[0]
     n = first.space.physical
     known = EarlierPosterior(
         first.space.names[:n], first.fit.estimate[:n], first.fit.covariance[:n, :n], first.space.initial_std[:n]

@@ -10,19 +10,12 @@ from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.actuation import Actuation, actuation
 from plant.quadrotor.vehicle import Vehicle
 from tuner.analysis.identification.hover_curve import hover_curve
-from tuner.analysis.identification.identify import Identified, identify_vehicle
+from tuner.analysis.identification.identify import Identified
 from tuner.analysis.identification.onward import THRUSTS, identified_text, identified_values, uncertainty_of
 from tuner.analysis.identification.parameters import space_of
-from tuner.logs.reading import read_log
 
-CRAZYFLIE = Path(__file__).parents[2] / "logs" / "crazyflie" / "log15_70_to_85"
 PRIOR = load("crazyflie-pybullet")
 WEIGHT = 0.25 * PRIOR.vehicle.mass * PRIOR.vehicle.gravity
-
-
-@pytest.fixture(scope="module")
-def crazyflie() -> Identified:
-    return identify_vehicle([read_log(CRAZYFLIE)], PRIOR)
 
 
 def written(identified: Identified, folder: Path) -> Vehicle:

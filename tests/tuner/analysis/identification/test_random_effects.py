@@ -9,7 +9,8 @@ from scipy import stats
 
 from plant.errors import InputError
 from plant.quadrotor.airframes import load
-from tests.tuner.analysis.identification.known_flights import AIRFRAME, known_flights
+from tests.tuner.analysis.identification.conftest import CRAZYFLIE
+from tests.tuner.analysis.identification.known_flights import AIRFRAME
 from tuner.analysis.identification.document import earlier_posterior, identification_document
 from tuner.analysis.identification.flight_rows import after_change, check_agreement
 from tuner.analysis.identification.identify import identify_vehicle
@@ -25,7 +26,6 @@ from tuner.analysis.identification.random_effects import (
 from tuner.documents.identification import IdentificationDocument
 from tuner.logs.reading import read_log
 
-CRAZYFLIE = Path(__file__).parents[2] / "logs" / "crazyflie" / "log15_70_to_85"
 NAMES = ("lag_up", "thrust.30", "inertia.x")
 
 
@@ -107,37 +107,19 @@ def test_the_pooled_estimate_is_the_weighted_mean_and_has_every_name():
     assert np.diag(pooled.covariance) == pytest.approx([1.0 / (10.0 + 10.0 / 3.0), 1.0])
 
 
-@pytest.fixture(scope="module")
-def flights():
-    return known_flights(1, duration=18.0)[0]
-
-
-@pytest.fixture(scope="module")
-def halves(flights):
-    log = flights.log
-    return [log.between(0.0, 9.0), log.between(9.0, 18.0)]
-
-
-@pytest.fixture(scope="module")
-def earlier(halves):
-    first = identify_vehicle(halves[:1], AIRFRAME)
-    document = IdentificationDocument.parse(identification_document(first, [], None).text())
-    return earlier_posterior(document, AIRFRAME, Path("first.json"))
-
-
 def weakened(log):
     """The log of a vehicle whose propellers give a fifth less thrust at the same command."""
     return replace(log, command=np.sqrt(1.25) * log.command)
 
 
-def test_a_flight_that_agrees_passes_and_one_that_contradicts_is_refused_until_it_is_explained(halves, earlier):
-    same = identify_vehicle(halves[1:], AIRFRAME, earlier=earlier)
+def test_a_flight_that_agrees_passes_and_one_that_contradicts_is_refused_until_it_is_explained(halves):
+    same, earlier, lighter = halves.second, halves.earlier, weakened(halves.logs[1])
     check_agreement(same, Path("first.json"))
     assert len(same.all_flights) == 2
-    other = identify_vehicle([weakened(halves[1])], AIRFRAME, earlier=earlier)
+    other = identify_vehicle([lighter], AIRFRAME, earlier=earlier)
     with pytest.raises(InputError, match=r"contradicts first.json .*thrust.65 by -.* --changed"):
         check_agreement(other, Path("first.json"))
-    changed = identify_vehicle([weakened(halves[1])], AIRFRAME, earlier=after_change(earlier, "propellers"))
+    changed = identify_vehicle([lighter], AIRFRAME, earlier=after_change(earlier, "propellers"))
     check_agreement(changed, Path("first.json"))
     at = changed.space.names.index("thrust.65")
     drop = changed.fit.estimate[at] - same.fit.estimate[at]
@@ -145,10 +127,8 @@ def test_a_flight_that_agrees_passes_and_one_that_contradicts_is_refused_until_i
 
 
 def test_flights_that_contradict_each_other_are_named_and_widen_the_intervals(halves):
-    agreeing, contradicting = (
-        identify_vehicle([halves[0], second], AIRFRAME) for second in (halves[1], weakened(halves[1]))
-    )
-    assert "The flights agree" in identification_document(agreeing, [], None).verdict
+    contradicting = identify_vehicle([halves.logs[0], weakened(halves.logs[1])], AIRFRAME)
+    assert "The flights agree" in identification_document(halves.both, [], None).verdict
     document = identification_document(contradicting, [], None)
     assert "contradicts the other flights" in document.verdict and "Between flights scatter" in document.verdict
     at = contradicting.space.names.index("thrust.65")
@@ -159,15 +139,15 @@ def test_flights_that_contradict_each_other_are_named_and_widen_the_intervals(ha
     assert again.flights == document.flights
 
 
-def test_an_unknown_change_and_a_payload_are_refused(earlier):
+def test_an_unknown_change_and_a_payload_are_refused(halves):
     with pytest.raises(InputError, match="battery"):
-        after_change(earlier, "weather")
+        after_change(halves.earlier, "weather")
     with pytest.raises(InputError, match="weigh the vehicle"):
-        after_change(earlier, "payload")
+        after_change(halves.earlier, "payload")
 
 
 def test_a_document_with_an_impossible_flight_is_refused(halves):
-    first = identification_document(identify_vehicle(halves[:1], AIRFRAME), [], None)
+    first = identification_document(halves.first, [], None)
     number = first.flights[0].numbers[0]
     numbers = [number.model_copy(update={"low": 2.0 * number.high}), *first.flights[0].numbers[1:]]
     broken = first.model_copy(update={"flights": [first.flights[0].model_copy(update={"numbers": numbers})]})

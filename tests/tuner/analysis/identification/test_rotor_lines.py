@@ -14,13 +14,11 @@ from plant.quadrotor.airframes import load
 from plant.quadrotor.airframes.rules import hover_speed
 from plant.quadrotor.gyro import GyroPath, Lines, all_lines
 from plant.vectors import Rotors
-from tuner.analysis.identification.identify import Identified, identify_vehicle
+from tuner.analysis.identification.identify import Identified
 from tuner.analysis.identification.onward import identified_text, identified_values
 from tuner.analysis.identification.parameters import low_pass_delay
 from tuner.analysis.identification.rotor_lines import rotor_lines
-from tuner.logs.reading import read_log
 
-CRAZYFLIE = Path(__file__).parents[2] / "logs" / "crazyflie" / "log15_70_to_85"
 PRIOR = load("crazyflie-pybullet")
 FASTER = 1.2
 """Speed of the rotors over that of the model."""
@@ -30,11 +28,6 @@ AMPLITUDES = (0.03, 0.012, 0.02)
 def lfilter(b: ArrayLike, a: ArrayLike, series: ArrayLike) -> NDArray[np.float64]:
     """The series (n, k) through b/a, from rest."""
     return np.asarray(signal.lfilter(b, a, series, axis=0), dtype=float)
-
-
-@pytest.fixture(scope="module")
-def crazyflie() -> Identified:
-    return identify_vehicle([read_log(CRAZYFLIE)], PRIOR)
 
 
 def made(identified: Identified, rate: float, amplitudes: tuple[float, float, float]) -> Identified:

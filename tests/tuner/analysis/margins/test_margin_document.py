@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from objectives.margins.margins import MarginModel
 from objectives.margins.quantities import QUANTITIES, REPORTED
 from objectives.margins.trim import Trim
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.in_process import tuner
 from tuner.analysis.margins.document import default_requirements, margins_document, study_requirements
+from tuner.analysis.margins.judging import judge_quadrotor
 from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import subject_of
 from tuner.api.gains import default_gains
@@ -118,6 +120,13 @@ def test_requirements_are_judged_with_hard_limits_and_soft_targets(document):
     assert (rows["gain_up(roll)"]["unit"], rows["gain_up(roll)"]["shown_unit"]) == ("1", "dB")
     assert len(rows) == 6 * (1 + len(LIMITS) + sum(limit.target is not None for limit in LIMITS))
     assert marks_of([LimitRow(**row) for row in document["requirements"]])["roll", "phase_margin"] == "!"
+
+
+def test_loops_are_evaluated_once_for_margins_and_limits(monkeypatch):
+    evaluated, evaluate = [], MarginModel.evaluate
+    monkeypatch.setattr(MarginModel, "evaluate", lambda self, gains: evaluated.append(gains) or evaluate(self, gains))
+    judge_quadrotor(default_gains("pid").controller, Trim(), None, certified=False)
+    assert len(evaluated) == 1
 
 
 @pytest.mark.parametrize(("sense", "inside", "outside"), [("min", 2.0, 1.999), ("max", 2.0, 2.001)])

@@ -23,15 +23,20 @@ from tuner.search.watcher import Watcher
 from tuner.study import load_study
 
 EVENTS = ["peak.position > 1.35"]
-MORE = "peak.position > 1.2"
+MORE = "peak.position > 1.1"
+"""So frequent that no design point is sought."""
 SETTINGS = {"to": 1e-3, "width": 2.0, "most": 200_000}
 
 
 @pytest.fixture(scope="module", autouse=True)
-def few_replicas():
-    """Have a fifth of the replicas: coverage is tested where they are made."""
+def few_replicas_and_failures():
+    """Have a fifth of the replicas and a quarter of the failures.
+
+    Coverage is tested where they are made, and searches of design points from each failure took three quarters of the time.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("objectives.tails.estimate.FIRST", 4)
+        patch.setattr("objectives.tails.planning.FAILURES", 2)
         yield
 
 

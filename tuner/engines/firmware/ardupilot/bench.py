@@ -6,9 +6,8 @@ Facts of ArduPilot's master of July 2025 (Copter 4.7-dev): libraries/AC_Attitude
 import re
 from pathlib import Path
 
-from plant.errors import InputError
 from plant.quadrotor.airframes.scales import is_plus
-from tuner.engines.firmware.firmware import Bench, Firmware
+from tuner.engines.firmware.firmware import Bench, Firmware, period_check
 from tuner.engines.firmware.libraries.board import installer
 from tuner.engines.firmware.libraries.building import ControlLibraries
 from tuner.engines.firmware.parameters import parameters_in
@@ -34,20 +33,8 @@ POSITION = ("PSC_",)
 """Beginning of the parameters of the position loops, in whose place ours are."""
 SHAPING = {"ATC_RATE_FF_ENAB": 0.0}
 """Angles that are asked for are so at once; with 1, the default, a trajectory leads to them."""
-# Whole numbers of Hz of SCHED_LOOP_RATE.
-LEAST_RATE, MOST_RATE = 50, 2000
 FRAME_TYPES = {(False, True): 1.0, (False, False): 3.0, (True, True): 0.0, (True, False): 6.0}
 """FRAME_TYPE: X, H, plus and plus reversed, by whether rotors stand in a plus and the first turns clockwise."""
-
-
-def check_period(control_period: float) -> None:
-    """Refuse a control period that is no whole loop rate."""
-    rate = 1.0 / control_period
-    if not LEAST_RATE <= round(rate) <= MOST_RATE or abs(rate - round(rate)) > 1e-6 * rate:
-        raise InputError(
-            f"given {1e3 * control_period:g} ms; ArduPilot's loops run each 0.5 to 20 ms, at a whole SCHED_LOOP_RATE in Hz",
-            key="controller.control_period",
-        )
 
 
 def parameters_of(bench: Bench, content: bytes) -> dict[str, float]:
@@ -66,7 +53,12 @@ ARDUPILOT = Firmware(
     heading=None,
     curve=None,
     binary=LIBRARIES.checkout,
-    check=check_period,
+    check=period_check(
+        lambda period: 1.0 / period,
+        50,
+        2000,
+        "ArduPilot's loops run each 0.5 to 20 ms, at a whole SCHED_LOOP_RATE in Hz",
+    ),
     program=LIBRARIES.program,
     install=installer(parameters_of),
     lockstep=True,

@@ -14,7 +14,7 @@ from plant.laws.channel import Measured, Setpoint
 from plant.quadrotor.airframes.actuation import Actuation
 from tuner.engines.firmware.betaflight.board import BetaflightBoard, Sticks, shim_in
 from tuner.engines.firmware.betaflight.command_line import load
-from tuner.engines.firmware.firmware import Bench, Firmware
+from tuner.engines.firmware.firmware import Bench, Firmware, period_check
 
 # The gyro's period [s] and the most of them in a period of the loops.
 GYRO_PERIOD, MOST = 125e-6, 16
@@ -39,16 +39,6 @@ ANGLE_LIMIT = re.compile(r"^set angle_limit = (\d+)\s*$", re.MULTILINE)
 def heading_rate(constants: Any, setpoint: Setpoint, measured: Measured) -> float:
     """Rate of yaw that the pilot asks for: the heading loop, which Betaflight leaves to its pilot."""
     return constants.outer * (setpoint.value - measured.value) + setpoint.rate
-
-
-def check_period(control_period: float) -> None:
-    """Refuse a control period that is no whole number of the gyro's."""
-    periods = control_period / GYRO_PERIOD
-    if abs(periods - round(periods)) > 1e-6 or not 1 <= round(periods) <= MOST:
-        raise InputError(
-            f"given {1e3 * control_period:g} ms; Betaflight's loops run each 0.125 ms times 1 to {MOST}",
-            key="controller.control_period",
-        )
 
 
 def bench_lines(rotors: Actuation, control_period: float) -> list[str]:
@@ -86,7 +76,9 @@ BETAFLIGHT = Firmware(
     heading=heading_rate,
     curve=None,
     binary="the program of its simulator build, under obj/",
-    check=check_period,
+    check=period_check(
+        lambda period: period / GYRO_PERIOD, 1, MOST, f"Betaflight's loops run each 0.125 ms times 1 to {MOST}"
+    ),
     program=Path,
     install=install,
     lockstep=True,

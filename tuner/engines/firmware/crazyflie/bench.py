@@ -13,7 +13,7 @@ from pathlib import Path
 from plant.errors import InputError
 from tuner.engines.firmware.crazyflie.board import CrazyflieBoard
 from tuner.engines.firmware.crazyflie.stabilizer import ATTITUDE_RATE, SETTABLE
-from tuner.engines.firmware.firmware import Bench, Firmware
+from tuner.engines.firmware.firmware import Bench, Firmware, period_check
 from tuner.engines.firmware.parameters import parameters_in
 from tuner.engines.firmware.process import BUILT
 
@@ -54,16 +54,6 @@ def interpreter_for(module: Path) -> Path:
     return Path(interpreter)
 
 
-def check_period(control_period: float) -> None:
-    """Refuse a control period that is not that of the firmware's controllers."""
-    period = 1.0 / ATTITUDE_RATE
-    if abs(control_period - period) > 1e-6 * period:
-        raise InputError(
-            f"given {1e3 * control_period:g} ms; the Crazyflie's controllers run each {1e3 * period:g} ms",
-            key="controller.control_period",
-        )
-
-
 def parameters_of(content: bytes) -> dict[str, float]:
     """Return the parameters of an exported file without the position loops; raises InputError naming what cannot be set."""
     parameters = parameters_in(content, VALUE, HEADING, POSITION)
@@ -93,7 +83,9 @@ CRAZYFLIE = Firmware(
     heading=None,
     curve=0.0,
     binary="the folder with the Python module of its controllers, or the module",
-    check=check_period,
+    check=period_check(
+        lambda period: period * ATTITUDE_RATE, 1, 1, f"the Crazyflie's controllers run each {1e3 / ATTITUDE_RATE:g} ms"
+    ),
     program=module_in,
     install=install,
     lockstep=True,

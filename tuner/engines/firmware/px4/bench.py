@@ -7,10 +7,9 @@ sensors/vehicle_angular_velocity, their parameters' defaults included.
 import re
 from pathlib import Path
 
-from plant.errors import InputError
 from plant.quadrotor.airframes.actuation import Actuation
 from plant.quadrotor.airframes.scales import PX4_CT
-from tuner.engines.firmware.firmware import Bench, Firmware
+from tuner.engines.firmware.firmware import Bench, Firmware, period_check
 from tuner.engines.firmware.libraries.board import installer
 from tuner.engines.firmware.libraries.building import ControlLibraries
 from tuner.engines.firmware.parameters import parameters_in
@@ -43,18 +42,6 @@ POSITION = ("MPC_",)
 LOOP_RATE = "IMU_GYRO_RATEMAX"
 VALUE = re.compile(r"\d+\t1\t(\w+)\t(-?[\d.]+)\t[69]")
 HEADING = re.compile(r"#|\Z")
-# Rates at which the rate loop takes its period as it is [Hz].
-LEAST_RATE, MOST_RATE = 100.0, 8000.0
-
-
-def check_period(control_period: float) -> None:
-    """Refuse a control period at which the rate loops cannot run."""
-    microseconds = 1e6 * control_period
-    if not LEAST_RATE <= 1.0 / control_period <= MOST_RATE or abs(microseconds - round(microseconds)) > 1e-3:
-        raise InputError(
-            f"given {1e3 * control_period:g} ms; PX4's rate loops run each 0.125 to 10 ms, in whole microseconds",
-            key="controller.control_period",
-        )
 
 
 def geometry(rotors: Actuation) -> dict[str, float]:
@@ -82,7 +69,9 @@ PX4_FIRMWARE = Firmware(
     heading=None,
     curve=None,
     binary=LIBRARIES.checkout,
-    check=check_period,
+    check=period_check(
+        lambda period: 1e6 * period, 125, 10_000, "PX4's rate loops run each 0.125 to 10 ms, in whole microseconds"
+    ),
     program=LIBRARIES.program,
     install=installer(parameters_of),
     lockstep=True,

@@ -1,0 +1,63 @@
+"""Fits at which several files of this folder look, each made once: a fit takes seconds."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from plant.quadrotor.airframes import load
+from tests.tuner.analysis.identification.known_flights import AIRFRAME, AXES, KnownFlight, known_flights
+from tuner.analysis.identification.document import earlier_posterior, identification_document
+from tuner.analysis.identification.identify import Identified, identify_vehicle
+from tuner.analysis.identification.parameters import EarlierPosterior
+from tuner.documents.identification import IdentificationDocument
+from tuner.logs.flight_log import FlightLog
+from tuner.logs.reading import read_log
+
+CRAZYFLIE = Path(__file__).parents[2] / "logs" / "crazyflie" / "log15_70_to_85"
+
+
+@pytest.fixture(scope="session")
+def crazyflie() -> Identified:
+    """The fit of a real flight."""
+    return identify_vehicle([read_log(CRAZYFLIE)], load("crazyflie-pybullet"))
+
+
+@pytest.fixture(scope="session")
+def flown() -> list[KnownFlight]:
+    """Two flights with all axes shaken, one with roll and lift only, and a calm one."""
+    return known_flights(
+        4, duration=9.0, excited=[AXES, AXES, ("roll", "lift"), ()], turbulence=np.array([1.0, 1.0, 1.0, 0.2])
+    )
+
+
+@pytest.fixture(scope="session")
+def flights(flown: list[KnownFlight]) -> list[KnownFlight]:
+    return flown[:2]
+
+
+@pytest.fixture(scope="session")
+def identified(flights: list[KnownFlight]) -> list[Identified]:
+    return [identify_vehicle([flight.log], AIRFRAME) for flight in flights]
+
+
+class Halves(NamedTuple):
+    """A flight of 18 s in two logs: the fits of the first, of both, and of the second on top of the first's document."""
+
+    flight: KnownFlight
+    logs: list[FlightLog]
+    first: Identified
+    earlier: EarlierPosterior
+    both: Identified
+    second: Identified
+
+
+@pytest.fixture(scope="session")
+def halves() -> Halves:
+    flight = known_flights(1, duration=18.0)[0]
+    logs = [flight.log.between(0.0, 9.0), flight.log.between(9.0, 18.0)]
+    first, both = (identify_vehicle(part, AIRFRAME) for part in (logs[:1], logs))
+    document = IdentificationDocument.parse(identification_document(first, [], None).text())
+    earlier = earlier_posterior(document, AIRFRAME, Path("first.json"))
+    return Halves(flight, logs, first, earlier, both, identify_vehicle(logs[1:], AIRFRAME, earlier=earlier))
