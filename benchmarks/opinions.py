@@ -4,8 +4,9 @@
 
 Gains are drawn around the defaults of the firmware's law, those of a pair apart by one of three sizes. Both files of a pair are
 exported and judged as a user would, and fly in the firmware flights that the judge flew in the model: the same vehicles, air
-and noise. The firmware's verdict is formed from its own flights by the same rules on differences of means; flights that it loses
-count as worse.
+and noise. The product's function compares the firmware's own flights, too. A pair agrees where both comparisons have one word;
+a false alarm is a refusal, "worse" or "do not fly", of gains that the firmware flies no worse in any metric, a strict one a
+refusal of gains that it does not fly worse on the whole: mixed ones count.
 """
 
 import argparse
@@ -35,11 +36,12 @@ from plant.quadrotor.gains import default_row, gain_addresses
 from plant.quadrotor.nominal import ControlOptions
 from plant.quadrotor.scenarios import ScenarioSpec
 from plant.seeds import generator
-from tuner.analysis.judging.opinion import BETTER, MIXED, NOT_DISTINGUISHABLE, WORSE
+from tuner.analysis.judging.opinion import compare_flights
 from tuner.analysis.judging.paired_scores import PairedScores
 from tuner.api.assessing import STREAM, flight_setups
 from tuner.api.vehicle_files import read_subjects
-from tuner.documents.assessment import DO_NOT_FLY
+from tuner.documents.assessment import NOT_DISTINGUISHABLE, REFUSED
+from tuner.documents.verdicts import BETTER, WORSE
 from tuner.engines.firmware.firmware import Bench, Firmware
 from tuner.engines.firmware.flying import FirmwareFlights
 from tuner.engines.firmware.registry import firmware_of
@@ -59,7 +61,7 @@ JUDGED = 256
 """Flights of each file by the judge, its default."""
 
 
-def pairs_of_files(firmware: Firmware) -> Iterator[tuple[int, bytes, bytes]]:
+def pairs_of_files(firmware: Firmware, seed: int) -> Iterator[tuple[int, bytes, bytes]]:
     """Yield pairs of files of random gains with their number; those beyond the firmware's ranges are drawn again."""
     target, airframe = TARGETS[firmware.target], load(AIRFRAMES[firmware.name])
     cascade = close_cascade(law(target.position), law(firmware.law), target.position_every)
@@ -75,7 +77,7 @@ def pairs_of_files(firmware: Firmware) -> Iterator[tuple[int, bytes, bytes]]:
 
     plain = Controller(airframe, cascade, ControlOptions(), target.control_period, target.control_period, ())
     for k in count():
-        rng = generator(SEED, f"opinions/{firmware.name}", k)
+        rng = generator(seed, f"opinions/{firmware.name}", k)
         first = varied(base, 0.15, rng)
         second = varied(first, SPREADS[k % len(SPREADS)], rng)
         with suppress(InputError):
@@ -91,10 +93,10 @@ def file_of(controller: Controller, firmware: Firmware) -> bytes:
     return bundle_of(target, request).files[firmware.file]
 
 
-def firmware_verdict(
+def firmware_flights(
     after: Path, before: Path, firmware: Firmware, program: Path, flights: int, threads: int, place: Path
-) -> tuple[str, PairedScores]:
-    """Return the verdict of the firmware's own flights, and their scores."""
+) -> PairedScores:
+    """Return the scores of the firmware's own flights."""
     subjects = read_subjects(after, before, firmware.target, AIRFRAMES[firmware.name])
     setups, scores = flight_setups(subjects, flights, 1), list[np.ndarray]()
     for number, (setup, file) in enumerate(zip(setups, (after, before), strict=True)):
@@ -110,24 +112,15 @@ def firmware_verdict(
         batch = FlightBatch(setup.spec, STREAM, flights)
         results = FirmwareFlights(system, firmware, 1, threads).fly(setup.gains, power_up, batch)
         scores.append(score_flights(system, setup.metrics, results, setup.spec, system.targets(setup.spec))[0])
-    paired = PairedScores(setups[0].metrics, np.array(scores), 1)
-    return verdict_of(paired), paired
+    return PairedScores(setups[0].metrics, np.array(scores), 1)
 
 
-def verdict_of(paired: PairedScores) -> str:
-    """Return the verdict on differences of means and of losses."""
-    if (loss := paired.loss_difference) is not None and (loss.low > 0.0 or loss.high < 0.0):
-        return WORSE if loss.low > 0.0 else BETTER
-    verdicts = {row.verdict for row in paired.rows}
-    if {BETTER, WORSE} <= verdicts:
-        return MIXED
-    return next((each for each in (WORSE, BETTER) if each in verdicts), NOT_DISTINGUISHABLE)
-
-
-def compare(firmware: Firmware, program: Path, pairs: int, flights: int, threads: int) -> list[dict[str, Any]]:
+def compare(
+    firmware: Firmware, program: Path, pairs: int, flights: int, threads: int, seed: int
+) -> list[dict[str, Any]]:
     """Return a row for each pair."""
     rows = []
-    for k, *contents in islice(pairs_of_files(firmware), pairs):
+    for k, *contents in islice(pairs_of_files(firmware, seed), pairs):
         with TemporaryDirectory(prefix="opinions-") as place:
             files = [Path(place) / f"{name}{Path(firmware.file).suffix}" for name in ("before", "after")]
             for file, content in zip(files, contents, strict=True):
@@ -136,15 +129,17 @@ def compare(firmware: Firmware, program: Path, pairs: int, flights: int, threads
             opinion = tuner.judge(
                 after, before, airframe=AIRFRAMES[firmware.name], source=firmware.target, flights=JUDGED
             )
-            flown, paired = firmware_verdict(after, before, firmware, program, flights, threads, Path(place))
-        document = opinion.document
+            paired = firmware_flights(after, before, firmware, program, flights, threads, Path(place))
+        document, flown = opinion.document, compare_flights(paired.rows, paired.loss_difference)
         rows.append(
             {
                 "pair": k,
                 "spread": SPREADS[k % len(SPREADS)],
                 "judge": document.verdict,
+                "comparison": document.comparison,
                 "firmware": flown,
-                "agrees": document.verdict == flown or (document.verdict == DO_NOT_FLY and flown == WORSE),
+                "agrees": document.comparison == flown,
+                "lost": [count.events for count in paired.lost],
                 "sentence": document.sentence,
                 "differences": {
                     row.metric: [list(each.difference) if each.difference else None for each in (row, other)]
@@ -166,25 +161,30 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=20)
     parser.add_argument("--flights", type=int, default=64, help="flights in the firmware")
     parser.add_argument("--threads", type=int, default=1, help="boards that fly at once")
+    parser.add_argument("--seed", type=int, default=SEED, help="seed of the gains")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     firmware = firmware_of(arguments.firmware)
-    rows = compare(firmware, firmware.program(arguments.binary), arguments.pairs, arguments.flights, arguments.threads)
-    counts = Counter((row["judge"], row["firmware"]) for row in rows)
+    program = firmware.program(arguments.binary)
+    rows = compare(firmware, program, arguments.pairs, arguments.flights, arguments.threads, arguments.seed)
+    words = ("judge", "comparison", "firmware")
+    counts = Counter(tuple(row[word] for word in words) for row in rows)
+    refused = [row["firmware"] for row in rows if row["judge"] in REFUSED]
     report = {
         "firmware": firmware.name,
         "pairs": len(rows),
         "agree": sum(row["agrees"] for row in rows),
-        "false_alarms": sum(row["judge"] in (WORSE, DO_NOT_FLY) and row["firmware"] != WORSE for row in rows),
-        "table": [{"judge": judge, "firmware": flown, "pairs": n} for (judge, flown), n in counts.items()],
+        "false_alarms": sum(flown in (BETTER, NOT_DISTINGUISHABLE) for flown in refused),
+        "strict_false_alarms": sum(flown != WORSE for flown in refused),
+        "table": [{**dict(zip(words, key, strict=True)), "pairs": n} for key, n in counts.items()],
         "rows": rows,
     }
     if arguments.json:
         print(json.dumps(report, indent=2))
         return
-    print(f"{report['agree']} of {report['pairs']} agree; false alarms {report['false_alarms']}")
+    print("{agree} of {pairs} agree; false alarms {false_alarms}, strict {strict_false_alarms}".format(**report))
     for row in report["table"]:
-        print(f"{row['judge']:22} {row['firmware']:22} {row['pairs']}")
+        print(f"{row['judge']:22} {row['comparison']:22} {row['firmware']:22} {row['pairs']}")
 
 
 if __name__ == "__main__":

@@ -97,6 +97,7 @@ def assess(
         format="gainproof-assessment",
         version="0.1",
         verdict=verdict,
+        comparison=evidence.comparison,
         sentence=opinion_sentence(evidence, verdict, reasons),
         reasons=reasons,
         unmodeled=_notes(subjects),

@@ -8,7 +8,8 @@ from tuner.store.document import Document, DocumentPart, OneOf, Sense
 
 MIXED, NOT_DISTINGUISHABLE = "mixed", "not distinguishable"
 WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY = "flyable within limits", "no objection", "do not fly"
-VERDICTS = (BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE, WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY)
+COMPARISONS = (BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE)
+VERDICTS = (*COMPARISONS, WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY)
 REFUSED = (WORSE, DO_NOT_FLY)
 """Verdicts with which nobody should arm."""
 
@@ -108,6 +109,7 @@ class AssessmentDocument(Document):
     """A second opinion.
 
     Attributes:
+        comparison: Verdict of the paired flights alone, null without a file before.
         reasons: Of the verdict, the most severe first.
         unmodeled: What the loops of the model lack, or assume.
         unmodeled_changes: Of parameters that no loop has.
@@ -120,6 +122,7 @@ class AssessmentDocument(Document):
     format: Literal["gainproof-assessment"]
     version: Literal["0.1"]
     verdict: Annotated[str, OneOf(VERDICTS)]
+    comparison: Annotated[str, OneOf(COMPARISONS)] | None
     sentence: str
     reasons: list[str]
     unmodeled: list[str]

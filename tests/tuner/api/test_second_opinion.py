@@ -61,6 +61,7 @@ def test_a_filter_by_coherence_is_refused_for_its_noise(tmp_path):
     assert all("D-term low-pass" in reason and "#5259" in reason for reason in opinion.document.reasons)
     noise = opinion.table.loc["noise"]
     assert noise["verdict"] == "worse" and noise["low"] > 0.4
+    assert opinion.document.comparison == "worse" and "; in flight: worse: rms.tilt" in opinion.page
 
 
 def test_published_failures_are_refused_on_the_class_too(tmp_path):
@@ -96,6 +97,7 @@ def test_the_same_gains_cannot_be_told_apart(tmp_path):
 def test_one_file_is_held_against_limits_and_never_called_safe(tmp_path):
     file = settings(tmp_path, DEFAULTS, "present.txt")
     named, unnamed = (tuner.judge(file, airframe=airframe, flights=FLIGHTS) for airframe in ("racer5", None))
+    assert named.document.comparison is None
     assert named.verdict == "flyable within limits" and unnamed.verdict == "no objection"
     assert "class of a 5 inch racer: mass 0.51 to 1.1 kg" in unnamed.document.sentence
     page = unnamed.page.lower()

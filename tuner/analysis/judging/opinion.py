@@ -1,13 +1,13 @@
-"""The verdict of a second opinion: reasons not to fly, significant differences of flights, limits of the loops.
+"""The verdict of a second opinion: reasons not to fly, comparison of paired flights, limits of the loops.
 
 Do not fly: a loop is unstable, or its peak sensitivity is above 4.3, with which a thrust 30 % off may make it so; its peak
-sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. A difference counts where
-all of the 95 % interval of the paired flights lies beyond 5 %, of noise 10 %; a loop that comes from above 4.3 to at most 2
-counts as better. Where no airframe is named, loops are those of the middle of a class, so margins refuse only what the change
-made worse, and losses where most vehicles are lost.
+sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. The comparison is of the
+paired flights alone: a difference counts where all of its 95 % interval lies beyond 5 %, of noise 10 %. For the verdict a loop
+that comes from above 4.3 to at most 2 counts as better, too. Where no airframe is named, loops are those of the middle of a
+class, so margins refuse only what the change made worse, and losses where most vehicles are lost.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from math import inf
 
@@ -63,33 +63,58 @@ class Evidence:
     loss_difference: SampledValue | None
     unmodeled: int
 
+    @property
+    def comparison(self) -> str | None:
+        """The verdict of the paired flights alone, None without a file before."""
+        return compare_flights(self.metrics, self.loss_difference)
+
 
 def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
     """Return the verdict and its reasons, the most severe first."""
     if refusals := list(reasons_not_to_fly(evidence)):
         return DO_NOT_FLY, refusals
-    if evidence.lost_before is None:
+    if evidence.comparison is None:
         violated = [rule_text(row) for row in evidence.rules if row.verdict == "violated"]
         limits = [*map(limit_text, evidence.violated), *violated]
         is_clean = not limits and evidence.lost_after.events == 0 and evidence.airframe.is_known
         return (WITHIN_LIMITS if is_clean else NO_OBJECTION), limits
     recovered = list(filter(None, map(recovery_text, evidence.loops)))
-    verdicts = {row.verdict for row in evidence.metrics} | ({BETTER} if recovered else set())
-    if {BETTER, WORSE} <= verdicts:
-        verdict = MIXED
-    else:
-        verdict = next((verdict for verdict in (WORSE, BETTER) if verdict in verdicts), NOT_DISTINGUISHABLE)
-    return verdict, [*recovered, *[metric_text(row) for row in evidence.metrics]]
+    verdict = join_verdicts({evidence.comparison, *([BETTER] if recovered else [])})
+    return verdict, [*recovered, *map(metric_text, evidence.metrics)]
+
+
+def compare_flights(metrics: Sequence[AssessedMetric], loss_difference: SampledValue | None) -> str | None:
+    """Return the verdict on paired flights: on losses where they differ significantly, else on means; None for one file."""
+    if loss_difference is None:
+        return None
+    if loss_difference.low > 0.0:
+        return WORSE
+    if loss_difference.high < 0.0:
+        return BETTER
+    return join_verdicts({row.verdict for row in metrics})
+
+
+def join_verdicts(verdicts: Set[str]) -> str:
+    """Return the joint verdict of several."""
+    if MIXED in verdicts or {BETTER, WORSE} <= verdicts:
+        return MIXED
+    return next((verdict for verdict in (WORSE, BETTER) if verdict in verdicts), NOT_DISTINGUISHABLE)
 
 
 def opinion_sentence(evidence: Evidence, verdict: str, reasons: Sequence[str]) -> str:
     """Return verdict, reasons and vehicle in one sentence."""
     before, vehicle, count = evidence.lost_before, evidence.airframe, evidence.unmodeled
     loss = f"lost {evidence.lost_after.words}" + ("" if before is None else f" (before: {before.words})")
-    text = "; ".join([*reasons, *([] if verdict == DO_NOT_FLY else [loss])])
+    if verdict != DO_NOT_FLY:
+        parts = [*reasons, loss]
+    elif evidence.comparison is None:
+        parts = reasons
+    else:
+        flown = "; ".join([*map(metric_text, evidence.metrics), loss])
+        parts = [*reasons, f"in flight: {evidence.comparison}: {flown}"]
     beyond = f", without {count} changed parameter{'s' if count > 1 else ''} outside the model" if count else ""
     where = "" if vehicle.is_known else f", on the {vehicle.title}: {vehicle.ranges}"
-    return f"{verdict[0].upper()}{verdict[1:]}: {text}{beyond}{where}."
+    return f"{verdict[0].upper()}{verdict[1:]}: {'; '.join(parts)}{beyond}{where}."
 
 
 def reasons_not_to_fly(evidence: Evidence) -> Iterator[str]:

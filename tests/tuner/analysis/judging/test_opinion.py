@@ -95,6 +95,39 @@ def test_a_verdict_follows_from_the_evidence(parts, verdict):
     assert ("mass 0.4 to 0.9 kg" in sentence) == (not given.airframe.is_known)
 
 
+TRADE = [metric("noise", 0.3, 0.2, 0.4), metric("rms.tilt", -0.3, -0.4, -0.2)]
+LOSSES = SampledValue(0.035, 0.01, 0.06)
+COMPARISONS = {
+    "as before": ({}, "not distinguishable"),
+    "a trade": ({"metrics": TRADE}, "mixed"),
+    "closer": ({"metrics": TRADE[1:]}, "better"),
+    "noisier": ({"metrics": TRADE[:1]}, "worse"),
+    "survivors fly closer, and more are lost": ({"metrics": TRADE[1:], "loss_difference": LOSSES}, "worse"),
+    "survivors are noisier, and fewer are lost": (
+        {"metrics": TRADE[:1], "loss_difference": SampledValue(-0.035, -0.06, -0.01)}, "better",
+    ),
+    "a loop recovers": ({"loops": [loop(1.33, 4.45)]}, "not distinguishable"),
+    "a fragile loop flies closer": ({"loops": [loop(3.0, 1.5)], "metrics": TRADE[1:]}, "better"),
+    "alone": (ALONE, None),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("parts", "comparison"), COMPARISONS.values(), ids=COMPARISONS)
+def test_a_comparison_is_of_paired_flights_alone(parts, comparison):
+    assert evidence(**parts).comparison == comparison
+
+
+def test_a_refusal_says_what_the_flights_do():
+    given = evidence(loops=[loop(3.0, 1.5)], metrics=TRADE)
+    sentence = opinion_sentence(given, *form_opinion(given))
+    assert sentence.startswith(
+        "Do not fly: peak sensitivity Ms, roll: 3, max 2 (1.5 before); in flight: mixed: noise 30 %"
+    )
+    assert sentence.endswith("lost 0 of 256: at most 1.2 % (before: 0 of 256: at most 1.2 %).")
+    alone = evidence(**ALONE, loops=[loop(4.4, given=False)])
+    assert "in flight" not in opinion_sentence(alone, *form_opinion(alone))
+
+
 def test_a_sentence_names_changes_outside_of_the_model():
     given = evidence(unmodeled=2)
     assert "without 2 changed parameters outside the model" in opinion_sentence(given, *form_opinion(given))
