@@ -5,12 +5,12 @@ import pytest
 import tuner
 from objectives.tails.estimate import LocalReplicas
 from plant.errors import InputError
-from tests.tuner.experiments.tails.test_tail_run import SETTINGS, few_replicas, files, study
+from tests.tuner.experiments.tails.test_tail_run import SETTINGS, few_replicas_and_failures, files, study
 from tuner.search.watcher import Watcher
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install distributed")
 
-__all__ = ["few_replicas", "study"]
+__all__ = ["few_replicas_and_failures", "study"]
 
 
 class Counted(Watcher):
