@@ -1,6 +1,7 @@
 """Limits on rare losses in the page of a run and on its sheets: curves, counts, bounds, and the commands that fly the loss."""
 
 import json
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from tuner.report import write_report
 from tuner.report.charts.chart import Band, Line, Points, Rule
 from tuner.report.charts.tails import FLOOR, limited_panels
 from tuner.report.sheets import search_sheets
+
+Kind = TypeVar("Kind", Band, Line, Points, Rule)
 
 LIMIT, CRUDE = 1e-4, 4096
 LOSS = {"metric": None, "unit": "1", "limit": 1.0}
@@ -56,7 +59,7 @@ def results_with(folder, tails, code=""):
     return TuningFolder(folder)
 
 
-def marks_of(results, kind):
+def marks_of(results: TuningFolder, kind: type[Kind]) -> list[Kind]:
     [panel] = limited_panels(results)
     return [mark for mark in panel.marks if isinstance(mark, kind)]
 
@@ -77,6 +80,7 @@ def test_confirmation_flights_are_points_with_the_interval_of_their_share(tmp_pa
     default, tuned = marks_of(results_with(tmp_path / "made", [tail()]), Points)
     low, high = clopper_pearson(3, 256)
     assert (default.x[0], default.y[0]) == (1.0, pytest.approx(3 / 256))
+    assert default.y_ends is not None
     assert np.ravel(default.y_ends) == pytest.approx([float(low), float(high)])
     assert tuned.look.symbol == "triangle-down" and tuned.y_ends is None
     assert tuned.y[0] == pytest.approx(1.0 - 0.05 ** (1.0 / 256))

@@ -18,8 +18,8 @@ class Counted(Watcher):
 
     flights = 0
 
-    def on_flights_done(self, count):
-        self.flights += count
+    def on_flights_done(self, flights: int) -> None:
+        self.flights += flights
 
 
 def test_two_workers_give_the_bytes_of_this_machine(study, tmp_path, monkeypatch):
