@@ -12,7 +12,8 @@ from objectives.tails.limit_function import Array, LimitFunction, Method
 from objectives.tails.splitting import CHAIN, FRACTION, Ascent, Ladder, climb, run_together
 from plant.seeds import generator
 
-PILOT_CHAINS, SECTOR_CHAINS = 50, 30
+PILOT_CHAINS = 50
+"""Of an ascent to a mode or a sector: with 30, some sectors got so few states that an estimate took ten times the replicas."""
 LEAST_CHAINS = 25
 """Of a replica's ladders together."""
 CRUDE_FROM = 0.004
@@ -114,7 +115,7 @@ def pilot_evaluations(limit: LimitFunction, smallest: float) -> int:
     levels = int(np.ceil(np.log(smallest / FLOOR) / np.log(FRACTION))) + 1
     rows = PILOT_CHAINS * CHAIN * levels
     if limit.dimension <= MOST_DIMENSIONS:
-        rows += 2 * SECTOR_CHAINS * CHAIN * levels + most_evaluations(limit.dimension)
+        rows += 2 * PILOT_CHAINS * CHAIN * levels + most_evaluations(limit.dimension)
     return rows * len(limit.modes)
 
 
@@ -163,11 +164,7 @@ def _climb_all(
         rng = generator(seed, "tail/pilot", mode)
         [ascent] = run_together(limit, [climb(mode, limit.dimension, chains, smallest, rng)])
         is_rare = ascent.probability < CRUDE_FROM and np.isfinite(ascent.ladder.target)
-        parts = (
-            divide(limit, ascent, min(chains, SECTOR_CHAINS), smallest, rng)
-            if is_rare and limit.dimension <= MOST_DIMENSIONS
-            else ()
-        )
+        parts = divide(limit, ascent, chains, smallest, rng) if is_rare and limit.dimension <= MOST_DIMENSIONS else ()
         for sector, part in parts:
             column = len(limit.modes) + len(sectors)
             sectors.append(sector)
