@@ -161,8 +161,10 @@ def cluster_description(client: "Client", local: bool) -> str:
 def quiet() -> Iterator[None]:
     """Keep the library's log from the terminal: what a person has to know comes as an error of ours.
 
-    The library gives some of its loggers levels of their own, so every one that it made is told.
+    The library gives some of its loggers levels of their own as it is imported, so each of these is set.
     """
+    import distributed  # noqa: F401
+
     made = [name for name in logging.root.manager.loggerDict if name.startswith("distributed.")]
     loggers = [logging.getLogger(name) for name in ("distributed", "tornado.application", "asyncio", *made)]
     before = [entry.level for entry in loggers]
