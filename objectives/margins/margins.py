@@ -133,7 +133,7 @@ class TrimLinearization:
     ) -> None:
         self._period, self._slow = period, slow
         every = 1 if slow is None else slow.every
-        self.rates = tuple(Rate(*(every, 0, every) if axis in POSITION_AXES else (1, 0, 1)) for axis in CHANNELS)
+        self.rates = tuple(_rate(axis, every, nominal) for axis in CHANNELS)
         self._setting = setting_of(trim, nominal, vehicle)
         self._plant = balanced_plant(period, trim, nominal, self._setting)
         self.blocks = self._blocks(nominal)
@@ -195,6 +195,17 @@ class TrimLinearization:
         phases = [parts[id(step)] for step in steps[: common_period(block.channels, self.rates)]]
         term = gains_of_terms(self._period, gains)
         return over_period(block, phases, term, block.channels, [self.rates[channel] for channel in block.channels])
+
+
+def _rate(axis: str, every: int, nominal: Nominal) -> Rate:
+    """Return the rate of a channel at its break point.
+
+    The demands of x and y change as their loops step. The lift changes at the rotors, one period later under compute delay.
+    """
+    if axis not in POSITION_AXES:
+        return Rate(1, 0, 1)
+    is_late = axis == "z" and nominal.delay > 0.5
+    return Rate(every, int(is_late) % every, every)
 
 
 def probes(cascade: Cascade) -> Array:
