@@ -15,6 +15,7 @@ from objectives.margins.trim import Trim
 from objectives.metrics import parse
 from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk
+from objectives.ties import first_largest
 from plant.errors import InputError
 from plant.output_files import make_folders
 from plant.quadrotor.gains import gain_addresses
@@ -252,7 +253,7 @@ def _step(rows: np.ndarray, k: int, subjects: list[Subject], flown: StepFlights)
     subject = subjects[k]
     addresses = [gain.address for gain in gain_addresses(subject.controller.cascade)]
     factors = factors_between(rows[max(k - 1, 0)], rows[k])
-    most = int(np.argmax(factors, axis=0))
+    most = first_largest(factors)
     channels = margins_document(subject, []).channels
     return StepOfApproach(
         share=k / (len(rows) - 1),

@@ -13,6 +13,7 @@ import numpy as np
 from objectives.own_meters import metering
 from objectives.problem import FlightBatch, Objective, score_flights
 from objectives.system import System
+from objectives.ties import increasing_order
 from plant.errors import InputError
 from plant.input_files import file_sha256
 from plant.quadrotor.airframes.actuation import actuation
@@ -195,7 +196,7 @@ def _spread(entrant: Entrant, count: int) -> list[int]:
 
     The recommended one takes the place of its neighbor.
     """
-    order = np.argsort(entrant.picked[:, 0], kind="stable")
+    order = increasing_order(entrant.picked[:, 0])
     places = np.unique(np.linspace(0, len(order) - 1, min(count, len(order))).round().astype(int))
     rows = [int(order[place]) for place in places]
     if entrant.point in entrant.points and (best := entrant.points.index(entrant.point)) not in rows:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from objectives.margins.quantities import RECORDED, REPORTED
+from objectives.ties import increasing_order
 from tuner.documents.tables import OTHER_TYPE, read_table, values_of
 from tuner.store.document import refuse
 
@@ -55,7 +56,7 @@ class HeldOutFront:
     def shown_rows(self) -> list[int]:
         """Rows of the default, of the point beside it and of the front, by the first objective."""
         shown = np.array([bool(role) for role in self.roles]) | (self.non_dominated & self.feasible)
-        return [int(i) for i in np.argsort(self.held_out[:, 0], kind="stable") if shown[i]]
+        return [int(i) for i in increasing_order(self.held_out[:, 0]) if shown[i]]
 
     def of(self, role: str) -> list[int]:
         """Return the rows with a role, one or none."""

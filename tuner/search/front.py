@@ -5,6 +5,7 @@ from math import isfinite
 
 import numpy as np
 
+from objectives.ties import TIE, first_largest, first_smallest, increasing_order
 from plant.errors import InputError, UnknownNameError
 from plant.texts import PlainTable, PlainValue
 
@@ -30,7 +31,7 @@ def non_dominated(values: np.ndarray) -> np.ndarray:
 
 def evenly(values: np.ndarray, most: int) -> np.ndarray:
     """Return at most so many rows: spaced evenly in increasing order of values (n,)."""
-    order = np.argsort(values, kind="stable")
+    order = increasing_order(values)
     if len(order) <= most:
         return order
     return order[np.unique(np.linspace(0, len(order) - 1, most).round().astype(int))]
@@ -68,13 +69,13 @@ def select_subset(front: np.ndarray, baseline: np.ndarray, most: int, ends: bool
     """
     if len(front) <= most:
         return np.arange(len(front))
-    picked = [int(row) for row in dict.fromkeys(front.argmin(axis=0).tolist())][:most] if ends else []
+    picked = list(dict.fromkeys(first_smallest(column) for column in front.T))[:most] if ends else []
     # Improvements only shrink with every row picked: the best of those evaluated anew is the best of all.
     improvements, fresh = np.full(len(front), np.inf), np.zeros(len(front), dtype=bool)
     volume = hypervolume(front[picked], baseline)
     while len(picked) < most:
         improvements[picked] = -np.inf
-        best = int(np.argmax(improvements))
+        best = first_largest(improvements)
         if fresh[best]:
             picked.append(best)
             fresh[:], volume = False, hypervolume(front[picked], baseline)
@@ -96,12 +97,12 @@ def knee(values: np.ndarray) -> int:
     I. Das, "On characterizing the knee of the Pareto curve", Structural Optimization 18:107-115, 1999. On normalized
     objectives that hyperplane is sum = const through the single-objective optima, so the knee has the smallest sum.
     """
-    return int(np.argmin(normalize(values).sum(axis=1)))
+    return first_smallest(normalize(values).sum(axis=1), scale=1.0)
 
 
 def closest(values: np.ndarray) -> int:
     """Return the row closest to the ideal point: in Euclidean distance, on normalized objectives."""
-    return int(np.argmin(np.square(normalize(values)).sum(axis=1)))
+    return first_smallest(np.square(normalize(values)).sum(axis=1), scale=1.0)
 
 
 TIED = {
@@ -116,7 +117,7 @@ PICKS = {
 
 def is_tied(values: np.ndarray) -> bool:
     """Return True for two points (2, m) that `PICKS` cannot tell apart."""
-    return len(values) == 2 and bool(np.ptp(normalize(values).sum(axis=1)) == 0.0)
+    return len(values) == 2 and bool(np.ptp(normalize(values).sum(axis=1)) <= TIE)
 
 
 def pick(rule: str, values: np.ndarray, names: list[str]) -> tuple[int, str]:
@@ -126,7 +127,7 @@ def pick(rule: str, values: np.ndarray, names: list[str]) -> tuple[int, str]:
     """
     if rule in PICKS:
         if is_tied(values):
-            return int(np.argmin(values[:, 0])), f"{TIED[rule]}, so the one with the smaller {names[0]} is taken"
+            return first_smallest(values[:, 0]), f"{TIED[rule]}, so the one with the smaller {names[0]} is taken"
         choose, why = PICKS[rule]
         return choose(values), why
     if rule.startswith(WEIGHTED):
@@ -134,11 +135,11 @@ def pick(rule: str, values: np.ndarray, names: list[str]) -> tuple[int, str]:
         assert len(weights) == values.shape[1], "a resolved rule has a weight for each objective"
         terms = [f"{weight:g} {name}" for weight, name in zip(weights, names, strict=True) if weight > 0.0]
         why = f"smallest weighted sum {' + '.join(terms)} of the objectives, scaled to 0 to 1 over the front"
-        return int(np.argmin(normalize(values) @ weights)), why
+        return first_smallest(normalize(values) @ weights, scale=float(weights.sum())), why
     name = rule.removeprefix(SMALLEST)
     if not rule.startswith(SMALLEST) or name not in names:
         raise UnknownNameError("pick rule", rule, [*PICKS, *[f"{SMALLEST}{objective}" for objective in names]])
-    return int(np.argmin(values[:, names.index(name)])), f"smallest {name}"
+    return first_smallest(values[:, names.index(name)]), f"smallest {name}"
 
 
 def resolved_rule(rule: str, weights: Mapping[str, PlainValue], labels: list[str], addresses: list[str]) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from objectives.ties import increasing_order
 from tuner.analysis.sensitivity.document import FAILURE, outputs
 from tuner.analysis.sensitivity.indices import RANK
 from tuner.cli.tables import TerminalTable
@@ -154,7 +155,7 @@ def index_table_of(sensitivity: "Sensitivity", output: int, name: str) -> Termin
     table = TerminalTable(f"{what}: shares of its variance, 95 % intervals", keys=1)
     table.columns_of("variable", "alone (first order)", "with all others (total)", left=("variable",))
     orders = sensitivity.analysis.indices[RANK]
-    for i in (-orders.total.value[output]).argsort(kind="stable"):
+    for i in increasing_order(-orders.total.value[output]):
         cells = [
             f"{spans.value[output, i]:.2f} [{spans.low[output, i]:.2f}, {spans.high[output, i]:.2f}]"
             for spans in orders

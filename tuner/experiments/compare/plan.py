@@ -11,6 +11,7 @@ import numpy as np
 from objectives.decisions import DecisionSpace
 from objectives.risk import minimum_samples
 from objectives.risk.measures import TAIL_SCENARIOS
+from objectives.ties import increasing_order
 from plant.errors import InputError
 from plant.texts import PlainTable
 from tuner.experiments.compare.entrants import Entrant
@@ -131,7 +132,7 @@ def thinned(entrant: Entrant, objective: np.ndarray) -> Entrant:
     count = len(entrant.points)
     if count <= MOST_POINTS:
         return entrant
-    order = np.argsort(objective, kind="stable")
+    order = increasing_order(objective)
     subset = set(order[np.linspace(0, count - 1, MOST_POINTS).round().astype(int)].tolist())
     subset |= {i for i, point in enumerate(entrant.points) if point == entrant.point}
     rows = sorted(subset)

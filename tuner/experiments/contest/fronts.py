@@ -20,6 +20,7 @@ import numpy as np
 
 from objectives.problem import Objective
 from objectives.risk import replicates_on, resampled_scenarios, within
+from objectives.ties import first_smallest
 from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES
 from tuner.documents.parts import SampledValue
@@ -218,4 +219,4 @@ def best_under(fronts: list[Front], objectives: int) -> list[Best]:
 
 def _best_row(values: np.ndarray, objective: int, other: int, limit: float) -> int | None:
     allowed = np.flatnonzero(values[:, other] <= limit)
-    return int(allowed[np.argmin(values[allowed, objective])]) if len(allowed) else None
+    return int(allowed[first_smallest(values[allowed, objective])]) if len(allowed) else None

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from objectives.ties import first_smallest
 from tuner.documents.inference_document import (
     BestJointSetting,
     CellRow,
@@ -171,7 +172,7 @@ def spread(scores: np.ndarray, published: np.ndarray, with_mean: bool = True) ->
 def nearest(ratios: np.ndarray) -> float:
     """Return the ratio (n,) that is nearest to 1 by its logarithm."""
     distance = np.abs(misfit.log_ratio(ratios, np.ones_like(ratios)))
-    return float(ratios[np.argmin(distance)])
+    return float(ratios[first_smallest(distance, scale=1.0)])
 
 
 def misfit_part(findings: Findings, row: int, checked: int) -> MisfitPart:

@@ -5,6 +5,7 @@ from time import perf_counter
 
 import numpy as np
 
+from objectives.ties import first_smallest
 from plant.quadrotor.scenarios import HELD_OUT
 from tuner.experiments.inference.flying import SettingFlyer
 from tuner.experiments.inference.misfit import LOCAL_REFINEMENT, EvaluatedSettings, best_row, evaluate_settings, front
@@ -86,7 +87,7 @@ def most_inside(inference: Inference, settings: EvaluatedSettings) -> int:
     """Return the setting with the most published cells inside; of equals the one of least misfit."""
     counts = settings.inside.sum(axis=1)
     best = np.flatnonzero(counts == counts.max(axis=0))
-    return int(best[np.argmin(settings.overall(inference)[best])])
+    return int(best[first_smallest(settings.overall(inference)[best])])
 
 
 def select_subset(values: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from objectives.ties import first_smallest
 from tuner.experiments.contest.judging import is_inside, percentile_of
 from tuner.search.front import feasible_front
 from tuner.study.inference import LEAST_RATIO, Inference
@@ -142,4 +143,4 @@ def best_row(misfits: np.ndarray) -> int:
     It is the point of the front that is closest to zero. The knee of `tuner.search.front` scales each objective by how far
     the front happens to reach in it; misfits are ratios and comparable as they are.
     """
-    return int(np.argmin(overall(misfits)))
+    return first_smallest(overall(misfits))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from objectives.ties import first_smallest
 from tuner.experiments.inference.misfit import EvaluatedSettings, best_row, concatenate, log_ratio, overall, weights
 from tuner.study.inference import Inference
 
@@ -19,6 +20,8 @@ FAR, CLOSE = 0.04, 0.01
 # Dampings, in shares of the mean diagonal of J' J.
 DAMPINGS = (0.001, 0.01, 0.1, 1.0, 10.0)
 ROUNDS = 8
+# Smallest relative decrease of the misfit that counts as one; rounding decides below.
+MIN_DECREASE = 1e-9
 
 Fly = Callable[[np.ndarray], EvaluatedSettings]
 """Flies points (n, unknowns) of the unit cube."""
@@ -54,8 +57,8 @@ def refine(
         parts, points = concatenate([flown, fly(trials)]), np.concatenate([around, trials], axis=0)
         settings = concatenate([settings, parts])
         misfit = overall(parts.misfits(inference))
-        if misfit.min(axis=0) < least:
-            point = points[np.argmin(misfit)]
+        if misfit.min(axis=0) < (1.0 - MIN_DECREASE) * least:
+            point = points[first_smallest(misfit)]
         elif reach <= CLOSE:
             break
         else:

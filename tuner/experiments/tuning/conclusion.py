@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 
 from objectives.problem import Evaluator, Problem
+from objectives.ties import first_smallest, increasing_order
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.finals import Finals
 from tuner.analysis.held_out import Finalists, SearchEstimate, compare, compare_known, judge
@@ -170,7 +171,7 @@ def finalists_of(survivors: Survivors, tried: Archive, study: SearchedStudy) -> 
         return np.array([least]), [*warnings, *why]
     rows, values = survivors.finalists(), survivors.evaluation.values
     chosen_rows = rows[select_subset(values[rows], values[rows].max(axis=0), most_finalists(study))]
-    return survivors.candidates[chosen_rows[np.argsort(values[chosen_rows, 0], kind="stable")]], warnings
+    return survivors.candidates[chosen_rows[increasing_order(values[chosen_rows, 0])]], warnings
 
 
 def most_finalists(study: SearchedStudy) -> int:
@@ -185,7 +186,7 @@ def recommend(study: SearchedStudy, finalists: Finalists, names: Sequence[str]) 
     values = finalists.evaluation.values
     rows = np.flatnonzero(finalists.non_dominated)
     if len(rows) == 0:
-        least = int(np.argmin(finalists.excess[1:].sum(axis=1))) + 1
+        least = first_smallest(finalists.excess[1:].sum(axis=1)) + 1
         return least, "no finalist satisfies every constraint on the held-out scenarios; this one violates them least"
     row, why = picked(study, values, rows)
     among = better_rows(values, rows)

@@ -17,6 +17,7 @@ from objectives.plant_mission import REGULATED
 from objectives.problem import Constraint
 from objectives.requirements import Requirement
 from objectives.scales import Scale
+from objectives.ties import first_smallest
 from tuner.documents.plan import AutomaticLimit
 from tuner.search.loop import Archive, point_name
 from tuner.text.sentences import BOUNDS
@@ -126,7 +127,7 @@ def conflict_of(tried: Archive, limits: Sequence[Limit], upper_end: UpperEnd | N
     rows = np.flatnonzero(near)
     common = None
     if len(rows):
-        common = _relaxation(broken, limits, int(rows[np.argmin(broken[rows].max(axis=1))]), upper_end)
+        common = _relaxation(broken, limits, int(rows[first_smallest(broken[rows].max(axis=1))]), upper_end)
     return Conflict(tuple(conflicting_sets(broken <= 0.0)), common, tuple(_single(broken, limits, upper_end)))
 
 
@@ -146,7 +147,7 @@ def _single(broken: np.ndarray, limits: Sequence[Limit], upper_end: UpperEnd | N
         others = np.delete(broken, i, axis=1)
         rows = np.flatnonzero(np.all(others <= 0.0, axis=1) & np.isfinite(broken[:, i]))
         if len(rows):
-            tried.append(_relaxation(broken, limits, int(rows[np.argmin(broken[rows, i])]), upper_end))
+            tried.append(_relaxation(broken, limits, int(rows[first_smallest(broken[rows, i])]), upper_end))
     return tried
 
 

@@ -17,6 +17,7 @@ from objectives.mission import OFF_KEY
 from objectives.problem import Constraint
 from objectives.requirements import Requirement, Screen
 from objectives.scales import SCALES
+from objectives.ties import first_largest, first_smallest
 from plant.quadrotor.gains import GainAddress
 from tuner.analysis.sensitivity.indices import places
 from tuner.documents.obstacles import DesignReach, GainAt, UnmetConstraint
@@ -122,9 +123,9 @@ class Diagnosis:
         rows = []
         for label in labels:
             mine = [i for i, probe in enumerate(self.probes) if probe.requirement.label == label]
-            closest = int(np.argmin(broken[:, mine].max(axis=1)))
-            worst = max(mine, key=lambda i: broken[closest, i])
-            never = [(i, int(np.argmin(broken[:, i]))) for i in mine if (broken[:, i] > 0.0).all()]
+            closest = first_smallest(broken[:, mine].max(axis=1))
+            worst = mine[first_largest(broken[closest, mine])]
+            never = [(i, first_smallest(broken[:, i])) for i in mine if (broken[:, i] > 0.0).all()]
             for i, best in never or [(worst, closest)]:
                 rows.append(self._obstacle(i, points[best], float(values[best, i]), names[best], len(points)))
         return rows
@@ -236,7 +237,7 @@ def flown_obstacle(
     Points are (n, d), the constraint's values there (n,). Gains that move it are those whose rank correlation with it
     is no chance, the strongest first.
     """
-    best, objective = int(np.argmin(values)), constraint.objective
+    best, objective = first_smallest(values), constraint.objective
     return UnmetConstraint(
         label=objective.label,
         loop=None,

@@ -7,6 +7,7 @@ from typing import cast
 import numpy as np
 
 from objectives.problem import Evaluator
+from objectives.ties import increasing_order
 from plant.quadrotor.scenarios import HELD_OUT
 from tuner.analysis.lost_flights import named_losses
 from tuner.documents.obstacles import UnmetConstraint
@@ -47,7 +48,7 @@ def obstacles_of(
     split = len(study.constraints)
     named = sorted({i for some in conflict.sets for i in some})
     labels = [limits[i].label for i in named if i >= split]
-    nearest = np.argsort(explored.violations[:, split:].sum(axis=1), kind="stable")[:MOST_CANDIDATES]
+    nearest = increasing_order(explored.violations[:, split:].sum(axis=1))[:MOST_CANDIDATES]
     names = [point_name(int(candidate)) for candidate in nearest]
     known_obstacles = list[UnmetConstraint]()
     if labels and study.loop_requirements() is not None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from objectives.flown_system import FlightBatch
 from objectives.problem import Problem
+from objectives.ties import first_largest
 from plant.backends.flyer import Recording
 from plant.quadrotor.scenarios import HELD_OUT, ScenarioSpec
 from plant.threads import parallel_map
@@ -74,7 +75,7 @@ class Fans:
 
         def take(gains: np.ndarray, trace: np.ndarray, results: np.ndarray, references: np.ndarray) -> None:
             scores, _ = self._problem.score(results[None], spec)
-            worst = int(np.argmax(scores[0, judge]))
+            worst = first_largest(scores[0, judge])
             self._fans[spec.name, gains.tobytes()] = fan_of(responses_from(system, trace, references), worst)
 
         return Recording(flights, traced_rows(system), spacing(spec.steps(system.timing)), take)
@@ -122,7 +123,8 @@ def scenario_fans(
 def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:
     """Return each finalist's worst held-out flight of a scenario by index (rows,)."""
     judge = judging_objective(outcome.study, scenario)
-    return np.argmax(outcome.finalists.evaluation.samples(judge, scenario), axis=-1)
+    samples = outcome.finalists.evaluation.samples(judge, scenario)
+    return np.array([first_largest(row) for row in samples])
 
 
 def judging_objective(study: SearchedStudy, scenario: str) -> int:

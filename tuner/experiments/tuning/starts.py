@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from objectives.ties import first_smallest
 from plant.quadrotor.sensors import SensorSpec
 from plant.records import flatten
 from plant.seeds import generator
@@ -154,7 +155,7 @@ def nearest_passing(points: Array, passing: Array, rng: np.random.Generator, pas
         distances = np.where(passes, np.square(drawn - points[missing][:, None]).sum(axis=2), np.inf)
         for row, i in enumerate(missing):
             if passes[row].any():
-                result[i] = drawn[row, int(np.argmin(distances[row]))]
+                result[i] = drawn[row, first_smallest(distances[row])]
     return np.array([result[i] for i in sorted(result)]).reshape(-1, points.shape[1])
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from objectives.evaluator import OF_CANDIDATES, Evaluation, Evaluator, concatenate_evaluations
 from objectives.racing import beaten_by
+from objectives.ties import first_smallest
 from tuner.analysis.held_out import SearchEstimate
 from tuner.experiments.tuning.problem import remaining_batches
 from tuner.search.front import feasible_front, non_dominated, select_subset
@@ -39,7 +40,7 @@ class Survivors:
     def finalists(self) -> np.ndarray:
         """Return the rows (f,) of feasible non-dominated survivors; else that of the one that breaks limits least."""
         front = feasible_front(self.evaluation.values, self.evaluation.violations)
-        return front if len(front) else np.argsort(self.evaluation.violations.sum(axis=1), kind="stable")[:1]
+        return front if len(front) else np.array([first_smallest(self.evaluation.violations.sum(axis=1))])
 
     def seen(self, candidates: list[int]) -> list[SearchEstimate]:
         """Return survivors by their archive indices as the search saw them."""

@@ -4,6 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
+from objectives.ties import increasing_order
 from tuner.documents.tuning import TuningFolder
 from tuner.documents.tuning_tables import HeldOutFront
 from tuner.report.charts.chart import Axis, AxisRange, Mark, Panel, Points, row_axis, span_of, value_axis
@@ -73,7 +74,7 @@ def _pair(results: TuningFolder, i: int, j: int) -> Panel:
 
 def _ranking(results: TuningFolder) -> Panel:
     front = results.held_out_front
-    order = np.argsort(front.held_out[:, 0], kind="stable")
+    order = increasing_order(front.held_out[:, 0])
     height = np.empty(len(order))
     height[order] = -np.arange(len(order))
     marks = _finalists(results, front.held_out[:, 0], height, 0, None)
