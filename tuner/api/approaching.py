@@ -15,11 +15,11 @@ from objectives.margins.trim import Trim
 from objectives.metrics import parse
 from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk
-from objectives.ties import first_largest
 from plant.errors import InputError
 from plant.output_files import make_folders
 from plant.quadrotor.gains import gain_addresses
 from plant.quadrotor.scenarios import HELD_OUT
+from plant.ties import first_largest
 from plant.vectors import Vec3
 from tuner.analysis.approach import factors_between, falls_short, rows_between, steps_between, steps_of_size
 from tuner.analysis.margins.document import margins_document

@@ -13,10 +13,10 @@ import numpy as np
 from objectives.own_meters import metering
 from objectives.problem import FlightBatch, Objective, score_flights
 from objectives.system import System
-from objectives.ties import increasing_order
 from plant.errors import InputError
 from plant.input_files import file_sha256
 from plant.quadrotor.airframes.actuation import actuation
+from plant.ties import increasing_order
 from tuner.analysis.confirmation import PairedFlights, confirmed_points, confirmed_quantities
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.studies import of_class

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from objectives.margins.quantities import RECORDED, REPORTED
-from objectives.ties import increasing_order
+from plant.ties import increasing_order
 from tuner.documents.tables import OTHER_TYPE, read_table, values_of
 from tuner.store.document import refuse
 

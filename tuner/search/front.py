@@ -5,9 +5,9 @@ from math import isfinite
 
 import numpy as np
 
-from objectives.ties import TIE, first_largest, first_smallest, increasing_order
 from plant.errors import InputError, UnknownNameError
 from plant.texts import PlainTable, PlainValue
+from plant.ties import TIE, first_largest, first_smallest, increasing_order
 
 # The reference point of the hypervolume, in units of the default gains' values.
 REFERENCE = 1.1

@@ -67,11 +67,10 @@ class Uncertainty:
         """Principal axes (n, n) as columns, each as long as its standard deviation, the longest first."""
         import numpy as np
 
+        from plant.quadrotor.airframes.principal_axes import principal_axes
+
         sizes = np.array(self.deviations)
-        values, vectors = np.linalg.eigh(np.array(self.correlation) * np.outer(sizes, sizes))
-        # LAPACK leaves the sign open.
-        signs = np.sign(vectors[np.argmax(np.abs(vectors), axis=0), np.arange(len(values))])
-        return (vectors * signs * np.sqrt(np.maximum(values, 0.0)))[:, ::-1]
+        return principal_axes(np.array(self.correlation) * np.outer(sizes, sizes))
 
     def draw(self, vehicle: Vehicle, generator: "np.random.Generator") -> Vehicle:
         """Return a vehicle about the given one; InputError where none of many that are drawn can exist."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from objectives.ties import increasing_order
+from plant.ties import increasing_order
 from tuner.analysis.sensitivity.document import FAILURE, outputs
 from tuner.analysis.sensitivity.indices import RANK
 from tuner.cli.tables import TerminalTable

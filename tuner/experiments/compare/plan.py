@@ -11,9 +11,9 @@ import numpy as np
 from objectives.decisions import DecisionSpace
 from objectives.risk import minimum_samples
 from objectives.risk.measures import TAIL_SCENARIOS
-from objectives.ties import increasing_order
 from plant.errors import InputError
 from plant.texts import PlainTable
+from plant.ties import increasing_order
 from tuner.experiments.compare.entrants import Entrant
 from tuner.experiments.contest.flying import ContestPoint, comparison_problem
 from tuner.experiments.contest.tuning import TunedContender

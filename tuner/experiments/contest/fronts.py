@@ -20,8 +20,8 @@ import numpy as np
 
 from objectives.problem import Objective
 from objectives.risk import replicates_on, resampled_scenarios, within
-from objectives.ties import first_smallest
 from plant.seeds import generator
+from plant.ties import first_smallest
 from tuner.analysis.final_flights import FRONT_REPLICATES
 from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.flying import ContestPoint, Flown

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from objectives.ties import first_smallest
+from plant.ties import first_smallest
 from tuner.documents.inference_document import (
     BestJointSetting,
     CellRow,

@@ -5,8 +5,8 @@ from time import perf_counter
 
 import numpy as np
 
-from objectives.ties import first_smallest
 from plant.quadrotor.scenarios import HELD_OUT
+from plant.ties import first_smallest
 from tuner.experiments.inference.flying import SettingFlyer
 from tuner.experiments.inference.misfit import LOCAL_REFINEMENT, EvaluatedSettings, best_row, evaluate_settings, front
 from tuner.experiments.inference.ranges import Range, ranges

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from objectives.ties import first_smallest
+from plant.ties import first_smallest
 from tuner.experiments.contest.judging import is_inside, percentile_of
 from tuner.search.front import feasible_front
 from tuner.study.inference import LEAST_RATIO, Inference

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from objectives.ties import first_smallest
+from plant.ties import first_smallest
 from tuner.experiments.inference.misfit import EvaluatedSettings, best_row, concatenate, log_ratio, overall, weights
 from tuner.study.inference import Inference
 

@@ -9,8 +9,8 @@ from typing import cast
 import numpy as np
 
 from objectives.problem import Evaluator, Problem
-from objectives.ties import first_smallest, increasing_order
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
+from plant.ties import first_smallest, increasing_order
 from tuner.analysis.finals import Finals
 from tuner.analysis.held_out import Finalists, SearchEstimate, compare, compare_known, judge
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings

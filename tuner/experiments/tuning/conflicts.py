@@ -17,7 +17,7 @@ from objectives.plant_mission import REGULATED
 from objectives.problem import Constraint
 from objectives.requirements import Requirement
 from objectives.scales import Scale
-from objectives.ties import first_smallest
+from plant.ties import first_smallest
 from tuner.documents.plan import AutomaticLimit
 from tuner.search.loop import Archive, point_name
 from tuner.text.sentences import BOUNDS

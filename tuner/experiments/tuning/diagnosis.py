@@ -17,8 +17,8 @@ from objectives.mission import OFF_KEY
 from objectives.problem import Constraint
 from objectives.requirements import Requirement, Screen
 from objectives.scales import SCALES
-from objectives.ties import first_largest, first_smallest
 from plant.quadrotor.gains import GainAddress
+from plant.ties import first_largest, first_smallest
 from tuner.analysis.sensitivity.indices import places
 from tuner.documents.obstacles import DesignReach, GainAt, UnmetConstraint
 from tuner.experiments.tuning.conflicts import number_text

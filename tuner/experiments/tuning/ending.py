@@ -7,8 +7,8 @@ from typing import cast
 import numpy as np
 
 from objectives.problem import Evaluator
-from objectives.ties import increasing_order
 from plant.quadrotor.scenarios import HELD_OUT
+from plant.ties import increasing_order
 from tuner.analysis.lost_flights import named_losses
 from tuner.documents.obstacles import UnmetConstraint
 from tuner.documents.summary import INFEASIBLE, NOTHING, ComparedRow

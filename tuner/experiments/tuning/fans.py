@@ -11,10 +11,10 @@ import numpy as np
 
 from objectives.flown_system import FlightBatch
 from objectives.problem import Problem
-from objectives.ties import first_largest
 from plant.backends.flyer import Recording
 from plant.quadrotor.scenarios import HELD_OUT, ScenarioSpec
 from plant.threads import parallel_map
+from plant.ties import first_largest
 from tuner.analysis.responses import Responses, responses_from, responses_of, spacing, traced_rows
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.store.arrow import in_codes

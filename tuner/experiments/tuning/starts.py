@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from objectives.ties import first_smallest
 from plant.quadrotor.sensors import SensorSpec
 from plant.records import flatten
 from plant.seeds import generator
+from plant.ties import first_smallest
 from tuner.search.initial_design import first_passing
 from tuner.study.starts import merged_points
 from tuner.study.study import SearchedStudy, Study

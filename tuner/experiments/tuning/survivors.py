@@ -10,7 +10,7 @@ import numpy as np
 
 from objectives.evaluator import OF_CANDIDATES, Evaluation, Evaluator, concatenate_evaluations
 from objectives.racing import beaten_by
-from objectives.ties import first_smallest
+from plant.ties import first_smallest
 from tuner.analysis.held_out import SearchEstimate
 from tuner.experiments.tuning.problem import remaining_batches
 from tuner.search.front import feasible_front, non_dominated, select_subset

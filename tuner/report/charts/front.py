@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
-from objectives.ties import increasing_order
+from plant.ties import increasing_order
 from tuner.documents.tuning import TuningFolder
 from tuner.documents.tuning_tables import HeldOutFront
 from tuner.report.charts.chart import Axis, AxisRange, Mark, Panel, Points, row_axis, span_of, value_axis

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from objectives.ties import TIE, first_largest, first_smallest, increasing_order
+from plant.ties import TIE, first_largest, first_smallest, increasing_order
 
 NUMBERS = st.lists(st.sampled_from([0.0, 1.0, 1.5, -2.0, 3e6, 4e-7]), min_size=1, max_size=12)
 
