@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Gain factors beyond 80 dB count as none: at the ends of the curve, where T is 0 or -1, rounding makes up crossings of 140 dB.
-LARGEST_GAIN = 1e4
+# Gain factors beyond 50 dB count as none: at the ends of the curve, where T is 0 or -1, rounding makes up crossings of 140 dB, and
+# a factor of 461 (53 dB) differed by 1e-5 between processors.
+MAX_GAIN_DB = 50.0
+MAX_GAIN = 10.0 ** (MAX_GAIN_DB / 20.0)
 
 FIELDS = ("gain_up", "gain_down", "phase", "delay", "crossover")
 """Fields of `Margins` that are read here."""
@@ -79,9 +81,7 @@ def gain_margins(real: Array) -> tuple[MarginAt, MarginAt]:
     with np.errstate(divide="ignore", invalid="ignore"):
         rise = np.where(t > 0.0, (1.0 + t) / t, np.inf)
         fall = np.where(t < -1.0, t / (1.0 + t), np.inf)
-    return _least(np.where(rise < LARGEST_GAIN, rise, np.inf), w), _least(
-        np.where(fall < LARGEST_GAIN, fall, np.inf), w
-    )
+    return _least(np.where(rise < MAX_GAIN, rise, np.inf), w), _least(np.where(fall < MAX_GAIN, fall, np.inf), w)
 
 
 def phase_margin(line: Array) -> MarginAt:

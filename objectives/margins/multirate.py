@@ -44,8 +44,12 @@ HALVINGS, ZOOMS, PARTS = 60, 10, 9
 COARSER = 3
 # Rival peaks that are looked at closer.
 PEAKS = 3
-# Eigenvalues so close to 0 and to -1 belong to gain factors beyond 80 dB; the sign of what is left of them is rounding.
-NOUGHT = 1e-5
+# Eigenvalues so close to 0 and to -1 belong to gain factors beyond 60 dB; the sign of what is left of them is rounding.
+NOUGHT = 1e-3
+# Distance from 0 and -1 beyond which an eigenvalue near the line Re T = -1/2 is looked at by itself.
+NEAR_LINE = 0.25
+# Halvings of cells of the grid in which several eigenvalues may cross: two crossings in one leave the sign of the product.
+MAX_SPLITS = 8
 NEWTON, SOLVED, NUDGE = 30, 1e-11, 1e-7
 
 
@@ -260,11 +264,32 @@ class _Loci:
         return complex(np.linalg.det(np.eye(len(turned)) - late @ self.matrices(np.array([w]))[0]))
 
 
+def _separated(loci: _Loci, w: Array, t: Complex, level: float | None) -> tuple[Array, Complex]:
+    """Return frequencies (f,) and eigenvalues (f, q) with further ones between, so that a cell has one crossing.
+
+    Eigenvalues are in the order of their distances from 0 and -1. Two whose signs differ between the ends of a cell may both
+    cross in it, or have changed places.
+    """
+    for _ in range(MAX_SPLITS):
+        distance = np.minimum(np.abs(t), np.abs(1.0 + t))
+        order = np.argsort(-distance, axis=-1)
+        away = np.take_along_axis(t.imag if level is None else t.real - level, order, axis=-1)
+        is_far = np.take_along_axis(distance, order, axis=-1) > (NOUGHT if level is None else NEAR_LINE)
+        turned = ((away[:-1] < 0.0) != (away[1:] < 0.0)) & is_far[:-1] & is_far[1:]
+        cells = np.flatnonzero(np.count_nonzero(turned, axis=-1) > 1)
+        if not len(cells):
+            break
+        middle = 0.5 * (w[cells] + w[cells + 1])
+        w, t = np.insert(w, cells + 1, middle), np.insert(t, cells + 1, loci.values(middle), axis=0)
+    return w, t
+
+
 def _crossings(loci: _Loci, w: Array, t: Complex, level: float | None) -> list[tuple[float, complex]]:
     """Return the frequencies and eigenvalues at crossings, in ]0, pi/H[.
 
     There an eigenvalue is real, or its real part is a level. The sign of the product needs no order among eigenvalues.
     """
+    w, t = _separated(loci, w, t, level)
 
     def parts(values: Complex) -> Array:
         return values.imag if level is None else values.real - level
@@ -277,7 +302,9 @@ def _crossings(loci: _Loci, w: Array, t: Complex, level: float | None) -> list[t
         distance = np.minimum(np.abs(values), np.abs(1.0 + values))
         order = np.argsort(-distance, axis=-1)
         signs = np.ones((len(values), values.shape[-1] + 1))
-        np.cumprod(np.sign(np.take_along_axis(parts(values), order, axis=-1)), axis=-1, out=signs[:, 1:])
+        # A crossing at a point of the grid has one side, or it would be in neither cell.
+        side = np.where(np.take_along_axis(parts(values), order, axis=-1) < 0.0, -1.0, 1.0)
+        np.cumprod(side, axis=-1, out=signs[:, 1:])
         count = np.count_nonzero(distance >= (NOUGHT if level is None else 0.0), axis=-1)
         return signs, count
 

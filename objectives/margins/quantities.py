@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from objectives.margins.classical import MAX_GAIN_DB
 from objectives.scales import DECIBEL, DEGREES, MILLISECONDS, Scale
 from plant.quadrotor.cascade import AXES
 
@@ -115,19 +116,19 @@ QUANTITIES = {
         MarginQuantity(
             "gain_margin", "gain margin", "gain", "1", "min", "gain_up",
             "how far the loop gain may change, the lesser of up and down",
-            DECIBEL, DECIBEL, 1, high=80.0,
+            DECIBEL, DECIBEL, 1, high=MAX_GAIN_DB,
             read=lambda margins: np.minimum(margins.gain_up.value, margins.gain_down.value),
             other_fields=("gain_down",),
         ),
         MarginQuantity(
             "gain_up", "gain margin up", "gain up", "1", "min", "gain_up",
             "how far the loop gain may rise",
-            DECIBEL, DECIBEL, 1, high=80.0, unlimited="no rise of the gain makes it unstable", unstable=1.0,
+            DECIBEL, DECIBEL, 1, high=MAX_GAIN_DB, unlimited="no rise of the gain makes it unstable", unstable=1.0,
         ),
         MarginQuantity(
             "gain_down", "gain margin down", "gain down", "1", "min", "gain_down",
             "how far the loop gain may fall",
-            DECIBEL, DECIBEL, 1, high=80.0, unlimited="no fall of the gain makes it unstable", unstable=1.0,
+            DECIBEL, DECIBEL, 1, high=MAX_GAIN_DB, unlimited="no fall of the gain makes it unstable", unstable=1.0,
         ),
         MarginQuantity(
             "phase_margin", "phase margin", "phase", "rad", "min", "phase",
