@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Gain factors beyond 50 dB count as none: at the ends of the curve, where T is 0 or -1, rounding makes up crossings of 140 dB, and
-# a factor of 461 (53 dB) differed by 1e-5 between processors.
+# Gain factors beyond 50 dB count as none: at the ends of the curve, where T is 0 or -1, rounding makes up crossings of 140 dB,
+# and a factor of 461 (53 dB) differed by 1e-5 between processors.
 MAX_GAIN_DB = 50.0
 MAX_GAIN = 10.0 ** (MAX_GAIN_DB / 20.0)
 
