@@ -1,6 +1,7 @@
 """The application: its help in groups, its version, and the names that it resolves and completes."""
 
 from collections.abc import Callable, Iterable
+from enum import Enum
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -30,6 +31,13 @@ GROUPS = {
     "This machine": ("bench", "mcp"),
 }
 """Heading -> commands, in the order of `tuner --help`."""
+
+
+class TextKind(Enum):
+    """Kind of a text parameter, as metadata of its type; a text without one is a name, a file or a folder."""
+
+    LOG = "FILE, or FILE@BEGIN:END for a part"
+    CHANGE = "KEY=VALUE, whose value may name files"
 
 
 class GroupedCommands(TyperGroup):
@@ -196,12 +204,14 @@ def target_options(change: list[str] | None, firmware: str | None) -> list[str]:
     return [*(change or []), *([] if firmware is None else [f"firmware={firmware}"])]
 
 
-def set_option(about: str) -> Any:
-    """Return an option --set that may be repeated."""
-    return typer.Option("--set", help=about)
+def changes_of(about: str) -> Any:
+    """Return the type of an option --set that may be repeated."""
+    return Annotated[list[str] | None, TextKind.CHANGE, typer.Option("--set", help=about)]
 
 
-StudyChanges = Annotated[list[str] | None, set_option("KEY=VALUE: override a value of the study; repeatable.")]
+StudyChanges = changes_of("KEY=VALUE: override a value of the study; repeatable.")
+TargetChanges = changes_of("NAME=VALUE: an option of the target.")
+SourceChanges = changes_of("NAME=VALUE: an option of the source.")
 
 
 def parse_changes(given: list[str] | None) -> PlainTable:
