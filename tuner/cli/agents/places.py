@@ -22,7 +22,7 @@ def check_text(text: str, label: str, kind: TextKind | None, root: Path, bases: 
         root: folder, links resolved.
         bases: further folders that names in a change are relative to.
     """
-    for place in places_in(text, kind):
+    for place in filter(None, places_in(text, kind)):
         for base in [root, *(bases if kind is TextKind.CHANGE else ())]:
             check_place(place, label, root, base)
 

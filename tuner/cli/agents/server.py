@@ -35,8 +35,8 @@ from tuner.store.document import json_text
 
 INSTRUCTIONS = (
     "Tune controller gains of multirotors and other plants. Usual order: make a study, check it, plan it, run it, show the "
-    "result; judge and export gains. Files lie below the working folder. Nothing here speaks to a vehicle: export writes files, and a "
-    "person loads them. A run that is cancelled is continued by resume. " + DATA
+    "result; judge and export gains. Files lie below the working folder. Nothing here speaks to a vehicle: export writes files, "
+    "and a person loads them. A run that is cancelled is continued by resume. " + DATA
 )
 MAX_WAITING = 32
 """Calls that wait for one of them to end."""
