@@ -39,12 +39,12 @@ class ReadableMessages(ObjectReceiveStream[SessionMessage | Exception]):
 def error_for(exception: Exception) -> JSONRPCError:
     """Return the answer to a message that cannot be read, with its id where it has one."""
     content, code, message = None, INVALID_REQUEST, "is no message of JSON-RPC 2.0"
-    if isinstance(exception, ValidationError):
-        first = exception.errors()[0]
-        content = first["input"]
-        if first["type"] == "json_invalid":
-            code, message = PARSE_ERROR, "is no JSON in Unicode; surrogates stand in pairs"
-            content = _parsed(str(content))
+    problems = exception.errors() if isinstance(exception, ValidationError) else []
+    if any(each["type"] == "json_invalid" for each in problems):
+        code, message = PARSE_ERROR, "is no JSON in Unicode; surrogates stand in pairs"
+        content = _parsed(str(problems[0]["input"]))
+    # Whatever is missing is missing in the whole message, as one of the four kinds that it could be.
+    content = next((each["input"] for each in problems if each["type"] == "missing" and len(each["loc"]) == 2), content)
     number = content.get("id") if isinstance(content, dict) else None
     is_id = isinstance(number, int) and not isinstance(number, bool) or isinstance(number, str) and number.isprintable()
     return JSONRPCError(
