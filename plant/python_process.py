@@ -33,7 +33,7 @@ def python_command(program: str, *arguments: str, excluded: Path | None = None) 
 
 @contextmanager
 def without_working_folder() -> Iterator[None]:
-    """Let Python processes that a library starts import nothing from the working folder."""
+    """Keep the working folder off the search path of libraries' processes."""
     before = os.environ.get(SAFE_PATH)
     os.environ[SAFE_PATH] = "1"
     try:

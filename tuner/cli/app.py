@@ -204,14 +204,15 @@ def target_options(change: list[str] | None, firmware: str | None) -> list[str]:
     return [*(change or []), *([] if firmware is None else [f"firmware={firmware}"])]
 
 
-def changes_of(about: str) -> Any:
-    """Return the type of an option --set that may be repeated."""
-    return Annotated[list[str] | None, TextKind.CHANGE, typer.Option("--set", help=about)]
+def set_option(about: str) -> Any:
+    """Return an option --set that may be repeated."""
+    return typer.Option("--set", help=about)
 
 
-StudyChanges = changes_of("KEY=VALUE: override a value of the study; repeatable.")
-TargetChanges = changes_of("NAME=VALUE: an option of the target.")
-SourceChanges = changes_of("NAME=VALUE: an option of the source.")
+Changes = Annotated[list[str] | None, TextKind.CHANGE]
+StudyChanges = Annotated[Changes, set_option("KEY=VALUE: override a value of the study; repeatable.")]
+TargetChanges = Annotated[Changes, set_option("NAME=VALUE: an option of the target.")]
+SourceChanges = Annotated[Changes, set_option("NAME=VALUE: an option of the source.")]
 
 
 def parse_changes(given: list[str] | None) -> PlainTable:

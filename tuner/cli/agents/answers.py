@@ -63,5 +63,5 @@ def meaning_of(outcome: Outcome) -> str:
 
 
 def without_surrogates(content: Any) -> Any:
-    """Return content of JSON with '?' for each letter that UTF-8 cannot hold."""
+    """Return content of JSON with '?' for each lone surrogate."""
     return json.loads(json.dumps(content, ensure_ascii=False).encode(errors="replace"))

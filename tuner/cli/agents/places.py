@@ -13,7 +13,7 @@ MAX_DEPTH = 3
 
 
 def check_text(text: str, label: str, kind: TextKind | None, root: Path, bases: list[Path]) -> None:
-    """Raise InputError where the text of a parameter names a place outside of the root.
+    """Raise InputError for a text that names a place outside.
 
     Args:
         text: as given.
@@ -49,7 +49,7 @@ def texts_in(value: Any) -> Iterator[str]:
 
 
 def check_place(text: str, label: str, root: Path, base: Path | None = None) -> None:
-    """Raise InputError where a place, or a link inside it, lies outside of the root.
+    """Raise InputError for a place outside, or with a link outside.
 
     Args:
         text: name of the place.

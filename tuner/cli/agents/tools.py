@@ -208,7 +208,7 @@ def command_line(name: str, given: Mapping[str, Any], root: Path) -> list[str]:
 
 
 def _texts(given: Any, label: str, parameter: Parameter) -> list[str]:
-    """Return the values of an argument as the command line takes them, none where it is left out."""
+    """Return the texts of an argument: none where it is left out."""
     if given is None or given == []:
         if parameter.is_required:
             raise InputError("is missing", key=label)
@@ -233,7 +233,7 @@ def _text(value: Any, label: str, parameter: Parameter) -> str:
 
 
 def _check_places(name: str, given: Mapping[str, Any], root: Path) -> None:
-    """Raise InputError where a call would read or write outside of the root."""
+    """Raise InputError for a call that names a place outside."""
     bases = [base for text in _places(name, given) for base in (root / text, (root / text).parent)]
     for label, parameter in parameters_of(name).items():
         value = given.get(label)
@@ -248,7 +248,7 @@ def _check_places(name: str, given: Mapping[str, Any], root: Path) -> None:
 
 
 def _places(name: str, given: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the files and folders that a call names by parameters of that type."""
+    """Yield the values of a call's parameters of type Path."""
     for label, parameter in parameters_of(name).items():
         value = given.get(label)
         if parameter.type is Path and value is not None:

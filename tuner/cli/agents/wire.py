@@ -37,7 +37,7 @@ class ReadableMessages(ObjectReceiveStream[SessionMessage | Exception]):
 
 
 def error_for(exception: Exception) -> JSONRPCError:
-    """Return the answer to a message that cannot be read, with its id where it has one."""
+    """Return the error that answers an unreadable message."""
     content, code, message = None, INVALID_REQUEST, "is no message of JSON-RPC 2.0"
     problems = exception.errors() if isinstance(exception, ValidationError) else []
     if any(each["type"] == "json_invalid" for each in problems):
