@@ -65,7 +65,7 @@ def test_no_module_of_the_root_runs(trapped):
 @pytest.mark.slow
 def test_no_module_of_the_root_runs_in_a_process_of_a_command_either(trapped):
     root, notes = trapped
-    small = ("--set=search.generations=1", "--set=search.starts=[]", "--set=held_out=8")
+    small = ("--set=search.generations=1", "--set=search.starts=[]")
     # Figures and margins are processes of the run, workers are those of a library.
     assert outcome_of(root, "run", *small, "--out=run", "quickstart").code in (0, 3)
     assert (root / "run" / "report.html").is_file()
