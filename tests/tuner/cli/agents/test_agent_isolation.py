@@ -70,7 +70,7 @@ def test_no_module_of_the_root_runs_in_a_process_of_a_command_either(trapped):
     assert outcome_of(root, "run", *small, "--out=run", "quickstart").code in (0, 3)
     assert (root / "run" / "report.html").is_file()
     assert outcome_of(root, "run", *small, "--out=there", "--dask=local:1", "quickstart").code in (0, 3)
-    assert outcome_of(root, "margins", "--law=hybrid", "--out=margins").code == 0
+    assert outcome_of(root, "margins", "--law=hybrid", "--out=margins").code in (0, 1)
     exported = outcome_of(root, "export", "--to=fmi", "--flights=4", "--force", "--", "run/gains.json")
     assert exported.code in (0, 1), exported
     assert not notes.exists(), notes.read_text()
