@@ -2,6 +2,7 @@
 
 import hashlib
 import shutil
+from typing import Any
 
 import anyio
 import pytest
@@ -71,7 +72,7 @@ def observe(root, name, given):
 
 def check_effects(root, calls):
     """Hold each call against the tool's annotations."""
-    hints = {tool.name: tool.annotations for tool in tools()}
+    hints: Any = {tool.name: tool.annotations for tool in tools()}
     for name, given in calls:
         made, changed = observe(root, name, given)
         assert not (hints[name].read_only_hint and made), (name, made)

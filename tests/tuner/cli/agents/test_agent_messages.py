@@ -4,6 +4,7 @@ import json
 import random
 import subprocess
 import sys
+from typing import Any, cast
 
 import anyio
 import pytest
@@ -43,6 +44,7 @@ def answers_to(lines, root):
     with subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, cwd=HOME
     ) as process:
+        assert process.stdin and process.stdout and process.stderr
         process.stdin.write(sent)
         process.stdin.flush()
         got, wanted = [], 2 + len(lines)
@@ -156,7 +158,7 @@ class Commands:
 
 def test_so_many_commands_run_at_once_others_wait_and_more_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(server, "MAX_WAITING", 3)
-    results = []
+    results, refused = [], []
 
     async def work():
         commands = Commands()
@@ -169,9 +171,9 @@ def test_so_many_commands_run_at_once_others_wait_and_more_are_refused(tmp_path,
             for _ in range(8):
                 tasks.start_soon(call)
                 await anyio.sleep(0.02)
-            refused = len(results)
+            refused.extend(results)
             commands.gate.set()
-        return commands.most, refused
+        return commands.most, len(refused)
 
     assert anyio.run(work) == (2, 3)
     errors = [each for each in results if each.is_error]
@@ -190,7 +192,7 @@ def test_all_that_holds_texts_of_files_carries_the_note_on_data(tmp_path):
             called = await client.call_tool("show", {"results": "results"})
             return listed, called
 
-    listed, called = anyio.run(work)
+    listed, called = cast(Any, anyio.run(work))
     assert all(each.meta == {"note": DATA} for each in listed)
     runs = [each for each in listed if each.uri.startswith("tuner://results/")]
     assert len(runs) == 2 and all(
@@ -201,7 +203,7 @@ def test_all_that_holds_texts_of_files_carries_the_note_on_data(tmp_path):
 
 @pytest.mark.parametrize("text", ["\ud800", "\udcff a", "\ud83d\ude00", "\U0001f600", "a\0b"])
 def test_an_answer_is_unicode_whatever_a_command_printed(text):
-    made = answer(Outcome(0, {text: [text]}, (text,)))
+    made: Any = answer(Outcome(0, {text: [text]}, (text,)))
     made.model_dump_json().encode()
     assert json.loads(made.content[1].text) == made.structured_content
     assert ("\U0001f600" in made.structured_content["messages"][0]) is (text == "\U0001f600")
@@ -225,6 +227,6 @@ def test_results_behind_a_link_that_leaves_the_root_are_neither_listed_nor_read(
                 await client.read_resource(f"tuner://results/{name}")
             return listed, error.value
 
-    listed, error = anyio.run(work)
+    listed, error = cast(Any, anyio.run(work))
     assert f"tuner://results/{name}" not in listed
     assert error.error.data == {"note": DATA}
