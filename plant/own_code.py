@@ -51,6 +51,7 @@ class OwnCode:
 
 OWN_CODE = "TUNER_OWN_CODE"
 """Environment variable; "refuse" for a process that runs no code of anybody's."""
+NOT_RUN = "which this process does not run; `tuner mcp --allow-code` would"
 HAVE_RUN: dict[str, OwnCode] = {}
 """All code of the user's that has run in this process, by digest."""
 ANNOUNCEMENTS: list[Callable[[str, str], object]] = []
@@ -91,13 +92,28 @@ def refuse_unnamed(file: Path) -> None:
         raise _unnamed(file, digest, "this is code from elsewhere")
 
 
+def refuse_program(program: str | Path, key: str) -> None:
+    """Raise InputError where this process runs no code: before each start of a program that is no part of this tool.
+
+    Args:
+        program: file or command.
+        key: option that names it.
+    """
+    if _runs_none():
+        raise InputError(f"is a program, {NOT_RUN}", file=program, key=key)
+
+
+def _runs_none() -> bool:
+    return os.environ.get(OWN_CODE) == "refuse"
+
+
 def _admit(files: list[Path], main: Path, digest: str, study: Path | None) -> None:
     """Announce code that a study names before its first run; UnnamedCodeError where the user has to name it.
 
     InputError where this process runs none.
     """
-    if os.environ.get(OWN_CODE) == "refuse":
-        raise InputError("holds code, which this process does not run; `tuner mcp --allow-code` would", file=main)
+    if _runs_none():
+        raise InputError(f"holds code, {NOT_RUN}", file=main)
     if study is None:
         return
     if in_results_folder(study) or any(map(in_results_folder, files)):

@@ -13,6 +13,7 @@ import pytest
 from plant.law_registry import LAWS
 from plant.laws.law_text import USE, law_text
 from plant.model.signals import SIGNALS
+from tuner.cli.agents.tools import commands
 from tuner.cli.main import app
 from tuner.study.schema import StrictTable
 
@@ -186,3 +187,12 @@ def test_tables_of_pages_are_those_of_their_runs():
     command = [sys.executable, "docs/generator/figures.py", "--check", "quickstart", "costs", "my_motor", "dead_time"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_page_of_agents_has_the_table_of_the_server(generator):
+    page = (ROOT / "docs" / "agents.md").read_text(encoding="utf-8")
+    agent_tools = import_module("agent_tools")
+    assert agent_tools.with_table(page) == page, "run `python docs/generator/agent_tools.py`"
+    changed = page.replace("| `tail` |", "| `tales` |")
+    assert changed != page and agent_tools.with_table(changed) == page
+    assert all(f"| `{name}` |" in page for name in commands())

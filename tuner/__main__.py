@@ -2,9 +2,13 @@
 
 import os
 import sys
+import traceback
 from pathlib import Path
 
 from tuner.text.signals import SIGNALLED, end_at_interrupts, end_without_joining
+
+CRASHED = 70
+"""Exit code of an error of the tool itself (EX_SOFTWARE of sysexits.h); Python's own, 1, is a verdict of some commands."""
 
 
 def run() -> None:
@@ -12,14 +16,18 @@ def run() -> None:
     end_at_interrupts()
     open_closed_streams()
     leave_out_working_folder()
-    from tuner.cli.main import main
 
     try:
+        from tuner.cli.main import main
+
         main()
     except SystemExit as ended:
         if isinstance(ended.code, int) and ended.code > SIGNALLED:
             end_without_joining(ended.code)
         raise
+    except Exception:
+        traceback.print_exc()
+        sys.exit(CRASHED)
 
 
 def open_closed_streams() -> None:

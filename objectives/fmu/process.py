@@ -4,22 +4,19 @@ An FMU that crashes takes its worker with it and nothing else.
 """
 
 import subprocess
-import sys
 from contextlib import suppress
-from pathlib import Path
 from threading import Timer
 from typing import Any
 
 from objectives.fmu.loop_description import LoopDescription
 from objectives.fmu.messages import Ready, Refused, receive, send
 from plant.errors import InputError
+from plant.python_process import python_command
 from plant.texts import signal_name
 
 # Seconds in which a worker must have loaded an FMU; some unpack a whole run-time system of their tool.
 START = 120.0
-HOME = Path(__file__).parents[2]
-# It runs in the FMU's folder, from which nothing must be imported in place of ours.
-PROGRAM = "import sys; sys.path.insert(0, sys.argv[1]); from objectives.fmu.worker import main; main()"
+PROGRAM = "from objectives.fmu.worker import main; main()"
 
 
 class WorkerLostError(Exception):
@@ -60,7 +57,7 @@ class FmuProcess:
 
     def _start(self) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-P", "-c", PROGRAM, str(HOME)],
+            python_command(PROGRAM),
             cwd=self._description.folder,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

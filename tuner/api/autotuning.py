@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from plant.errors import InputError, StoreError
 from plant.input_files import file_sha256, parse_json, read_input, read_input_text
+from plant.own_code import refuse_program
 from plant.quadrotor.airframes import load
 from tuner.analysis.identification.checks import SILENT
 from tuner.api.approaching import approach
@@ -37,6 +38,7 @@ from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.identification import IdentificationDocument
 from tuner.documents.summary import ComparedRow
+from tuner.engines.firmware.process import BINARY
 from tuner.exchange.sources import GAINS, SOURCES, guess_source
 from tuner.exchange.target import FIRMWARE
 from tuner.report.autotune_page import autotune_page
@@ -140,6 +142,8 @@ def autotune(
         plant.errors.InputError: log15: is a log of crazyflie, and quad.params holds parameters of px4; give those of one vehicle
 
     """
+    if binary is not None:
+        refuse_program(binary, BINARY)
     given = [logs] if isinstance(logs, str | Path) else list(logs)
     chain = _Chain(given, Path(vehicle), Path(out), airframe, source, mapping, binary, threads, watcher or Watcher())
     return chain.carry_out()

@@ -15,6 +15,7 @@ from objectives.problem import FlightBatch, Objective, score_flights
 from objectives.system import System
 from plant.errors import InputError
 from plant.input_files import file_sha256
+from plant.own_code import refuse_program
 from plant.quadrotor.airframes.actuation import actuation
 from plant.ties import increasing_order
 from tuner.analysis.confirmation import PairedFlights, confirmed_points, confirmed_quantities
@@ -23,6 +24,7 @@ from tuner.api.studies import of_class
 from tuner.documents.confirmation import CONFIRMATION_FORMAT, CONFIRMATION_VERSION, ConfirmationDocument
 from tuner.engines.firmware.firmware import Bench, Firmware
 from tuner.engines.firmware.flying import FirmwareFlights
+from tuner.engines.firmware.process import BINARY
 from tuner.engines.firmware.registry import firmware_of
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of, check_laws
@@ -135,6 +137,7 @@ def confirm(
     if flights < LEAST_FLIGHTS or finalists < 1:
         message = f"given {finalists} finalists and {flights} flights; allowed: at least 1 and {LEAST_FLIGHTS}"
         raise InputError(message, key="--flights")
+    refuse_program(binary, BINARY)
     program = chosen.program(Path(binary))
     digest = _digest(program)
     entrant, study = _entrant(Path(results), chosen)

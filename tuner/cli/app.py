@@ -1,6 +1,7 @@
 """The application: its help in groups, its version, and the names that it resolves and completes."""
 
 from collections.abc import Callable, Iterable
+from enum import Enum
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -30,6 +31,13 @@ GROUPS = {
     "This machine": ("bench", "mcp"),
 }
 """Heading -> commands, in the order of `tuner --help`."""
+
+
+class TextKind(Enum):
+    """Kind of a text parameter, as metadata of its type; a text without one is a name, a file or a folder."""
+
+    LOG = "FILE, or FILE@BEGIN:END for a part"
+    CHANGE = "KEY=VALUE, whose value may name files"
 
 
 class GroupedCommands(TyperGroup):
@@ -201,7 +209,10 @@ def set_option(about: str) -> Any:
     return typer.Option("--set", help=about)
 
 
-StudyChanges = Annotated[list[str] | None, set_option("KEY=VALUE: override a value of the study; repeatable.")]
+Changes = Annotated[list[str] | None, TextKind.CHANGE]
+StudyChanges = Annotated[Changes, set_option("KEY=VALUE: override a value of the study; repeatable.")]
+TargetChanges = Annotated[Changes, set_option("NAME=VALUE: an option of the target.")]
+SourceChanges = Annotated[Changes, set_option("NAME=VALUE: an option of the source.")]
 
 
 def parse_changes(given: list[str] | None) -> PlainTable:

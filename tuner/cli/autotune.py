@@ -7,7 +7,7 @@ import typer
 
 import tuner
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import AIRFRAME, SOURCE, AsJson, Threads, app
+from tuner.cli.app import AIRFRAME, SOURCE, AsJson, TextKind, Threads, app
 from tuner.text.errors import BROKEN
 
 
@@ -15,6 +15,7 @@ from tuner.text.errors import BROKEN
 def autotune(
     logs: Annotated[
         list[str],
+        TextKind.LOG,
         typer.Argument(
             help="Flight logs of one vehicle; FILE@35:65 for a part [s].", metavar="LOG...", show_default=False
         ),

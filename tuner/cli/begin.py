@@ -15,13 +15,13 @@ from tuner.cli.app import (
     STUDY,
     AsJson,
     Seeds,
+    SourceChanges,
     StudyChanges,
     StudyFile,
     Threads,
     app,
     found_study,
     parse_changes,
-    set_option,
     study_option,
     target_options,
 )
@@ -206,7 +206,7 @@ def import_(
     ],
     out: Annotated[Path, typer.Option(help="The gains.json to write; must not exist.")] = Path("vehicle.json"),
     firmware: Annotated[str | None, typer.Option(help="Firmware version, where names depend on it.")] = None,
-    change: Annotated[list[str] | None, set_option("NAME=VALUE: an option of the source.")] = None,
+    change: SourceChanges = None,
     as_json: AsJson = False,
 ) -> None:
     """Import a vehicle's current gains as a study's default.

@@ -8,7 +8,7 @@ import typer
 import tuner
 from plant.errors import InputError
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import AIRFRAME, AsJson, app, study_option
+from tuner.cli.app import AIRFRAME, AsJson, TextKind, app, study_option
 from tuner.text.errors import BROKEN
 
 
@@ -16,6 +16,7 @@ from tuner.text.errors import BROKEN
 def identify(
     logs: Annotated[
         list[str] | None,
+        TextKind.LOG,
         typer.Argument(
             help="Flight logs of one vehicle; FILE@35:65 for a part [s].", show_default=False, metavar="LOG..."
         ),
@@ -121,10 +122,14 @@ def share_of(given: str) -> float:
 @app.command("compare-logs")
 def compare_logs(
     before: Annotated[
-        str, typer.Argument(help="Log of the first flight; FILE@35:65 for a part [s].", show_default=False)
+        str,
+        TextKind.LOG,
+        typer.Argument(help="Log of the first flight; FILE@35:65 for a part [s].", show_default=False),
     ],
     after: Annotated[
-        str, typer.Argument(help="Log of the second, a similar flight in similar wind.", show_default=False)
+        str,
+        TextKind.LOG,
+        typer.Argument(help="Log of the second, a similar flight in similar wind.", show_default=False),
     ],
     airframe: Annotated[
         str, typer.Option(help="Airframe that flew, roughly: a bundled name or a TOML file.", autocompletion=AIRFRAME)

@@ -13,9 +13,9 @@ from tuner.cli.app import (
     TARGET,
     AsJson,
     GainsFile,
+    TargetChanges,
     Threads,
     app,
-    set_option,
     study_option,
     target_options,
 )
@@ -33,7 +33,7 @@ def export(
     firmware: Annotated[
         str | None, typer.Option(help="Firmware version, for targets whose names depend on it.")
     ] = None,
-    change: Annotated[list[str] | None, set_option("NAME=VALUE: an option of the target.")] = None,
+    change: TargetChanges = None,
     previous: Annotated[
         Path | None,
         typer.Option(
@@ -112,7 +112,7 @@ def approach(
     firmware: Annotated[
         str | None, typer.Option(help="Firmware version, for targets whose names depend on it.")
     ] = None,
-    change: Annotated[list[str] | None, set_option("NAME=VALUE: an option of the target.")] = None,
+    change: TargetChanges = None,
     previous: Annotated[
         Path | None, typer.Option(help="Parameter file of the vehicle's current gains, for the rollback.")
     ] = None,

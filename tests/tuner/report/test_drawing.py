@@ -1,5 +1,6 @@
 """Figures drawn beside the run: the same files, written by the run, and nothing of them once the run is dead."""
 
+import os
 import subprocess
 import sys
 import time
@@ -137,3 +138,21 @@ def test_a_process_that_was_started_early_draws_and_one_that_nobody_took_ends(tm
         raise InputError("given nothing")
     assert ready.poll() is not None
     assert not printer._EARLY
+
+
+def test_a_matplotlibrc_of_the_working_folder_changes_no_figure_and_starts_no_program(tmp_path):
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\nfont.size: 30\nbackend: module://canary\n")
+    (tmp_path / "canary.py").write_text("open('ran', 'w')")
+    (tmp_path / "latex").write_text("#!/bin/sh\ntouch ran\n")
+    (tmp_path / "latex").chmod(0o755)
+    code = (
+        "import matplotlib; from tuner.report.charts.paper import STYLE, style\n"
+        "assert matplotlib.rcParams['text.usetex'] and matplotlib.rcParams['font.size'] == 30\n"
+        "with style():\n"
+        "    assert not matplotlib.rcParams['text.usetex'] and matplotlib.rcParams['font.size'] == STYLE['font.size']\n"
+        "    from matplotlib.figure import Figure\n"
+        "    figure = Figure(); figure.add_subplot().set_title('x'); figure.savefig('x.png')\n"
+    )
+    environment = os.environ | {"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=environment, check=True)
+    assert (tmp_path / "x.png").is_file() and not (tmp_path / "ran").exists()

@@ -8,7 +8,7 @@ import math
 import os
 import signal
 import subprocess
-import sys
+from collections import deque
 from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from pathlib import Path
 from time import monotonic
@@ -18,6 +18,7 @@ import anyio
 from anyio.abc import ByteReceiveStream, Process
 
 from plant.own_code import OWN_CODE
+from plant.python_process import python_command
 from tuner.cli.answer import PROGRESS
 
 PATIENCE = 10.0
@@ -25,6 +26,12 @@ PATIENCE = 10.0
 
 INTERVAL = 0.25
 """Time between reports of one stage [s]."""
+
+MAX_LINES, MAX_LETTERS = 200, 2000
+"""Lines of standard error that are kept, the last ones, and letters of each."""
+
+SEARCHED = ("PATH", "LD_LIBRARY_PATH")
+"""Environment variables of folders in which programs and libraries are looked for."""
 
 OnProgress = Callable[[str, int, int], Awaitable[None]]
 """on_progress(stage, flights done, flights expected)."""
@@ -35,7 +42,7 @@ class Outcome(NamedTuple):
 
     Attributes:
         code: exit code.
-        document: its answer, None for none.
+        document: its answer, None where it printed no JSON.
         messages: lines of its standard error that are no progress.
     """
 
@@ -53,16 +60,15 @@ async def run_command(arguments: Sequence[str], root: Path, allow_code: bool, on
         allow_code: whether studies may name Python files and FMUs, which run.
         on_progress: awaited as stages begin and flights end.
     """
-    environment = os.environ | {PROGRESS: "json", OWN_CODE: "allow" if allow_code else "refuse"}
     process = await anyio.open_process(
-        [sys.executable, "-m", "tuner", *arguments],
+        python_command("from tuner.__main__ import run; run()", *arguments, excluded=root),
         cwd=root,
-        env=environment,
+        env=environment(allow_code),
         stdin=subprocess.DEVNULL,
         start_new_session=True,
     )
     try:
-        output, messages = bytearray(), list[str]()
+        output, messages = bytearray(), deque[str](maxlen=MAX_LINES)
         async with anyio.create_task_group() as tasks:
             tasks.start_soon(_collect, process.stdout, output)
             tasks.start_soon(_follow, process.stderr, messages, on_progress)
@@ -71,6 +77,16 @@ async def run_command(arguments: Sequence[str], root: Path, allow_code: bool, on
         with anyio.CancelScope(shield=True):
             await _end(process)
     return Outcome(process.returncode or 0, _document(bytes(output)), tuple(messages))
+
+
+def environment(allow_code: bool) -> dict[str, str]:
+    """Return the environment of a command; an empty or relative folder to search would be the root."""
+    absolute = {
+        name: os.pathsep.join(filter(os.path.isabs, os.environ[name].split(os.pathsep)))
+        for name in SEARCHED
+        if name in os.environ
+    }
+    return os.environ | absolute | {PROGRESS: "json", OWN_CODE: "allow" if allow_code else "refuse"}
 
 
 async def _end(process: Process) -> None:
@@ -90,7 +106,7 @@ async def _collect(stream: ByteReceiveStream | None, output: bytearray) -> None:
             output += chunk
 
 
-async def _follow(stream: ByteReceiveStream | None, messages: list[str], on_progress: OnProgress) -> None:
+async def _follow(stream: ByteReceiveStream | None, messages: deque[str], on_progress: OnProgress) -> None:
     """Pass progress on and collect all other lines.
 
     Flights count on from stage to stage, for the protocol's progress grows with every report.
@@ -99,7 +115,7 @@ async def _follow(stream: ByteReceiveStream | None, messages: list[str], on_prog
     async for line in _lines(stream):
         event = _progress(line)
         if event is None:
-            messages.append(line)
+            messages.append(line[:MAX_LETTERS])
             continue
         if "stage" in event:
             stage, total, latest = event["stage"], done + event["flights"], -math.inf
@@ -136,4 +152,4 @@ def _document(output: bytes) -> Any:
     try:
         return json.loads(output)
     except ValueError:
-        return output.decode(errors="replace").strip() or None
+        return None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from objectives.engine import Engine
 from plant.backends.processor import compiled_for
 from plant.errors import InputError, require_package
+from plant.python_process import without_working_folder
 from plant.threads import available_threads
 from tuner.engines.cluster.machine import Report, differences, machine_report, report_for
 from tuner.engines.cluster.own_files import KEY, OwnFile, not_here, own_files_of
@@ -81,6 +82,7 @@ def local_client(processes: int, threads: int | None, files: Sequence[OwnFile] =
 
     each = max((threads or available_threads()) // processes, 1)
     with (
+        without_working_folder(),
         LocalCluster(
             n_workers=processes,
             threads_per_worker=each,

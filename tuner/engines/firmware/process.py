@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from plant.errors import InputError
+from plant.own_code import refuse_program
 
 # Longest waits for an answer and for the end of a process that has closed its line [s]; longest line [bytes].
 PATIENCE, ENDING, LONGEST = 20.0, 0.5, 10_000
+BINARY = "--binary"
 BUILT = "docs/how_to/confirm.md says how to build it"
 
 
@@ -23,6 +25,7 @@ class FirmwareProcess:
             file: What problems are about.
             under: Words on what runs it.
         """
+        refuse_program(file, BINARY)
         self._file, self._under = file, under
         self._line, theirs = socket.socketpair()
         self._line.settimeout(PATIENCE)
@@ -34,7 +37,7 @@ class FirmwareProcess:
             except OSError as error:
                 self._line.close()
                 raise InputError(
-                    f"cannot be run: {error.strerror}; {BUILT}", file=Path(command[0]), key="--binary"
+                    f"cannot be run: {error.strerror}; {BUILT}", file=Path(command[0]), key=BINARY
                 ) from None
 
     def send(self, content: bytes) -> None:
@@ -72,7 +75,7 @@ class FirmwareProcess:
 
     def error(self, problem: str) -> InputError:
         """Return the error of a problem."""
-        return InputError(f"{problem}; {BUILT}", file=self._file, key="--binary")
+        return InputError(f"{problem}; {BUILT}", file=self._file, key=BINARY)
 
     def _silent(self) -> InputError:
         try:

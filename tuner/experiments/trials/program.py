@@ -14,6 +14,7 @@ from threading import Thread
 from types import TracebackType
 
 from plant.errors import InputError
+from plant.own_code import refuse_program
 from plant.texts import signal_name
 from tuner.experiments.trials.answers import MAX_LINE_BYTES, ResultParser
 from tuner.store.json_lines import line_of
@@ -34,6 +35,7 @@ class TrialProcess:
             raise InputError(f"given '{command}': {error}; write a command line", key=KEY) from None
         if not self._command:
             raise InputError('given an empty command; write one, for instance "python my_sim.py"', key=KEY)
+        refuse_program(command, KEY)
         self._timeout = timeout
         self._process: subprocess.Popen[bytes] | None = None
         self._lines: SimpleQueue[bytes] = SimpleQueue()

@@ -1,7 +1,6 @@
 """The problem that a study poses, and the flights for it."""
 
 import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
@@ -13,6 +12,7 @@ from objectives.memory import FlightMemory
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
 from plant.own_code import HAVE_RUN
+from plant.python_process import HOME, python_command
 from plant.quadrotor.scenarios import SEARCH
 from tuner.search import bayesian_optimization, covariance
 from tuner.search.names import ALGORITHMS
@@ -104,15 +104,15 @@ def compiled_beside(folder: Path) -> Iterator[None]:
     are margins, on either of two cores. Where the process fails, whoever needs the margins first compiles them.
     """
     code = (
-        "import sys; from pathlib import Path; from tuner.experiments.again.resume import recorded_study; "
+        "from pathlib import Path; from tuner.experiments.again.resume import recorded_study; "
         "from tuner.study.own_code import use; list(map(use, sys.argv[2:])); "
         "from tuner.experiments.tuning.problem import ask_margins, problem_of; "
         "study, _ = recorded_study(Path(sys.argv[1])); ask_margins(problem_of(study, None, None), study)"
     )
     named = [str(code_run.file.resolve()) for code_run in HAVE_RUN.values()]
     with subprocess.Popen(
-        [sys.executable, "-c", code, str(folder.resolve()), *named],
-        cwd=Path(__file__).parents[3],
+        python_command(code, str(folder.resolve()), *named),
+        cwd=HOME,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,

@@ -11,7 +11,7 @@ from typing import Any, TypedDict
 
 import numpy as np
 from fontTools import subset
-from matplotlib import rc_context
+from matplotlib import rc_context, rcParamsDefault
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -35,6 +35,10 @@ LEGEND_MARK, LEGEND_LETTER, LEGEND_ROW = 0.6, 0.05, 0.16
 SMALL = 6.5
 HATCHES = {"/": "////", "x": "xxx", ".": "..."}
 UNUSED_TABLES = frozenset({"GDEF", "GPOS", "GSUB", "kern", "MATH"})
+# Settings of figures as matplotlib ships them: a matplotlibrc of the working folder could have a figure run LaTeX.
+DEFAULTS: dict[Any, Any] = {
+    name: value for name, value in rcParamsDefault.items() if not name.startswith(("backend", "interactive", "toolbar"))
+}
 STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.labelsize": 8,
@@ -84,7 +88,7 @@ def glyphs_alone() -> Iterator[None]:
 
 def style() -> Any:
     """Return the context in which figures are drawn and saved."""
-    return rc_context(STYLE)
+    return rc_context({**DEFAULTS, **STYLE})
 
 
 def grid(count: int, columns: int, height: float, width: float = WIDTH) -> tuple[Figure, list[Axes]]:

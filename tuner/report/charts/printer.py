@@ -6,10 +6,10 @@ else to do yet, while the parent imports what flies.
 
 import os
 import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
+
+from plant.python_process import HOME, python_command
 
 CODE = "from tuner.report.charts.printing import main; main()"
 # Nothing here is worth a second thread of linear algebra, and to start them takes a tenth of the process's time.
@@ -22,11 +22,11 @@ def started() -> Process:
     """Start a process that draws what it is told on standard input, see `printing`, and ends when its parent does."""
     # In a session of its own, Ctrl-C reaches the parent alone.
     return subprocess.Popen(
-        [sys.executable, "-c", CODE],
+        python_command(CODE),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        cwd=Path(__file__).parents[3],
+        cwd=HOME,
         env={**os.environ, **ONE_THREAD},
         start_new_session=True,
     )

@@ -13,7 +13,9 @@ from mcp.client.stdio import StdioServerParameters, stdio_client
 from mcp.shared.exceptions import MCPError
 
 from tests.tuner.exchange.hostile_texts import CANARY, HOSTILE
-from tuner.cli.agents.server import DATA, MOST_LETTERS, Outcome, answer, make_server
+from tuner.cli.agents.answers import DATA, MAX_LETTERS, answer
+from tuner.cli.agents.child import Outcome
+from tuner.cli.agents.server import make_server
 from tuner.cli.answer import EventLines
 from tuner.documents.registry import schema_names
 from tuner.study.files import shipped_studies
@@ -130,7 +132,7 @@ def test_hostile_texts_of_a_study_come_as_marked_data(tmp_path):
 
 
 def test_an_answer_that_is_too_long_names_the_files():
-    content = data_of(answer(Outcome(0, "x" * (MOST_LETTERS + 1), ())))
+    content = data_of(answer(Outcome(0, "x" * (MAX_LETTERS + 1), ())))
     assert "too long" in content["data"]
 
 

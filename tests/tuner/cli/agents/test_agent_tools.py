@@ -6,7 +6,8 @@ from typer.testing import CliRunner
 
 from plant.errors import InputError
 from tests.tuner.exchange.hostile_texts import HOSTILE
-from tuner.cli.agents.tools import COMMANDS, READING, command_line, commands, parameters_of, schema_of, tools
+from tuner.cli.agents.tools import TOOLS, Effect, command_line, commands, parameters_of, schema_of, tools
+from tuner.cli.app import TextKind
 from tuner.cli.main import app
 
 WRITTEN = [text for text in HOSTILE if "\ud800" not in text]
@@ -23,7 +24,8 @@ def root(tmp_path):
 
 
 def test_the_commands_of_the_task_are_there():
-    assert {"check", "plan", "run", "show", "compare", "margins", "export"} <= set(commands()) <= set(COMMANDS)
+    assert {"new", "design", "rejudge", "tail", "identify", "judge", "autotune", "run", "export"} <= set(commands())
+    assert list(commands()) == list(TOOLS)
 
 
 @EVERY
@@ -42,7 +44,8 @@ def test_schemas_are_schemas_and_descriptions_have_an_example(name):
     assert tool.input_schema == schema_of(name)
     assert tool.description is not None and tool.annotations is not None
     assert f"Example: tuner {name}" in " ".join(tool.description.split())
-    assert tool.annotations.read_only_hint is (name in READING)
+    assert tool.annotations.read_only_hint is tool.annotations.idempotent_hint is (TOOLS[name].effect is Effect.READ)
+    assert tool.annotations.destructive_hint is (TOOLS[name].effect is Effect.CHANGE)
 
 
 def test_values_become_options_and_arguments(root):
@@ -71,6 +74,25 @@ def test_values_become_options_and_arguments(root):
         ("run", {"study": "link.toml"}, "study: given 'link.toml', which lies outside"),
         ("run", {"study": "quickstart", "out": "../away"}, "out: given '../away', which lies outside"),
         ("run", {"study": "quickstart", "set": ["vehicle.airframe=../secret.toml"]}, "which lies outside"),
+        ("run", {"study": "quickstart", "set": ['vehicle.airframe="\\u002e./secret.toml"']}, "which lies outside"),
+        (
+            "run",
+            {"study": "quickstart", "set": ['search.starts=["mine", {a = "../secret.toml"}]']},
+            "which lies outside",
+        ),
+        (
+            "run",
+            {"study": "quickstart", "set": ["k=" + "a" * 4000] * 30},
+            "the arguments have more than 100,000 letters",
+        ),
+        ("run", {"study": "a\ud800"}, "study: must be a text"),
+        ("run", {"study": True}, "study: given True; it must be string"),
+        ("margins", {"attitude_only": "yes"}, "attitude_only: given 'yes'; it must be boolean"),
+        ("list", {"containing": "pid"}, "what: is missing; containing needs it"),
+        ("run", {"study": "link"}, "study: given 'link.toml', which lies outside"),
+        ("identify", {"logs": ["link.toml@70:76"]}, "logs: given 'link.toml', which lies outside"),
+        ("identify", {"logs": ["../a@1:2", "b"]}, "logs: given '../a@1:2', which lies outside"),
+        ("autotune", {"logs": ["log"], "vehicle": "a", "airframe": "x", "binary": "../b=c"}, "binary: given '../b=c'"),
         ("margins", {"airframe": "~/mine.toml"}, "airframe: given '~/mine.toml', which lies outside"),
     ],
 )
@@ -82,18 +104,27 @@ def test_what_no_tool_takes_is_refused(name, given, message, root):
 @EVERY
 def test_hostile_texts_stay_one_argument_or_are_refused(name, root):
     for label, parameter in parameters_of(name).items():
-        others = {key: ["a"] if each.is_list else "a" for key, each in parameters_of(name).items() if each.is_required}
-        plain = command_line(name, others | {label: ["a"] if parameter.is_list else "a"}, root)
-        for text in WRITTEN:
+        others = {
+            key: ["a"] if each.is_list else "a"
+            for key, each in parameters_of(name).items()
+            if each.is_required or not each.flag
+        }
+        # A change has a key, in front of the text.
+        key = "k=" if parameter.kind is TextKind.CHANGE else ""
+
+        def line_with(text, others=others, label=label, parameter=parameter):
+            return command_line(name, others | {label: [text] if parameter.is_list else text}, root)
+
+        if parameter.type is bool:
+            with pytest.raises(InputError, match="it must be boolean"):
+                line_with("a")
+            continue
+        plain = line_with(f"{key}a")
+        for text in [f"{key}{each}" for each in WRITTEN]:
             try:
-                line = command_line(name, others | {label: [text] if parameter.is_list else text}, root)
+                line = line_with(text)
             except InputError:
                 continue
             changed = [(now, before) for now, before in zip(line, plain, strict=True) if now != before]
-            allowed = {
-                (
-                    f"{parameter.flag}={text}" if parameter.flag else text,
-                    f"{parameter.flag}=a" if parameter.flag else "a",
-                )
-            }
-            assert set(changed) <= allowed
+            flag = f"{parameter.flag}=" if parameter.flag else ""
+            assert set(changed) <= {(f"{flag}{text}", f"{flag}{key}a")}

@@ -17,6 +17,8 @@ from pathlib import Path
 
 from plant.backends.instants import Instant
 from plant.errors import InputError
+from plant.own_code import refuse_program
+from tuner.engines.firmware.process import BINARY
 
 # Longest wait for an answer [s].
 PATIENCE = 20.0
@@ -178,6 +180,7 @@ def powered_up(
     binary: Path, folder: Path, shim: Path, places: dict[str, str], sockets: list[socket.socket]
 ) -> subprocess.Popen[bytes]:
     """Start the program in a folder, with sockets of ours; raises InputError where it cannot be run."""
+    refuse_program(binary, BINARY)
     before = " ".join(filter(None, (str(shim), os.environ.get("LD_PRELOAD"))))
     try:
         return subprocess.Popen(
@@ -190,4 +193,4 @@ def powered_up(
             stderr=subprocess.DEVNULL,
         )
     except OSError as error:
-        raise InputError(f"cannot be run: {error.strerror}", file=binary, key="--binary") from None
+        raise InputError(f"cannot be run: {error.strerror}", file=binary, key=BINARY) from None

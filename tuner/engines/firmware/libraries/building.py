@@ -12,7 +12,8 @@ from pathlib import Path
 from plant.backends.cache import cache_folder
 from plant.backends.sealed import private_folder
 from plant.errors import InputError, shortened
-from tuner.engines.firmware.process import BUILT
+from plant.own_code import refuse_program
+from tuner.engines.firmware.process import BINARY, BUILT
 
 # One step is equal on every machine that computes by IEEE 754: no operation is contracted.
 OPTIONS = ("-std=gnu++17", "-O2", "-DNDEBUG", "-w", "-ffp-contract=off")
@@ -56,6 +57,7 @@ class ControlLibraries:
 
     def compile(self, checkout: Path, program: Path, options: Sequence[str] = ()) -> Path:
         """Compile a checkout with further options of the compiler; return the program."""
+        refuse_program(checkout, BINARY)
         compiler, sources = shutil.which("g++") or shutil.which("c++"), checkout.resolve()
         if compiler is None:
             raise InputError(f"no C++ compiler (g++, c++) is installed; it compiles the loops of {self.checkout}")
