@@ -12,6 +12,7 @@ import hashlib
 import os
 import platform
 import shutil
+import ssl
 import subprocess
 import sys
 from pathlib import Path
@@ -107,15 +108,26 @@ def install(lock: str) -> None:
     # The packages of development hold those of the command.
     if digest(lock) in installed or digest("develop.txt") in installed:
         return
-    installer = make_environment()
+    uv = make_environment()
     print(f"Installing the packages of requirements/{lock} into {VENV.name}", flush=True)
-    run([*installer, "--require-hashes", "-r", str(ROOT / "requirements" / lock)])
-    run([*installer, "--no-deps", "--no-build-isolation", "-e", str(ROOT)])
+    steps = [
+        ["--require-hashes", "-r", str(ROOT / "requirements" / lock)],
+        ["--no-deps", "--no-build-isolation", "-e", str(ROOT)],
+    ]
+    try:
+        if uv is None:
+            raise SetUpError("no uv")
+        for step in steps:
+            run([uv, "pip", "install", "--quiet", "--python", str(PYTHON), *step])
+    except SetUpError:
+        # pip has certificates and settings of its own, and takes three times as long.
+        for step in steps:
+            run([*pip_of_environment(), "install", "--quiet", "--disable-pip-version-check", *step])
     STAMP.write_text(digest(lock) + "\n")
 
 
-def make_environment() -> "list[str]":
-    """Make the environment unless it is there; return the command that installs packages into it."""
+def make_environment() -> "str | None":
+    """Make the environment unless it is there; return the uv that installs packages, None for pip."""
     uv, has_pip = find_uv(), subprocess.call([sys.executable, "-m", "pip", "--version"], **SILENT) == 0
     if not PYTHON.exists():
         print(f"Making {VENV.name}", flush=True)
@@ -124,12 +136,15 @@ def make_environment() -> "list[str]":
             run([sys.executable, "-m", "venv", *(["--without-pip"] if uv or has_pip else []), str(VENV)])
         except SetUpError as error:
             raise SetUpError(f"{error}. On Debian and Ubuntu the venv module is the package python3-venv") from None
-    uv = uv or bring_uv(sys.executable if has_pip else str(PYTHON))
-    if uv:
-        return [uv, "pip", "install", "--quiet", "--python", str(PYTHON)]
-    if subprocess.call([str(PYTHON), "-m", "pip", "--version"], **SILENT) != 0:
+    return uv or bring_uv(sys.executable if has_pip else str(PYTHON))
+
+
+def pip_of_environment() -> "list[str]":
+    """Return the command of the environment's pip, which is put there if it is missing."""
+    pip = [str(PYTHON), "-m", "pip"]
+    if subprocess.call([*pip, "--version"], **SILENT) != 0:
         run([str(PYTHON), "-m", "ensurepip", "--default-pip"])
-    return [str(PYTHON), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    return pip
 
 
 SILENT = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
@@ -174,6 +189,9 @@ def environment() -> "dict[str, str]":
     for theirs, ours in (("PIP_INDEX_URL", "UV_DEFAULT_INDEX"), ("PIP_CERT", "SSL_CERT_FILE")):
         if theirs in variables:
             variables.setdefault(ours, variables[theirs])
+    if ssl.get_default_verify_paths().cafile:
+        # Certificates of a company's proxy are in the system's store, which uv leaves out by default.
+        variables.setdefault("UV_SYSTEM_CERTS", "true")
     cache = Path(
         variables.get("UV_CACHE_DIR") or Path(variables.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "uv"
     )

@@ -3,6 +3,7 @@
 import ast
 import os
 import re
+import sys
 import tomllib
 from pathlib import Path
 from time import perf_counter
@@ -52,7 +53,7 @@ def test_a_missing_package_is_one_sentence_with_the_command_that_installs_it():
 
 def test_bootstrap_installs_locked_packages_once(tmp_path, monkeypatch):
     monkeypatch.setattr(bootstrap, "STAMP", tmp_path / "installed")
-    monkeypatch.setattr(bootstrap, "make_environment", lambda: ["installer"])
+    monkeypatch.setattr(bootstrap, "make_environment", lambda: "uv")
     calls = []
     monkeypatch.setattr(bootstrap, "run", calls.append)
     for lock in ("core.txt", "core.txt", "develop.txt", "core.txt", "develop.txt"):
@@ -131,15 +132,24 @@ def test_python3_venv_is_named_only_if_making_the_environment_failed(tmp_path, m
     assert str(raised.value) == "Setting up failed at: uv pip install"
 
 
-def test_without_uv_pip_brings_it_and_without_both_pip_installs(tmp_path, monkeypatch):
+def test_without_uv_pip_brings_it(tmp_path, monkeypatch):
     monkeypatch.setattr(bootstrap, "PYTHON", tmp_path / "python")
     monkeypatch.setattr(bootstrap, "find_uv", lambda: None)
+    monkeypatch.setattr(bootstrap.subprocess, "call", lambda command, **_: 0)
+    monkeypatch.setattr(bootstrap, "bring_uv", lambda python: f"brought by {Path(python).name}")
+    assert bootstrap.make_environment() == f"brought by {Path(sys.executable).name}"
+
+
+@pytest.mark.parametrize("uv", ["uv", None])
+def test_where_uv_fails_or_is_missing_pip_installs(uv, tmp_path, monkeypatch):
+    monkeypatch.setattr(bootstrap, "STAMP", tmp_path / "installed")
+    monkeypatch.setattr(bootstrap, "make_environment", lambda: uv)
     calls = []
-    monkeypatch.setattr(bootstrap.subprocess, "call", lambda command, **_: calls.append(command) or 0)
-    monkeypatch.setattr(bootstrap, "bring_uv", lambda python: "brought")
-    assert bootstrap.make_environment()[0] == "brought"
-    monkeypatch.setattr(bootstrap, "bring_uv", lambda python: None)
-    assert bootstrap.make_environment()[1:4] == ["-m", "pip", "install"]
+    monkeypatch.setattr(bootstrap.subprocess, "call", lambda command, **_: calls.append(command) or command[0] == "uv")
+    bootstrap.install("core.txt")
+    installs = [command for command in calls if "install" in command]
+    assert [command[0] == "uv" for command in installs] == [True, False, False][uv is None :]
+    assert all(command[1:4] == ["-m", "pip", "install"] for command in installs[-2:])
 
 
 def test_installers_have_pips_index_and_a_cache_that_can_be_written(tmp_path, monkeypatch):
