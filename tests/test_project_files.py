@@ -1,8 +1,12 @@
 """The files that describe the project agree: versions, extras, what bootstrap.py installs, and the locked packages."""
 
+import ast
+import os
 import re
+import sys
 import tomllib
 from pathlib import Path
+from time import perf_counter
 
 import pytest
 
@@ -49,9 +53,9 @@ def test_a_missing_package_is_one_sentence_with_the_command_that_installs_it():
 
 def test_bootstrap_installs_locked_packages_once(tmp_path, monkeypatch):
     monkeypatch.setattr(bootstrap, "STAMP", tmp_path / "installed")
-    monkeypatch.setattr(bootstrap, "PYTHON", tmp_path)
+    monkeypatch.setattr(bootstrap, "make_environment", lambda: "uv")
     calls = []
-    monkeypatch.setattr(bootstrap.subprocess, "check_call", lambda command: calls.append(command))
+    monkeypatch.setattr(bootstrap, "run", calls.append)
     for lock in ("core.txt", "core.txt", "develop.txt", "core.txt", "develop.txt"):
         bootstrap.install(lock)
     assert [Path(command[-1]).name for command in calls if "--require-hashes" in command] == ["core.txt", "develop.txt"]
@@ -59,6 +63,109 @@ def test_bootstrap_installs_locked_packages_once(tmp_path, monkeypatch):
     (tmp_path / "installed").write_text("of-another-pyproject\n")
     bootstrap.install("core.txt")
     assert len(calls) == 6
+
+
+def test_bootstrap_names_the_versions_of_the_project():
+    classified = re.findall(r":: Python :: 3\.(\d+)", "\n".join(PROJECT["classifiers"]))
+    minors = range(bootstrap.OLDEST[1], bootstrap.NEWEST[1] + 1)
+    assert [int(minor) for minor in classified] == list(minors)
+    assert PROJECT["requires-python"] == f">=3.{minors[0]},<3.{minors[-1] + 1}"
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert bootstrap.SUPPORTED in readme and f"Python 3.{minors[0]} to 3.{minors[-1]} on" in bootstrap.SUPPORTED
+
+
+@pytest.mark.parametrize(
+    ("version", "system", "machine", "expected"),
+    [
+        ((3, 11), "Linux", "x86_64", True),
+        ((3, 14), "Darwin", "arm64", True),
+        ((3, 10), "Linux", "x86_64", False),
+        ((3, 15), "Linux", "aarch64", False),
+        ((3, 13), "Darwin", "x86_64", False),
+    ],
+)
+def test_only_versions_with_wheels_are_supported(version, system, machine, expected, monkeypatch):
+    monkeypatch.setattr(bootstrap.platform, "system", lambda: system)
+    monkeypatch.setattr(bootstrap.platform, "machine", lambda: machine)
+    assert bootstrap.is_supported(version) == expected
+
+
+def test_an_unsupported_python_is_told_in_a_line_within_a_second(tmp_path, monkeypatch, capsys):
+    """With nothing on PATH and no pyenv; the file itself must be read by the Python that says so."""
+    monkeypatch.setattr(bootstrap, "is_supported", lambda version: version == bootstrap.NEWEST)
+    monkeypatch.setattr(bootstrap.sys, "argv", ["bootstrap.py", "tuner"])
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setenv("PYENV_ROOT", str(tmp_path))
+    begin = perf_counter()
+    assert bootstrap.main() == 2
+    assert perf_counter() - begin < 1.0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert bootstrap.SUPPORTED in line
+    source = Path(bootstrap.__file__).read_text(encoding="utf-8")
+    assert ast.parse(source, feature_version=(3, 6))
+
+
+def stand_in(folder, name, script):
+    """A program of a shell script."""
+    file = folder / name
+    file.write_text(f"#!/bin/sh\n{script}\n", encoding="utf-8")
+    file.chmod(0o755)
+
+
+def test_another_interpreter_of_the_machine_is_taken_and_one_that_does_not_start_is_not(tmp_path, monkeypatch):
+    stand_in(tmp_path, "python3.14", "exit 127")
+    stand_in(tmp_path, "python3.12", "echo 3.12")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setenv("PYENV_ROOT", str(tmp_path))
+    assert bootstrap.find_interpreter() == str(tmp_path / "python3.12")
+
+
+def test_python3_venv_is_named_only_if_making_the_environment_failed(tmp_path, monkeypatch):
+    monkeypatch.setattr(bootstrap, "PYTHON", tmp_path / "python")
+    monkeypatch.setattr(bootstrap, "find_uv", lambda: "uv")
+    monkeypatch.setattr(bootstrap.subprocess, "call", lambda command, **_: int("venv" in command))
+    with pytest.raises(bootstrap.SetUpError, match="python3-venv"):
+        bootstrap.make_environment()
+    monkeypatch.setattr(bootstrap.subprocess, "call", lambda command, **_: int("install" in command))
+    with pytest.raises(bootstrap.SetUpError) as raised:
+        bootstrap.run(["uv", "pip", "install"])
+    assert str(raised.value) == "Setting up failed at: uv pip install"
+
+
+def test_without_uv_pip_brings_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(bootstrap, "PYTHON", tmp_path / "python")
+    monkeypatch.setattr(bootstrap, "find_uv", lambda: None)
+    monkeypatch.setattr(bootstrap.subprocess, "call", lambda command, **_: 0)
+    monkeypatch.setattr(bootstrap, "bring_uv", lambda python: f"brought by {Path(python).name}")
+    assert bootstrap.make_environment() == f"brought by {Path(sys.executable).name}"
+
+
+@pytest.mark.parametrize("uv", ["uv", None])
+def test_where_uv_fails_or_is_missing_pip_installs(uv, tmp_path, monkeypatch):
+    monkeypatch.setattr(bootstrap, "STAMP", tmp_path / "installed")
+    monkeypatch.setattr(bootstrap, "make_environment", lambda: uv)
+    calls = []
+    monkeypatch.setattr(bootstrap.subprocess, "call", lambda command, **_: calls.append(command) or command[0] == "uv")
+    bootstrap.install("core.txt")
+    installs = [command for command in calls if "install" in command]
+    assert [command[0] == "uv" for command in installs] == [True, False, False][uv is None :]
+    assert all(command[1:4] == ["-m", "pip", "install"] for command in installs[-2:])
+
+
+def test_installers_have_pips_index_and_a_cache_that_can_be_written(tmp_path, monkeypatch):
+    for name in ("UV_CACHE_DIR", "UV_DEFAULT_INDEX", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("PIP_INDEX_URL", "file:///mirror")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert bootstrap.environment()["UV_DEFAULT_INDEX"] == "file:///mirror"
+    assert "UV_CACHE_DIR" not in bootstrap.environment()
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    monkeypatch.setenv("HOME", str(tmp_path / "file"))
+    assert bootstrap.environment()["UV_CACHE_DIR"] == str(bootstrap.VENV / "cache")
+
+
+def test_a_command_finds_the_python_of_the_environment():
+    assert bootstrap.activated()["PATH"].split(os.pathsep)[0] == str(bootstrap.BIN)
 
 
 def locked(text):
