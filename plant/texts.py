@@ -125,6 +125,9 @@ def _read(parse: Callable[[str], Any], text: str, file: Path, kind: str) -> Any:
     except RecursionError:
         raise InputError(deep, file=file) from None
     except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
+        # From Python 3.14 on thousands of brackets are read up to the first mistake behind them.
+        if _nesting(text) > DEEPEST:
+            raise InputError(deep, file=file) from None
         raise InputError(f"not {kind}: {error}{_line_of(text, str(error))}", file=file) from None
     except ValueError:
         # Python itself reads no whole number of more than 4300 digits.
@@ -135,6 +138,15 @@ def _read(parse: Callable[[str], Any], text: str, file: Path, kind: str) -> Any:
     if any(isinstance(leaf, int) and abs(leaf) >= 10**DIGITS for leaf in leaves):
         raise InputError(long, file=file)
     return table
+
+
+def _nesting(text: str) -> int:
+    """Return the largest number of brackets that are open at once outside of quoted texts."""
+    depth = deepest = 0
+    for part in re.finditer(r'"(?:\\.|[^"\\])*"|[\[{]|[\]}]', text):
+        depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(part[0], 0)
+        deepest = max(deepest, depth)
+    return deepest
 
 
 def _line_of(text: str, message: str) -> str:

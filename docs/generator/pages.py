@@ -132,9 +132,13 @@ def source_page(path: str) -> str:
 
 
 def tracked(folder: str) -> list[str]:
-    """Return the files of a folder that are part of the project."""
-    listed = subprocess.run(["git", "ls-files", folder], cwd=ROOT, capture_output=True, text=True, check=True)
-    return listed.stdout.splitlines()
+    """Return the files of a folder that are part of the project; of a checkout without git, all but compiled ones."""
+    try:
+        listed = subprocess.run(["git", "ls-files", folder], cwd=ROOT, capture_output=True, text=True, check=True)
+        return listed.stdout.splitlines()
+    except (FileNotFoundError, subprocess.CalledProcessError):
+        files = (file.relative_to(ROOT) for file in (ROOT / folder).rglob("*") if file.is_file())
+        return sorted(file.as_posix() for file in files if "__pycache__" not in file.parts)
 
 
 def navigation() -> str:
