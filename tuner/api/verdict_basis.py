@@ -16,6 +16,7 @@ from tuner.gains import Controller
 
 CHANGED = "differs, and no flight here shows it: judge the gains without it, and test it on the vehicle by itself"
 BLOCKING = "is no value that a vehicle flies with as modelled: correct it"
+NOT_THERE = "-"
 
 
 def missing_basis(subjects: Subjects) -> list[str]:
@@ -98,8 +99,8 @@ def unjudged_document(
 
 
 def _flown(controller: Controller) -> tuple[object, ...]:
-    """Return everything of a controller that its flights depend on."""
-    return controller.gains, controller.options, controller.control_period, controller.cascade
+    """Return everything that may differ between two files in the loops of one firmware."""
+    return controller.gains, controller.options, controller.control_period
 
 
 def _configuration(file: GainsFile) -> dict[str, str | float]:
@@ -112,5 +113,7 @@ def _unmodeled_alone(subjects: Subjects) -> list[str]:
     after, before = subjects.after.gains.controller, subjects.before.gains.controller
     if not subjects.changed_parameters or _flown(after) != _flown(before):
         return []
-    texts = listed([f"{row.name} {row.before} to {row.after}" for row in subjects.changed_parameters])
+    texts = listed(
+        [f"{row.name} {row.before or NOT_THERE} to {row.after or NOT_THERE}" for row in subjects.changed_parameters]
+    )
     return [f"nothing that the model flies differs, only: {texts}"]
