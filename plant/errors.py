@@ -93,7 +93,7 @@ class UnphysicalError(InputError):
 
 
 class UnsupportedVersionError(InputError):
-    """A file of a known firmware in a version whose names and units are not known."""
+    """A file of a firmware in an unsupported version."""
 
 
 class UnnamedCodeError(InputError):

@@ -55,7 +55,7 @@ class Assessment(Documented):
 
     @property
     def passed(self) -> bool:
-        """Whether the verdict is none of "worse", "do not fly" and "not judged"."""
+        """Whether the verdict does not speak against flying."""
         return self.verdict not in REFUSED
 
     @property

@@ -115,7 +115,7 @@ class GivenFiles:
 
     @property
     def version_fault(self) -> str:
-        """The reason for which the firmware's version is not known, "" where it is."""
+        """The fault in the version of the firmware, "" without one."""
         files = [file for file in (self.after, self.before) if file is not None]
         return "" if self.source == GAINS else version_fault(SOURCES[self.source], files)
 

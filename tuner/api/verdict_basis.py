@@ -42,7 +42,7 @@ def missing_basis(subjects: Subjects) -> list[str]:
 
 
 def configuration_notes(subjects: Subjects) -> list[str]:
-    """Return a sentence on the vehicle's configuration that is not at the firmware's default."""
+    """Return a sentence on settings that are not at the firmware's default."""
     unusual = unusual_configuration(subjects.source, _configuration(subjects.after))
     if not unusual:
         return []
@@ -99,7 +99,7 @@ def unjudged_document(
 
 
 def _flown(controller: Controller) -> tuple[object, ...]:
-    """Return everything that may differ between two files in the loops of one firmware."""
+    """Return the parts of a controller that files of one firmware change."""
     return controller.gains, controller.options, controller.control_period
 
 

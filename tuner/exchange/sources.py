@@ -216,7 +216,7 @@ def check_versions(source: Source, before: Path, after: Path) -> None:
 
 
 def version_fault(source: Source, files: Sequence[Path]) -> str:
-    """Return the reason for which the version of files is not known, "" where it is.
+    """Return the fault in the version of files, "" without one.
 
     Raises InputError where a file is of another firmware.
     """
@@ -228,8 +228,8 @@ def version_fault(source: Source, files: Sequence[Path]) -> str:
         if version is not None and source.versions is not None:
             first, last = source.versions
             if not first <= (*map(int, version.split(".")),) <= last:
-                known = f"{first[0]}.{first[1]} to {last[0]}.{last[1]}"
-                return f"{file.name} is of version {version}; names and units are known of {known}"
+                span = f"{first[0]}.{first[1]} to {last[0]}.{last[1]}"
+                return f"{file.name} is of version {version}; names and units are known of {span}"
     if source.needs_version and not any(stated_versions.values()):
         return "no file states the firmware's version, which decides the meaning of its gains: give one with its first lines"
     return ""

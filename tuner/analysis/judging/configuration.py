@@ -217,7 +217,7 @@ def blocking_configuration(firmware: str, values: Values) -> Iterator[Configurat
 
 
 def unusual_configuration(firmware: str, values: Values) -> dict[str, str]:
-    """Return the settings of the table that are not at the firmware's default."""
+    """Return the settings that are not at the default of the firmware."""
     rows = {name: setting_of(firmware, name) for name in values}
     return {
         name: _shown(values[name])
