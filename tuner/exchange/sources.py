@@ -45,7 +45,7 @@ class Source:
         resets: A line with which a file sets everything else to its default.
         rate_gain: Name of a gain of a rate loop.
         versions: First and last version, major and minor, whose names and units are known; None: the reader refuses others.
-        needs_version: True where names alone do not tell the units.
+        is_of_known_units: Return True for a file whose names, or version, decide the units.
         wiring: Return the settings of a file that are no parameters.
         left_out: Parameters that an import takes as 0.
         scaling: Parameters that nothing tunes and that scale the loops.
@@ -58,7 +58,7 @@ class Source:
     options: Callable[[Path], dict[str, str]]
     rate_gain: re.Pattern[str]
     versions: tuple[tuple[int, int], tuple[int, int]] | None = None
-    needs_version: bool = False
+    is_of_known_units: Callable[[Path], bool] = lambda _: True
     wiring: Callable[[Path], Values] = lambda _: {}
     is_command_line: bool = False
     resets: re.Pattern[str] | None = None
@@ -137,7 +137,7 @@ SOURCES = {
         },
         re.compile(r"(p|i|d|d_max)_(roll|pitch|yaw)"),
         # d_roll is the lower gain since 2025.12, and the upper one before.
-        needs_version=True,
+        is_of_known_units=betaflight.states_release,
         wiring=betaflight.read_wiring,
         is_command_line=True,
         resets=re.compile(r"\s*defaults\b.*"),
@@ -230,7 +230,7 @@ def version_fault(source: Source, files: Sequence[Path]) -> str:
             if not first <= (*map(int, version.split(".")),) <= last:
                 span = f"{first[0]}.{first[1]} to {last[0]}.{last[1]}"
                 return f"{file.name} is of version {version}; names and units are known of {span}"
-    if source.needs_version and not any(stated_versions.values()):
+    if not any(map(source.is_of_known_units, files)):
         return "no file states the firmware's version, which decides the meaning of its gains: give one with its first lines"
     return ""
 

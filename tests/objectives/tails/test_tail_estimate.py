@@ -145,3 +145,17 @@ def test_the_method_that_costs_less_is_chosen():
     for probability in (0.3, 0.02, 0.004, 1e-4, 1e-6):
         costs = {method: expected_evaluations(probability, 0.5, method) for method in (Method.CRUDE, Method.SPLITTING)}
         assert costs[choose_method(probability)] <= 1.2 * min(costs.values())
+
+
+def test_replicas_that_are_all_0_are_bounded_by_the_independent_rows():
+    """The ladders reached the event in the pilot, and no replica met it: 0 of n bounds it by 1 - 0.05^(1/n)."""
+    limit = half_space(3.5)
+    plan = plan_tail(limit, 5, WIDE)
+    assert any(ladder.target == 1.0 for ladder in plan.ladders)
+    never = [
+        replica._replace(probability=0.0, ladders=tuple(0.0 for _ in replica.ladders))
+        for replica in estimate_tail(limit, 5, WIDE, plan).replicas
+    ]
+    done = estimate_tail(limit, 5, WIDE, plan, never)
+    assert done.probability == done.low == 0.0
+    assert done.high == pytest.approx(1.0 - 0.05 ** (1.0 / plan.independent), rel=1e-9)

@@ -180,6 +180,14 @@ def test_the_first_and_the_last_known_version_are_judged(firmware, version, tmp_
     assert judged(tmp_path, text).verdict in ("no objection", "do not fly")
 
 
+def test_an_export_is_judged_though_no_vehicle_printed_it(tmp_path):
+    """Its comments name the releases that it is for."""
+    gains = tuner.default_gains("pid", "pid", "racer5")
+    folder = tuner.export(gains, "betaflight", tmp_path / "export", flights=2).folder
+    for place in (folder, folder / "rollback"):
+        assert tuner.judge(place / "gainproof.betaflight.txt", flights=2).verdict != "not judged"
+
+
 def test_a_file_with_a_turned_board_is_judged_with_a_note(tmp_path):
     """A vehicle may carry its board turned: alone, the file is the vehicle's, and its gains are judged."""
     opinion = judged(tmp_path, FILES["px4"] + LINES["px4"].format("SENS_BOARD_ROT", 4))

@@ -21,6 +21,8 @@ VERSION = re.compile(r"#\s*(\w+) / .*?\s(\d+\.\d+)(?:\.\d+\S*)?\s.*")
 # INAV writes no blanks around the first slash; the date tells its line from a remark.
 OTHER_VERSION = re.compile(r"#\s*([A-Za-z]\w*)/\S+\s(\d+\.\d+)(?:\.\d+\S*)?\s+[A-Z][a-z]{2}\s+\d+ \d{4}\b.*")
 INAV_SETTING = re.compile(r"set\s+((mc|fw)_[pid]_(roll|pitch|yaw)|nav_\w+)\s*=.*")
+EXPORTED = re.compile(r"# (For|Rollback to the defaults of) Betaflight \d+\.\d+\b.*")
+"""Line of an export, whose names are those of a file that states no release."""
 WIRING = re.compile(r"(mixer|map|mmix \d+|resource MOTOR \d+)\s+(\S.*)")
 FEATURE = re.compile(r"feature (-?)(3D)")
 APPLY = re.compile(r"simplified_tuning\s+apply")
@@ -113,6 +115,11 @@ def _other_firmware(name: str, file: Path) -> InputError:
         f"{name} is not supported: its gains, defaults and mixers are others than those of Betaflight; give {WHAT}"
     )
     return InputError(message, file=file, key="version")
+
+
+def states_release(file: Path) -> bool:
+    """Return True for a file that states its release, or that an export wrote."""
+    return read_release(file) is not None or any(map(EXPORTED.fullmatch, read_lines(file, WHAT)))
 
 
 def read_selected(file: Path) -> int | None:
