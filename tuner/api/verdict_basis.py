@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from plant.errors import shortened
 from tuner.analysis.judging.configuration import (
     blocking_configuration,
     changed_configuration,
@@ -114,6 +115,9 @@ def _unmodeled_alone(subjects: Subjects) -> list[str]:
     if not subjects.changed_parameters or _flown(after) != _flown(before):
         return []
     texts = listed(
-        [f"{row.name} {row.before or NOT_THERE} to {row.after or NOT_THERE}" for row in subjects.changed_parameters]
+        [
+            f"{shortened(row.name)} {row.before or NOT_THERE} to {row.after or NOT_THERE}"
+            for row in subjects.changed_parameters
+        ]
     )
     return [f"nothing that the model flies differs, only: {texts}"]

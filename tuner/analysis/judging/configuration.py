@@ -244,11 +244,9 @@ def is_same_value(one: Value | None, other: Value | None) -> bool:
     """Return True for equal numbers, or words that differ in case alone; an unknown value equals none."""
     if one is None or other is None:
         return False
+    first, second = (" ".join(str(value).split()).casefold() for value in (one, other))
     numbers = [_number(value) for value in (one, other)]
-    if None not in numbers:
-        return numbers[0] == numbers[1]
-    first, second = (re.sub(r"\s+", " ", str(value)).strip().casefold() for value in (one, other))
-    return first == second
+    return first == second or (None not in numbers and numbers[0] == numbers[1])
 
 
 def _number(value: Value) -> float | None:

@@ -114,7 +114,7 @@ def test_a_long_list_is_counted():
     ("one", "other", "same"),
     [
         (0.0, 0.0, True), ("0", 0.0, True), ("ON", "on", True), ("1.0  -1.0", "1.0 -1.0", True), (0.0, 1.0, False),
-        ("ON", "OFF", False), (None, None, False), (None, 0.0, False), ("OFF", 0.0, False),
+        ("nan", "nan", True), ("ON", "OFF", False), (None, None, False), (None, 0.0, False), ("OFF", 0.0, False),
     ],
 )  # fmt: skip
 def test_values_are_the_same_as_numbers_or_as_words(one, other, same):
