@@ -4,8 +4,6 @@ from collections.abc import Sequence
 
 from plant.errors import shortened
 from tuner.analysis.judging.configuration import (
-    blocking_configuration,
-    changed_configuration,
     configuration_reasons,
     listed,
     unusual_configuration,
@@ -15,8 +13,6 @@ from tuner.documents.assessment import NOT_JUDGED, AssessmentDocument, Parameter
 from tuner.exchange.sources import GAINS, SOURCES
 from tuner.gains import Controller
 
-CHANGED = "differs, and no flight here shows it: judge the gains without it, and test it on the vehicle by itself"
-BLOCKING = "is no value that a vehicle flies with as modelled: correct it"
 NOT_THERE = "-"
 
 
@@ -33,13 +29,8 @@ def missing_basis(subjects: Subjects) -> list[str]:
     ]
     if lacking:
         return lacking
-    values = _configuration(after)
-    reasons = configuration_reasons(blocking_configuration(subjects.source, values), BLOCKING)
-    if before is not None:
-        changes = changed_configuration(subjects.source, _configuration(before), values)
-        reasons += configuration_reasons(changes, CHANGED)
-        reasons += [] if reasons else _unmodeled_alone(subjects)
-    return reasons
+    present = None if before is None else _configuration(before)
+    return configuration_reasons(subjects.source, present, _configuration(after)) or _unmodeled_alone(subjects)
 
 
 def configuration_notes(subjects: Subjects) -> list[str]:
@@ -110,9 +101,9 @@ def _configuration(file: GainsFile) -> dict[str, str | float]:
 
 def _unmodeled_alone(subjects: Subjects) -> list[str]:
     """Return a reason where parameters differ, and none that the model flies."""
-    assert subjects.before is not None
-    after, before = subjects.after.gains.controller, subjects.before.gains.controller
-    if not subjects.changed_parameters or _flown(after) != _flown(before):
+    if subjects.before is None or not subjects.changed_parameters:
+        return []
+    if _flown(subjects.after.gains.controller) != _flown(subjects.before.gains.controller):
         return []
     texts = listed(
         [

@@ -94,9 +94,13 @@ def test_ends_without_an_estimate_bound_the_probability(limit, status, low, high
     assert done.probability in (0.0, 1.0)
 
 
-def test_a_rare_mode_does_not_bound_one_without_a_ladder():
-    limit = Closed(3, lambda u: [u[:, 0] / 9.0, np.where(u[:, 1] > 3.5, 1.0, 0.0)], ("rare", "sudden"))
-    done = estimate_tail(limit, 2, Request())
+@pytest.mark.parametrize("below", [0.0, -np.inf])
+def test_a_rare_mode_does_not_bound_one_without_a_ladder(below):
+    """A mode without any demand below its limit, minus infinity, has no ladder at all."""
+    limit = Closed(3, lambda u: [u[:, 0] / 9.0, np.where(u[:, 1] > 3.5, 1.0, below)], ("rare", "sudden"))
+    plan = plan_tail(limit, 2, Request())
+    assert len(plan.ladders) == (1 if below < 0.0 else 2)
+    done = estimate_tail(limit, 2, Request(), plan)
     assert done.status is Status.UNREACHED
     assert done.high > norm.sf(3.5)
 

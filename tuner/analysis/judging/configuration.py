@@ -7,6 +7,7 @@ The table has facts alone; each row names the file of the firmware's sources, in
 import re
 from collections.abc import Iterator, Mapping
 from functools import cache
+from math import isclose
 from typing import NamedTuple
 
 from plant.errors import one_line, shortened
@@ -170,6 +171,9 @@ SETTINGS = (
     ),
 )  # fmt: skip
 """The table. ATC_ACCEL_*_MAX is not in it: it shapes the set point alone, and each autotune of ArduPilot writes it."""
+UNSEEN = "no flight here shows that: judge the gains without these settings, and test them on the vehicle by themselves"
+SAME = 1e-6
+"""Share by which two texts of one float32 may differ."""
 MAX_LISTED = 4
 """Largest number of settings that a reason lists by name."""
 
@@ -213,7 +217,7 @@ def blocking_configuration(firmware: str, values: Values) -> Iterator[Configurat
     for name, value in values.items():
         row = setting_of(firmware, name)
         if row is not None and any(is_same_value(value, other) for other in row.blocking):
-            yield ConfigurationChange(name, row.decides, f"= {_shown(value)}")
+            yield ConfigurationChange(name, row.decides, _shown(value))
 
 
 def unusual_configuration(firmware: str, values: Values) -> dict[str, str]:
@@ -226,12 +230,25 @@ def unusual_configuration(firmware: str, values: Values) -> dict[str, str]:
     }
 
 
-def configuration_reasons(changes: Iterator[ConfigurationChange], ending: str) -> list[str]:
-    """Return a reason for each property that settings decide; ending: clause behind their names."""
+def configuration_reasons(firmware: str, before: Values | None, after: Values) -> list[str]:
+    """Return the reasons for which settings of the table forbid a verdict.
+
+    Args:
+        firmware: Name of the source of both files.
+        before: Settings of the present file, None without one.
+        after: Settings of the vehicle with the proposal.
+    """
+    blocking = list(blocking_configuration(firmware, after))
+    reasons = [
+        f"with {row.name} = {row.values} ({row.decides}) no vehicle flies as modelled: correct it" for row in blocking
+    ]
+    named = {row.name for row in blocking}
     by_property: dict[str, list[str]] = {}
-    for change in changes:
-        by_property.setdefault(change.decides, []).append(f"{change.name} {change.values}")
-    return [f"{decides}: {listed(texts)} {ending}" for decides, texts in by_property.items()]
+    for change in () if before is None else changed_configuration(firmware, before, after):
+        if change.name not in named:
+            by_property.setdefault(change.decides, []).append(f"{change.name} {change.values}")
+    reasons += [f"changed {decides}: {listed(texts)}" for decides, texts in by_property.items()]
+    return [*reasons, UNSEEN] if by_property else reasons
 
 
 def listed(texts: list[str]) -> str:
@@ -246,7 +263,9 @@ def is_same_value(one: Value | None, other: Value | None) -> bool:
         return False
     first, second = (" ".join(str(value).split()).casefold() for value in (one, other))
     numbers = [_number(value) for value in (one, other)]
-    return first == second or (None not in numbers and numbers[0] == numbers[1])
+    if numbers[0] is None or numbers[1] is None:
+        return first == second
+    return first == second or isclose(numbers[0], numbers[1], rel_tol=SAME)
 
 
 def _number(value: Value) -> float | None:

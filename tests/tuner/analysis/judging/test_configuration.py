@@ -1,5 +1,6 @@
 """The table of a vehicle's configuration: its form, and differences, values that block and unusual values by hand."""
 
+import numpy as np
 import pytest
 
 from plant.quadrotor.airframes import load
@@ -12,6 +13,7 @@ from tuner.analysis.judging.configuration import (
     SCALE,
     SENSE,
     SETTINGS,
+    UNSEEN,
     blocking_configuration,
     changed_configuration,
     configuration_reasons,
@@ -99,10 +101,18 @@ def test_a_value_that_stops_an_axis_blocks_and_an_unusual_one_does_not():
 def test_reasons_are_one_for_each_property():
     before = {"AHRS_ORIENTATION": 0.0, "SERVO1_FUNCTION": 33.0, "SERVO2_FUNCTION": 34.0}
     after = {"AHRS_ORIENTATION": 4.0, "SERVO1_FUNCTION": 34.0, "SERVO2_FUNCTION": 33.0}
-    assert configuration_reasons(changed_configuration("ardupilot", before, after), "differs") == [
-        f"{ORIENTATION}: AHRS_ORIENTATION 0 to 4 differs",
-        f"{ORDER}: SERVO1_FUNCTION 33 to 34, SERVO2_FUNCTION 34 to 33 differs",
+    assert configuration_reasons("ardupilot", before, after) == [
+        f"changed {ORIENTATION}: AHRS_ORIENTATION 0 to 4",
+        f"changed {ORDER}: SERVO1_FUNCTION 33 to 34, SERVO2_FUNCTION 34 to 33",
+        UNSEEN,
     ]
+    assert configuration_reasons("ardupilot", None, after) == configuration_reasons("ardupilot", after, after) == []
+
+
+def test_a_value_that_blocks_is_named_once():
+    (reason,) = configuration_reasons("px4", {"MC_YAWRATE_MAX": 200.0}, {"MC_YAWRATE_MAX": 0.0})
+    assert reason.startswith(f"with MC_YAWRATE_MAX = 0 ({LIMIT}) no vehicle flies")
+    assert configuration_reasons("px4", None, {"MC_YAWRATE_MAX": 0.0}) == [reason]
 
 
 def test_a_long_list_is_counted():
@@ -114,7 +124,7 @@ def test_a_long_list_is_counted():
     ("one", "other", "same"),
     [
         (0.0, 0.0, True), ("0", 0.0, True), ("ON", "on", True), ("1.0  -1.0", "1.0 -1.0", True), (0.0, 1.0, False),
-        ("nan", "nan", True), ("ON", "OFF", False), (None, None, False), (None, 0.0, False), ("OFF", 0.0, False),
+        ("nan", "nan", True), (float(np.float32(0.15)), 0.15, True), (0.15, 0.1501, False), ("ON", "OFF", False), (None, None, False), (None, 0.0, False), ("OFF", 0.0, False),
     ],
 )  # fmt: skip
 def test_values_are_the_same_as_numbers_or_as_words(one, other, same):
