@@ -118,7 +118,7 @@ def _other_firmware(name: str, file: Path) -> InputError:
 
 
 def states_release(file: Path) -> bool:
-    """Return True for a file that states its release, or that an export wrote."""
+    """Return True for a file of a release, or of an export."""
     return read_release(file) is not None or any(map(EXPORTED.fullmatch, read_lines(file, WHAT)))
 
 

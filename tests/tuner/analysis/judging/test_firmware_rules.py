@@ -1,6 +1,7 @@
 """Contract of the rules of firmwares: a source by name, a refusal in the worse direction alone, margins at the last crossover."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,14 +16,16 @@ TOOLS = {"betaflight": "betaflight-configurator #", "ardupilot": "AC_AutoTune_He
 """Firmware -> words of the source of its rules."""
 
 
-def curves(gain, phase):
+def curves(gain, phase) -> Any:
     """Curves of a loop by its gain [dB] and phase [deg] at corner frequencies, linear between them."""
-    decibels, degrees = (np.interp(FREQUENCIES, *zip(*corners, strict=True)) for corners in (gain, phase))
+    decibels, degrees = (
+        np.interp(FREQUENCIES, [at for at, _ in corners], [value for _, value in corners]) for corners in (gain, phase)
+    )
     loop = 10.0 ** (decibels / 20.0) * np.exp(1j * np.radians(degrees))
     return Curves("roll", FREQUENCIES, loop[None], ("",))
 
 
-def simple(margin):
+def simple(margin) -> Any:
     """A loop with one crossover at 1 and a gain of -margin from 3 on, where its phase is -161 deg."""
     return curves(
         [(0.0, 12.0), (1.0, 0.0), (3.0, -margin), (10.0, -margin)], [(0.0, -90.0), (3.0, -161.0), (10.0, -161.0)]
@@ -36,7 +39,7 @@ TWICE = curves(
 """A loop that crosses 0 dB downwards at 1 and at 3. It has -161 deg at 1.3 with 2.5 dB left, at 5 with 9 dB left."""
 
 
-def loop_set(ms=1.5, margin=10.0, **filters):
+def loop_set(ms: float = 1.5, margin: float = 10.0, **filters: float) -> Any:
     gains = {f"roll.{name}": 100.0 for name in ("d_lpf1", "d_lpf2")} | {
         f"roll.{name}": value for name, value in filters.items()
     }
@@ -49,13 +52,13 @@ def given_curves(monkeypatch):
 
 
 def test_a_margin_is_that_beyond_the_last_of_two_crossovers():
-    assert margin_at_phase(TWICE, "roll") == pytest.approx(9.0, abs=0.05)  # pyright: ignore[reportArgumentType]
-    assert margin_at_phase(simple(7.5), "roll") == pytest.approx(7.5, abs=0.05)  # pyright: ignore[reportArgumentType]
+    assert margin_at_phase(TWICE, "roll") == pytest.approx(9.0, abs=0.05)
+    assert margin_at_phase(simple(7.5), "roll") == pytest.approx(7.5, abs=0.05)
 
 
 def test_a_phase_that_stays_above_leaves_every_margin():
     flat = curves([(0.0, 12.0), (1.0, 0.0), (10.0, -40.0)], [(0.0, -90.0), (10.0, -160.0)])
-    assert margin_at_phase(flat, "roll") is None  # pyright: ignore[reportArgumentType]
+    assert margin_at_phase(flat, "roll") is None
 
 
 CHANGES = {
@@ -112,4 +115,4 @@ def test_a_margin_below_6_must_shrink_by_a_tenth_to_refuse(margin, refuses):
 
 
 def test_a_firmware_without_rules_has_none():
-    assert firmware_rules("px4", loop_set(), loop_set(), True) == []  # pyright: ignore[reportArgumentType]
+    assert firmware_rules("px4", loop_set(), loop_set(), True) == []
