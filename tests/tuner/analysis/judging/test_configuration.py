@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from plant.quadrotor.airframes import load
 from tests.tuner.exchange.reading import read, write
 from tuner.analysis.judging.configuration import (
     LAW,
@@ -59,7 +58,7 @@ def test_no_setting_that_the_loops_carry_is_in_the_table(firmware, tmp_path):
     """A change of a modelled setting is judged by its flights."""
     file = write(tmp_path, GAINS[firmware])
     options = [f"{name}={value}" for name, value in SOURCES[firmware].options(file).items()]
-    controller = read(firmware, file, *options, airframe=load("crazyflie-pybullet")).controller
+    controller = read(firmware, file, *options, airframe="crazyflie-pybullet").controller
     assert controller.vehicle is not None
     carried = set(controller.vehicle.parameters) - set(controller.vehicle.untuned) | SOURCES[firmware].scaling
     assert carried and not [name for name in carried if setting_of(firmware, name)]
