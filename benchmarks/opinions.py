@@ -39,7 +39,7 @@ from plant.seeds import generator
 from tuner.analysis.judging.opinion import compare_flights
 from tuner.analysis.judging.paired_scores import PairedScores
 from tuner.api.assessing import STREAM, flight_setups
-from tuner.api.vehicle_files import read_subjects
+from tuner.api.vehicle_files import name_files, read_subjects
 from tuner.documents.assessment import NOT_DISTINGUISHABLE, REFUSED
 from tuner.documents.verdicts import BETTER, WORSE
 from tuner.engines.firmware.firmware import Bench, Firmware
@@ -97,7 +97,7 @@ def firmware_flights(
     after: Path, before: Path, firmware: Firmware, program: Path, flights: int, threads: int, place: Path
 ) -> PairedScores:
     """Return the scores of the firmware's own flights."""
-    subjects = read_subjects(after, before, firmware.target, AIRFRAMES[firmware.name])
+    subjects = read_subjects(name_files(after, before, firmware.target, AIRFRAMES[firmware.name]))
     setups, scores = flight_setups(subjects, flights, 1), list[np.ndarray]()
     for number, (setup, file) in enumerate(zip(setups, (after, before), strict=True)):
         assert isinstance(setup.system, System) and isinstance(setup.spec, ScenarioSpec)

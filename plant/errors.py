@@ -4,6 +4,7 @@
     ├── InputError             something the user gave cannot be used: names file and key, what was given, what is allowed
     │   ├── UnknownNameError   a name that no schema or registry has, with the nearest valid ones
     │   ├── UnphysicalError    numbers that no real airframe can have
+    │   ├── UnsupportedVersionError  a file of a known firmware in a version whose names and units are not known
     │   ├── UnnamedCodeError   code in a results folder that the user has not named, see `plant.own_code`
     │   └── MissingPackageError  an optional package that is not installed
     └── StoreError             a results folder that exists, is missing, or cannot be trusted
@@ -89,6 +90,10 @@ def check_name(
 
 class UnphysicalError(InputError):
     """An airframe whose numbers contradict physics or break a sanity rule."""
+
+
+class UnsupportedVersionError(InputError):
+    """A file of a firmware in an unsupported version."""
 
 
 class UnnamedCodeError(InputError):

@@ -24,6 +24,7 @@ from tuner.analysis.margins.judging import judge_quadrotor
 from tuner.api.flight_setup import FlightSetup, quadrotor_setup
 from tuner.api.flying import problem_of
 from tuner.api.vehicle_files import GainsFile, Subjects
+from tuner.api.verdict_basis import configuration_notes
 from tuner.documents.assessment import (
     AssessedLoop,
     AssessmentDocument,
@@ -228,7 +229,7 @@ def changed_gains(before: GainsFile, after: GainsFile) -> list[ChangedGain]:
 
 def _notes(subjects: Subjects) -> list[str]:
     """Return the notes of both imports, each kind once."""
-    after = list(subjects.after.notes)
+    after = [*configuration_notes(subjects), *subjects.after.notes]
     kinds = {note.partition(":")[0] for note in after}
     before = [] if subjects.before is None else subjects.before.notes
     return [*after, *(f"Of the file before: {note}" for note in before if note.partition(":")[0] not in kinds)]

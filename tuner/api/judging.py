@@ -14,7 +14,8 @@ from tuner.api.assessing import Stages, assess
 from tuner.api.checking import check_requirements
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.margins import announce_compilation
-from tuner.api.vehicle_files import file_part, find_source, parameter_change, read_subjects
+from tuner.api.vehicle_files import file_part, find_source, name_files, parameter_change, read_subjects
+from tuner.api.verdict_basis import missing_basis, unjudged_document
 from tuner.documents.assessment import (
     REFUSED,
     AssessmentDocument,
@@ -54,7 +55,7 @@ class Assessment(Documented):
 
     @property
     def passed(self) -> bool:
-        """Whether the verdict is neither "worse" nor "do not fly"."""
+        """Whether the verdict does not speak against flying."""
         return self.verdict not in REFUSED
 
     @property
@@ -126,10 +127,11 @@ def judge(
         watcher: Callbacks that hear of compilation and flights.
 
     Returns:
-        The verdict with its reasons.
+        The verdict with its reasons; "not judged" where no gain of a rate loop is in a file, its version is not known, or a
+        setting differs that decides sense, order, orientation, scale or limits.
 
     Raises:
-        InputError: A file is wrong, or of another firmware, version or frame, or the airframe cannot be.
+        InputError: A file is wrong, or of another firmware or frame, or of two versions, or the airframe cannot be.
         StoreError: The folder holds something already, or cannot be written.
 
     Examples:
@@ -148,9 +150,15 @@ def judge(
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
         with stages.measure("reading"):
-            subjects = read_subjects(Path(after), None if before is None else Path(before), source, airframe)
-        announce_compilation(heard)
-        document = assess(subjects, count, seed, threads, stages, heard)
+            given = name_files(Path(after), None if before is None else Path(before), source, airframe)
+            fault = given.version_fault
+            subjects = None if fault else read_subjects(given)
+            reasons = [fault] if subjects is None else missing_basis(subjects)
+        if subjects is None or reasons:
+            document = unjudged_document(given, subjects, reasons, seed, stages.seconds)
+        else:
+            announce_compilation(heard)
+            document = assess(subjects, count, seed, threads, stages, heard)
         if folder is not None:
             document = write(document, None if before is None else Path(before), folder)
     return Assessment(document, None if folder is None else folder.path)

@@ -1,6 +1,7 @@
 """Files of gains as vehicles have them: source guessed, loops of the firmware, the vehicle that they are judged on."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -13,7 +14,16 @@ from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gain
 from tuner.documents.assessment import AssessedAirframe, AssessedFile, ParameterChange
 from tuner.exchange.registry import import_parameters
 from tuner.exchange.registry import importer as find_importer
-from tuner.exchange.sources import GAINS, SOURCES, changed_values, check_versions, guess_source, overlaid
+from tuner.exchange.sources import (
+    GAINS,
+    SOURCES,
+    Values,
+    changed_values,
+    check_versions,
+    guess_source,
+    overlaid,
+    version_fault,
+)
 
 
 @dataclass(frozen=True)
@@ -25,12 +35,16 @@ class GainsFile:
         part: Its entry in the document.
         gains: Of the loops.
         notes: What the loops of the model lack or assume.
+        values: Parameters of the vehicle after loading the file.
+        wiring: Its settings that are no parameters.
     """
 
     path: Path
     part: AssessedFile
     gains: QuadrotorGains
     notes: tuple[str, ...] = ()
+    values: Values = field(default_factory=dict[str, str | float])
+    wiring: Values = field(default_factory=dict[str, str | float])
 
 
 @dataclass(frozen=True)
@@ -58,23 +72,61 @@ class Subjects:
             return []
         kind = SOURCES[self.source]
         modeled = (set(record.parameters) - set(record.untuned) - kind.left_out) | kind.scaling
-        return [row for row in self._changed_parameters() if row.name not in modeled]
+        return [row for row in self.changed_parameters if row.name not in modeled]
 
     @property
     def not_restored(self) -> list[str]:
         """Parameters of the file that the earlier one does not hold."""
-        return [row.name for row in self._changed_parameters() if row.before is None]
+        return [row.name for row in self.changed_parameters if row.before is None]
 
-    def _changed_parameters(self) -> list[ParameterChange]:
-        if self.before is None or self.source == GAINS:
+    @cached_property
+    def changed_parameters(self) -> list[ParameterChange]:
+        """Parameters that differ on the vehicle after loading the file."""
+        if self.before is None:
             return []
-        values = SOURCES[self.source].values
-        changed = changed_values(values(self.before.path), values(self.after.path))
+        changed = changed_values(self.before.values, self.after.values)
         return [parameter_change(name, *values) for name, values in changed.items()]
 
 
-def read_subjects(after: Path, before: Path | None, source: str | None, airframe: str | None) -> Subjects:
-    """Read what is to be judged; InputError where two files are not of one vehicle.
+@dataclass(frozen=True)
+class GivenFiles:
+    """Files to judge before their gains are read.
+
+    Attributes:
+        source: Firmware of both, or "gains".
+        after: File to judge.
+        before: File of the present gains, or None.
+        airframe: Name or file of the vehicle, or None.
+        guessed: Sentence on the source, None where it was named.
+    """
+
+    source: str
+    after: Path
+    before: Path | None
+    airframe: str | None
+    guessed: str | None
+
+    @cached_property
+    def vehicle(self) -> Airframe:
+        """The vehicle of parameter files: as named, or the class of the firmware."""
+        if self.airframe is None:
+            return class_airframe(self.source)
+        return load(self.airframe, allow_unphysical=True)
+
+    @property
+    def version_fault(self) -> str:
+        """The fault in the version of the firmware, "" without one."""
+        files = [file for file in (self.after, self.before) if file is not None]
+        return "" if self.source == GAINS else version_fault(SOURCES[self.source], files)
+
+    @property
+    def assumed(self) -> AssessedAirframe:
+        """The entry of the vehicle of parameter files in a document."""
+        return _airframe_part(self.vehicle, self.airframe is not None)
+
+
+def name_files(after: Path, before: Path | None, source: str | None, airframe: str | None) -> GivenFiles:
+    """Return files with their source; InputError where they are of two firmwares.
 
     Args:
         after: The file to judge.
@@ -86,13 +138,18 @@ def read_subjects(after: Path, before: Path | None, source: str | None, airframe
     guessed = f"Read as a file of {name}, guessed from its lines." if source is None else None
     if before is not None and source is None and (other := guess_source(before)) != name:
         raise InputError(f"is a file of {other}, and {after} one of {name}; give files of one firmware", file=before)
+    return GivenFiles(name, after, before, airframe, guessed)
+
+
+def read_subjects(given: GivenFiles) -> Subjects:
+    """Read the gains of files; InputError where two files are not of one vehicle."""
+    name, after, before = given.source, given.after, given.before
     if name == GAINS:
-        return _read_gains_files(after, before, airframe, guessed)
-    vehicle = class_airframe(name) if airframe is None else load(airframe, allow_unphysical=True)
-    assumed = _airframe_part(vehicle, airframe is not None)
+        return _read_gains_files(after, before, given.airframe, given.guessed)
+    vehicle, assumed = given.vehicle, given.assumed
     alone = read_parameter_file(after, name, vehicle)
     if before is None:
-        return Subjects(alone, None, assumed, guessed)
+        return Subjects(alone, None, assumed, given.guessed)
     earlier = read_parameter_file(before, name, vehicle)
     check_versions(SOURCES[name], before, after)
     with TemporaryDirectory(prefix="gainproof-") as place:
@@ -102,8 +159,7 @@ def read_subjects(after: Path, before: Path | None, source: str | None, airframe
             together = read_parameter_file(merged, name, vehicle)
         except InputError as error:
             raise InputError(error.message, file=after, key=error.key) from None
-    later = GainsFile(after, alone.part, together.gains, together.notes)
-    return Subjects(later, earlier, assumed, guessed)
+    return Subjects(replace(together, path=after, part=alone.part), earlier, assumed, given.guessed)
 
 
 def find_source(name: str) -> str:
@@ -117,7 +173,15 @@ def read_parameter_file(path: Path, source: str, airframe: Airframe) -> GainsFil
     imported = import_parameters(source, path, airframe, options)
     record = imported.controller.vehicle
     version = None if record is None else record.target_version
-    return GainsFile(path, file_part(path, source, version), gains_of(imported.controller, {}), imported.notes)
+    kind = SOURCES[source]
+    return GainsFile(
+        path,
+        file_part(path, source, version),
+        gains_of(imported.controller, {}),
+        imported.notes,
+        kind.values(path),
+        kind.wiring(path),
+    )
 
 
 def file_part(path: Path, source: str, version: str | None = None) -> AssessedFile:

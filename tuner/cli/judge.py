@@ -22,6 +22,7 @@ from tuner.cli.app import (
     law_option,
     study_option,
 )
+from tuner.documents.assessment import EXIT_CODES
 from tuner.text.errors import BROKEN, USER_ERROR
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ def judge(
 ) -> None:
     """Give a second opinion on gains before arming.
 
-    Exit codes: 0 no objection, 1 worse, do not fly or read back otherwise, 2 bad input.
+    Exit codes: 0 no objection, 1 worse, do not fly or read back otherwise, 2 bad input, 3 not judged.
 
     Example: tuner judge new.txt --before present.txt --airframe racer5 --out opinion
 
@@ -77,7 +78,7 @@ def judge(
             threads=threads,
             watcher=watcher,
         )
-    return answer(made, as_json, 0 if made.passed else BROKEN)
+    return answer(made, as_json, EXIT_CODES[made.verdict])
 
 
 @app.command()

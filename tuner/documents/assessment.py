@@ -5,12 +5,20 @@ from typing import Annotated, Literal
 from tuner.documents.parts import NumberWithUnit, SampledValue, ShareCount
 from tuner.documents.verdicts import BETTER, WORSE
 from tuner.store.document import Document, DocumentPart, OneOf, Sense
+from tuner.text.errors import BROKEN, NO_BASIS
 
 MIXED, NOT_DISTINGUISHABLE = "mixed", "not distinguishable"
 WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY = "flyable within limits", "no objection", "do not fly"
+NOT_JUDGED = "not judged"
 COMPARISONS = (BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE)
-VERDICTS = (*COMPARISONS, WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY)
-REFUSED = (WORSE, DO_NOT_FLY)
+EXIT_CODES = {
+    **dict.fromkeys((BETTER, MIXED, NOT_DISTINGUISHABLE, WITHIN_LIMITS, NO_OBJECTION), 0),
+    **dict.fromkeys((WORSE, DO_NOT_FLY), BROKEN),
+    NOT_JUDGED: NO_BASIS,
+}
+"""Exit code of each verdict."""
+VERDICTS = tuple(EXIT_CODES)
+REFUSED = tuple(verdict for verdict, code in EXIT_CODES.items() if code)
 """Verdicts with which nobody should arm."""
 
 
@@ -109,10 +117,12 @@ class AssessmentDocument(Document):
     """A second opinion.
 
     Attributes:
-        comparison: Verdict of the paired flights alone, null without a file before.
+        comparison: Verdict of the paired flights alone, null without a file before, or where nothing is judged.
         reasons: Of the verdict, the most severe first.
         unmodeled: What the loops of the model lack, or assume.
         unmodeled_changes: Of parameters that no loop has.
+        gyro_noise: Density of the gyro's noise, null where nothing is judged.
+        lost_after: Lost flights, null where nothing is judged.
         guessed: The source in a sentence, null where it was named.
         rollback: File that restores what was before.
         not_restored: Parameters that it does not hold.
@@ -137,9 +147,9 @@ class AssessmentDocument(Document):
     scenario: str
     seed: int
     flights: int
-    gyro_noise: NumberWithUnit
+    gyro_noise: NumberWithUnit | None
     metrics: list[AssessedMetric]
-    lost_after: ShareCount
+    lost_after: ShareCount | None
     lost_before: ShareCount | None
     rollback: str | None
     not_restored: list[str]

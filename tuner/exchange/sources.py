@@ -1,11 +1,11 @@
 """Parameter files of any firmware: the source guessed from their lines, one laid over another, compared name by name."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from plant.errors import InputError
+from plant.errors import InputError, UnsupportedVersionError
 from plant.input_files import given_text
 from tuner.exchange.ardupilot import ranges
 from tuner.exchange.ardupilot import text as ardupilot
@@ -43,6 +43,10 @@ class Source:
         options: Return the options of the import of a file.
         is_command_line: True for lines of a command line, with profiles, whole numbers and words.
         resets: A line with which a file sets everything else to its default.
+        rate_gain: Name of a gain of a rate loop.
+        versions: First and last version, major and minor, whose names and units are known; None: the reader refuses others.
+        is_of_known_units: Return True for a file whose names, or version, decide the units.
+        wiring: Return the settings of a file that are no parameters.
         left_out: Parameters that an import takes as 0.
         scaling: Parameters that nothing tunes and that scale the loops.
     """
@@ -52,6 +56,10 @@ class Source:
     values: Callable[[Path], Values]
     version: Callable[[Path], str | None]
     options: Callable[[Path], dict[str, str]]
+    rate_gain: re.Pattern[str]
+    versions: tuple[tuple[int, int], tuple[int, int]] | None = None
+    is_of_known_units: Callable[[Path], bool] = lambda _: True
+    wiring: Callable[[Path], Values] = lambda _: {}
     is_command_line: bool = False
     resets: re.Pattern[str] | None = None
     left_out: frozenset[str] = frozenset()
@@ -116,6 +124,7 @@ SOURCES = {
         crazyflie.read,
         lambda _: None,
         _fixed("crazyflie", PERIOD, EVERY),
+        re.compile(r"pid_rate\.(roll|pitch|yaw)_k[pid]"),
     ),
     "betaflight": Source(
         re.compile(r"\s*set\s+[a-z0-9_]+\s*=.*|#\s*Betaflight / .*"),
@@ -126,6 +135,10 @@ SOURCES = {
             **_fixed("betaflight", LOOPS.name, PERIOD, EVERY)(file),
             PROFILE: str(_betaflight_profile(file)),
         },
+        re.compile(r"(p|i|d|d_max)_(roll|pitch|yaw)"),
+        # d_roll is the lower gain since 2025.12, and the upper one before.
+        is_of_known_units=betaflight.states_release,
+        wiring=betaflight.read_wiring,
         is_command_line=True,
         resets=re.compile(r"\s*defaults\b.*"),
         left_out=frozenset(SILENT) - set(FOLLOWING.values()),
@@ -136,6 +149,9 @@ SOURCES = {
         px4.read_params,
         lambda file: _major_minor(stated(file, px4.WHAT).version),
         _px4_options,
+        re.compile(r"MC_(ROLL|PITCH|YAW)RATE_[PID]"),
+        # Gains of the velocity loops are in units of acceleration since 1.11.
+        versions=((1, 11), (1, 17)),
         scaling=frozenset(PX4.scaling),
     ),
     "ardupilot": Source(
@@ -146,6 +162,8 @@ SOURCES = {
         ardupilot.read_param,
         lambda file: _major_minor(stated(file, ardupilot.WHAT).version),
         _ardupilot_options,
+        re.compile(r"(ATC_RAT|RATE)_(RLL|PIT|YAW)_[PID]"),
+        versions=((3, 3), (4, 8)),
         scaling=frozenset(name for dialect in ranges.DIALECTS.values() for name in dialect.scaling),
     ),
 }
@@ -164,10 +182,12 @@ def guess_source(file: Path) -> str:
     raise InputError(f"holds nothing of a known firmware; give {WHAT}, or name the source with --from", file=file)
 
 
-def changed_values(before: Values, after: Values) -> dict[str, tuple[str | float | None, str | float]]:
-    """Return name -> values before and after where they differ; None: not before."""
+def changed_values(before: Values, after: Values) -> dict[str, tuple[str | float | None, str | float | None]]:
+    """Return name -> values before and after where they differ; None: not there."""
     return {
-        name: (before.get(name), value) for name, value in after.items() if name not in before or before[name] != value
+        name: (before.get(name), after.get(name))
+        for name in dict.fromkeys((*after, *before))
+        if name not in before or name not in after or before[name] != after[name]
     }
 
 
@@ -193,6 +213,26 @@ def check_versions(source: Source, before: Path, after: Path) -> None:
     if earlier is not None and later is not None and earlier != later:
         message = f"is of version {later}, and {before} of {earlier}: names, units and defaults differ; give files of one version"
         raise InputError(message, file=after, key="version")
+
+
+def version_fault(source: Source, files: Sequence[Path]) -> str:
+    """Return the fault in the version of files, "" without one.
+
+    Raises InputError where a file is of another firmware.
+    """
+    try:
+        stated_versions = {file: source.version(file) for file in files}
+    except UnsupportedVersionError as error:
+        return str(error)
+    for file, version in stated_versions.items():
+        if version is not None and source.versions is not None:
+            first, last = source.versions
+            if not first <= (*map(int, version.split(".")),) <= last:
+                span = f"{first[0]}.{first[1]} to {last[0]}.{last[1]}"
+                return f"{file.name} is of version {version}; names and units are known of {span}"
+    if not any(map(source.is_of_known_units, files)):
+        return "no file states the firmware's version, which decides the meaning of its gains: give one with its first lines"
+    return ""
 
 
 def differing_values(

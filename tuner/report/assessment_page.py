@@ -17,7 +17,7 @@ def assessment_page(document: AssessmentDocument) -> str:
     unmodeled = "\n".join(f"- {line}" for line in unmodeled_lines(document))
     parts = [
         f"# Second opinion: {document.verdict}",
-        f"Not in the model, or assumed:\n\n{unmodeled}",
+        *([f"Not in the model, or assumed:\n\n{unmodeled}"] if unmodeled else []),
         f"**{document.sentence}**",
         *subject_lines(document),
         *tables,
@@ -31,18 +31,22 @@ def unmodeled_lines(document: AssessmentDocument) -> list[str]:
     """Return vehicle, changed parameters and notes in sentences."""
     vehicle = document.airframe
     unknown = f"No airframe was named: judged on the {vehicle.title} ({vehicle.ranges}). Name one with --airframe."
-    changed = [f"{row.name} {row.before or NONE} to {row.after}" for row in document.unmodeled_changes]
+    changed = [f"{row.name} {row.before or NONE} to {row.after or NONE}" for row in document.unmodeled_changes]
     beyond = f"Changed, and in no loop of the model: {', '.join(changed)}."
-    return [*([] if vehicle.is_known else [unknown]), *([beyond] if changed else []), *document.unmodeled]
+    is_known = vehicle.is_known or document.lost_after is None
+    return [*([] if is_known else [unknown]), *([beyond] if changed else []), *document.unmodeled]
 
 
 def subject_lines(document: AssessmentDocument) -> list[str]:
     """Return files, vehicle and flights in sentences."""
     vehicle, before = document.airframe, document.before
     than = "" if before is None else f", before: {before.file}"
+    guessed = [] if document.guessed is None else [document.guessed]
+    if document.gyro_noise is None:
+        return [*guessed, f"Not judged, and not flown: {document.after.file}{than}."]
     noise = f"{significant(document.gyro_noise.value, 2)} {document.gyro_noise.unit}"
     return [
-        *([] if document.guessed is None else [document.guessed]),
+        *guessed,
         f"Judged: {document.after.file}{than}; vehicle: {vehicle.name}, {vehicle.title} ({vehicle.ranges}).",
         f"{document.flights} flights of each file, paired: {document.scenario}; gyro noise {noise}; lost {lost_text(document)}.",
     ]
@@ -86,8 +90,8 @@ def loop_table(document: AssessmentDocument) -> Table:
 
 def lost_text(document: AssessmentDocument) -> str:
     """Return the lost flights in words."""
-    before = document.lost_before
-    return document.lost_after.words + ("" if before is None else f", before {before.words}")
+    after, before = document.lost_after, document.lost_before
+    return NONE if after is None else after.words + ("" if before is None else f", before {before.words}")
 
 
 def rule_table(document: AssessmentDocument, violated: bool) -> Table:

@@ -20,6 +20,8 @@ USER_ERROR = 2
 """Exit code where what was given, a file or the disk is in the way."""
 NOTHING_FEASIBLE = 3
 """Exit code of a run that came to its end and found no candidate that keeps every limit."""
+NO_BASIS = 3
+"""Exit code of a judgement that has no basis, so that nothing is judged."""
 CLOSED_PIPE = 1
 """Exit code where whoever read the output has gone."""
 NEW_OBJECTS = 300_000

@@ -2,8 +2,17 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from objectives.tails.intervals import FIRST, mean_interval, ratio_interval, replicas_needed, upper_end
+from objectives.tails.intervals import (
+    FIRST,
+    WIDENING,
+    mean_interval,
+    ratio_interval,
+    replicas_needed,
+    student_quantile,
+    upper_end,
+)
 
 VARIATIONS = (0.3, 0.5, 0.7)
 
@@ -57,3 +66,11 @@ def test_the_number_needed_gives_the_width():
 def test_the_one_sided_end_lies_within_the_two_sided_interval():
     values = lognormal(np.random.default_rng(4), 0.5, FIRST)
     assert np.mean(values) < upper_end(values, 0.95) < mean_interval(values, 0.95).high
+
+
+@pytest.mark.parametrize(
+    ("count", "degrees"), [(2, 1), (5, 4), (FIRST, FIRST - 1), (FIRST + 1, FIRST - 1), (2000, FIRST - 1)]
+)
+def test_the_quantile_has_the_degrees_of_freedom_of_the_first_replicas_alone(count, degrees):
+    """C. Stein: the spread of the first replicas decides their number, so further ones add no degree of freedom."""
+    assert student_quantile(0.95, count) == pytest.approx(WIDENING * stats.t.ppf(0.975, degrees), rel=1e-9)

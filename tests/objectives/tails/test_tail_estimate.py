@@ -94,9 +94,13 @@ def test_ends_without_an_estimate_bound_the_probability(limit, status, low, high
     assert done.probability in (0.0, 1.0)
 
 
-def test_a_rare_mode_does_not_bound_one_without_a_ladder():
-    limit = Closed(3, lambda u: [u[:, 0] / 9.0, np.where(u[:, 1] > 3.5, 1.0, 0.0)], ("rare", "sudden"))
-    done = estimate_tail(limit, 2, Request())
+@pytest.mark.parametrize("below", [0.0, -np.inf])
+def test_a_rare_mode_does_not_bound_one_without_a_ladder(below):
+    """A mode without any demand below its limit, minus infinity, has no ladder at all."""
+    limit = Closed(3, lambda u: [u[:, 0] / 9.0, np.where(u[:, 1] > 3.5, 1.0, below)], ("rare", "sudden"))
+    plan = plan_tail(limit, 2, Request())
+    assert len(plan.ladders) == (1 if below < 0.0 else 2)
+    done = estimate_tail(limit, 2, Request(), plan)
     assert done.status is Status.UNREACHED
     assert done.high > norm.sf(3.5)
 
@@ -145,3 +149,17 @@ def test_the_method_that_costs_less_is_chosen():
     for probability in (0.3, 0.02, 0.004, 1e-4, 1e-6):
         costs = {method: expected_evaluations(probability, 0.5, method) for method in (Method.CRUDE, Method.SPLITTING)}
         assert costs[choose_method(probability)] <= 1.2 * min(costs.values())
+
+
+def test_replicas_that_are_all_0_are_bounded_by_the_independent_rows():
+    """The ladders reached the event in the pilot, and no replica met it: 0 of n bounds it by 1 - 0.05^(1/n)."""
+    limit = half_space(3.5)
+    plan = plan_tail(limit, 5, WIDE)
+    assert any(ladder.target == 1.0 for ladder in plan.ladders)
+    never = [
+        replica._replace(probability=0.0, ladders=tuple(0.0 for _ in replica.ladders))
+        for replica in estimate_tail(limit, 5, WIDE, plan).replicas
+    ]
+    done = estimate_tail(limit, 5, WIDE, plan, never)
+    assert done.probability == done.low == 0.0
+    assert done.high == pytest.approx(1.0 - 0.05 ** (1.0 / plan.independent), rel=1e-9)

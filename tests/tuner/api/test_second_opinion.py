@@ -5,7 +5,7 @@ import pytest
 import tuner
 from plant.quadrotor.airframes import load
 from tests.tuner.exchange.reading import write
-from tuner.api.vehicle_files import read_subjects
+from tuner.api.vehicle_files import name_files, read_subjects
 from tuner.documents.assessment import AssessmentDocument, ReadBackDocument
 
 HEAD = "# Betaflight / STM32F7X2 (S7X2) 2026.6.0 Jul  1 2026 / 00:00:00 (abc) MSP API: 1.48\nprofile 0\n"
@@ -116,7 +116,7 @@ def test_a_changed_setting_outside_of_the_model_comes_first(tmp_path):
 def test_a_parameter_that_scales_the_loops_is_in_the_model(tmp_path):
     before = write(tmp_path, PX4.format(0.15), "before")
     after = write(tmp_path, PX4.format(0.15) + "1\t1\tTHR_MDL_FAC\t1.0\t9\n1\t1\tMPC_XY_VEL_MAX\t9.0\t9\n", "after")
-    subjects = read_subjects(after, before, None, "f450")
+    subjects = read_subjects(name_files(after, before, None, "f450"))
     assert [row.name for row in subjects.unmodeled_changes] == ["MPC_XY_VEL_MAX"] and subjects.before is not None
     assert subjects.after.gains["roll.authority"] != subjects.before.gains["roll.authority"]
 
@@ -200,7 +200,7 @@ def test_an_airframe_that_cannot_be_is_refused(tmp_path):
     ],
 )
 def test_a_file_of_each_firmware_is_read_in_its_native_loops(source, text, tmp_path):
-    subjects = read_subjects(write(tmp_path, text), None, None, None)
+    subjects = read_subjects(name_files(write(tmp_path, text), None, None, None))
     assert (subjects.source, subjects.after.gains.laws["attitude"]) == (source, source)
     assert subjects.airframe.title.startswith("class of a") and f"Read as a file of {source}" in str(subjects.guessed)
 

@@ -5,7 +5,8 @@ from math import atan2, degrees, hypot
 import numpy as np
 import pytest
 
-from objectives.margins.margins import MarginModel
+from objectives.margins.margins import MarginModel, spread_corners
+from objectives.margins.steady_state import SteadyState
 from objectives.margins.trim import Trim
 from objectives.requirements import known_values, worst_states, worth_flying
 from plant.errors import InputError
@@ -17,7 +18,7 @@ from tuner.study import load_study
 from tuner.study.margins import MarginAnalysis, margin_requirement
 from tuner.study.trim import steady_states, trim_texts
 
-STUDIES = QUICKSTART.parent
+STUDIES, TRIM = QUICKSTART.parent, Trim()
 LIMITS = [
     {"quantity": "phase_margin", "min": 35.0},
     {"quantity": "gain_margin", "min": 6.0},
@@ -141,3 +142,63 @@ def test_the_end_of_a_study_reads_waiting_position_loops_exactly():
     ]
     assert np.all(ended == exact)
     assert np.all(np.abs(quick / exact - 1.0) > 1e-6)
+
+
+def analysis_of(study, limits, **parts):
+    """The analysis of limits in the steady states of a study, with the limits as it reads them."""
+    specs = tuple(entry.spec for entry in study.scenarios)
+    read = tuple(margin_requirement(table, study.system.timing, specs) for table in limits)
+    return MarginAnalysis(read, study.system, specs, study.path, **parts), read
+
+
+def model_of(study, trim=TRIM, **options):
+    system = study.system
+    return MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, trim, **options)
+
+
+@pytest.mark.parametrize(("factor", "is_exact"), [(1.02, True), (0.98, True), (1.1, False), (0.5, False)])
+def test_values_near_a_limit_are_read_again_exactly_and_others_are_not(factor, is_exact):
+    """Beside position loops that wait, a quick margin within 3 % of its limit may be on the wrong side of it."""
+    study = load_study(STUDIES / "betaflight.toml")
+    row, table = np.array([study.default_row]), study.table.margin[0]
+    _, limits = analysis_of(study, [table])
+    quick, exact = (model_of(study, exact=each).limited(row, limits)[0, 0] for each in (False, True))
+    # Values and limits of phase margins are in degrees.
+    moved = table.model_copy(update={"min": float(quick) * factor})
+    analysis, _ = analysis_of(study, [moved], states=(SteadyState("hover"),))
+    assert quick != exact and analysis.values(row)[0, 0] == (exact if is_exact else quick)
+
+
+def test_a_search_looks_at_winds_along_the_axes_and_at_a_diagonal_one_where_there_is_no_other():
+    study = quickstart()
+    rows = np.array([study.default_row])
+    hover, weak = SteadyState("hover"), SteadyState("weak", wind=(2.0, 0.0, 0.0))
+    strong = SteadyState("strong", wind=(9.0, 0.0, 0.0), is_diagonal=True)
+
+    def searched(*states):
+        return analysis_of(study, study.table.margin, states=states)[0].in_search(rows)
+
+    limits = analysis_of(study, study.table.margin)[1]
+    alone = {state.name: model_of(study, state.trim).limited(rows, limits) for state in (weak, strong)}
+    assert np.all(alone["weak"][0, 1] > alone["strong"][0, 1] + 0.1)
+    np.testing.assert_array_equal(searched(hover, weak, strong), alone["weak"])
+    np.testing.assert_array_equal(searched(hover, strong), alone["strong"])
+
+
+def test_a_vehicle_that_cannot_hold_the_wind_has_no_margins_in_it():
+    study = quickstart(margin=[{**LIMITS[0], "spread": True}], **{"scenario.0.spread": {"mass": 0.1, "thrust": 0.1}})
+    system, spec, row = study.system, study.scenarios[0].spec, np.array([study.default_row])
+    corners = spread_corners(system.vehicle, spec.spread)
+    winds = [SteadyState("wind", wind=(float(speed), 0.0, 0.0)) for speed in np.arange(5.0, 40.0, 0.25)]
+    state = next(
+        one
+        for one in winds
+        if one.can_hold(system.vehicle, system.nominal)
+        and 0 < sum(one.can_hold(corner, system.nominal) for corner in corners) < len(corners)
+    )
+    analysis, limits = analysis_of(study, study.table.margin, states=(state,))
+    able = [corner for corner in corners if state.can_hold(corner, system.nominal)]
+    value = analysis.values(row)
+    np.testing.assert_array_equal(value, model_of(study, state.trim, others=able).limited(row, limits))
+    with pytest.raises(InputError, match="no steady flight"):
+        model_of(study, state.trim, others=corners)

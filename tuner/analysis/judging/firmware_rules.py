@@ -54,8 +54,7 @@ def firmware_rules(source: str, after: LoopSet, before: LoopSet | None, noise_ri
         before: Loops before it, None if unknown.
         noise_rises: Whether flights show more noise in the commands after it.
     """
-    rules = {"betaflight": betaflight_rules, "ardupilot": ardupilot_rules}
-    return [] if source not in rules else list(rules[source](after, before, noise_rises))
+    return list(RULES[source](after, before, noise_rises)) if source in RULES else []
 
 
 def betaflight_rules(after: LoopSet, before: LoopSet | None, noise_rises: bool) -> Iterator[RuleRow]:
@@ -87,6 +86,10 @@ def ardupilot_rules(after: LoopSet, before: LoopSet | None, _: bool) -> Iterator
         yield _row(
             rule, HELI, axis, inf if value is None else value, MARGIN, "min", "dB", refuses=has_shrunk, note=note
         )
+
+
+RULES = {"betaflight": betaflight_rules, "ardupilot": ardupilot_rules}
+"""Rules of each firmware that has some."""
 
 
 def margin_at_phase(loops: Loops, axis: str) -> float | None:

@@ -43,8 +43,21 @@ ROTORS = {
 }
 
 
+# Parameters that another vehicle of ArduPilot alone has.
+OTHER_VEHICLES = {
+    "FRAME_CONFIG": "ArduSub",
+    "Q_ENABLE": "ArduPlane",
+    "TECS_SPDWEIGHT": "ArduPlane",
+    "CRUISE_THROTTLE": "Rover",
+}
+
+
 def check_ardupilot_frame(values: Mapping[str, float], file: Path) -> None:
     """Refuse parameters of another frame than a quadrotor; raises InputError naming file and parameter."""
+    for name, vehicle in OTHER_VEHICLES.items():
+        if name in values:
+            message = f"{vehicle} is not supported: its gains mean other torques than those of Copter"
+            raise InputError(message, file=file, key=name)
     _check(values, "FRAME_CLASS", FRAME_CLASSES, file)
 
 

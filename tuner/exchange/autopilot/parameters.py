@@ -22,6 +22,11 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 # Comments that tell where a file is from: "# Version: 1.16.0" and "# ArduCopter V3.4.6 (e707341b)".
 STATED = re.compile(r"#\s*(Stack|Version):\s*(\S.*?)\s*$")
 BANNER = re.compile(r"#.*\b(?:ArduCopter|APM:Copter|Copter)[ -]V?(\d+\.\d+[\w.-]*)")
+# Vehicles of ArduPilot that are no Copter, as a banner or QGroundControl names them.
+OTHER_BANNER = re.compile(
+    r"#.*\b((?:ArduPlane|ArduRover|APMrover2|ArduSub|Blimp|AntennaTracker)(?:[ -]V?\d+\.\d+)?)"
+    r"|#\s*Vehicle:\s*(?=Fixed|Rover|Sub|VTOL|Heli)(\S.*?)\s*$"
+)
 # Largest finite float32: where a target documents no upper limit, this is its limit.
 MOST = float(np.finfo(np.float32).max)
 
@@ -71,6 +76,10 @@ def stated(file: Path, what: str) -> Stated:
 
 def check_stack(file: Path, what: str, stack: str) -> None:
     """Refuse a file that says to be of another autopilot; raises InputError naming it."""
+    if match := next(filter(None, map(OTHER_BANNER.match, read_lines(file, what))), None):
+        raise InputError(
+            f"{shortened(match[1] or match[2])} is not supported: its gains mean other torques; give {what}", file=file
+        )
     source = stated(file, what).stack
     if source is not None and not source.lower().startswith(stack.lower()):
         message = f"is a file of {shortened(source)}, not of {stack}; give {what}"

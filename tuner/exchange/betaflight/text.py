@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from plant.errors import InputError, shortened
+from plant.errors import InputError, UnsupportedVersionError, shortened
 from tuner.exchange.autopilot.parameters import ParameterInfo, as_bytes, read_lines
 from tuner.exchange.betaflight.map import NAMES, RELEASES, TABLE, Release
 from tuner.exchange.target import whole_number
@@ -18,6 +18,13 @@ SETTING = re.compile(r"set\s+([a-z0-9_]+)\s*=\s*(\S.*?)\s*")
 PROFILE = re.compile(r"profile\s+([0-9])")
 OTHER_PROFILE = re.compile(r"(rate|battery_)profile\b.*")
 VERSION = re.compile(r"#\s*(\w+) / .*?\s(\d+\.\d+)(?:\.\d+\S*)?\s.*")
+# INAV writes no blanks around the first slash; the date tells its line from a remark.
+OTHER_VERSION = re.compile(r"#\s*([A-Za-z]\w*)/\S+\s(\d+\.\d+)(?:\.\d+\S*)?\s+[A-Z][a-z]{2}\s+\d+ \d{4}\b.*")
+INAV_SETTING = re.compile(r"set\s+((mc|fw)_[pid]_(roll|pitch|yaw)|nav_\w+)\s*=.*")
+EXPORTED = re.compile(r"# (For|Rollback to the defaults of) Betaflight \d+\.\d+\b.*")
+"""Line of an export, whose names are those of a file that states no release."""
+WIRING = re.compile(r"(mixer|map|mmix \d+|resource MOTOR \d+)\s+(\S.*)")
+FEATURE = re.compile(r"feature (-?)(3D)")
 APPLY = re.compile(r"simplified_tuning\s+apply")
 """Command that turns sliders into gains."""
 MIXER = re.compile(r"mixer\s+(\w+)")
@@ -84,15 +91,35 @@ def _agreed(others: Mapping[str, Mapping[str, str]]) -> Iterator[tuple[str, str]
 
 
 def read_release(file: Path) -> Release | None:
-    """Return the release that printed a file, or None; raises InputError where it is unknown."""
-    matches = [match for line in read_lines(file, WHAT) if (match := VERSION.fullmatch(line.strip()))]
+    """Return the release that printed a file, or None.
+
+    Raises InputError for another firmware, UnsupportedVersionError for an unknown release.
+    """
+    lines = [line.strip() for line in read_lines(file, WHAT)]
+    matches = [match for line in lines if (match := VERSION.fullmatch(line) or OTHER_VERSION.fullmatch(line))]
+    if not matches and any(INAV_SETTING.fullmatch(line) for line in lines):
+        raise _other_firmware("INAV", file)
     if not matches:
         return None
     firmware, version = matches[0][1], matches[0][2]
-    if firmware != "Betaflight" or version not in RELEASES:
+    if firmware != "Betaflight":
+        raise _other_firmware(f"{firmware} {version}", file)
+    if version not in RELEASES:
         message = f"was printed by {firmware} {version}; known are Betaflight {', '.join(RELEASES)}"
-        raise InputError(message, file=file, key="version")
+        raise UnsupportedVersionError(message, file=file, key="version")
     return RELEASES[version]
+
+
+def _other_firmware(name: str, file: Path) -> InputError:
+    message = (
+        f"{name} is not supported: its gains, defaults and mixers are others than those of Betaflight; give {WHAT}"
+    )
+    return InputError(message, file=file, key="version")
+
+
+def states_release(file: Path) -> bool:
+    """Return True for a file of a release, or of an export."""
+    return read_release(file) is not None or any(map(EXPORTED.fullmatch, read_lines(file, WHAT)))
 
 
 def read_selected(file: Path) -> int | None:
@@ -105,6 +132,18 @@ def read_mixer(file: Path) -> str | None:
     """Return the mixer that a file names, None without any."""
     matches = [match for line in read_lines(file, WHAT) if (match := MIXER.fullmatch(line.strip()))]
     return matches[-1][1] if matches else None
+
+
+def read_wiring(file: Path) -> dict[str, str]:
+    """Return the settings that have commands of their own: mixer, outputs, channels, 3D; the last line of each counts."""
+    values: dict[str, str] = {}
+    for line in read_lines(file, WHAT):
+        text = " ".join(line.split())
+        if match := WIRING.fullmatch(text):
+            values[match[1]] = match[2]
+        elif match := FEATURE.fullmatch(text):
+            values[f"feature {match[2]}"] = "OFF" if match[1] else "ON"
+    return values
 
 
 def parse_integer(text: str, name: str, file: Path) -> float:

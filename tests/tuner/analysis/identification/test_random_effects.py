@@ -17,6 +17,7 @@ from tuner.analysis.identification.identify import identify_vehicle
 from tuner.analysis.identification.random_effects import (
     CAUSES,
     FlightEstimate,
+    HomogeneityTest,
     between_flight_std,
     compare_estimates,
     compare_flights,
@@ -105,6 +106,23 @@ def test_the_pooled_estimate_is_the_weighted_mean_and_has_every_name():
     assert pooled.names == NAMES[:2]
     assert pooled.point == pytest.approx([(10.0 + 10.0) / (10.0 + 10.0 / 3.0), 5.0])
     assert np.diag(pooled.covariance) == pytest.approx([1.0 / (10.0 + 10.0 / 3.0), 1.0])
+
+
+def test_scatter_between_flights_evens_the_weights_of_the_pooled_estimate():
+    """Each flight counts by 1 / (its variance + that between flights); errors of the mean are the flights' own."""
+    first, second = estimate([1.0], [[0.1]], ["lag_up"]), estimate([3.0], [[0.9]], ["lag_up"])
+    pooled = pooled_estimate([first, second], {"lag_up": np.sqrt(0.3)})
+    # 1 / 0.4 and 1 / 1.2: shares of 3/4 and 1/4, where they would be 9/10 and 1/10 without scatter.
+    assert pooled.point == pytest.approx([0.75 * 1.0 + 0.25 * 3.0])
+    assert pooled.covariance[0, 0] == pytest.approx(0.75**2 * 0.1 + 0.25**2 * 0.9)
+    assert pooled_estimate([first, second], {"inertia.x": 9.0}).point == pytest.approx([0.9 * 1.0 + 0.1 * 3.0])
+
+
+@pytest.mark.parametrize("cause", CAUSES)
+def test_the_cause_that_explains_most_comes_first(cause):
+    found = HomogeneityTest(99.0, 1.0, 0.0, dict.fromkeys(CAUSES[cause], 3.0))
+    explained = [len(set(CAUSES[name]) & set(CAUSES[cause])) for name in found.causes]
+    assert explained == sorted(explained, reverse=True) and explained[0] == len(CAUSES[cause]) and explained[-1] > 0
 
 
 def weakened(log):

@@ -197,7 +197,7 @@ def test_derivative_counted_as_inertia(tmp_path):
         ),
         (
             "# INAV / X 7.1.0 Jun 1 2024 / 1:2:3 (a)\nset p_roll = 4\n",
-            "version: was printed by INAV 7.1; known are Betaflight",
+            "version: INAV 7.1 is not supported",
         ),
         (
             DIFF.replace("set i_roll = 90", "set level_limit = 50"),
