@@ -16,6 +16,7 @@ from tuner.__main__ import CRASHED
 from tuner.cli.agents import child
 from tuner.cli.agents.answers import answer, meaning_of
 from tuner.cli.agents.child import Outcome, environment, run_command
+from tuner.documents.assessment import EXIT_CODES
 
 MODULES = (
     "typing", "json", "re", "os", "enum", "dataclasses", "functools", "pathlib", "signal", "subprocess", "multiprocessing",
@@ -185,3 +186,10 @@ def test_a_root_that_python_imports_from_is_refused(tmp_path):
         command, cwd=HOME, env=os.environ | {"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True, check=False
     )
     assert done.returncode == 2 and "is a folder from which Python imports" in done.stderr
+
+
+@pytest.mark.parametrize(("verdict", "code"), EXIT_CODES.items())
+def test_the_verdict_of_a_judge_is_named_whatever_its_exit_code_means_elsewhere(verdict, code):
+    made = answer(Outcome(code, {"verdict": verdict}, ()))
+    assert made.structured_content is not None and not made.is_error
+    assert made.structured_content["meaning"] == f"done; the verdict is: {verdict}"
