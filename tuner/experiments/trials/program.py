@@ -6,8 +6,10 @@ process; one that never answered anything stops the run. Its standard error is i
 
 import os
 import shlex
+import shutil
 import signal
 import subprocess
+import sys
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 from threading import Thread
@@ -36,6 +38,9 @@ class TrialProcess:
         if not self._command:
             raise InputError('given an empty command; write one, for instance "python my_sim.py"', key=KEY)
         refuse_program(command, KEY)
+        if self._command[0] == "python" and shutil.which("python") is None:
+            # Debian has python3 alone unless an environment is active.
+            self._command[0] = sys.executable
         self._timeout = timeout
         self._process: subprocess.Popen[bytes] | None = None
         self._lines: SimpleQueue[bytes] = SimpleQueue()

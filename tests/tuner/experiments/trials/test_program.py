@@ -101,3 +101,13 @@ def test_a_program_that_a_signal_ends_is_said_by_name_or_number(tmp_path, number
     before = f'if trial["id"] == "p0003-search-000": os.kill(os.getpid(), {number}); time.sleep(60)'
     assert ask(study, out, command=command(tmp_path, before)).is_concluded
     assert TrialRecord(out).answers["p0003-search-000"].reason == f"the program was ended by {name}"
+
+
+def test_python_is_the_interpreter_of_the_tool_on_a_machine_that_has_none_of_that_name(tmp_path, monkeypatch):
+    """Debian has `python3` alone unless an environment is active."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    mark = tmp_path / "mark"
+    program = TrialProcess(f"python -c \"import sys; open('{mark}', 'w').write(sys.executable)\"")
+    program._started()
+    program.__exit__(None, None, None)
+    assert mark.read_text() == sys.executable
