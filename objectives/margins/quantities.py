@@ -68,6 +68,10 @@ class MarginQuantity:
         """Fields of the record `Margins` that its values come from."""
         return (self.field, *self.other_fields)
 
+    def infinite_text(self, otherwise: str) -> str:
+        """Return an infinite value as text: gains are looked at up to 50 dB."""
+        return f">{MAX_GAIN_DB:g}" if self.scale is DECIBEL else otherwise
+
     @property
     def shown_unit(self) -> str:
         """Unit in which it is drawn and printed."""
@@ -123,12 +127,14 @@ QUANTITIES = {
         MarginQuantity(
             "gain_up", "gain margin up", "gain up", "1", "min", "gain_up",
             "how far the loop gain may rise",
-            DECIBEL, DECIBEL, 1, high=MAX_GAIN_DB, unlimited="no rise of the gain makes it unstable", unstable=1.0,
+            DECIBEL, DECIBEL, 1, high=MAX_GAIN_DB,
+            unlimited=f"no rise of the gain up to {MAX_GAIN_DB:g} dB makes it unstable", unstable=1.0,
         ),
         MarginQuantity(
             "gain_down", "gain margin down", "gain down", "1", "min", "gain_down",
             "how far the loop gain may fall",
-            DECIBEL, DECIBEL, 1, high=MAX_GAIN_DB, unlimited="no fall of the gain makes it unstable", unstable=1.0,
+            DECIBEL, DECIBEL, 1, high=MAX_GAIN_DB,
+            unlimited=f"no fall of the gain up to {MAX_GAIN_DB:g} dB makes it unstable", unstable=1.0,
         ),
         MarginQuantity(
             "phase_margin", "phase margin", "phase", "rad", "min", "phase",

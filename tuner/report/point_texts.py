@@ -166,11 +166,12 @@ def _column(entry: FinalistColumn, results: TuningFolder, row: int) -> str:
 
 
 def _loop(loop: Loop, units: Sequence[tuple[str, float]]) -> list[str]:
-    none = "∞" if loop.stable else MISSING
     texts = []
     for name, (_, per_unit) in zip(LOOP_MARGINS, units, strict=True):
         value = loop.values.get(name)
-        texts.append(none if value is None else significant(float(QUANTITIES[name].shown(value)) / per_unit, 3))
+        quantity = QUANTITIES[name]
+        missing = quantity.infinite_text("∞") if loop.stable else MISSING
+        texts.append(missing if value is None else significant(float(quantity.shown(value)) / per_unit, 3))
     return [loop.channel, "yes" if loop.stable else "no", *texts, loop.case or MISSING]
 
 

@@ -161,7 +161,12 @@ def _margins_table(title: str, whose: str, loops: Sequence[tuple[str, Loop]]) ->
         quantity, values = QUANTITIES[name], [loop.values[name] for _, loop in loops]
         unit, size = time_unit(name, values)
         head.append(bracketed(quantity.label, _unit(unit)))
-        columns.append(["∞" if value is None else significant(quantity.shown(value) / size, 3) for value in values])
+        columns.append(
+            [
+                quantity.infinite_text("∞") if value is None else significant(quantity.shown(value) / size, 3)
+                for value in values
+            ]
+        )
     cells = [(name, loop.channel, *numbers) for (name, loop), *numbers in zip(loops, *columns, strict=True)]
     return Table(f"{title}: margins", head, cells, head[:2])
 

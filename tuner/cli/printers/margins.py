@@ -111,7 +111,9 @@ def heading(name: str, unit: str, document: MarginsDocument) -> str:
 def reading(entry: Reading, name: str, per_unit: float = 1.0) -> str:
     """Return a reading of a margin quantity as text; per_unit: how many of its shown unit the printed one is."""
     quantity = QUANTITIES[name]
-    value = None if entry.value is None else float(quantity.shown(entry.value)) / per_unit
+    if entry.value is None:
+        return quantity.infinite_text("inf")
+    value = float(quantity.shown(entry.value)) / per_unit
     return number_text(value, quantity.digits if per_unit == 1.0 else 2)
 
 
@@ -150,7 +152,8 @@ def requirements_table(rows: list[LimitRow]) -> TerminalTable:
     table.columns_of("requirement", "value", "limit", "unit", "", left=("requirement", "unit", ""))
     for row in map(in_shown_units, rows):
         verdict = "satisfied" if row.is_satisfied else "VIOLATED" if row.hard else "missed"
-        value = "inf" if row.value is None else f"{row.value:.4g}"
+        infinite = "inf" if row.quantity is None else QUANTITIES[row.quantity].infinite_text("inf")
+        value = infinite if row.value is None else f"{row.value:.4g}"
         table.add_row(row.label, value, bound_text(row), unit_text(row.unit), verdict)
     return table
 
