@@ -10,4 +10,5 @@ lock develop.txt ../pyproject.toml build.in --extra test --extra docs --extra be
 lock core.txt ../pyproject.toml build.in --constraint develop.txt
 lock lowest.txt ../pyproject.toml build.in --extra test --resolution lowest-direct
 lock uv.txt uv.in
+lock audit.txt audit.in "$@"
 lock release.txt build.in release.in "$@"
