@@ -2,9 +2,10 @@
 
 import os
 import sys
+import traceback
 from pathlib import Path
 
-from tuner.text.signals import SIGNALLED, end_at_interrupts, end_without_joining
+from tuner.text.signals import CRASHED, SIGNALLED, end_at_interrupts, end_without_joining
 
 
 def run() -> None:
@@ -12,14 +13,18 @@ def run() -> None:
     end_at_interrupts()
     open_closed_streams()
     leave_out_working_folder()
-    from tuner.cli.main import main
-
     try:
+        from tuner.cli.main import main
+
         main()
     except SystemExit as ended:
         if isinstance(ended.code, int) and ended.code > SIGNALLED:
             end_without_joining(ended.code)
         raise
+    except Exception:
+        # Python's own code is 1, which is a verdict; a broken installation ends here, before `tuner.text.errors` is there.
+        traceback.print_exc()
+        sys.exit(CRASHED)
 
 
 def open_closed_streams() -> None:
