@@ -2,8 +2,8 @@
 
 What a file holds, a title or the name of the file itself, could else move the cursor, colour or hide what stands on the screen,
 or turn its direction. JSON stays JSON: the escapes are those that JSON has. Colours and progress bars of our own are rich's,
-which writes to the stream behind (`tuner.cli.terminal`). Letters that the encoding of a stream lacks come out as escapes too, so a
-text of any language passes through any pipe.
+which writes to the stream behind (`tuner.cli.terminal`). Letters that the encoding of a stream lacks come out as escapes too, so
+a text of any language passes through any pipe.
 """
 
 import codecs
@@ -15,7 +15,6 @@ from contextlib import contextmanager
 from typing import Any, TextIO, cast
 
 from plant.texts import inert
-
 
 ESCAPED = "tuner.escaped"
 """Name of the error handler of encodings."""
