@@ -39,7 +39,7 @@ def changes(before: Inputs, now: Inputs) -> list[str]:
 
 def _change(name: str, before: Input | None, now: Input | None) -> str:
     if before is None or now is None:
-        return f"{name} was {'not ' if before is None else ''}given and is {'not ' if now is None else ''}any more"
+        return f"{name} was {'not given before and is now' if before is None else 'given before and is not now'}"
     keys = [key for key in dict.fromkeys([*before, *now]) if key != DIGEST and before.get(key) != now.get(key)]
     pairs = [f"{key} {before.get(key, ABSENT)} -> {now.get(key, ABSENT)}" for key in keys]
     shown = ", ".join([shortened(pair) for pair in pairs[:N_SHOWN]] + ["..."] * (len(pairs) > N_SHOWN))

@@ -135,11 +135,32 @@ def test_an_interrupted_run_says_how_it_goes_on(study, tmp_path, monkeypatch):
     assert caught.value.__notes__ == ["give the command again"]
 
 
-def test_another_question_is_refused_where_a_folder_holds_one(study, made, tmp_path):
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        ({"events": MORE}, r"events changed \(0 peak.position > 1.35 -> peak.position > 1.1\)"),
+        ({"to": 1e-4}, r"options changed \(to 0.001 -> 0.0001\)"),
+        ({"width": 1.0}, r"options changed \(width 2.0 -> 1.0\)"),
+        ({"most": 10}, r"options changed \(most 200000 -> 10\)"),
+        ({"worst": "air"}, r"options changed \(worst None -> air\)"),
+        ({"gains": {"scenario.0.duration": 0.7}}, "flights changed"),
+        ({"gains": {"seed": 9}}, r"options changed \(seed .* -> 9\)"),
+        ({"gains": {"gains": {"attitude.k2": 3.0}}}, "gains changed"),
+        ({}, r"version of the product changed \(version .* -> 99.0\)"),
+    ],
+)
+def test_a_changed_input_is_refused_by_its_name(study, made, tmp_path, monkeypatch, changed, sentence):
     folder = tmp_path / "other"
     shutil.copytree(made.folder, folder)
-    with pytest.raises(StoreError, match="holds a tail of other gains, events or flights"):
-        tuner.tail(study, MORE, out=folder, **SETTINGS)
+    if not changed:
+        monkeypatch.setattr("tuner.experiments.tails.run.version", lambda: "99.0")
+    few = {"scenario.0.duration": 0.6, "limits.position": 1.4}
+    given = {"gains": study, "events": EVENTS, **SETTINGS} | changed
+    if isinstance(given["gains"], dict):
+        given["gains"] = load_study(QUICKSTART, few | given["gains"])
+    with pytest.raises(StoreError, match=sentence) as refused:
+        tuner.tail(given.pop("gains"), given.pop("events"), out=folder, **given)
+    assert "choose another folder with --out" in str(refused.value) and "--restart" not in str(refused.value)
     assert files(folder) == files(made.folder)
 
 
