@@ -136,9 +136,22 @@ def finished(run: Callable[[], Any]) -> int:
     try:
         code = run()
     except SystemExit as ended:
-        code = ended.code
+        code, cause = ended.code, _swallowed(ended)
+        if cause is not None:
+            raise cause from None
     sys.stdout.flush()
     return int(code or 0)
+
+
+def _swallowed(ended: SystemExit) -> Exception | None:
+    """Return the error of which a library made an end with exit code 1, which is a verdict.
+
+    rich and click end so where the reader of the output is gone, click at any EOFError too.
+    """
+    error = ended.__context__
+    while error is not None and not isinstance(error, BrokenPipeError | EOFError):
+        error = error.__cause__ or error.__context__
+    return error
 
 
 def message(error: BaseException, number: int | None) -> str | None:
