@@ -2,6 +2,9 @@
 
 import json
 import shutil
+import signal
+import subprocess
+import sys
 from collections import namedtuple
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,7 +13,7 @@ import numpy as np
 import pytest
 
 import tuner
-from plant.errors import InputError, StoreError
+from plant.errors import InputError, StoreError, ToolError
 from plant.quadrotor.airframes import load
 from tests.tuner.analysis.identification.known_flights import known_flights
 from tests.tuner.exchange.test_log_to_gains import MAPPING, written
@@ -338,6 +341,29 @@ def test_a_call_that_was_killed_at_any_stage_ends_with_the_same_bytes(stage, pla
     assert contents() == contents("whole")
 
 
+DAMAGES = (b"", b"\x00\xff\x80", b"null", b"= nonsense")
+
+
+@pytest.mark.parametrize("content", DAMAGES)
+@pytest.mark.parametrize(
+    "name", ["stages.json", "study.toml", "vehicle.toml", "present.json", "run/gains.json", "export/export.json"]
+)
+def test_a_damaged_folder_is_refused_in_one_line_or_made_again(name, content, place, calls):
+    tuned()
+    Path("out", name).write_bytes(content)
+    with pytest.raises(ToolError) as refused:
+        tuned()
+    assert str(refused.value).isprintable() and ("--out" in str(refused.value) or name in str(refused.value))
+    if name != "stages.json":
+        made_by = {
+            "study.toml": "study",
+            "present.json": "import",
+            "run/gains.json": "search",
+            "export/export.json": "export",
+        }
+        assert tuned(restart=made_by.get(name, "identification")).passed
+
+
 def test_the_firmware_may_be_given_later(place, calls):
     tuned()
     calls.clear()
@@ -383,6 +409,66 @@ def test_a_log_and_parameters_become_tuned_parameters_an_opinion_and_first_fligh
     Path("out/study.toml").write_text(Path("out/study.toml").read_text() + "\n")
     with pytest.raises(StoreError, match="study.toml changed after the search was begun"):
         tuner.autotune("log.csv", "present.yaml", "out", **FLIGHT)
+
+
+SMALL = """
+import os, signal, sys
+from pathlib import Path
+import tuner
+from tuner.api import autotune_study as study_of
+
+study_of.SEARCH = {"algorithm": "nsga2", "population": 8, "generations": 2}
+study_of.HELD_OUT = 16
+study_of.LIMITS = (("phase_margin", "min", 12.0), ("ms", "max", 5.0))
+left, replace, link = int(sys.argv[2]), os.replace, os.link
+
+
+def killed_after(rename):
+    def renamed(source, target):
+        global left
+        rename(source, target)
+        left -= 1
+        if not left:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    return renamed
+
+
+os.replace, os.link = killed_after(replace), killed_after(link)
+made = tuner.autotune("log.csv", "present.yaml", sys.argv[1], airframe="crazyflie-pybullet", mapping="columns.toml", threads=1)
+print(-left, made.passed, [row.stage for row in made.document.stages])
+"""
+"""An autotune on a small search that kills itself after so many new names of files, 0 for never."""
+KILLS = 10
+TIMED = ("environment.json", "summary.json", "report.html", "manifest.json")
+"""Files that hold times or the machine's state."""
+
+
+@pytest.mark.slow
+def test_ten_kills_across_all_stages_leave_the_bytes_of_an_undisturbed_call(place):
+    def call(out, left):
+        return subprocess.run(
+            [sys.executable, "-c", SMALL, out, str(left)], capture_output=True, text=True, check=False
+        )
+
+    undisturbed = call("whole", 0)
+    assert undisturbed.returncode == 0, undisturbed.stderr
+    names = int(undisturbed.stdout.split()[0])
+    stages_begun = []
+    for kill in range(KILLS):
+        # Nearer and nearer to the end: every call makes what is left of the one before.
+        done = call("out", max(names * (kill + 1) // (2 * KILLS), 2))
+        if done.returncode == 0:
+            break
+        assert done.returncode == -signal.SIGKILL, done.stderr
+        record = json.loads(Path("out/stages.json").read_text()) if Path("out/stages.json").exists() else {"steps": []}
+        stages_begun.append(record["steps"][-1]["name"] if record["steps"] else None)
+    assert len(stages_begun) == KILLS and len(set(stages_begun)) >= 4, stages_begun
+    last = call("out", 0)
+    assert last.returncode == 0 and last.stdout.split()[1:] == undisturbed.stdout.split()[1:], last.stderr
+    killed, whole = contents("out"), contents("whole")
+    assert killed.keys() == whole.keys()
+    assert [name for name in whole if killed[name] != whole[name] and Path(name).name not in TIMED] == []
 
 
 @pytest.mark.slow
