@@ -48,7 +48,7 @@ def unlinked(file: str, flags: int) -> int:
 
 
 def write_new_file(file: Path, content: bytes) -> None:
-    """Write a file that must not exist yet, whole or not at all; FileExistsError where it does, a link included."""
+    """Write a new file whole or not at all; FileExistsError for one that exists, a link included."""
     if os.path.lexists(file):
         raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(file))
     # Two processes that make one file at the same time have a name each.
@@ -59,7 +59,7 @@ def write_new_file(file: Path, content: bytes) -> None:
 
 @contextmanager
 def _written_aside(aside: Path, content: bytes) -> Iterator[None]:
-    """Write a file under another name for the body to rename; nothing stays of it after an error."""
+    """Write a file under another name, for the body to rename, and remove it after an error."""
     try:
         # Whatever stands there is left of a killed process, or a trap.
         aside.unlink(missing_ok=True)
@@ -73,7 +73,7 @@ def _written_aside(aside: Path, content: bytes) -> Iterator[None]:
 
 
 def _name_new(aside: Path, file: Path) -> None:
-    """Give a file its name; FileExistsError where another process gave it to a file of its own meanwhile."""
+    """Give a file its name; FileExistsError if another process used the name meanwhile."""
     try:
         os.link(aside, file)
     except FileExistsError:

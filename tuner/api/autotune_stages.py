@@ -116,7 +116,7 @@ class Stage(ABC):
         return True
 
     def inputs(self) -> Inputs:
-        """Return all that it reads, by the names that messages have for it."""
+        """Return all that it reads, by name."""
         return {name: _input_at(self.out / name) for name in self.reads}
 
     @abstractmethod
@@ -260,7 +260,7 @@ class SearchStage(Stage):
         return {**named, **super().inputs()}
 
     def clear(self, to_go_on: bool) -> None:
-        """Remove the run, unless it is of the same inputs and can be resumed."""
+        """Remove the run, unless it can be resumed."""
         if not (to_go_on and (self.out / RUN / "run.json").exists()):
             super().clear(to_go_on)
 
@@ -324,7 +324,7 @@ class OpinionStage(Stage):
         self.reads = (EXPORTED, setup.present, VEHICLE)
 
     def inputs(self) -> Inputs:
-        """Return the record of the export, its file, the present parameters and the vehicle."""
+        """Return export, present parameters and vehicle."""
         return {**super().inputs(), "exported parameters": _input_at(self._exported)}
 
     @property
@@ -364,7 +364,7 @@ class ConfirmationStage(Stage):
         return self.setup.binary is not None
 
     def inputs(self) -> Inputs:
-        """Return the program, compiled where a checkout is given, and the result of the search."""
+        """Return the firmware's program and the result of the search."""
         binary = self.setup.binary
         assert binary is not None
         return {**super().inputs(), "program of the firmware": {DIGEST: program_digest(self.setup.source, binary)}}

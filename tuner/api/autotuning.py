@@ -148,7 +148,7 @@ class _Chain:
         self._stages = [stage(setup) for stage in STAGES]
 
     def restart(self, name: str) -> None:
-        """Take a stage and all after it off the record, and remove their files."""
+        """Forget a stage and all after it, and remove their files."""
         names = [stage.name for stage in self._stages]
         removed = self._stages[names.index(name) :]
         self._keyed.forget(stage.name for stage in removed)

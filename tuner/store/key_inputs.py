@@ -32,7 +32,7 @@ def step_key(inputs: Inputs, before: str) -> str:
 
 
 def changes(before: Inputs, now: Inputs) -> list[str]:
-    """Return the inputs that differ, with up to three of their values each."""
+    """Return the changed inputs, each with up to three of its values."""
     names = [*before, *[name for name in now if name not in before]]
     return [_change(name, before.get(name), now.get(name)) for name in names if before.get(name) != now.get(name)]
 
@@ -67,7 +67,7 @@ def _named_values(name: str, content: bytes) -> list[tuple[str, str]]:
 
 
 def _flattened(key: str, value: Any) -> Iterator[tuple[str, str]]:
-    """Yield dotted key and text of every value in nested tables and lists."""
+    """Yield dotted key and text of each value in nested tables."""
     if isinstance(value, dict):
         for name, inner in value.items():
             # A number with unit and source is the entry "value" of its table.

@@ -123,9 +123,9 @@ class KeyedFolder:
         if step.state == StepState.STOPPED:
             return StepState.NEW
         changed = "; ".join(changes(step.inputs, inputs)) or "a stage before it was made again"
-        again = "give the former command again" if restart is None else f"make it again with {restart}"
+        remedy = "give the former command again" if restart is None else f"make it again with {restart}"
         raise StoreError(
-            f"{self.folder.path}: {changed} after the {name} was begun; choose another folder with --out, or {again}"
+            f"{self.folder.path}: {changed} after the {name} was begun; choose another folder with --out, or {remedy}"
         )
 
     def start(self, name: str, inputs: Inputs, before: str) -> None:
@@ -153,6 +153,6 @@ class KeyedFolder:
 
 
 def _is_unbegun(path: Path) -> bool:
-    """True for a folder that a process made and left before its first record."""
+    """True for a folder without anything but its lock and manifest."""
     names = [file.name for file in path.iterdir()] if path.is_dir() and not path.is_symlink() else []
     return bool(names) and all(name in (LOCK, MANIFEST) or name.endswith(ASIDE) for name in names)

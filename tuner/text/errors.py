@@ -144,7 +144,7 @@ def finished(run: Callable[[], Any]) -> int:
 
 
 def _swallowed(ended: SystemExit) -> Exception | None:
-    """Return the error of which a library made an end with exit code 1, which is a verdict.
+    """Return the error that a library turned into exit code 1.
 
     rich and click end so where the reader of the output is gone, click at any EOFError too.
     """

@@ -172,7 +172,7 @@ class TailRun:
         return ClusterReplicas(self._client, gains.system, event, self._spec, gains.row, self._settings.root, watch)
 
     def _inputs(self) -> Inputs:
-        """Return all that decides the bits of the result, as inputs of the folder's step."""
+        """Return the inputs that decide the bits of the result."""
         s = self._settings
         options = {"seed": s.root, "to": s.smallest, "width": s.width, "most": s.most, "worst": s.worst}
         flown = json.dumps([each.system.content(self._spec) for each in self._gains], sort_keys=True, default=str)
