@@ -59,7 +59,7 @@ def write_new_file(file: Path, content: bytes) -> None:
 
 @contextmanager
 def _written_aside(aside: Path, content: bytes) -> Iterator[None]:
-    """Write a file under another name, for the body to rename, and remove it after an error."""
+    """Write a file under another name, which the body renames."""
     try:
         # Whatever stands there is left of a killed process, or a trap.
         aside.unlink(missing_ok=True)

@@ -1,23 +1,36 @@
 """Stages of an autotune: their files, all that they read, and their results in a sentence."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from shutil import rmtree
-from typing import ClassVar
 
-from plant.errors import InputError
 from plant.input_files import read_input
 from plant.quadrotor.airframes import load
 from tuner.analysis.identification.checks import SILENT
 from tuner.api.approaching import approach
+from tuner.api.autotune_stage import (
+    CONFIRMATION,
+    EXPORT,
+    EXPORTED,
+    FIRST_FLIGHTS,
+    FIT,
+    FIT_PAGE,
+    GAINS,
+    OPINION,
+    PLAN,
+    PLAN_PAGE,
+    PRESENT,
+    RUN,
+    STUDY,
+    VEHICLE,
+    Setup,
+    Stage,
+    input_at,
+)
 from tuner.api.autotune_study import autotune_study
 from tuner.api.confirming import confirm, program_digest
 from tuner.api.exporting import export
 from tuner.api.flight_plans import plan_flight
 from tuner.api.gains import quadrotor_gains, read_gains
-from tuner.api.identifying import LogLike, check_logs, identify
+from tuner.api.identifying import check_logs, identify
 from tuner.api.judging import judge
 from tuner.api.results import TuningResults, open_results
 from tuner.api.runs import resume, run
@@ -28,113 +41,16 @@ from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.identification import IdentificationDocument
 from tuner.documents.summary import ComparedRow
-from tuner.exchange.sources import SOURCES
-from tuner.exchange.target import FIRMWARE
-from tuner.logs.flight_log import FlightLog
 from tuner.report.confirmation_page import verdicts
-from tuner.search.watcher import Watcher
-from tuner.store.folder import Folder
-from tuner.store.key_inputs import DIGEST, Input, Inputs, file_input
+from tuner.store.key_inputs import DIGEST, Inputs
 from tuner.study.layers import read_layers
 from tuner.text.numbers import significant
 from tuner.text.toml_text import with_paths
 from tuner.text.units import after_number
 from tuner.text.version import version
 
-PRESENT, VEHICLE, FIT, FIT_PAGE = "present.json", "vehicle.toml", "identification.json", "vehicle.html"
-STUDY, RUN, EXPORT, OPINION = "study.toml", "run", "export", "opinion"
-CONFIRMATION, FIRST_FLIGHTS, PLAN, PLAN_PAGE = "confirmation", "first_flights", "plan", "plan.html"
-"""Names in the folder."""
-GAINS, EXPORTED = f"{RUN}/gains.json", f"{EXPORT}/export.json"
 NEEDED = ("inertia.x", "inertia.y")
 """Numbers without which no gains of roll and pitch can be tuned."""
-
-
-@dataclass(frozen=True)
-class Setup:
-    """Arguments of a call, checked.
-
-    Attributes:
-        given_logs: Logs as given.
-        logs: The same, read.
-        vehicle: Parameter file as given.
-        out: Path of the folder.
-        folder: The folder, locked.
-        airframe: Prior as given.
-        source: Firmware of the parameter file.
-        mapping: Mapping of CSV logs, None without.
-        binary: Program or checkout of the firmware, None without.
-        threads: Threads, None for one a core.
-        watcher: Callbacks.
-    """
-
-    given_logs: Sequence[LogLike]
-    logs: Sequence[FlightLog]
-    vehicle: Path
-    out: Path
-    folder: Folder
-    airframe: str
-    source: str
-    mapping: str | Path | None
-    binary: str | Path | None
-    threads: int | None
-    watcher: Watcher
-
-    @property
-    def present(self) -> str:
-        """Name of the copy of the parameter file."""
-        return f"present{self.vehicle.suffix}"
-
-    @property
-    def export_options(self) -> dict[str, str]:
-        """Options of the exports: the firmware's version, where names depend on it."""
-        options = SOURCES[self.source].options(self.out / self.present)
-        return {FIRMWARE: options[FIRMWARE]} if FIRMWARE in options else {}
-
-
-class Stage(ABC):
-    """A stage.
-
-    Attributes:
-        name: Name of the stage.
-        outputs: Files and folders that it writes; the first is written last and marks its end.
-        reads: Files of the folder that it reads.
-        is_leaf: Whether no later stage reads from it.
-    """
-
-    name: ClassVar[str]
-    outputs: tuple[str, ...]
-    reads: tuple[str, ...] = ()
-    is_leaf: ClassVar[bool] = False
-
-    def __init__(self, setup: Setup) -> None:
-        self.setup, self.out, self.folder, self.watcher = setup, setup.out, setup.folder, setup.watcher
-
-    @property
-    def is_wanted(self) -> bool:
-        """True unless the arguments leave the stage out."""
-        return True
-
-    def inputs(self) -> Inputs:
-        """Return all that it reads, by name."""
-        return {name: _input_at(self.out / name) for name in self.reads}
-
-    @abstractmethod
-    def make(self) -> str | None:
-        """Write the outputs; return a sentence if the way ends here."""
-
-    @abstractmethod
-    def sentence(self) -> str:
-        """Return the result in a sentence."""
-
-    def clear(self, to_go_on: bool) -> None:
-        """Remove the outputs; to_go_on: whether they are of the same inputs, so a part may be gone on with."""
-        for name in self.outputs:
-            path = self.out / name
-            if path.is_dir():
-                rmtree(path)
-            else:
-                path.unlink(missing_ok=True)
 
 
 class IdentificationStage(Stage):
@@ -154,10 +70,10 @@ class IdentificationStage(Stage):
         inputs = {
             "version of the product": {"version": version()},
             "logs": logs | {DIGEST: " ".join(digests)},
-            "airframe file": _input_at(Path(prior.path)),
+            "airframe file": input_at(Path(prior.path)),
             "firmware": {"name": setup.source},
         }
-        return inputs if setup.mapping is None else inputs | {"mapping file": _input_at(Path(setup.mapping))}
+        return inputs if setup.mapping is None else inputs | {"mapping file": input_at(Path(setup.mapping))}
 
     def make(self) -> str | None:
         """Identify the vehicle, or plan the flight that would."""
@@ -204,7 +120,7 @@ class ImportStage(Stage):
 
     def inputs(self) -> Inputs:
         """Return the parameter file and the vehicle."""
-        return {**super().inputs(), "parameter file": _input_at(self.setup.vehicle)}
+        return {**super().inputs(), "parameter file": input_at(self.setup.vehicle)}
 
     def make(self) -> None:
         """Copy the parameter file and read it."""
@@ -256,7 +172,7 @@ class SearchStage(Stage):
         for layer in read_layers(self.out / STUDY):
             files[layer.path.name] = layer.path
             with_paths(layer.table, note)
-        named = {name: _input_at(path) for name, path in files.items()}
+        named = {name: input_at(path) for name, path in files.items()}
         return {**named, **super().inputs()}
 
     def clear(self, to_go_on: bool) -> None:
@@ -325,7 +241,7 @@ class OpinionStage(Stage):
 
     def inputs(self) -> Inputs:
         """Return export, present parameters and vehicle."""
-        return {**super().inputs(), "exported parameters": _input_at(self._exported)}
+        return {**super().inputs(), "exported parameters": input_at(self._exported)}
 
     @property
     def _exported(self) -> Path:
@@ -428,11 +344,3 @@ STAGES: tuple[type[Stage], ...] = (
 def read_opinion(out: Path) -> AssessmentDocument:
     """Return the document of the opinion in a folder."""
     return AssessmentDocument.read(out / OPINION / "assessment.json")
-
-
-def _input_at(file: Path) -> Input:
-    """Return a file as an input; InputError where it cannot be read."""
-    try:
-        return file_input(file.name, read_input(file))
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None

@@ -12,7 +12,8 @@ from time import perf_counter
 
 from plant.errors import InputError, check_name
 from plant.quadrotor.airframes import load
-from tuner.api.autotune_stages import FIRST_FLIGHTS, RUN, STAGES, Setup, Stage, read_opinion
+from tuner.api.autotune_stage import FIRST_FLIGHTS, RUN, Setup, Stage
+from tuner.api.autotune_stages import STAGES, read_opinion
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.identifying import LogLike, read_logs
 from tuner.api.results import TuningResults, open_results

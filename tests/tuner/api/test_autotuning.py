@@ -5,8 +5,8 @@ import shutil
 import signal
 import subprocess
 import sys
-from collections import namedtuple
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from tuner.api import autotune_stages as stages
 from tuner.api import autotune_study as study_of
 from tuner.api import autotuning
 from tuner.api.assessing import FIRST_FLIGHT
-from tuner.api.autotune_stages import Stage
+from tuner.api.autotune_stage import Stage
 from tuner.api.autotune_study import STUDIES, autotune_study
 from tuner.api.vehicle_files import read_parameter_file
 from tuner.store.keyed_folder import KeyedFolder
@@ -100,7 +100,7 @@ class Standin(Stage):
     made: list[str]
     ends: str | None
 
-    def make(self):
+    def make(self) -> Any:
         self.made.append(self.name)
         for output in reversed(self.outputs):
             self.write(output)
@@ -200,8 +200,7 @@ def calls(monkeypatch):
     monkeypatch.setattr(autotuning, "STAGES", STANDINS)
     monkeypatch.setattr(Standin, "made", made, raising=False)
     monkeypatch.setattr(Standin, "ends", None, raising=False)
-    opinion = namedtuple("Opinion", ["verdict", "sentence"])("no objection", "no objection")
-    monkeypatch.setattr(autotuning, "read_opinion", lambda out: opinion)
+    monkeypatch.setattr(autotuning, "read_opinion", lambda out: SimpleNamespace(verdict="no objection"))
     monkeypatch.setattr(autotuning, "_choice", lambda out: [])
     monkeypatch.setattr(autotuning, "autotune_page", lambda document, *_: JsonPage(document))
     monkeypatch.setattr(stages, "program_digest", lambda firmware, binary: Path(binary).read_text())
