@@ -1,11 +1,13 @@
 """Folder of a tail: its inputs, every completed replica, and the flights of the design points."""
 
 import io
+import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, NamedTuple, TypeAlias
+from typing import Annotated, Any, NamedTuple, Self, TypeAlias
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from objectives.tails.limit_function import Replica
 from plant.errors import InputError, StoreError
@@ -14,6 +16,7 @@ from tuner.store.document import DocumentPart
 from tuner.store.json_lines import JsonLines
 from tuner.store.key_inputs import Inputs
 from tuner.store.keyed_folder import KeyedFolder, StepState
+from tuner.store.manifest import digest_of
 
 DOCUMENT, REPLICAS = "tail.json", "replicas.jsonl"
 TAIL = "tail"
@@ -34,7 +37,8 @@ class ReplicaLine(DocumentPart):
     Args:
         gains: Number of the gains.
         event: As written.
-        number: This and the rest as of `objectives.tails.limit_function.Replica`.
+        number: This and the rest but the digest as of `objectives.tails.limit_function.Replica`.
+        sha256: Digest of the rest: numbers that a hand or a disk changed may contradict each other in any way.
     """
 
     gains: Count
@@ -44,6 +48,13 @@ class ReplicaLine(DocumentPart):
     ladders: list[Share]
     curve: list[Share]
     evaluations: Count
+    sha256: str
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        if self.sha256 != line_digest(self.content()):
+            raise ValueError("has another digest")
+        return self
 
     @property
     def replica(self) -> Replica:
@@ -79,16 +90,22 @@ class Record(NamedTuple):
     def keep(self, gains: int, event: str, replica: Replica) -> None:
         """Append a replica, unless it is on record."""
         if all(replica.number != earlier.number for earlier in self.completed(gains, event)):
-            line = ReplicaLine(
-                gains=gains,
-                event=event,
-                number=replica.number,
-                probability=replica.probability,
-                ladders=list(replica.ladders),
-                curve=list(replica.curve),
-                evaluations=replica.evaluations,
-            )
-            self.lines.append([line])
+            content = {
+                "gains": gains,
+                "event": event,
+                "number": replica.number,
+                "probability": replica.probability,
+                "ladders": list(replica.ladders),
+                "curve": list(replica.curve),
+                "evaluations": replica.evaluations,
+            }
+            self.lines.append([ReplicaLine.model_validate({**content, "sha256": line_digest(content)})])
+
+
+def line_digest(content: Mapping[str, Any]) -> str:
+    """Return the digest of a line but for the digest in it."""
+    rest = {key: value for key, value in content.items() if key != "sha256"}
+    return digest_of(json.dumps(rest, sort_keys=True).encode())
 
 
 def point_bytes(normals: np.ndarray) -> bytes:

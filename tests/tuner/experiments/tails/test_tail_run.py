@@ -17,6 +17,7 @@ from tuner.cli.printers.tail import print_tail
 from tuner.cli.terminal import Console
 from tuner.documents.parts import SampledValue
 from tuner.documents.tail import TailDocument, TailEvent, TailMode, TailPoint, TailRatio
+from tuner.experiments.tails.record import line_digest
 from tuner.experiments.tails.run import ratio_of
 from tuner.report.tail_words import event_line, mode_line, point_line, probability_text, ratio_line
 from tuner.search.watcher import Watcher
@@ -100,7 +101,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(study, made, tmp_path, kept):
         ('{"gains": 0}', "line 1 is damaged"),
         (
             '{"gains": 0, "event": "peak.position > 1.35", "number": 0, "probability": 0.1, "ladders": [], "curve": [], '
-            '"evaluations": 3}',
+            '"evaluations": 3, "sha256": "DIGEST"}',
             "replicas of another version or machine",
         ),
     ],
@@ -108,7 +109,8 @@ def test_a_killed_run_goes_on_to_the_same_bytes(study, made, tmp_path, kept):
 def test_spoiled_replicas_are_told_in_a_sentence(study, made, tmp_path, line, sentence):
     folder = tmp_path / "spoiled"
     shutil.copytree(made.folder, folder)
-    (folder / "replicas.jsonl").write_text(line + "\n")
+    digest = line_digest(json.loads(line)) if line.startswith("{") else ""
+    (folder / "replicas.jsonl").write_text(line.replace("DIGEST", digest) + "\n")
     with pytest.raises(StoreError, match=sentence):
         tuner.tail(study, EVENTS, out=folder, threads=1, **SETTINGS)
 
