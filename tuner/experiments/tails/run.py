@@ -183,7 +183,7 @@ class TailRun:
             "gains": gains | {DIGEST: digest_of(rows.encode())},
             "flights": {"scenario": self._spec.name, DIGEST: digest_of(flown.encode())},
             "events": {str(i): event.text for i, event in enumerate(self._events[0])},
-            "options": {name: str(value) for name, value in options.items()},
+            "options": {name: str(value) for name, value in options.items() if value is not None},
         }
 
     def _estimated(self, number: int, gains: TailSubject, event: Event, record: Record | None) -> TailEvent:

@@ -144,7 +144,7 @@ def test_an_interrupted_run_says_how_it_goes_on(study, tmp_path, monkeypatch):
         ({"to": 1e-4}, r"options changed \(to 0.001 -> 0.0001\)"),
         ({"width": 1.0}, r"options changed \(width 2.0 -> 1.0\)"),
         ({"most": 10}, r"options changed \(most 200000 -> 10\)"),
-        ({"worst": "air"}, r"options changed \(worst None -> air\)"),
+        ({"worst": "air"}, r"options changed \(worst none -> air\)"),
         ({"gains": {"scenario.0.duration": 0.7}}, "flights changed"),
         ({"gains": {"seed": 9}}, r"options changed \(seed .* -> 9\)"),
         ({"gains": {"gains": {"attitude.k2": 3.0}}}, "gains changed"),
