@@ -103,8 +103,9 @@ class Stage(ABC):
 
     def clear(self, to_go_on: bool) -> None:
         """Remove the outputs; to_go_on: whether they are of the same inputs, so a part may be gone on with."""
-        for name in self.outputs:
-            path = self.out / name
+        # An export is written under another name, under which a killed process leaves it.
+        unfinished = [path for name in self.outputs for path in self.out.glob(f".{name}.part*")]
+        for path in (*unfinished, *[self.out / name for name in self.outputs]):
             if path.is_dir():
                 rmtree(path)
             else:

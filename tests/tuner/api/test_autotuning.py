@@ -17,6 +17,7 @@ from plant.errors import InputError, StoreError, ToolError
 from plant.quadrotor.airframes import load
 from tests.tuner.analysis.identification.known_flights import known_flights
 from tests.tuner.exchange.test_log_to_gains import MAPPING, written
+from tests.tuner.experiments.again.killing import compare, result_of
 from tuner.api import autotune_stages as stages
 from tuner.api import autotune_study as study_of
 from tuner.api import autotuning
@@ -225,7 +226,7 @@ def contents(folder="out"):
     return {
         name: file.read_bytes()
         for name, file in files.items()
-        if name not in (".lock", "autotune.json", "index.html", "manifest.json")
+        if file.name not in (".lock", "autotune.json", "index.html", "manifest.json")
     }
 
 
@@ -363,6 +364,18 @@ def test_a_damaged_folder_is_refused_in_one_line_or_made_again(name, content, pl
         assert tuned(restart=made_by.get(name, "identification")).passed
 
 
+def test_what_a_killed_export_left_is_removed(place, calls, monkeypatch):
+    def killed(self):
+        (self.out / ".export.part123").mkdir()
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(StandinExport, "make", killed)
+        tuned()
+    assert tuned().passed
+    assert not list(Path("out").glob("*part*")) and Path("out/export/export.json").exists()
+
+
 def test_the_firmware_may_be_given_later(place, calls):
     tuned()
     calls.clear()
@@ -439,16 +452,21 @@ print(-left, made.passed, [row.stage for row in made.document.stages])
 """
 """An autotune on a small search that kills itself after so many new names of files, 0 for never."""
 KILLS = 10
-TIMED = ("environment.json", "summary.json", "report.html", "manifest.json")
+TIMED = ("environment.json", "summary.json", "history.csv", "report.html")
 """Files that hold times or the machine's state."""
 
 
 @pytest.mark.slow
 def test_ten_kills_across_all_stages_leave_the_bytes_of_an_undisturbed_call(place):
-    def call(out, left):
-        return subprocess.run(
-            [sys.executable, "-c", SMALL, out, str(left)], capture_output=True, text=True, check=False
-        )
+    # Documents hold paths as they were given, so both calls have the same.
+    for home in ("whole", "killed"):
+        (place / home).mkdir()
+        for name in ("log.csv", "columns.toml", "present.yaml"):
+            shutil.copy(place / name, place / home)
+
+    def call(home, left):
+        command = [sys.executable, "-c", SMALL, "out", str(left)]
+        return subprocess.run(command, cwd=place / home, capture_output=True, text=True, check=False)
 
     undisturbed = call("whole", 0)
     assert undisturbed.returncode == 0, undisturbed.stderr
@@ -456,18 +474,20 @@ def test_ten_kills_across_all_stages_leave_the_bytes_of_an_undisturbed_call(plac
     stages_begun = []
     for kill in range(KILLS):
         # Nearer and nearer to the end: every call makes what is left of the one before.
-        done = call("out", max(names * (kill + 1) // (2 * KILLS), 2))
+        done = call("killed", max(names * (kill + 1) // (2 * KILLS), 2))
         if done.returncode == 0:
             break
         assert done.returncode == -signal.SIGKILL, done.stderr
-        record = json.loads(Path("out/stages.json").read_text()) if Path("out/stages.json").exists() else {"steps": []}
+        file = place / "killed" / "out" / "stages.json"
+        record = json.loads(file.read_text()) if file.exists() else {"steps": []}
         stages_begun.append(record["steps"][-1]["name"] if record["steps"] else None)
     assert len(stages_begun) == KILLS and len(set(stages_begun)) >= 4, stages_begun
-    last = call("out", 0)
+    last = call("killed", 0)
     assert last.returncode == 0 and last.stdout.split()[1:] == undisturbed.stdout.split()[1:], last.stderr
-    killed, whole = contents("out"), contents("whole")
+    killed, whole = contents("killed/out"), contents("whole/out")
     assert killed.keys() == whole.keys()
     assert [name for name in whole if killed[name] != whole[name] and Path(name).name not in TIMED] == []
+    compare(result_of(place / "killed/out/run"), result_of(place / "whole/out/run"))
 
 
 @pytest.mark.slow
