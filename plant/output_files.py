@@ -4,11 +4,12 @@ A results folder may be a stranger's. A link in it where a file is to be written
 second name (a hard link) of a file that is written in place.
 """
 
+import errno
 import io
 import os
 import stat
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
 
@@ -47,9 +48,41 @@ def unlinked(file: str, flags: int) -> int:
 
 
 def write_new_file(file: Path, content: bytes) -> None:
-    """Write a file that must not exist yet; FileExistsError where it does, a link included."""
-    with io.open(file, "xb", opener=unlinked) as out:  # noqa: UP020
-        out.write(content)
+    """Write a new file whole or not at all; FileExistsError for one that exists, a link included."""
+    if os.path.lexists(file):
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(file))
+    # Two processes that make one file at the same time have a name each.
+    aside = file.with_name(f".{file.name}.{os.getpid()}{ASIDE}")
+    with _written_aside(aside, content):
+        _name_new(aside, file)
+
+
+@contextmanager
+def _written_aside(aside: Path, content: bytes) -> Iterator[None]:
+    """Write a file under another name, which the body renames."""
+    try:
+        # Whatever stands there is left of a killed process, or a trap.
+        aside.unlink(missing_ok=True)
+        with io.open(aside, "xb", opener=unlinked) as out:  # noqa: UP020
+            out.write(content)
+        yield
+    except BaseException:
+        with suppress(OSError):
+            aside.unlink(missing_ok=True)
+        raise
+
+
+def _name_new(aside: Path, file: Path) -> None:
+    """Give a file its name; FileExistsError if another process used the name meanwhile."""
+    try:
+        os.link(aside, file)
+    except FileExistsError:
+        raise
+    except (OSError, AttributeError):
+        # No second names on this disk or system: a rename, which is as whole.
+        os.replace(aside, file)
+    else:
+        aside.unlink()
 
 
 def replace_file(file: Path, content: bytes, settle: Callable[[Path], None] = lambda path: None) -> None:
@@ -57,16 +90,9 @@ def replace_file(file: Path, content: bytes, settle: Callable[[Path], None] = la
     if file.is_symlink():
         raise _link(file)
     aside = file.with_name(f".{file.name}{ASIDE}")
-    try:
-        # Whatever stands there is left of a killed process, or a trap.
-        aside.unlink(missing_ok=True)
-        write_new_file(aside, content)
+    with _written_aside(aside, content):
         settle(aside)
         aside.replace(file)
-    except BaseException:
-        with suppress(OSError):
-            aside.unlink(missing_ok=True)
-        raise
     settle(file.parent)
 
 

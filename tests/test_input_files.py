@@ -175,3 +175,43 @@ def test_nothing_else_opens_a_file_for_reading():
             if isinstance(node, ast.Call) and reads(node)
         ]
     assert not found
+
+
+def lacks_encoding(node):
+    """Whether a call turns bytes into text, or text into bytes, by the encoding of this machine."""
+    options = {keyword.arg: ast.unparse(keyword.value) for keyword in node.keywords}
+    name = ast.unparse(node.func)
+    if name.endswith((".read_text", ".write_text")):
+        # Folders of the project write UTF-8 alone.
+        return "encoding" not in options and name != "self.write_text" and not name.endswith("older.write_text")
+    if name.startswith("subprocess."):
+        return bool({"text", "universal_newlines"} & set(options)) and not {"encoding", "errors"} <= set(options)
+    # Files with an opener are opened in binary, with the mode that the caller gives.
+    is_text = name in ("open", "io.open") and not any("b" in ast.unparse(each) for each in node.args[1:2])
+    return is_text and not {"encoding", "opener"} & set(options)
+
+
+def test_no_text_hangs_on_the_encoding_of_the_machine():
+    found = [
+        f"{file.relative_to(ROOT)}:{node.lineno} {ast.unparse(node)[:60]}"
+        for part in ("plant", "objectives", "tuner")
+        for file in (ROOT / part).rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and lacks_encoding(node)
+    ]
+    assert not found
+
+
+@pytest.mark.parametrize(
+    ("call", "expected"),
+    [
+        ('file.read_text(errors="replace")', True),
+        ('Path("a").write_text(text, encoding="utf-8")', False),
+        ("subprocess.run(command, text=True)", True),
+        ('subprocess.run(command, encoding="utf-8", errors="replace")', False),
+        ('open(file, "w")', True),
+        ('open(file, "rb")', False),
+    ],
+)
+def test_a_call_without_encoding_is_recognized(call, expected):
+    assert lacks_encoding(ast.parse(call).body[0].value) is expected

@@ -1,6 +1,8 @@
 """Every file is written through one door: not through a link, not where a file has a second name, not for others to write."""
 
 import ast
+import errno
+import io
 import os
 import shutil
 import stat
@@ -204,6 +206,68 @@ def test_a_file_is_whole_or_as_it_was(tmp_path):
     assert (tmp_path / "a").read_bytes() == b"new"
     with pytest.raises(FileExistsError):
         write_new_file(tmp_path / "a", b"newer")
+
+
+class Full:
+    """An open file on a disk that is full after three bytes."""
+
+    def __init__(self, stream):
+        self._stream = stream
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._stream.close()
+
+    def write(self, content):
+        self._stream.write(content[:3])
+        self._stream.flush()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def test_a_full_disk_leaves_no_part_of_a_new_file(tmp_path, monkeypatch):
+    opened = io.open
+    monkeypatch.setattr(io, "open", lambda *given, **named: Full(opened(*given, **named)))
+    with pytest.raises(OSError, match="space"):
+        write_new_file(tmp_path / "a", b"parameters to go back to")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_new_file_has_its_name_only_once_it_is_whole(tmp_path, monkeypatch):
+    names = []
+    link = os.link
+
+    def watched(source, target):
+        names.append((Path(source).read_bytes(), Path(target).exists()))
+        link(source, target)
+
+    monkeypatch.setattr(os, "link", watched)
+    write_new_file(tmp_path / "a", b"content")
+    assert names == [(b"content", False)]
+    assert [path.name for path in tmp_path.iterdir()] == ["a"] and (tmp_path / "a").stat().st_nlink == 1
+
+
+def test_a_disk_without_second_names_has_new_files_too(tmp_path, monkeypatch):
+    def refused(*_):
+        raise OSError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr(os, "link", refused)
+    write_new_file(tmp_path / "a", b"content")
+    assert [path.name for path in tmp_path.iterdir()] == ["a"] and (tmp_path / "a").read_bytes() == b"content"
+
+
+def test_a_file_that_another_process_made_meanwhile_stays(tmp_path, monkeypatch):
+    link = os.link
+
+    def raced(source, target):
+        Path(target).write_bytes(b"theirs")
+        link(source, target)
+
+    monkeypatch.setattr(os, "link", raced)
+    with pytest.raises(FileExistsError):
+        write_new_file(tmp_path / "a", b"ours")
+    assert (tmp_path / "a").read_bytes() == b"theirs" and [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
 # Modules that write by themselves: the door, caches in private folders, folders of their own that go when they end.

@@ -5,10 +5,7 @@ import sys
 import traceback
 from pathlib import Path
 
-from tuner.text.signals import SIGNALLED, end_at_interrupts, end_without_joining
-
-CRASHED = 70
-"""Exit code of an error of the tool itself (EX_SOFTWARE of sysexits.h); Python's own, 1, is a verdict of some commands."""
+from tuner.text.signals import CRASHED, SIGNALLED, end_at_interrupts, end_without_joining
 
 
 def run() -> None:
@@ -16,7 +13,6 @@ def run() -> None:
     end_at_interrupts()
     open_closed_streams()
     leave_out_working_folder()
-
     try:
         from tuner.cli.main import main
 
@@ -26,6 +22,7 @@ def run() -> None:
             end_without_joining(ended.code)
         raise
     except Exception:
+        # Python's own code is 1, which is a verdict; a broken installation ends here, before `tuner.text.errors` is there.
         traceback.print_exc()
         sys.exit(CRASHED)
 

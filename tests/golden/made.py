@@ -42,6 +42,8 @@ MASKED = (
     "threads",
     "commit",
     "generator.version",
+    "stages.json.steps.key",
+    "version of the product",
     # Whether the kernel was compiled before.
     "check-study.json.json.plant_step",
     # What follows from any of them, to the last bit.

@@ -170,6 +170,11 @@ def confirm(
     return made
 
 
+def program_digest(firmware: str, binary: str | Path) -> str:
+    """Return the digest of a firmware's program; a checkout is compiled for it."""
+    return _digest(firmware_of(firmware).program(Path(binary)))
+
+
 def _digest(program: Path) -> str:
     try:
         return file_sha256(program, LARGEST_PROGRAM)

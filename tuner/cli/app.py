@@ -14,6 +14,7 @@ import tuner as package
 from plant.errors import InputError
 from plant.texts import PlainTable, toml_table
 from tuner.experiments.options import THREADS, RunOption
+from tuner.text.signals import CRASHED
 
 CODE = "--code"
 """Option that names a file of the user's own code, of every command."""
@@ -80,7 +81,8 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
-    epilog="Every command has --help with an example. --debug shows the traceback of an error.",
+    epilog="Every command has --help with an example. --debug shows the traceback of an error. "
+    f"Exit codes are in the help of each command; {CRASHED} is a defect of the tool and no verdict.",
 )
 
 

@@ -36,14 +36,18 @@ def autotune(
     ] = None,
     mapping: Annotated[Path | None, typer.Option(help="Column mapping of CSV logs (TOML).")] = None,
     binary: Annotated[Path | None, typer.Option(help="Program of the firmware, to fly finalists in it.")] = None,
+    restart: Annotated[
+        str | None,
+        typer.Option(help="Stage to do again with all after it, for instance search; edits in its files are lost."),
+    ] = None,
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
     """Tune a vehicle from flight logs and its parameter file.
 
     Identification, study over what the log leaves open, search, export with a rollback, second opinion, first flights. Files may
-    be edited between stages. Exit codes: 0 all stages done, 1 the log tells too little, nothing is feasible or the opinion
-    objects, 2 bad input.
+    be edited between stages; an input that changed after a stage had read it is refused and named.
+    Exit codes: 0 all stages done, 1 the log tells too little, nothing is feasible or the opinion objects, 2 bad input.
 
     Example: tuner autotune log15@55:90 --vehicle present.yaml --airframe crazyflie-pybullet --out tuned
     """
@@ -56,6 +60,7 @@ def autotune(
             source=source,
             mapping=mapping,
             binary=binary,
+            restart=restart,
             threads=threads,
             watcher=watcher,
         )

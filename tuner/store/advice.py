@@ -17,8 +17,8 @@ FLOWN_AGAIN = (TUNING, PLANT)
 """Kinds of runs that `tuner verify` flies again."""
 RESUMED = (TUNING, PLANT, CONTEST, INFERENCE)
 """Kinds of run that `tuner resume` goes on with."""
-QUESTION = "question.txt"
-"""File of a tail's folder that says what is estimated in it."""
+STEPS = "stages.json"
+"""File of a tail's or an autotune's folder: its steps with their inputs."""
 CONTENDERS = "contenders"
 """Folder of a contest's folder in which its contenders' runs lie."""
 
@@ -71,7 +71,7 @@ def resume_hint(path: Path, made: bool = False) -> str:
     run = run_root(path)
     if can_be_resumed(run):
         return f"go on with `tuner resume {shlex.quote(str(run))}`"
-    if kind_of(run) == TRIALS or (run / QUESTION).exists():
+    if kind_of(run) == TRIALS or (run / STEPS).exists():
         return "give the command again"
     return f"remove {run} and give the command again" if made else "give the command again"
 

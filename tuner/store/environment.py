@@ -81,7 +81,7 @@ def processor() -> str:
     """Return the processor's name as the system tells it."""
     info = Path("/proc/cpuinfo")
     if info.exists():
-        for line in info.read_text(errors="replace").splitlines():
+        for line in info.read_text(encoding="utf-8", errors="replace").splitlines():
             if line.startswith("model name"):
                 return line.split(":", 1)[1].strip()
     return platform.processor() or platform.machine()
@@ -116,7 +116,8 @@ def commit() -> str | None:
             ["git", "describe", "--always", "--dirty"],
             cwd=root,
             capture_output=True,
-            text=True,
+            encoding="utf-8",
+            errors="replace",
             timeout=5,
             check=True,
             env=os.environ | {"GIT_OPTIONAL_LOCKS": "0"},

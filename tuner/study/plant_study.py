@@ -42,7 +42,7 @@ from tuner.study.reading import checked_table
 from tuner.study.searched import Followed, StudyScenario
 from tuner.study.starts import EarlierGains
 from tuner.study.tuning_study import TuningStudy
-from tuner.text.input_errors import listed, located
+from tuner.text.input_errors import check_sizes, listed, located
 from tuner.text.sentences import listing
 
 if TYPE_CHECKING:
@@ -236,7 +236,9 @@ def plant_study_from_table(path: Path, raw: Mapping[str, PlainValue], plant: Pla
 
     plant: the plant, where it comes from no file.
     """
-    return _build(path, checked_table(path, raw, PlantStudyTable), plant)
+    table = checked_table(path, raw, PlantStudyTable)
+    check_sizes(table.model_dump(), path)
+    return _build(path, table, plant)
 
 
 def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> PlantStudy:

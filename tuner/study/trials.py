@@ -31,7 +31,7 @@ from tuner.study.search_reading import least_tail, search_of, with_reference
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords
 from tuner.study.size import CHECKED, MOST_FLIGHTS, check_candidates
 from tuner.study.starts import EarlierGains
-from tuner.text.input_errors import listed, located
+from tuner.text.input_errors import check_sizes, listed, located
 from tuner.text.markup import element
 from tuner.text.markup import table as markup_table
 from tuner.text.sentences import listing
@@ -201,6 +201,7 @@ def trials_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping
         raise translated(error, path, TrialStudyTable) from None
     check_title(checked.title, file=path, key="title")
     check_texts(table, file=path)
+    check_sizes(table, path)
     with located(path, ""):
         return _built(path, checked)
 

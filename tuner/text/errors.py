@@ -1,8 +1,9 @@
-"""End of a command: its exit code, and one message where it failed; no traceback unless asked for."""
+"""End of a command: its exit code, and one message where it failed; a traceback with --debug or of a defect of the tool."""
 
 import gc
 import os
 import sys
+import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -12,7 +13,7 @@ from plant.errors import ToolError, one_line
 from plant.output_files import write_new_file
 from plant.own_code import ANNOUNCEMENTS, place_of_error
 from tuner.text.inert_stream import inert_streams
-from tuner.text.signals import ENDINGS, SIGNALLED, Interrupted, Signals
+from tuner.text.signals import CRASHED, ENDINGS, SIGNALLED, Interrupted, Signals
 
 BROKEN = 1
 """A limit is broken, or a difference is found: of commands that check something."""
@@ -22,8 +23,10 @@ NOTHING_FEASIBLE = 3
 """Exit code of a run that came to its end and found no candidate that keeps every limit."""
 NO_BASIS = 3
 """Exit code of a judgement that has no basis, so that nothing is judged."""
-CLOSED_PIPE = 1
-"""Exit code where whoever read the output has gone."""
+CLOSED_PIPE = SIGNALLED + 13
+"""Exit code after the reader of the output is gone: that of a process that SIGPIPE ended, which Windows lacks."""
+DEFECT = f"Error: a defect of the tool ended the command; report the lines above (exit code {CRASHED}, no verdict)"
+"""Line below the traceback of an error that is no user's."""
 NEW_OBJECTS = 300_000
 """New objects after which circles of garbage are looked for, more than a short run makes; Python's own number is 700."""
 
@@ -33,7 +36,7 @@ class RenamedKeyWarning(FutureWarning):
 
 
 def guarded(run: Callable[[], Any]) -> int:
-    """Run the command line and return its exit code; --debug anywhere lets the traceback through."""
+    """Run the command line and return its exit code; --debug anywhere prints the traceback of an error."""
     debug = "--debug" in sys.argv
     if debug:
         sys.argv.remove("--debug")
@@ -59,13 +62,18 @@ def _guarded(run: Callable[[], Any], debug: bool) -> int:
         # A library may make another error of the signal, a damaged file for instance.
         number = error.number if isinstance(error, Interrupted) else signals.number
         line = message(error, number)
-        if debug or line is None:
+        if line is None and not isinstance(error, Exception):
             raise
         if number is not None:
             ENDINGS.append(error)
         let_go_of_output()
         with suppress(OSError):
-            print(one_line(line), file=sys.stderr)
+            if debug or line is None:
+                traceback.print_exception(error)
+            if not debug or line is None:
+                print(one_line(line or DEFECT), file=sys.stderr)
+        if line is None:
+            return CRASHED
         return USER_ERROR if number is None else SIGNALLED + number
 
 
@@ -130,9 +138,22 @@ def finished(run: Callable[[], Any]) -> int:
     try:
         code = run()
     except SystemExit as ended:
-        code = ended.code
+        code, cause = ended.code, _swallowed(ended)
+        if cause is not None:
+            raise cause from None
     sys.stdout.flush()
     return int(code or 0)
+
+
+def _swallowed(ended: SystemExit) -> Exception | None:
+    """Return the error that a library turned into exit code 1.
+
+    rich and click end so where the reader of the output is gone, click at any EOFError too.
+    """
+    error = ended.__context__
+    while error is not None and not isinstance(error, BrokenPipeError | EOFError):
+        error = error.__cause__ or error.__context__
+    return error
 
 
 def message(error: BaseException, number: int | None) -> str | None:

@@ -2,9 +2,13 @@
 
 What a file holds, a title or the name of the file itself, could else move the cursor, colour or hide what stands on the screen,
 or turn its direction. JSON stays JSON: the escapes are those that JSON has. Colours and progress bars of our own are rich's,
-which writes to the stream behind (`tuner.cli.terminal`).
+which writes to the stream behind (`tuner.cli.terminal`). Letters that the encoding of a stream lacks come out as escapes too, so
+a text of any language passes through any pipe.
 """
 
+import codecs
+import io
+import json
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -12,11 +16,27 @@ from typing import Any, TextIO, cast
 
 from plant.texts import inert
 
+ESCAPED = "tuner.escaped"
+"""Name of the error handler of encodings."""
+
+
+def escape_unencodable(error: UnicodeError) -> tuple[str, int]:
+    """Replace letters that an encoding lacks by their JSON escapes: a handler as of `codecs.register_error`."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return json.dumps(error.object[error.start : error.end])[1:-1], error.end
+
+
+codecs.register_error(ESCAPED, escape_unencodable)
+
 
 @contextmanager
 def inert_streams() -> Iterator[None]:
-    """Make inert what is printed inside."""
+    """Make inert what is printed inside; no letter of it ends in a UnicodeEncodeError."""
     plain = sys.stdout, sys.stderr
+    for stream in plain:
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=ESCAPED)
     sys.stdout, sys.stderr = (cast(TextIO, InertStream(stream)) for stream in plain)
     try:
         yield

@@ -20,6 +20,8 @@ T = TypeVar("T")
 
 SMALLEST, LARGEST = 1e-9, 1e6
 """Size of any number of a study that is not 0, in the unit of its key."""
+USABLE_SIZES = (1e-30, 1e30)
+"""Sizes in studies of plants and trials, whose units are free: products of several such numbers are floats too."""
 # What there is of a quantity, and its unit; 60 m/s is the wind of the strongest hurricanes but one class.
 RANGES = {
     "limits.position": (0.001, 1000.0, "m"),
@@ -104,6 +106,13 @@ def check_magnitudes(table: Any, path: Path) -> None:
             _check_range(value, path, key)
 
 
+def check_sizes(table: Any, path: Path) -> None:
+    """Refuse nested numbers with which no arithmetic of floats is possible; InputError names the key."""
+    for key, value in numbers_in(table):
+        if key not in FREE:
+            check_magnitude(value, path, key, USABLE_SIZES)
+
+
 def _check_range(value: float, path: Path, key: str) -> None:
     low, high, unit = RANGES.get(re.sub(r"\[\d+\]", "", key), (value, value, ""))
     if not low <= value <= high:
@@ -111,11 +120,14 @@ def _check_range(value: float, path: Path, key: str) -> None:
         raise InputError(message, file=path, key=key)
 
 
-def check_magnitude(value: float, path: Path | None, key: str) -> None:
-    """Refuse a number that is out of all proportion; what is not finite is for others to tell."""
-    if isfinite(value) and value != 0.0 and not SMALLEST <= abs(value) <= LARGEST:
+def check_magnitude(
+    value: float, path: Path | None, key: str, sizes: tuple[float, float] = (SMALLEST, LARGEST)
+) -> None:
+    """Refuse a number that is out of all proportion; others refuse those that are not finite."""
+    smallest, largest = sizes
+    if isfinite(value) and value != 0.0 and not smallest <= abs(value) <= largest:
         message = (
-            f"given {value:g}; allowed: 0, or a size from {SMALLEST:g} to {LARGEST:g}: correct the value or its unit"
+            f"given {value:g}; allowed: 0, or a size from {smallest:g} to {largest:g}: correct the value or its unit"
         )
         raise InputError(message, file=path, key=key)
 

@@ -19,6 +19,8 @@ from typing import Any, NoReturn
 
 SIGNALLED = 128
 """Exit code of an end by a signal, less the number of the signal."""
+CRASHED = 70
+"""Exit code of an error of the tool itself (EX_SOFTWARE of sysexits.h): no verdict has it."""
 INTERRUPTED = SIGNALLED + signal.SIGINT
 TERMINATED = SIGNALLED + signal.SIGTERM
 PATIENCE = 3.0

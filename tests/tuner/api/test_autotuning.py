@@ -1,23 +1,38 @@
 """From a log and a vehicle's parameters to tuned ones: each stage's file, resumption, edits between stages, and early ends."""
 
 import json
+import shutil
+import signal
+import subprocess
+import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 import tuner
-from plant.errors import InputError, StoreError
+from plant.errors import InputError, StoreError, ToolError
 from plant.quadrotor.airframes import load
 from tests.tuner.analysis.identification.known_flights import known_flights
+from tests.tuner.api.standin_stages import (
+    FLIGHT,
+    KILLED,
+    NAMES,
+    STANDINS,
+    Standin,
+    StandinExport,
+    contents,
+    replace_stages,
+    tuned,
+)
 from tests.tuner.exchange.test_log_to_gains import MAPPING, written
+from tests.tuner.experiments.again.killing import compare, result_of
+from tuner.api import autotune_stages as stages
 from tuner.api import autotune_study as study_of
-from tuner.api import autotuning
 from tuner.api.assessing import FIRST_FLIGHT
 from tuner.api.autotune_study import STUDIES, autotune_study
-from tuner.api.autotuning import Stage
 from tuner.api.vehicle_files import read_parameter_file
+from tuner.store.keyed_folder import KeyedFolder
 
 PRESENT = "type: persistent_param_state\nversion: '1'\nparams:\n  pid_rate.roll_kp: {default_value: 250.0, is_stored: true, stored_value: 200.0}\n"
 FILES = {
@@ -26,7 +41,6 @@ FILES = {
     "px4": ("quad.params", "# Stack: PX4 Pro\n# Version: 1.16.0\n1\t1\tMC_ROLLRATE_P\t0.12\t9\n"),
     "ardupilot": ("quad.param", "ATC_RAT_RLL_P,0.12\nATC_RAT_PIT_P,0.12\n"),
 }  # fmt: skip
-FLIGHT: Any = {"airframe": "crazyflie-pybullet", "mapping": "columns.toml"}
 
 
 @pytest.fixture(scope="module")
@@ -87,53 +101,178 @@ def test_files_that_are_not_of_one_vehicle_are_refused_before_a_folder_is_made(p
     assert not Path("out").exists()
 
 
-def staged(monkeypatch, calls, ends=None):
-    """Replace the stages by ones that write a file each; ends: the one that ends the way."""
-
-    def stages(self):
-        def make(name):
-            def carry_out():
-                calls.append(name)
-                (self._out / f"{name}.txt").write_text(
-                    f"{name} of {(self._out / 'a.txt').read_text() if name != 'a' else ''}"
-                )
-                return "too little" if name == ends else None
-
-            return carry_out
-
-        inputs = {"a": (), "b": ("a.txt",), "c": ("b.txt",)}
-        return tuple(Stage(name, f"{name}.txt", read, make(name), lambda: "made") for name, read in inputs.items())
-
-    monkeypatch.setattr(autotuning._Chain, "_stages", property(stages))
+@pytest.fixture
+def calls(monkeypatch):
+    """Replace the stages by quick ones; the list of those that are made."""
+    return replace_stages(monkeypatch)
 
 
-def test_a_call_goes_on_where_the_last_one_ended(place, monkeypatch):
-    calls = []
-    staged(monkeypatch, calls, ends="b")
-    made = tuner.autotune("log.csv", "present.yaml", "out", **FLIGHT)
+def test_a_call_goes_on_where_the_last_one_ended(place, calls, monkeypatch):
+    monkeypatch.setattr(Standin, "ends", "search")
+    made = tuned()
     assert not made.passed and made.document.sentence == "too little"
-    assert [(row.stage, row.state) for row in made.document.stages] == [("a", "done"), ("b", "stopped")]
+    assert [(row.stage, row.state) for row in made.document.stages][-2:] == [("study", "done"), ("search", "stopped")]
     assert json.loads(Path("out/autotune.json").read_text())["sentence"] == "too little"
-    assert "too little" in Path("out/index.html").read_text()
     calls.clear()
-    tuner.autotune("log.csv", "present.yaml", "out", **FLIGHT)
-    assert calls == ["b"]
-    # A file that was edited before the next stage read it is used; after that it is not silently ignored.
-    Path("out/a.txt").write_text("mine")
-    tuner.autotune("log.csv", "present.yaml", "out", **FLIGHT)
-    assert Path("out/b.txt").read_text() == "b of mine"
-    Path("present.yaml").write_text(PRESENT.replace("200.0", "210.0"))
-    with pytest.raises(StoreError, match="holds an autotune of other files"):
-        tuner.autotune("log.csv", "present.yaml", "out", **FLIGHT)
+    tuned()
+    assert calls == ["search"]
+    # A file that was edited before the next stage read it is used; an ended way begins again from it, not from its old run/.
+    edit("out/study.toml", "generations = 12", "generations = 13")
+    monkeypatch.setattr(Standin, "ends", None)
+    made = tuned()
+    assert made.passed and [row.stage for row in made.document.stages] == NAMES
+    assert "generations = 13" in Path("out/run/gains.json").read_text()
+    calls.clear()
+    again = tuned()
+    assert calls == [] and [row.seconds for row in again.document.stages] == [0.0] * len(NAMES)
 
 
-def test_a_file_that_changed_after_it_was_read_names_what_to_remove(place, monkeypatch):
-    calls = []
-    staged(monkeypatch, calls, ends="c")
-    tuner.autotune("log.csv", "present.yaml", "out", **FLIGHT)
-    Path("out/a.txt").write_text("mine")
-    with pytest.raises(StoreError, match="a.txt changed after the b; remove out/b.txt"):
-        tuner.autotune("log.csv", "present.yaml", "out", **FLIGHT)
+def edit(file, old, new):
+    text = Path(file).read_text()
+    assert old in text
+    Path(file).write_text(text.replace(old, new, 1))
+
+
+def other_airframe(place):
+    (place / "mine.toml").write_text(load("crazyflie-pybullet").path.read_text())
+
+
+INPUTS = {
+    "log": (lambda: edit("log.csv", "\n0,", "\n0.0,"), {}, "logs changed", "identification"),
+    "part of a log": (lambda: None, {"logs": "log.csv@1:5"}, r"logs changed \(part of log 1 0 to .* -> 1 to 5 s\)", "identification"),
+    "further log": (lambda: None, {"logs": ["log.csv@0:2", "log.csv@3:5"]}, r"logs changed \(number 1 -> 2", "identification"),
+    "mapping": (lambda: edit("columns.toml", "idle = 0", "idle = 0.0"), {}, r"mapping file changed \(command.idle 0 -> 0.0\)", "identification"),
+    "airframe": (lambda: edit("mine.toml", "0.027", "0.0305"), {}, r"airframe file changed \(mass 0.027 -> 0.0305\)", "identification"),
+    "other airframe": (lambda: None, {"airframe": "crazyflie-rotors"}, r"airframe file changed \(title ", "identification"),
+    "version": ("version", {}, r"version of the product changed \(version .* -> 99.0\)", "identification"),
+    "parameters": (lambda: edit("present.yaml", "200.0", "210.0"), {}, "parameter file changed", "import"),
+    "vehicle": (lambda: edit("out/vehicle.toml", "0.027", "0.028"), {}, r"vehicle.toml changed \(mass 0.027 -> 0.028\)", "import"),
+    "present gains": (lambda: edit("out/present.json", '"version"', ' "version"'), {}, "present.json changed", "study"),
+    "copy of the parameters": (lambda: edit("out/present.yaml", "200.0", "210.0"), {}, "present.yaml changed", "export"),
+    "study": (lambda: edit("out/study.toml", "seed = 2026", "seed = 2027"), {}, r"study.toml changed \(seed 2026 -> 2027\)", "search"),
+    "study's comment": (lambda: edit("out/study.toml", "seed", "# mine\nseed"), {}, "study.toml changed after", "search"),
+    "result": (lambda: edit("out/run/gains.json", "seed", "sead"), {}, "gains.json changed", "export"),
+    "export": (lambda: edit("out/export/parameters", "export", "mine"), {}, "exported parameters changed", "opinion"),
+    "program": (lambda: edit("firmware", "built", "built again"), {}, "program of the firmware changed", "confirmation"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", INPUTS)
+def test_a_changed_input_is_refused_by_its_name_and_made_again_on_demand(name, place, calls, monkeypatch):
+    change, given, sentence, stage = INPUTS[name]
+    other_airframe(place)
+    Path("firmware").write_text("built")
+    usual = {"airframe": "mine.toml", "binary": "firmware"}
+    assert tuned(**usual).passed
+    before = contents()
+    if change == "version":
+        monkeypatch.setattr(stages, "version", lambda: "99.0")
+    else:
+        change()
+    edited = contents()
+    calls.clear()
+    with pytest.raises(StoreError, match=sentence) as refused:
+        tuned(**(usual | given))
+    assert "\n" not in str(refused.value)
+    assert f"with --out, or make it again with --restart {stage}" in str(refused.value)
+    assert calls == [] and contents() == edited
+    # The advice of the message works, in both of its forms.
+    assert tuned(**(usual | given), out="elsewhere").passed
+    calls.clear()
+    assert tuned(**(usual | given), restart=stage).passed
+    assert calls == [each.name for each in STANDINS][[each.name for each in STANDINS].index(stage) :]
+    calls.clear()
+    assert tuned(**(usual | given)).passed and calls == []
+    assert contents()["stages.json"] != before["stages.json"]
+
+
+@pytest.mark.parametrize("name", ["airframe", "study"])
+def test_a_search_that_was_killed_never_goes_on_with_another_study(name, place, calls):
+    """An edited study.toml was recorded as searched, and run/ held the old one."""
+    other_airframe(place)
+    calls.append(KILLED)
+    with pytest.raises(KeyboardInterrupt):
+        tuned(airframe="mine.toml")
+    INPUTS[name][0]()
+    with pytest.raises(StoreError, match=INPUTS[name][2]):
+        tuned(airframe="mine.toml")
+    assert tuned(airframe="mine.toml", restart=INPUTS[name][3]).passed
+    assert Path("out/run/gains.json").read_text() == Path("out/study.toml").read_text()
+
+
+@pytest.mark.parametrize("stage", NAMES)
+def test_a_call_that_was_killed_at_any_stage_ends_with_the_same_bytes(stage, place, calls, monkeypatch):
+    tuned(out="whole")
+    kind = next(each for each in STANDINS if each.name == stage)
+    make = kind.make
+
+    def killed(self):
+        make(self)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(kind, "make", killed)
+    with pytest.raises(KeyboardInterrupt):
+        tuned()
+    monkeypatch.setattr(kind, "make", make)
+    assert tuned().passed
+    assert contents() == contents("whole")
+
+
+DAMAGES = (b"", b"\x00\xff\x80", b"null", b"= nonsense")
+
+
+@pytest.mark.parametrize("content", DAMAGES)
+@pytest.mark.parametrize(
+    "name", ["stages.json", "study.toml", "vehicle.toml", "present.json", "run/gains.json", "export/export.json"]
+)
+def test_a_damaged_folder_is_refused_in_one_line_or_made_again(name, content, place, calls):
+    tuned()
+    Path("out", name).write_bytes(content)
+    with pytest.raises(ToolError) as refused:
+        tuned()
+    assert str(refused.value).isprintable() and ("--out" in str(refused.value) or name in str(refused.value))
+    if name != "stages.json":
+        made_by = {
+            "study.toml": "study",
+            "present.json": "import",
+            "run/gains.json": "search",
+            "export/export.json": "export",
+        }
+        assert tuned(restart=made_by.get(name, "identification")).passed
+
+
+def test_what_a_killed_export_left_is_removed(place, calls, monkeypatch):
+    def killed(self):
+        (self.out / ".export.part123").mkdir()
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(StandinExport, "make", killed)
+        tuned()
+    assert tuned().passed
+    assert not list(Path("out").glob("*part*")) and Path("out/export/export.json").exists()
+
+
+def test_the_firmware_may_be_given_later(place, calls):
+    tuned()
+    calls.clear()
+    Path("firmware").write_text("built")
+    assert tuned(binary="firmware").passed and calls == ["confirmation"]
+    calls.clear()
+    assert tuned().passed and calls == []
+
+
+def test_an_unknown_stage_is_refused_before_a_folder_is_made(place, calls):
+    with pytest.raises(InputError, match=r"--restart: unknown stage 'serch'; did you mean 'search'\?"):
+        tuned(restart="serch")
+    assert not Path("out").exists()
+
+
+def test_a_folder_of_a_tail_is_refused(place, calls):
+    with KeyedFolder.begin(Path("out"), "tail") as keyed:
+        keyed.start("tail", {}, "")
+    with pytest.raises(StoreError, match="out holds a tail and no autotune; choose another folder with --out"):
+        tuned()
 
 
 @pytest.mark.slow
@@ -157,8 +296,75 @@ def test_a_log_and_parameters_become_tuned_parameters_an_opinion_and_first_fligh
     assert [row.seconds for row in again.document.stages] == [0.0] * len(names)
     assert [row.sentence for row in again.document.stages] == [row.sentence for row in made.document.stages]
     Path("out/study.toml").write_text(Path("out/study.toml").read_text() + "\n")
-    with pytest.raises(StoreError, match="changed after the search; remove out/run"):
+    with pytest.raises(StoreError, match="study.toml changed after the search was begun"):
         tuner.autotune("log.csv", "present.yaml", "out", **FLIGHT)
+
+
+SMALL = """
+import os, signal, sys
+from pathlib import Path
+import tuner
+from tuner.api import autotune_study as study_of
+
+study_of.SEARCH = {"algorithm": "nsga2", "population": 8, "generations": 2}
+study_of.HELD_OUT = 16
+study_of.LIMITS = (("phase_margin", "min", 12.0), ("ms", "max", 5.0))
+left, replace, link = int(sys.argv[2]), os.replace, os.link
+
+
+def killed_after(rename):
+    def renamed(source, target):
+        global left
+        rename(source, target)
+        left -= 1
+        if not left:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    return renamed
+
+
+os.replace, os.link = killed_after(replace), killed_after(link)
+made = tuner.autotune("log.csv", "present.yaml", sys.argv[1], airframe="crazyflie-pybullet", mapping="columns.toml", threads=1)
+print(-left, made.passed, [row.stage for row in made.document.stages])
+"""
+"""An autotune on a small search that kills itself after so many new names of files, 0 for never."""
+KILLS = 10
+TIMED = ("environment.json", "summary.json", "history.csv", "report.html")
+"""Files that hold times or the machine's state."""
+
+
+@pytest.mark.slow
+def test_ten_kills_across_all_stages_leave_the_bytes_of_an_undisturbed_call(place):
+    # Documents hold paths as they were given, so both calls have the same.
+    for home in ("whole", "killed"):
+        (place / home).mkdir()
+        for name in ("log.csv", "columns.toml", "present.yaml"):
+            shutil.copy(place / name, place / home)
+
+    def call(home, left):
+        command = [sys.executable, "-c", SMALL, "out", str(left)]
+        return subprocess.run(command, cwd=place / home, capture_output=True, text=True, check=False)
+
+    undisturbed = call("whole", 0)
+    assert undisturbed.returncode == 0, undisturbed.stderr
+    names = int(undisturbed.stdout.split()[0])
+    stages_begun = []
+    for kill in range(KILLS):
+        # Nearer and nearer to the end: every call makes what is left of the one before.
+        done = call("killed", max(names * (kill + 1) // (2 * KILLS), 2))
+        if done.returncode == 0:
+            break
+        assert done.returncode == -signal.SIGKILL, done.stderr
+        file = place / "killed" / "out" / "stages.json"
+        record = json.loads(file.read_text()) if file.exists() else {"steps": []}
+        stages_begun.append(record["steps"][-1]["name"] if record["steps"] else None)
+    assert len(stages_begun) == KILLS and len(set(stages_begun)) >= 4, stages_begun
+    last = call("killed", 0)
+    assert last.returncode == 0 and last.stdout.split()[1:] == undisturbed.stdout.split()[1:], last.stderr
+    killed, whole = contents("killed/out"), contents("whole/out")
+    assert killed.keys() == whole.keys()
+    assert [name for name in whole if killed[name] != whole[name] and Path(name).name not in TIMED] == []
+    compare(result_of(place / "killed/out/run"), result_of(place / "whole/out/run"))
 
 
 @pytest.mark.slow

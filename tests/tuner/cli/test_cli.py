@@ -234,7 +234,7 @@ def test_bad_arguments(arguments, words, tuner):
 def test_debug_shows_the_traceback():
     command = [sys.executable, "-c", "from tuner.cli.main import main; main()", "--debug", "fly", "nowhere.json"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode != 0
+    assert done.returncode == 2
     assert "Traceback" in done.stderr
 
 

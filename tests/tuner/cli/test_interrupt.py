@@ -206,14 +206,6 @@ def test_output_that_cannot_be_written_is_one_line():
     assert done.stderr == "Error: No space left on device; nothing more was written\n"
 
 
-def test_a_reader_that_has_gone_is_no_error():
-    reader, writer = os.pipe()
-    os.close(reader)
-    done = subprocess.run(command("list", "laws"), stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
-    os.close(writer)
-    assert (done.returncode, done.stderr) == (1, "")
-
-
 # Commands at whose beginning a signal comes: all that is imported lies there. RESULTS is a finished folder.
 EARLY = {
     "show": ("show", "RESULTS"), "verify": ("verify", "RESULTS"), "resume": ("resume", "RESULTS"),

@@ -1,13 +1,25 @@
 """Terminals and names that are odd: no columns, no output, ASCII alone, study names that no results folder can hold."""
 
+import io
+import json
 import os
+import re
 import subprocess
 import sys
 from itertools import product
+from pathlib import Path
 
 import pytest
 
+from plant.errors import InputError
 from tests.tuner.conftest import QUICKSTART
+from tuner.api.catalogue import LISTINGS
+from tuner.cli.app import GROUPS, app
+from tuner.cli.main import _invoke
+from tuner.text.errors import CLOSED_PIPE, guarded
+from tuner.text.signals import CRASHED
+
+ROOT = Path(__file__).parents[3]
 
 CODE = "from tuner.__main__ import run; run()"
 COMMANDS = {
@@ -79,3 +91,122 @@ def test_a_name_that_is_no_text_is_refused_in_one_line(command, tmp_path, monkey
     done = ended(command, name)
     assert done.returncode == 2 and done.stderr.count(b"\n") == 1 and b"rename the file" in done.stderr, done.stderr
     assert not (tmp_path / "results").exists()
+
+
+def printed(monkeypatch, encoding, *words):
+    """Run a command in this process on strict streams of an encoding; return its code and what the streams hold."""
+    streams = [io.TextIOWrapper(io.BytesIO(), encoding=encoding, errors="strict") for _ in range(2)]
+    monkeypatch.setattr(sys, "stdout", streams[0])
+    monkeypatch.setattr(sys, "stderr", streams[1])
+    monkeypatch.setattr(sys, "argv", ["tuner", *map(str, words)])
+    try:
+        code = guarded(_invoke)
+    except SystemExit as ended:
+        code = ended.code
+    for stream in streams:
+        stream.flush()
+    return code, *(stream.buffer.getvalue() for stream in streams)
+
+
+LETTERS = "Größe 漢字 🚁 ≤ − ²"
+ENCODINGS = ("cp1252", "ascii", "latin-1", "cp437", "utf-16", "utf-8")
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_any_letter_passes_any_pipe_and_json_stays_the_same_json(encoding, tmp_path, monkeypatch):
+    """A title in Chinese through a pipe in cp1252 ended in a traceback and exit code 1, which is a verdict."""
+    text = QUICKSTART.read_text(encoding="utf-8").replace('title = "', f'title = "{LETTERS}', 1)
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    command = ("check", tmp_path / "study.toml", "--set", "margin=[]")
+    code, out, _ = printed(monkeypatch, encoding, *command, "--json")
+    assert code == 0 and json.loads(out.decode(encoding))["title"].startswith(LETTERS)
+    code, out, _ = printed(monkeypatch, encoding, *command)
+    assert code == 0 and "Gr" in out.decode(encoding)
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_an_error_about_any_letter_is_one_line(encoding, tmp_path, monkeypatch):
+    name = tmp_path / f"漢字−{os.fsdecode(bytes([0xE4]))}.toml"
+    code, _, err = printed(monkeypatch, encoding, "check", name)
+    assert code == 2 and err.decode(encoding).count("\n") == 1 and "Traceback" not in err.decode(encoding)
+
+
+WORDS = [
+    *[(name, "--help") for names in GROUPS.values() for name in names],
+    ("--help",),
+    *[("list", kind) for kind in LISTINGS],
+    ("show", "RESULTS"),
+    ("design", "quickstart"),
+    ("report", "nowhere"),
+]
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+@pytest.mark.parametrize("words", WORDS, ids=" ".join)
+def test_every_text_passes_a_pipe_of_few_letters(words, encoding, small_run, monkeypatch):
+    given = [small_run[1] if word == "RESULTS" else word for word in words]
+    code, out, err = printed(monkeypatch, encoding, *given)
+    assert code in (0, 1, 2) and (out or err) and b"Traceback" not in out + err
+
+
+@pytest.mark.parametrize("debug", [False, True])
+def test_a_defect_of_the_tool_has_an_exit_code_that_no_verdict_has(debug, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["tuner", *["--debug"] * debug])
+
+    def broken():
+        raise UnicodeEncodeError("cp1252", "−", 0, 1, "no such letter")
+
+    assert guarded(broken) == CRASHED == 70
+    err = capsys.readouterr().err
+    assert "Traceback" in err and err.splitlines()[-1].startswith("Error: a defect of the tool")
+
+
+@pytest.mark.parametrize(
+    ("error", "code"), [(InputError("wrong"), 2), (OSError(28, "full"), 2), (MemoryError(), 70), (EOFError(), 70)]
+)
+def test_debug_changes_no_exit_code(error, code, monkeypatch, capsys):
+    def failing():
+        raise error
+
+    for words in (["tuner"], ["tuner", "--debug"]):
+        monkeypatch.setattr(sys, "argv", words)
+        assert guarded(failing) == code
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_an_end_of_file_inside_of_a_command_is_no_verdict(monkeypatch, capsys):
+    """The library of the command line makes "Aborted!" and exit code 1 of it."""
+
+    def ended_early(*_):
+        raise EOFError("no more")
+
+    monkeypatch.setattr("tuner.cli.printers.listing.print_listing", ended_early)
+    monkeypatch.setattr(sys, "argv", ["tuner", "list", "laws"])
+    assert guarded(_invoke) == CRASHED
+    assert "EOFError: no more" in capsys.readouterr().err
+
+
+def test_an_installation_that_is_broken_ends_with_no_verdict(tmp_path):
+    broken = "import sys; sys.modules['tuner.cli.main'] = None; from tuner.__main__ import run; run()"
+    done = subprocess.run([sys.executable, "-c", broken], capture_output=True, check=False, timeout=120)
+    assert done.returncode == CRASHED and b"Traceback" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("list", "laws"), ("list", "laws", "--json"), ("run", "--help"), ("check", "quickstart", "--set", "margin=[]")],
+)
+def test_a_reader_that_is_gone_is_no_verdict(words):
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run([sys.executable, "-c", CODE, *words], stdout=writer, stderr=subprocess.PIPE, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (CLOSED_PIPE, b"") and CLOSED_PIPE == 141
+
+
+def test_exit_codes_are_documented():
+    codes = re.findall(
+        r"^\| (\d+) \|", (ROOT / "docs" / "reading_the_report.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert codes == ["0", "1", "2", "3", "70", "130", "141"]
+    assert "70" in (app.info.epilog or "")

@@ -151,6 +151,40 @@ def test_no_sign_is_advised_where_it_would_not_help(gain, b0):
     assert "b0" not in told.value.message
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"gains": ("angle.kp", {"low": 1.0, "high": 1e300})},
+        {"gains": ("angle.kp", {"low": 1e-300, "high": 60.0, "scale": "log"})},
+        {"gains": ("angle.kp", {"low": -1e308, "high": 1e308, "scale": "linear"})},
+        {"gains": ("angle.kp", 1e300)},
+        {"channel.0.b0": 1e-200},
+        {"actuator.0.scale": 1e200},
+    ],
+)
+def test_sizes_with_which_no_float_calculates_are_refused_at_once(changes):
+    """A range to 1e300 sent `tuner check` away for minutes: margins of such gains overflow."""
+    given = {key: gains_with(*value) if isinstance(value, tuple) else value for key, value in changes.items()}
+    with pytest.raises(InputError, match="a size from 1e-30 to 1e\\+30") as told:
+        load_study(FOLDER / "dc_motor.toml", given)
+    assert next(iter(changes)).rpartition(".")[2].partition("[")[0] in told.value.key
+
+
+def test_sizes_that_floats_calculate_with_are_taken():
+    study = load_study(FOLDER / "dc_motor.toml", {"gains": gains_with("angle.kp", {"low": 1e-30, "high": 1e30})})
+    [variable] = [each for each in study.space.variables if each.name == "angle.kp"]
+    assert np.isfinite(variable.value(np.linspace(0.0, 1.0, 5))).all()
+
+
+@pytest.mark.parametrize("command", ["check", "run"])
+def test_a_range_that_no_search_can_cover_ends_a_command_within_seconds(command, tuner, tmp_path):
+    out = ["--out", tmp_path / "r"] if command == "run" else []
+    done = tuner(command, FOLDER / "dc_motor.toml", "--set", "gains.angle.kp.high=1e300", *out)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert "gains.angle.kp.high: given 1e+300; allowed: 0, or a size from 1e-30 to 1e+30" in done.stderr
+    assert not (tmp_path / "r").exists()
+
+
 def gains_with(address, value):
     table = tomllib.loads((FOLDER / "dc_motor.toml").read_text(encoding="utf-8"))["gains"]
     return {**table, address: value}

@@ -67,7 +67,7 @@ def compiler() -> str | None:
     gcc = shutil.which("gcc")
     if gcc is None:
         return None
-    machine = subprocess.run([gcc, "-dumpmachine"], capture_output=True, text=True).stdout
+    machine = subprocess.run([gcc, "-dumpmachine"], capture_output=True, encoding="utf-8", errors="replace").stdout
     return gcc if machine.startswith("x86_64") and "linux" in machine else None
 
 
@@ -78,7 +78,11 @@ def shared_library(sources: Mapping[str, str], units: Sequence[str], gcc: str) -
         for name, text in sources.items():
             (folder / name).write_text(text, encoding="utf-8")
         done = subprocess.run(
-            [gcc, *FLAGS, *units, "-o", "library.so", *LINKING], cwd=folder, capture_output=True, text=True
+            [gcc, *FLAGS, *units, "-o", "library.so", *LINKING],
+            cwd=folder,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
         )
         if done.returncode != 0:
             raise InputError(f"gcc could not compile the FMU: {done.stderr.strip()[-2000:]}", key="--to")

@@ -88,7 +88,13 @@ def call(command: Sequence[str], folder: Path) -> str:
     """Run a program in a folder and return its standard output; InputError with its last words where it fails."""
     try:
         done = subprocess.run(
-            command, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, stdin=subprocess.DEVNULL
+            command,
+            cwd=folder,
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            timeout=PATIENCE,
+            stdin=subprocess.DEVNULL,
         )
     except subprocess.TimeoutExpired:
         raise InputError(f"{command[0]} did not end within {PATIENCE:g} s") from None

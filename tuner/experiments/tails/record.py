@@ -1,25 +1,34 @@
-"""Folder of a tail: the question, every completed replica, and the flights of the design points."""
+"""Folder of a tail: its inputs, every completed replica, and the flights of the design points."""
 
-import hashlib
 import io
 import json
+from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, Any, NamedTuple, Self, TypeAlias
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from objectives.tails.limit_function import Replica
 from plant.errors import InputError, StoreError
 from plant.input_files import read_input
-from tuner.store.advice import QUESTION
 from tuner.store.document import DocumentPart
-from tuner.store.folder import Folder
 from tuner.store.json_lines import JsonLines
+from tuner.store.key_inputs import Inputs
+from tuner.store.keyed_folder import KeyedFolder, StepState
+from tuner.store.manifest import digest_of
 
 DOCUMENT, REPLICAS = "tail.json", "replicas.jsonl"
+TAIL = "tail"
+"""Kind of the folder, and name of its one step."""
 POINT_SUFFIX = ".npy"
 LARGEST_POINT = 100_000_000
 """Bytes of a flight's vector that are read: 300 s at 1 kHz have 60,000,000."""
+
+
+Share: TypeAlias = Annotated[float, Field(ge=0.0, le=100.0)]
+"""Estimate of a probability: that of a ladder is at most 1, and a plan has fewer than 100 ladders."""
+Count: TypeAlias = Annotated[int, Field(ge=0, le=10**12)]
 
 
 class ReplicaLine(DocumentPart):
@@ -28,16 +37,24 @@ class ReplicaLine(DocumentPart):
     Args:
         gains: Number of the gains.
         event: As written.
-        number: This and the rest as of `objectives.tails.limit_function.Replica`.
+        number: This and the rest but the digest as of `objectives.tails.limit_function.Replica`.
+        sha256: Digest of the rest: numbers that a hand or a disk changed may contradict each other in any way.
     """
 
-    gains: int
+    gains: Count
     event: str
-    number: int
-    probability: float
-    ladders: list[float]
-    curve: list[float]
-    evaluations: int
+    number: Count
+    probability: Share
+    ladders: list[Share]
+    curve: list[Share]
+    evaluations: Count
+    sha256: str
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        if self.sha256 != line_digest(self.content()):
+            raise ValueError("has another digest")
+        return self
 
     @property
     def replica(self) -> Replica:
@@ -48,27 +65,22 @@ class ReplicaLine(DocumentPart):
 class Record(NamedTuple):
     """The files of a tail that is being made."""
 
-    folder: Folder
+    folder: KeyedFolder
     lines: JsonLines[ReplicaLine]
 
     @classmethod
-    def begin(cls, path: Path, question: str) -> "Record":
-        """Make the folder of a question, or go on with it; StoreError where it holds another one."""
-        file = path / QUESTION
-        if not file.exists():
-            folder = Folder.create(path, inside="", empty=True)
-            folder.write_text(QUESTION, question)
-        else:
-            folder = Folder.open(path)
-            if read_input(file, LARGEST_POINT).decode() != question:
-                folder.close()
-                raise StoreError(
-                    f"{path} holds a tail of other gains, events or flights; choose another folder with --out, or give its own "
-                    "command again"
-                )
-        lines = JsonLines(
-            path / REPLICAS, ReplicaLine, "take the line out, and the same command makes that replica again"
-        )
+    def begin(cls, path: Path, inputs: Inputs) -> "Record":
+        """Make the folder of a tail, or go on with it; StoreError where it holds another one."""
+        folder = KeyedFolder.begin(path, TAIL)
+        try:
+            if folder.state(TAIL, inputs, "") == StepState.NEW:
+                folder.start(TAIL, inputs, "")
+            lines = JsonLines(
+                path / REPLICAS, ReplicaLine, "take the line out, and the same command makes that replica again"
+            )
+        except StoreError:
+            folder.folder.close()
+            raise
         return cls(folder, lines)
 
     def completed(self, gains: int, event: str) -> tuple[Replica, ...]:
@@ -78,22 +90,22 @@ class Record(NamedTuple):
     def keep(self, gains: int, event: str, replica: Replica) -> None:
         """Append a replica, unless it is on record."""
         if all(replica.number != earlier.number for earlier in self.completed(gains, event)):
-            line = ReplicaLine(
-                gains=gains,
-                event=event,
-                number=replica.number,
-                probability=replica.probability,
-                ladders=list(replica.ladders),
-                curve=list(replica.curve),
-                evaluations=replica.evaluations,
-            )
-            self.lines.append([line])
+            content = {
+                "gains": gains,
+                "event": event,
+                "number": replica.number,
+                "probability": replica.probability,
+                "ladders": list(replica.ladders),
+                "curve": list(replica.curve),
+                "evaluations": replica.evaluations,
+            }
+            self.lines.append([ReplicaLine.model_validate({**content, "sha256": line_digest(content)})])
 
 
-def question_of(content: object) -> str:
-    """Return the text that tells a question from others."""
-    text = json.dumps(content, sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest() + "\n"
+def line_digest(content: Mapping[str, Any]) -> str:
+    """Return the digest of a line but for the digest in it."""
+    rest = {key: value for key, value in content.items() if key != "sha256"}
+    return digest_of(json.dumps(rest, sort_keys=True).encode())
 
 
 def point_bytes(normals: np.ndarray) -> bytes:

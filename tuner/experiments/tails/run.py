@@ -1,5 +1,6 @@
 """Estimates of the tails of events under several gains."""
 
+import json
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -33,13 +34,17 @@ from tuner.engines.cluster.connect import client_at
 from tuner.engines.cluster.own_files import own_files_of
 from tuner.experiments.tails.events import Event, read_event
 from tuner.experiments.tails.flight_limit import FlightLimit, space_of
-from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, Record, point_bytes, question_of
+from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, TAIL, Record, point_bytes
 from tuner.experiments.tails.tail_event import tail_event
 from tuner.experiments.tails.time_bins import TimeBins
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.folder import Folder
+from tuner.store.key_inputs import DIGEST, Inputs
+from tuner.store.keyed_folder import StepState
+from tuner.store.manifest import digest_of
 from tuner.text.numbers import count as number_text
 from tuner.text.numbers import duration, significant
+from tuner.text.version import version
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -131,7 +136,7 @@ class TailRun:
             return self._estimate_all()
 
     def _estimate_all(self) -> TailDocument:
-        record = None if self._out is None else Record.begin(self._out, self._question())
+        record = None if self._out is None else Record.begin(self._out, self._inputs())
         with nullcontext() if record is None else record.folder:
             made = [
                 TailGains(
@@ -143,9 +148,11 @@ class TailRun:
             ]
             document = self._document(made)
             if record is not None:
-                record.folder.write_together(self._points)
-                record.folder.write_json(DOCUMENT, document)
-                _draw(document, record.folder)
+                folder = record.folder.folder
+                folder.write_together(self._points)
+                folder.write_json(DOCUMENT, document)
+                _draw(document, folder)
+                record.folder.end(TAIL, StepState.DONE)
         return document
 
     def _cluster(self) -> AbstractContextManager["Client | None"]:
@@ -164,12 +171,20 @@ class TailRun:
         watch = self._watcher.on_flights_done
         return ClusterReplicas(self._client, gains.system, event, self._spec, gains.row, self._settings.root, watch)
 
-    def _question(self) -> str:
+    def _inputs(self) -> Inputs:
+        """Return the inputs that decide the bits of the result."""
         s = self._settings
-        flown = [[each.system.content(self._spec), each.row.tolist(), each.name] for each in self._gains]
-        events = [event.text for event in self._events[0]]
-        worst = [] if s.worst is None else [s.worst]
-        return question_of([flown, events, s.root, s.smallest, s.width, s.most, *worst])
+        options = {"seed": s.root, "to": s.smallest, "width": s.width, "most": s.most, "worst": s.worst}
+        flown = json.dumps([each.system.content(self._spec) for each in self._gains], sort_keys=True, default=str)
+        gains = {str(i): each.name for i, each in enumerate(self._gains)}
+        rows = json.dumps([each.row.tolist() for each in self._gains])
+        return {
+            "version of the product": {"version": version()},
+            "gains": gains | {DIGEST: digest_of(rows.encode())},
+            "flights": {"scenario": self._spec.name, DIGEST: digest_of(flown.encode())},
+            "events": {str(i): event.text for i, event in enumerate(self._events[0])},
+            "options": {name: str(value) for name, value in options.items() if value is not None},
+        }
 
     def _estimated(self, number: int, gains: TailSubject, event: Event, record: Record | None) -> TailEvent:
         settings, watcher = self._settings, self._watcher

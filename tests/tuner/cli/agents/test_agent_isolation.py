@@ -12,11 +12,11 @@ import pytest
 
 from plant.python_process import HOME, SAFE_PATH, python_command, without_working_folder
 from tests.tuner.cli.agents.test_agent_places import no_progress
-from tuner.__main__ import CRASHED
 from tuner.cli.agents import child
 from tuner.cli.agents.answers import answer, meaning_of
 from tuner.cli.agents.child import Outcome, environment, run_command
 from tuner.documents.assessment import EXIT_CODES
+from tuner.text.signals import CRASHED
 
 MODULES = (
     "typing", "json", "re", "os", "enum", "dataclasses", "functools", "pathlib", "signal", "subprocess", "multiprocessing",

@@ -17,6 +17,7 @@ from tuner.cli.printers.tail import print_tail
 from tuner.cli.terminal import Console
 from tuner.documents.parts import SampledValue
 from tuner.documents.tail import TailDocument, TailEvent, TailMode, TailPoint, TailRatio
+from tuner.experiments.tails.record import line_digest
 from tuner.experiments.tails.run import ratio_of
 from tuner.report.tail_words import event_line, mode_line, point_line, probability_text, ratio_line
 from tuner.search.watcher import Watcher
@@ -100,7 +101,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(study, made, tmp_path, kept):
         ('{"gains": 0}', "line 1 is damaged"),
         (
             '{"gains": 0, "event": "peak.position > 1.35", "number": 0, "probability": 0.1, "ladders": [], "curve": [], '
-            '"evaluations": 3}',
+            '"evaluations": 3, "sha256": "DIGEST"}',
             "replicas of another version or machine",
         ),
     ],
@@ -108,7 +109,8 @@ def test_a_killed_run_goes_on_to_the_same_bytes(study, made, tmp_path, kept):
 def test_spoiled_replicas_are_told_in_a_sentence(study, made, tmp_path, line, sentence):
     folder = tmp_path / "spoiled"
     shutil.copytree(made.folder, folder)
-    (folder / "replicas.jsonl").write_text(line + "\n")
+    digest = line_digest(json.loads(line)) if line.startswith("{") else ""
+    (folder / "replicas.jsonl").write_text(line.replace("DIGEST", digest) + "\n")
     with pytest.raises(StoreError, match=sentence):
         tuner.tail(study, EVENTS, out=folder, threads=1, **SETTINGS)
 
@@ -135,11 +137,32 @@ def test_an_interrupted_run_says_how_it_goes_on(study, tmp_path, monkeypatch):
     assert caught.value.__notes__ == ["give the command again"]
 
 
-def test_another_question_is_refused_where_a_folder_holds_one(study, made, tmp_path):
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        ({"events": MORE}, r"events changed \(0 peak.position > 1.35 -> peak.position > 1.1\)"),
+        ({"to": 1e-4}, r"options changed \(to 0.001 -> 0.0001\)"),
+        ({"width": 1.0}, r"options changed \(width 2.0 -> 1.0\)"),
+        ({"most": 10}, r"options changed \(most 200000 -> 10\)"),
+        ({"worst": "air"}, r"options changed \(worst none -> air\)"),
+        ({"gains": {"scenario.0.duration": 0.7}}, "flights changed"),
+        ({"gains": {"seed": 9}}, r"options changed \(seed .* -> 9\)"),
+        ({"gains": {"gains": {"attitude.k2": 3.0}}}, "gains changed"),
+        ({}, r"version of the product changed \(version .* -> 99.0\)"),
+    ],
+)
+def test_a_changed_input_is_refused_by_its_name(study, made, tmp_path, monkeypatch, changed, sentence):
     folder = tmp_path / "other"
     shutil.copytree(made.folder, folder)
-    with pytest.raises(StoreError, match="holds a tail of other gains, events or flights"):
-        tuner.tail(study, MORE, out=folder, **SETTINGS)
+    if not changed:
+        monkeypatch.setattr("tuner.experiments.tails.run.version", lambda: "99.0")
+    few = {"scenario.0.duration": 0.6, "limits.position": 1.4}
+    given = {"gains": study, "events": EVENTS, **SETTINGS} | changed
+    if isinstance(given["gains"], dict):
+        given["gains"] = load_study(QUICKSTART, few | given["gains"])
+    with pytest.raises(StoreError, match=sentence) as refused:
+        tuner.tail(given.pop("gains"), given.pop("events"), out=folder, **given)
+    assert "choose another folder with --out" in str(refused.value) and "--restart" not in str(refused.value)
     assert files(folder) == files(made.folder)
 
 

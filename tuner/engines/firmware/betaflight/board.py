@@ -170,7 +170,7 @@ def shim_in(folder: Path) -> Path:
         )
     source = Path(__file__).with_name("lockstep.c")
     command = [compiler, "-shared", "-fPIC", "-O2", "-o", str(shim), str(source), "-ldl", "-lpthread"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", check=False)
     if done.returncode != 0:
         raise InputError(f"the C compiler refuses lockstep.c: {done.stderr.strip().splitlines()[-1:]}", file=compiler)
     return shim

@@ -70,7 +70,7 @@ class ControlLibraries:
             folders = [f"-I{folder}" for folder in (*ours, *(sources / folder for folder in self.folders))]
             first = ["-include", str(self.middleware), f"-ffile-prefix-map={sources}=."]
             command = [compiler, *OPTIONS, *options, *first, *folders, str(self.source), "-o", str(program)]
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            done = subprocess.run(command, capture_output=True, encoding="utf-8", errors="replace", check=False)
         if done.returncode != 0:
             lines = done.stderr.splitlines()
             problem = next((line for line in lines if "error" in line), "".join(lines[-1:]))
