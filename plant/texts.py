@@ -141,7 +141,7 @@ def _read(parse: Callable[[str], Any], text: str, file: Path, kind: str) -> Any:
 
 
 def _nesting(text: str) -> int:
-    """Return the largest number of brackets that are open at once outside of quoted texts."""
+    """Return the depth of nested brackets outside of quoted texts."""
     depth = deepest = 0
     for part in re.finditer(r'"(?:\\.|[^"\\])*"|[\[{]|[\]}]', text):
         depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(part[0], 0)

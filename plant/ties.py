@@ -28,16 +28,18 @@ def first_largest(values: NDArray[np.float64], scale: float = 0.0) -> int:
 
 
 def increasing_order(values: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return the indices (n,) of values (n,) in increasing order, equal ones in the order that they have.
+    """Return the indices (n,) of values (n,) in increasing order.
+
+    Equal ones keep their order.
 
     Values are equal to the smallest of a run of close ones, so an order never depends on how rounding split a run.
     """
     order = np.argsort(values, kind="stable")
     rank, start = np.zeros(len(values), dtype=int), 0
     for place in range(1, len(order)):
-        first, here = values[order[start]], values[order[place]]
+        first, value = values[order[start]], values[order[place]]
         # Infinite and missing values are equal to themselves alone.
-        is_equal = here == first or (np.isfinite(first) and here - first <= TIE * abs(first))
+        is_equal = value == first or (np.isfinite(first) and value - first <= TIE * abs(first))
         start = start if is_equal else place
         rank[order[place]] = start
     return np.argsort(rank, kind="stable")

@@ -16,7 +16,10 @@ EQUAL = 1e-9
 
 
 def principal_axes(covariance: Array) -> Array:
-    """Return the principal axes (n, n) as columns, each as long as its standard deviation, the longest first."""
+    """Return the principal axes (n, n) of a covariance as columns.
+
+    Each is as long as its standard deviation, the longest first.
+    """
     values, vectors = np.linalg.eigh(covariance)
     values, vectors = values[::-1], vectors[:, ::-1]
     ends = np.flatnonzero(values[:-1] - values[1:] > EQUAL * abs(values[0])) + 1
@@ -28,7 +31,7 @@ def principal_axes(covariance: Array) -> Array:
 
 
 def _basis(vectors: Array) -> Array:
-    """Return the orthonormal basis (n, m) of the space of vectors (n, m) that depends on the space alone."""
+    """Return an orthonormal basis (n, m) that depends on the space of vectors (n, m) alone."""
     projector, basis = vectors @ vectors.T, []
     for _ in range(vectors.shape[1]):
         column = projector[:, first_largest(np.diag(projector), scale=1.0)]
