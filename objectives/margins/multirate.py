@@ -267,8 +267,8 @@ class _Loci:
 def _separated(loci: _Loci, w: Array, t: Complex, level: float | None) -> tuple[Array, Complex]:
     """Return frequencies (f,) and eigenvalues (f, q) with one crossing a cell.
 
-    Cells of the grid given are halved. Eigenvalues are in the order of their distances from 0 and -1; two whose signs differ between the ends of a cell may both
-    cross in it, or have changed places.
+    Cells of the grid given are halved. Eigenvalues are in the order of their distances from 0 and -1; two whose signs differ
+    between the ends of a cell may both cross in it, or have changed places.
     """
     for _ in range(MAX_SPLITS):
         distance = np.minimum(np.abs(t), np.abs(1.0 + t))
