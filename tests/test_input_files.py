@@ -148,7 +148,6 @@ OWN = {
     "tuner/store/manifest.py",
     "tuner/exchange/texts.py",
     "plant/backends/sealed.py",
-    "tuner/report/byte_cache.py",
     "tuner/study/template.py",
 }
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}
