@@ -13,7 +13,6 @@ from tuner.store.folder import put
 from tuner.text.markup import Markup, coded, element, join, safe
 from tuner.text.neutral import Neutral
 
-
 IN_SPACE = 'id="space"'
 """Attribute of the one chart that is drawn in three dimensions."""
 

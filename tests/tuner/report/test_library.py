@@ -14,7 +14,9 @@ from tuner.report.page import Page, Section, library, scripts
 from tuner.text.markup import Markup, element
 
 FOLDER = files("tuner.report").joinpath("plotly")
-STATED = dict(re.findall(r"^\| `(\S+)` .* \| ([0-9a-f]{64}) \|$", FOLDER.joinpath("README.md").read_text(), re.MULTILINE))
+STATED = dict(
+    re.findall(r"^\| `(\S+)` .* \| ([0-9a-f]{64}) \|$", FOLDER.joinpath("README.md").read_text(), re.MULTILINE)
+)
 
 
 def test_scripts_are_those_that_were_published():

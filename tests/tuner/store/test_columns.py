@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as pq
 import pytest
-
 from tuner.store.arrow import arrow_table, in_codes, parquet_bytes
+
 from tuner.store.columns import columns_of, csv_text, filled, stacked
 
 ROOT = Path(__file__).parents[3]

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from tuner.store.arrow import parquet_bytes
 
 from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
@@ -30,7 +31,6 @@ from tuner.experiments.tuning.tables import (
     constraint_table,
     margin_table,
 )
-from tuner.store.arrow import parquet_bytes
 
 
 @pytest.fixture(scope="module")
