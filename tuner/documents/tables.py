@@ -110,8 +110,7 @@ def read_frame(file: Path) -> "pd.DataFrame":
     import pandas as pd
 
     if file.suffix != ".csv":
-        table = TableFile(file)
-        return pd.DataFrame({name: _as_of_pandas(table.column(name)) for name in table.names})
+        return frame_of(TableFile(file))
     try:
         return pd.read_csv(BytesIO(read_input(file, MOST_TABLE)))
     except FileNotFoundError:
@@ -120,12 +119,16 @@ def read_frame(file: Path) -> "pd.DataFrame":
         raise refuse(file, f"not a readable table ({str(error).splitlines()[0]:.80})") from None
 
 
-def _as_of_pandas(values: np.ndarray | Coded) -> Any:
+def frame_of(table: TableFile) -> "pd.DataFrame":
+    """Return all columns of a table; rows of numbers are arrays."""
     import pandas as pd
 
-    if isinstance(values, Coded):
-        return pd.Categorical.from_codes(values.codes, values.names) if values.categorical else values.texts()
-    return list(values) if values.ndim == 2 else values
+    def column(values: np.ndarray | Coded) -> Any:
+        if isinstance(values, Coded):
+            return pd.Categorical.from_codes(values.codes, values.names) if values.categorical else values.texts()
+        return list(values) if values.ndim == 2 else values
+
+    return pd.DataFrame({name: column(table.column(name)) for name in table.names})
 
 
 def groups(

@@ -1,8 +1,9 @@
 """Tables as .npz files: zip files with an array for each column, as `numpy.load` reads them.
 
-NAME.npy holds numbers or truths (rows,), or rows of numbers (rows, n). Of texts it holds codes (rows,) into NAME.texts.npy or, where
-many rows share few of them, into NAME.categories.npy. Equal tables give equal bytes: members carry no date, and stand in the order
-of the columns. Files may be a stranger's: sizes are checked before memory is taken, and nothing but numbers and texts is read.
+NAME.npy holds numbers or truths (rows,), or rows of numbers (rows, n). Of texts it holds codes (rows,) into NAME.texts.npy or,
+where pandas is to make categories of them, NAME.categories.npy. Equal tables give equal bytes: members carry no date, and stand
+in the order of the columns. Files may be a stranger's: sizes are checked before memory is taken, and nothing but numbers and
+texts is read.
 """
 
 import io
@@ -24,6 +25,7 @@ HEADER = re.compile(
 )
 """Header of an array: type and shape."""
 MOST_MEMBERS = 20_000
+MOST_LETTER, SURROGATES = 0x10FFFF, 0xD800 >> 11
 TEXTS, CATEGORIES = ".texts", ".categories"
 # Bytes of which a sample tells whether the rest is worth compressing, which takes 40 ns a byte where nothing repeats.
 SAMPLE, WORTH = 2**14, 0.75
@@ -77,8 +79,8 @@ class NpzTable:
         # The index of a zip file takes a kilobyte for each member while it is read.
         if content.count(b"PK\x01\x02") > MOST_MEMBERS:
             raise ValueError(f"it has more than {MOST_MEMBERS:,} columns")
-        self._file = ZipFile(io.BytesIO(content))
-        self._members = {member.filename: member for member in self._file.infolist()}
+        self._zip = ZipFile(io.BytesIO(content))
+        self._members = {member.filename: member for member in self._zip.infolist()}
         size = sum(member.file_size for member in self._members.values())
         if size > MOST_TABLE:
             raise ValueError(f"it unpacks to {size / 2**20:,.0f} MiB; at most {MOST_TABLE / 2**20:,.0f} MiB are read")
@@ -122,7 +124,7 @@ class NpzTable:
         # Others unpack without a bound.
         if member.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
             raise ValueError(f"'{name}' is packed in another way than by deflating")
-        with self._file.open(member) as source:
+        with self._zip.open(member) as source:
             return source.read(member.file_size)
 
 
@@ -131,9 +133,13 @@ def _is_list_of(name: str, arrays: list[str]) -> bool:
 
 
 def _coded(codes: np.ndarray, texts: np.ndarray, categorical: bool) -> Coded:
-    names = texts.tolist()
     if codes.dtype.kind not in "iu" or codes.ndim != 1 or texts.dtype.kind != "U" or texts.ndim != 1:
         raise ValueError("codes of texts are no integers, or stand for no texts")
+    letters = np.frombuffer(texts.tobytes(), "<u4")
+    # Beyond Unicode, or halves of pairs, which no file can be written with.
+    if ((letters > MOST_LETTER) | (letters >> 11 == SURROGATES)).any():
+        raise ValueError("a text holds letters that there are not")
+    names = texts.tolist()
     if len(set(names)) != len(names) or (len(codes) and not 0 <= codes.min() <= codes.max() < len(names)):
         raise ValueError("a code stands for no text, or two for one")
     return Coded(codes, names, categorical)

@@ -30,10 +30,10 @@ class ParquetTable:
         array = values.to_numpy()
         if array.dtype.kind in "biuf":
             return array
-        first = next((value for value in array if value is not None and value == value), None)
-        if isinstance(first, str):
+        kinds = {type(value) for value in array}
+        if str in kinds:
             return in_codes([text if isinstance(text, str) else "" for text in array], categorical=False)
-        return np.stack(array).astype(np.float64) if isinstance(first, np.ndarray) else array.astype(np.float64)
+        return (np.stack(array) if kinds == {np.ndarray} else array).astype(np.float64)
 
     def note(self, name: str) -> str:
         """Return a text of the file's metadata."""
