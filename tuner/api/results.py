@@ -371,6 +371,26 @@ class InferenceResults(InferenceFolder, Results[InferenceDocument]):
         return super().figure(name)
 
 
+def read_table(file: str | Path) -> "pd.DataFrame":
+    """Read a table of a results folder.
+
+    Args:
+        file: A .npz or .csv file; a .parquet file of an earlier version needs the package pyarrow.
+
+    Returns:
+        Its columns as they stand, in SI units and radians.
+
+    Raises:
+        StoreError: The file is missing or damaged.
+
+    Examples:
+        >>> sorted(tuner.read_table("results/first/responses.npz")["point"].unique())[0]
+        'default'
+
+    """
+    return read_frame(Path(file))
+
+
 R = TypeVar("R")
 AnyResults: TypeAlias = TuningResults | ContestResults | InferenceResults | ComparisonResults
 KINDS: tuple[type[AnyResults], ...] = (ContestResults, InferenceResults, ComparisonResults, TuningResults)

@@ -46,7 +46,7 @@ def test_nothing_is_fetched(folder):
     assert "url(" not in style and "@import" not in style
     policy = next(a["content"] for t, a, _ in page.elements if a.get("http-equiv") == "Content-Security-Policy")
     assert policy.startswith("default-src 'none'") and "http" not in policy and "*" not in policy
-    assert "plotly.js v" in page.library[:100]
+    assert "plotly.js (cartesian - minified) v" in page.library[:100]
 
 
 def test_ids_are_unique_and_links_and_figures_find_them(folder):
