@@ -15,7 +15,7 @@ from typing import Any
 from plant.errors import InputError
 
 MOST_TEXT, MOST_TABLE = 2**26, 2**31
-"""Largest text file, some ten times the largest in use, and largest Parquet file [bytes]."""
+"""Largest text file, some ten times the largest in use, and largest table, packed or not [bytes]."""
 MOST_JSON, MOST_VALUES = 2**23, 200_000
 """Largest JSON text [bytes] and most values in one, fifty times the largest in use: each takes 1 kB while it is checked."""
 # A system that lacks the flag has no such pipes either.

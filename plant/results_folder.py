@@ -13,6 +13,8 @@ RECORDS = (
     "contest.json",
 )
 """Files of which a results folder holds at least one."""
+TABLES = ("*.npz", "*.parquet")
+"""Files of recorded flights, the latter in folders of earlier versions."""
 
 
 def results_folder_of(path: Path) -> Path | None:
@@ -22,7 +24,9 @@ def results_folder_of(path: Path) -> Path | None:
 
 def is_results_folder(folder: Path) -> bool:
     """Return True if a folder holds a run's record or flights."""
-    return any(os.path.exists(folder / name) for name in RECORDS) or any((folder / "flights").glob("*.parquet"))
+    return any(os.path.exists(folder / name) for name in RECORDS) or any(
+        any((folder / "flights").glob(kind)) for kind in TABLES
+    )
 
 
 def in_results_folder(path: Path) -> bool:

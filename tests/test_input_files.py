@@ -14,13 +14,14 @@ from tests.tuner.fuzz.fuzzing import patience
 from tests.tuner.in_process import tuner
 from tuner.api.run_report import last_generation
 from tuner.documents.summary import Summary
-from tuner.documents.tables import Columns, read_table
+from tuner.documents.tables import Columns
 from tuner.exchange.ardupilot.text import read_param
 from tuner.exchange.betaflight.text import read_cli
 from tuner.exchange.crazyflie import text as param_file
 from tuner.exchange.px4.text import read_params
 from tuner.gains import read_gains
 from tuner.store.document import read_text
+from tuner.store.tables import TableFile
 from tuner.study import load_study
 from tuner.study.layers import read_layers
 
@@ -28,7 +29,7 @@ ROOT = Path(__file__).parents[1]
 READERS = {
     "study": load_study, "contest": read_layers, "airframe": load, "gains": read_gains, "waypoints": read_waypoints,
     "px4": read_params, "ardupilot": read_param, "betaflight": lambda file: read_cli(file, 0), "crazyflie": param_file.read,
-    "document": Summary.read, "columns": Columns.read, "table": lambda file: read_table(file, ["a"]), "text": read_text,
+    "document": Summary.read, "columns": Columns.read, "table": TableFile, "text": read_text,
     "history": last_generation,
 }  # fmt: skip
 SECONDS = 5
@@ -148,12 +149,21 @@ OWN = {
     "tuner/store/manifest.py",
     "tuner/exchange/texts.py",
     "plant/backends/sealed.py",
-    "tuner/report/byte_cache.py",
     "tuner/study/template.py",
 }
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}
 # Calls of those names that open no file by its name to read it.
-HARMLESS = ("BytesIO(", "StringIO(", 'open("x"', 'open("w")', 'open("ab")', "Folder.open(", "cls.open(", "os.open(")
+HARMLESS = (
+    "BytesIO(",
+    "StringIO(",
+    'open("x"',
+    'open("w")',
+    'open("ab")',
+    "Folder.open(",
+    "_zip.open(",
+    "cls.open(",
+    "os.open(",
+)
 
 
 def reads(node):

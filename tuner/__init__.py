@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         Results,
         TuningResults,
         open_results,
+        read_table,
     )
     from tuner.api.runs import rejudge, resume, run, verify
     from tuner.api.studies import PlantStudy, Study, load_study, make_study
@@ -55,8 +56,8 @@ __all__ = [
     "Study", "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "autotune", "catalogue",
     "check", "check_logs", "check_requirements", "compare", "compare_logs", "confirm", "cost", "default_gains", "design",
     "estimate_airframe", "export", "fly", "identify", "import_gains", "judge", "load_study", "make_study", "margins",
-    "open_results", "plan", "plan_flight", "read_back", "read_gains", "rejudge", "resume", "run", "sensitivity", "tail",
-    "tell", "theory", "use", "validate", "verify",
+    "open_results", "plan", "plan_flight", "read_back", "read_gains", "read_table", "rejudge", "resume", "run", "sensitivity",
+    "tail", "tell", "theory", "use", "validate", "verify",
 ]  # fmt: skip
 
 _HOMES = {
@@ -85,6 +86,7 @@ _HOMES = {
         "Results",
         "TuningResults",
         "open_results",
+        "read_table",
     ),
     "tuner.api.runs": ("rejudge", "resume", "run", "verify"),
     "tuner.api.studies": ("PlantStudy", "Study", "load_study", "make_study"),

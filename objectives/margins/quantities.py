@@ -200,7 +200,7 @@ LIMITABLE = {name: entry for name, entry in QUANTITIES.items() if entry.low is n
 """Quantities that a `[[margin]]` table of a study may limit, by name."""
 
 RECORDED = ("gain_up", "gain_down", "phase_margin", "delay_margin", "ms", "mt", "disk", "crossover", "bandwidth")
-"""Names of the quantities of each loop in gains.json and margins.parquet."""
+"""Names of the quantities of each loop in gains.json and margins.npz."""
 
 REPORTED = (
     "gain_up", "gain_down", "phase_margin", "delay_margin", "delay_periods", "ms", "mt", "disk", "group_delay", "rejection",

@@ -56,7 +56,7 @@ MASKED = (
 """Names or paths, as regular expressions, below which values belong to a machine, an hour or a version: keys alone are compared."""
 IS_MASKED = re.compile(rf"(?:.*[./])?(?:{'|'.join(MASKED)})(?:\..*)?")
 REPLACED = (
-    (re.compile(r"-[0-9a-f]{12,64}(?=\.parquet)"), "-DIGEST"),
+    (re.compile(r"-[0-9a-f]{12,64}(?=\.npz)"), "-DIGEST"),
     (re.compile(r"(?<=from the gains )[0-9a-f]{64}|(?<=guid=\"\{)[0-9a-f-]{36}"), "DIGEST"),
     (re.compile(r"(?<=gainproof )\d+\.\d+\.\d+"), "VERSION"),
     (re.compile(re.escape(str(ROOT))), "REPOSITORY"),
@@ -115,9 +115,9 @@ def results(run: str, folder: Path) -> dict[str, Any]:
 
 def table(path: Path) -> dict[str, Any]:
     """Return columns with their kinds, the number of rows and the first of them."""
-    import pandas as pd
+    from tuner.documents.tables import read_frame
 
-    frame = pd.read_csv(path) if path.suffix == ".csv" else pd.read_parquet(path)
+    frame = read_frame(path)
     kinds = {"f": "float", "i": "int", "u": "int", "b": "bool"}
     first = json.loads(frame.head(FEW_ROWS).to_json(orient="records", double_precision=15) or "[]")
     return {
@@ -139,7 +139,7 @@ READERS = {
     ".json": lambda path: json.loads(path.read_text(encoding="utf-8")),
     ".toml": lambda path: tomllib.loads(path.read_text(encoding="utf-8")),
     ".csv": table,
-    ".parquet": table,
+    ".npz": table,
 }
 """Suffix -> how its files are read."""
 

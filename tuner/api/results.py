@@ -22,6 +22,7 @@ from tuner.experiments import registry
 from tuner.gains.document import document_at
 from tuner.report.views import VIEWS, Views
 from tuner.store.document import read_text
+from tuner.store.tables import table_file, table_files
 from tuner.study.kinds import AnyStudy
 from tuner.study.study import Study
 from tuner.text.tables import Table
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from tuner.report.charts.paper import Figure
 
 CURVES = ("frequency", "real", "imag")
-"""Columns of margins.parquet that hold a curve each."""
+"""Columns of margins.npz that hold a curve each."""
 MARGIN_UNITS = {name: QUANTITIES[name].unit for name in RECORDED}
 
 
@@ -227,10 +228,10 @@ class TuningResults(TuningFolder, Results[Summary]):
 
     @cached_property
     def candidates(self) -> "pd.DataFrame":
-        """Every candidate that the search tried; columns as in generations/*.parquet."""
+        """Every candidate that the search tried; columns as in generations/*.npz."""
         import pandas as pd
 
-        parts = [read_frame(file) for file in sorted((self.home / "generations").glob("*.parquet"))]
+        parts = [read_frame(file) for file in table_files(self.home / "generations")]
         return pd.concat(parts, ignore_index=True).set_index("candidate")
 
     @cached_property
@@ -241,7 +242,7 @@ class TuningResults(TuningFolder, Results[Summary]):
     @cached_property
     def margins(self) -> "pd.DataFrame":
         """Stability margins at hover by point and channel: factors, rad, s and rad/s; empty where nothing limits one."""
-        file = self.home / "margins.parquet"
+        file = table_file(self.home, "margins")
         if not file.exists():
             raise InputError("no steady flight was found, so there are no margins", file=file)
         table = read_frame(file).drop(columns=list(CURVES)).set_index(["point", "channel"])
@@ -251,7 +252,7 @@ class TuningResults(TuningFolder, Results[Summary]):
     @cached_property
     def responses(self) -> "pd.DataFrame":
         """Responses by point, scenario and signal: 5 %, 50 % and 95 % over flights, and the worst flight; times in s."""
-        return read_frame(self.home / "responses.parquet")
+        return read_frame(table_file(self.home, "responses"))
 
     @property
     def recommended(self) -> Gains | None:
@@ -368,6 +369,26 @@ class InferenceResults(InferenceFolder, Results[InferenceDocument]):
     def figure(self, name: str = "inference") -> "Figure":
         """Draw a figure; see `Results.figure`."""
         return super().figure(name)
+
+
+def read_table(file: str | Path) -> "pd.DataFrame":
+    """Read a table of a results folder.
+
+    Args:
+        file: A .npz or .csv file; a .parquet file of an earlier version needs the package pyarrow.
+
+    Returns:
+        Its columns as they stand, in SI units and radians.
+
+    Raises:
+        StoreError: The file is missing or damaged.
+
+    Examples:
+        >>> sorted(tuner.read_table("results/first/responses.npz")["point"].unique())[0]
+        'default'
+
+    """
+    return read_frame(Path(file))
 
 
 R = TypeVar("R")

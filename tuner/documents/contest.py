@@ -20,6 +20,7 @@ from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.parts import ENDS, Estimate, Row, ShareCount, row_in_degrees, scaled
 from tuner.documents.tables import Columns, Fan, groups, read_fans
 from tuner.store.document import refuse
+from tuner.store.tables import table_file
 from tuner.text.units import in_degrees
 
 DIFFERENCE = ("difference", "low", "high")
@@ -154,7 +155,7 @@ class ComparedFolder(OpenedFolder[C]):
     @cached_property
     def scores(self) -> list[ContenderScores]:
         """Values of every contender in every quantity, over all scenarios that count for it."""
-        file, out, by_label = self.home / "scores.parquet", [], factors(self.document)
+        file, out, by_label = table_file(self.home, "scores"), [], factors(self.document)
         for (contender, label), values in groups(file, ("contender", "quantity"), ("value",)):
             if not np.isfinite(values).all():
                 raise refuse(file, "the column 'value' holds something that is no finite number")
@@ -164,13 +165,13 @@ class ComparedFolder(OpenedFolder[C]):
     @cached_property
     def fans(self) -> list[Fan]:
         """Fans of every contender, scenario and signal."""
-        return read_fans(self.home / "responses.parquet")
+        return read_fans(table_file(self.home, "responses"))
 
     @cached_property
     def traces(self) -> list[Trace]:
         """Every signal of the single flights."""
         out, names, columns = [], ("contender", "scenario", "signal", "unit"), ("time", "value", "reference")
-        for (contender, scenario, signal, unit), values in groups(self.home / "traces.parquet", names, columns):
+        for (contender, scenario, signal, unit), values in groups(table_file(self.home, "traces"), names, columns):
             shown, factor = in_degrees(unit)
             time, value, reference = values.T
             out.append(Trace(contender, scenario, signal, shown, time, value * factor, reference * factor))
@@ -180,7 +181,7 @@ class ComparedFolder(OpenedFolder[C]):
     def air(self) -> list[Air]:
         """Components of the air of the single flights."""
         out, names = [], ("scenario", "signal", "unit")
-        for (scenario, signal, unit), values in groups(self.home / "wind.parquet", names, ("time", "value")):
+        for (scenario, signal, unit), values in groups(table_file(self.home, "wind"), names, ("time", "value")):
             shown, factor = in_degrees(unit)
             time, value = values.T
             out.append(Air(scenario, signal, shown, time, value * factor))

@@ -8,6 +8,7 @@ from plant.errors import StoreError
 from tuner.documents.tables import read_frame
 from tuner.store.document import Document, read_text
 from tuner.store.environment import Environment
+from tuner.store.tables import table_files
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,7 +57,7 @@ class OpenedFolder(Generic[D]):
     @property
     def tables(self) -> list[str]:
         """Names of the tables of the folder, for `table`."""
-        return sorted(file.name for pattern in ("*.csv", "*.parquet") for file in self.home.glob(pattern))
+        return sorted(file.name for file in [*self.home.glob("*.csv"), *table_files(self.home)])
 
     def table(self, name: str) -> "pd.DataFrame":
         """Return a table of the folder as it stands, by the name of its file; StoreError where it is missing or damaged."""

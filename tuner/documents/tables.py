@@ -10,22 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plant.input_files import MOST_TABLE, read_input
+from tuner.store.columns import Coded
 from tuner.store.document import read_text, refuse
+from tuner.store.tables import TableFile
 from tuner.text.units import in_degrees
 
 if TYPE_CHECKING:
     import pandas as pd
-    import pyarrow as pa
 
 Group = tuple[list[str], np.ndarray]
 """The names that the rows of a group share, and their numbers (rows, columns)."""
-# What pyarrow raises where a column holds something else.
-OTHER_TYPE = (ValueError, TypeError, NotImplementedError)
-# Types of Arrow whose buffers hold plain numbers.
-PLAIN = {"double": np.float64, "float": np.float32, "int64": np.int64, "int32": np.int32}
-SAME_VALUES = {"string": {"string", "large_string"}, "float64": {"double"}}
-"""Type of Arrow -> names of the types whose `to_pylist` is the same."""
-CODED = {f"dictionary<values=string, indices=int{bits}, ordered=0>" for bits in (8, 16, 32)}
 FAN_KEYS = ("point", "scenario", "signal", "unit")
 FAN_NUMBERS = ("time", "reference", "low", "median", "high")
 
@@ -112,113 +106,60 @@ class Columns:
 
 
 def read_frame(file: Path) -> "pd.DataFrame":
-    """Return a CSV or Parquet table as it stands; StoreError where it is missing or damaged."""
+    """Return a table as it stands, whatever its kind of file; StoreError where it is missing or damaged."""
     import pandas as pd
 
+    if file.suffix != ".csv":
+        return frame_of(TableFile(file))
     try:
-        if file.suffix == ".csv":
-            return pd.read_csv(BytesIO(read_input(file, MOST_TABLE)))
-        return pd.read_parquet(BytesIO(read_input(file, MOST_TABLE)))
+        return pd.read_csv(BytesIO(read_input(file, MOST_TABLE)))
     except FileNotFoundError:
         raise refuse(file, "there is no such file") from None
     except (OSError, ValueError) as error:
         raise refuse(file, f"not a readable table ({str(error).splitlines()[0]:.80})") from None
 
 
-def read_table(file: Path, columns: Sequence[str], optional: Sequence[str] = ()) -> "pa.Table":
-    """Return these columns of a Parquet file, and of the optional ones all or none."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
+def frame_of(table: TableFile) -> "pd.DataFrame":
+    """Return all columns of a table; rows of numbers are arrays."""
+    import pandas as pd
 
-    try:
-        source = pq.ParquetFile(BytesIO(read_input(file, MOST_TABLE)))
-        missing = [name for name in columns if name not in source.schema_arrow.names]
-        if missing:
-            raise refuse(file, f"the column '{missing[0]}' is missing")
-        more = optional if set(optional) <= set(source.schema_arrow.names) else ()
-        return source.read([*columns, *more])
-    except FileNotFoundError:
-        raise refuse(file, "there is no such file") from None
-    except (OSError, pa.ArrowException) as error:
-        raise refuse(file, f"not a readable Parquet file ({str(error).splitlines()[0]:.80})") from None
+    def column(values: np.ndarray | Coded) -> Any:
+        if isinstance(values, Coded):
+            return pd.Categorical.from_codes(values.codes, values.names) if values.categorical else values.texts()
+        return list(values) if values.ndim == 2 else values
 
-
-def numbers(table: "pa.Table", names: list[str], file: Path) -> np.ndarray:
-    """Return columns of a table as float64 (rows, columns); nulls are NaN."""
-    try:
-        cast = [floats_of(table.column(name)) for name in names]
-    except OTHER_TYPE as error:
-        raise refuse(file, f"a column holds no numbers ({error})") from None
-    return np.stack(cast, axis=1) if cast else np.empty((table.num_rows, 0))
-
-
-def floats_of(column: Any) -> np.ndarray:
-    """Return an Arrow column as float64, nulls as NaN.
-
-    Its own `to_numpy` imports pandas, which takes 0.3 s, and its `cast`, which other types than those of runs need, functions of
-    pyarrow that take 0.03 s.
-    """
-    kind = str(column.type)
-    array = (column if kind in PLAIN or kind == "bool" else column.cast("float64")).combine_chunks()
-    part, (validity, data) = slice(array.offset, array.offset + len(array)), array.buffers()
-    if not len(array):
-        return np.empty(0)
-    stored = bits_of(data) if kind == "bool" else np.frombuffer(data, PLAIN.get(kind, np.float64))
-    values = stored[part].astype(np.float64, copy=False)
-    return np.where(bits_of(validity)[part], values, np.nan) if array.null_count else values
-
-
-def bits_of(buffer: Any) -> np.ndarray:
-    """Return the bits of a buffer, 0 or 1 each."""
-    return np.unpackbits(np.frombuffer(buffer, dtype=np.uint8), bitorder="little")
+    return pd.DataFrame({name: column(table.column(name)) for name in table.names})
 
 
 def groups(
     file: Path, names: Sequence[str], columns: Sequence[str], optional: Sequence[str] = (), by_name: bool = False
 ) -> Iterator[Group]:
-    """Yield the rows of a Parquet file with the same names, in order of first appearance; nothing where there is no file.
+    """Yield the rows of a table with the same names, in order of first appearance; nothing where there is no file.
 
     Rows of a group need not be neighbours. optional: further columns, all or none. by_name: groups in the order of the
     first name, then of the second, and so on.
     """
     if not file.exists():
         return
-    table = read_table(file, (*names, *columns), optional)
-    if table.num_rows == 0:
+    table = TableFile(file)
+    more = optional if set(optional) <= set(table.names) else ()
+    codes = [in_order(table.coded(name)) for name in names]
+    values = table.block([*columns, *more])
+    if not len(values):
         return
-    codes = [codes_of(table.column(name), file) for name in names]
     group = np.ravel_multi_index([code for code, _ in codes], [len(categories) for _, categories in codes])
     order = np.argsort(group, kind="stable")
     starts = np.flatnonzero(np.diff(group[order], prepend=-1))
-    values = numbers(table, [name for name in table.column_names if name not in names], file)
     rows = np.split(order, starts[1:])
     for part in rows if by_name else sorted(rows, key=lambda part: part[0]):
         yield [categories[int(code[part[0]])] for code, categories in codes], values[part]
 
 
-def values_of(column: Any, kind: str) -> list[Any]:
-    """Return an Arrow column as a list of values of a type of `SAME_VALUES`, nulls as None; no `cast` where none is needed."""
-    return (column if str(column.type) in SAME_VALUES[kind] else column.cast(kind)).to_pylist()
-
-
-def codes_of(column: Any, file: Path) -> tuple[np.ndarray, list[str]]:
-    """Return a text column as codes (rows,) into a list of names, which are in order of appearance."""
-    try:
-        array = column.combine_chunks()
-        # Those of runs are coded already; Arrow's own functions, which code others, take 0.03 s to import.
-        encoded = array if str(array.type) in CODED else array.cast("string").dictionary_encode()
-    except OTHER_TYPE as error:
-        raise refuse(file, f"a column holds no text ({error})") from None
-    if encoded.null_count:
-        raise refuse(file, "a name is missing")
-    return in_order(np.from_dlpack(encoded.indices), encoded.dictionary.to_pylist())
-
-
-def in_order(codes: np.ndarray, names: list[str]) -> tuple[np.ndarray, list[str]]:
-    """Return codes (rows,) into known names as codes into those that appear, in order of appearance."""
-    used, first, place = np.unique(codes, return_index=True, return_inverse=True)
+def in_order(column: Coded) -> tuple[np.ndarray, list[str]]:
+    """Return a column of texts as codes (rows,) into those that appear, in order of appearance."""
+    used, first, place = np.unique(column.codes, return_index=True, return_inverse=True)
     order = np.argsort(first)
-    return np.argsort(order)[place], [names[code] for code in used[order]]
+    return np.argsort(order)[place], [column.names[code] for code in used[order]]
 
 
 def read_fans(file: Path, worst: Sequence[str] = (), by_name: bool = False) -> list[Fan]:

@@ -12,11 +12,12 @@ from tuner.documents.parts import Estimate, RecommendedGains, on_page, row_in_de
 from tuner.documents.resolved import Resolved
 from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary, TableRow, VariableRow
-from tuner.documents.tables import Columns, Fan, PointSpectrum, numbers, read_fans, read_spectra, read_table
+from tuner.documents.tables import Columns, Fan, PointSpectrum, read_fans, read_spectra
 from tuner.documents.tuning_tables import Candidates, HeldOutFront, History, Loop, read_loops
 from tuner.documents.verdicts import UNKNOWN, verdict_on_difference, verdict_on_limit
 from tuner.store.document import read_text, refuse
 from tuner.store.start import Start
+from tuner.store.tables import TableFile, table_file, table_files
 from tuner.text.units import in_degrees
 
 DEFAULT, TUNED = "default", "tuned"
@@ -202,10 +203,10 @@ class TuningFolder(OpenedFolder[Summary]):
         folder = self.home / "generations"
         gains = [f"gain:{variable.name}" for variable in self.variables]
         columns = ["candidate", "feasible", *gains, *[f"objective:{entry.label}" for entry in self.objectives]]
-        files = sorted(folder.glob("*.parquet"))
+        files = table_files(folder)
         if not files:
             raise refuse(folder, "there is no generation in it")
-        rows = np.concatenate([numbers(read_table(file, columns), columns, file) for file in files], axis=0)
+        rows = np.concatenate([TableFile(file).block(columns) for file in files], axis=0)
         split = 2 + len(gains)
         return Candidates(rows[:, 0].astype(int), rows[:, 2:split], rows[:, split:] * self.factors, rows[:, 1] > 0.5)
 
@@ -220,12 +221,12 @@ class TuningFolder(OpenedFolder[Summary]):
     @cached_property
     def fans(self) -> list[Fan]:
         """Responses of points over flights, none where the folder holds none."""
-        return read_fans(self.home / "responses.parquet", WORST, by_name=True)
+        return read_fans(table_file(self.home, "responses"), WORST, by_name=True)
 
     @cached_property
     def spectra(self) -> list[PointSpectrum]:
         """Spectra of the commands of default and tuned gains, none where the study does not judge by noise."""
-        return read_spectra(self.home / "spectra.parquet")
+        return read_spectra(table_file(self.home, "spectra"))
 
     @cached_property
     def scenarios(self) -> list[str]:
@@ -250,7 +251,7 @@ class TuningFolder(OpenedFolder[Summary]):
     @cached_property
     def loops(self) -> list[Loop]:
         """Margins and curves of every point and channel; none where there are none in the folder."""
-        file = self.home / "margins.parquet"
+        file = table_file(self.home, "margins")
         return read_loops(file) if file.exists() else []
 
     @cached_property

@@ -1,14 +1,14 @@
 """Tables of a tuning run's folder as arrays."""
 
 from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
 
 import numpy as np
 
 from objectives.margins.quantities import RECORDED, REPORTED
 from plant.ties import increasing_order
-from tuner.documents.tables import OTHER_TYPE, read_table, values_of
-from tuner.store.document import refuse
+from tuner.store.tables import TableFile
 
 LOOP_TEXTS, LOOP_LISTS = ("point", "channel", "case"), ("frequency", "real", "imag")
 # Margin quantities of each loop that a reader of a report is shown.
@@ -111,26 +111,21 @@ class Loop:
 
 
 def read_loops(file: Path) -> list[Loop]:
-    """Return the margins and curves of margins.parquet."""
-    table = read_table(file, [*LOOP_TEXTS, "stable", *LOOP_LISTS, *LOOP_MARGINS])
-    try:
-        frequency, real, imag = (
-            np.array(table.column(name).to_pylist(), dtype=float).reshape(table.num_rows, -1) for name in LOOP_LISTS
-        )
-        point, channel, case = (values_of(table.column(name), "string") for name in LOOP_TEXTS)
-        values = [values_of(table.column(name), "float64") for name in LOOP_MARGINS]
-    except OTHER_TYPE as error:
-        raise refuse(file, f"a column does not hold what it should ({error})") from None
-    stable = table.column("stable").to_pylist()
+    """Return the margins and curves of a table of margins."""
+    table = TableFile(file)
+    frequency, real, imag = (table.numbers(name, rows=True) for name in LOOP_LISTS)
+    point, channel, case = (table.coded(name).texts() for name in LOOP_TEXTS)
+    values = {name: table.numbers(name).tolist() for name in LOOP_MARGINS}
+    stable = table.numbers("stable").tolist()
     return [
         Loop(
             point[k],
             channel[k],
             bool(stable[k]),
-            {name: column[k] for name, column in zip(LOOP_MARGINS, values, strict=True)},
-            case[k] or "",
+            {name: None if isnan(column[k]) else column[k] for name, column in values.items()},
+            case[k],
             frequency[k],
             real[k] + 1j * imag[k],
         )
-        for k in range(table.num_rows)
+        for k in range(len(point))
     ]

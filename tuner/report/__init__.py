@@ -12,12 +12,9 @@ if TYPE_CHECKING:
 
 
 def prepare() -> None:
-    """Import what `write_report` takes, and compress what draws on the page."""
+    """Import what `write_report` takes."""
     from tuner.report import sheets as sheets
     from tuner.report import tuning_page as tuning_page
-    from tuner.report.page import library
-
-    library()
 
 
 def opened(folder: Path) -> "TuningFolder":

@@ -21,7 +21,7 @@ from tuner.text.units import marked_up, plain
 HEAD = ("Quantity", "Default", "Tuned", "Change", "Verdict")
 # A sign beside the word, for the quick eye; nothing is said by colour alone.
 SIGNS = {BETTER: "✓", SATISFIED: "✓", WORSE: "✗", BROKEN: "✗", NO_DIFFERENCE: "≈", NOT_CERTAIN: "≈"}
-# Margins told where a study asks for none, and the columns of margins.parquet that they are read from.
+# Margins told where a study asks for none, and the columns of margins.npz that they are read from.
 WORST = {"phase_margin": ("phase_margin",), "gain_margin": ("gain_up", "gain_down"), "ms": ("ms",)}
 
 

@@ -1,24 +1,20 @@
 """The template of every page: one offline file, from the answer to its provenance, with the library that draws its charts."""
 
 import json
-import sys
 from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
-from gzip import compress
-from hashlib import blake2b
 from importlib.resources import files
 from pathlib import Path
 from string import Template
 from typing import Any, NamedTuple
-from zlib import ZLIB_RUNTIME_VERSION
 
-from plotly.offline import get_plotlyjs
-
-from tuner.report.byte_cache import cached
 from tuner.store.folder import put
 from tuner.text.markup import Markup, coded, element, join, safe
 from tuner.text.neutral import Neutral
+
+IN_SPACE = 'id="space"'
+"""Attribute of the one chart that is drawn in three dimensions."""
 
 
 class Section(NamedTuple):
@@ -48,6 +44,7 @@ class Page(NamedTuple):
     def text(self) -> str:
         """Return the page as HTML; sections without content are left out."""
         shown = [section for section in self.sections if section.content]
+        sections = join((self.bar, *[page_section(section) for section in shown]))
         return Template(asset("page.html")).substitute(
             kind=safe(self.kind),
             title=safe(self.title),
@@ -56,11 +53,11 @@ class Page(NamedTuple):
             opening=self.opening,
             warnings=warnings_callout(self.warnings),
             navigation=join(element("li", element("a", section.title, href=f"#{section.key}")) for section in shown),
-            sections=join((self.bar, *[page_section(section) for section in shown])),
+            sections=sections,
             data=in_script(self.data),
             style=asset("page.css"),
             script=scripts(),
-            library=library() if self.data.get("charts") else "",
+            library=library(IN_SPACE in sections) if self.data.get("charts") else "",
         )
 
 
@@ -80,12 +77,13 @@ def put_page(folder: Path, page: Page, name: str = "report.html") -> Path:
 
 
 @cache
-def library() -> str:
-    """Return the script of the drawing library, compressed to a third: browsers unpack it faster than they read it in full."""
-    script = get_plotlyjs().encode()
-    digest = blake2b(script + f"{sys.version} {ZLIB_RUNTIME_VERSION}".encode(), digest_size=12).hexdigest()
-    # Compressing takes 0.2 s of every run.
-    return b64encode(cached(f"script-{digest}.gz", lambda: compress(script, 9, mtime=0))).decode("ascii")
+def library(in_space: bool = False) -> str:
+    """Return the script of plotly.js, compressed to a third: browsers unpack it faster than they read it in full.
+
+    in_space: whether it draws in three dimensions, too, which takes three times as much.
+    """
+    name = "plotly.min.js.gz" if in_space else "plotly-cartesian.min.js.gz"
+    return b64encode(files("tuner.report").joinpath("plotly", name).read_bytes()).decode("ascii")
 
 
 @cache

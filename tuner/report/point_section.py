@@ -116,7 +116,7 @@ def _behind(results: TuningFolder) -> list[Markup]:
 
 def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     if not panels:
-        text = "This folder holds no recorded responses (responses.parquet is missing or empty)."
+        text = "This folder holds no recorded responses (responses.npz is missing or empty)."
         return [element("p", text, class_="note")]
     scenarios = [element("option", name, value=name) for name in results.scenarios]
     choice = element("label", "Scenario ", element("select", *scenarios, id="choose-scenario"))
@@ -135,7 +135,9 @@ def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
 
 def _loops(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     if not panels:
-        text = "This folder holds no margins of its finalists (margins.parquet is missing); compute them with tuner margins."
+        text = (
+            "This folder holds no margins of its finalists (margins.npz is missing); compute them with tuner margins."
+        )
         return [element("p", text, class_="note")]
     options = [element("option", name, value=name) for name in dict.fromkeys(loop.channel for loop in results.loops)]
     choice = element("label", "Curves of loop ", element("select", *options, id="choose-channel"))

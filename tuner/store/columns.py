@@ -1,11 +1,12 @@
 """Tables that are written: columns by name, each a sequence of one length, or a single value for all rows.
 
-A run writes its tables without pandas, which takes 0.3 s of processor time to import; as Parquet by `tuner.store.arrow`.
+A run writes its tables without pandas, which takes 0.3 s of processor time to import; as .npz by `tuner.store.npz`.
 """
 
 import csv
 import io
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
@@ -13,6 +14,31 @@ import numpy as np
 
 Columns = dict[str, Any]
 """Columns by name: arrays, lists, or one value for all rows; a number may be missing (None or NaN), a text not."""
+
+
+@dataclass(frozen=True)
+class Coded:
+    """Texts of a column as codes (rows,), integers, into names; categorical: for pandas, too."""
+
+    codes: np.ndarray
+    names: list[str]
+    categorical: bool = True
+
+    def __len__(self) -> int:
+        return len(self.codes)
+
+    def texts(self) -> list[str]:
+        """Return the text of each row."""
+        return [self.names[code] for code in self.codes.tolist()]
+
+
+def in_codes(texts: Sequence[str] | np.ndarray, categorical: bool = True) -> Coded:
+    """Return texts as codes of the distinct texts, in alphabetical order."""
+    listed = texts.tolist() if isinstance(texts, np.ndarray) else texts
+    names = sorted(set(listed))
+    code = {text: i for i, text in enumerate(names)}
+    codes = np.fromiter(map(code.__getitem__, listed), np.min_scalar_type(-len(names)), len(listed))
+    return Coded(codes, names, categorical)
 
 
 def columns_of(rows: Sequence[Mapping[str, Any]]) -> Columns:

@@ -16,7 +16,7 @@ from plant.errors import StoreError
 from tuner.store.document import Document
 from tuner.text.product import FORMER_NAME, NAME
 
-PACKAGES = (NAME, "numpy", "scipy", "numba", "llvmlite", "pymoo", "cmaes", "pandas", "pyarrow")
+PACKAGES = (NAME, "numpy", "scipy", "numba", "llvmlite", "pymoo", "cmaes", "pandas")
 
 
 class Environment(Document):
@@ -33,6 +33,7 @@ class Environment(Document):
     pymoo: str | None = None
     cmaes: str | None = None
     pandas: str | None = None
+    # Of earlier versions, which wrote Parquet.
     pyarrow: str | None = None
     python: str | None = None
     platform: str | None = None

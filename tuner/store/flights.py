@@ -1,34 +1,35 @@
 """Every flight that a run made, so that none is made twice: the memory behind resume, reuse and verification.
 
-flights/NAME-DIGEST.parquet: a row for each flight, with the gains it flew, its scenario, the meters, status and end time. The
+flights/NAME-DIGEST.npz: a row for each flight, with the gains it flew, its scenario, the meters, status and end time. The
 name holds the digest of the file's bytes, so damage shows: such a file is set aside as *.damaged and its flights are
 flown again. Equal flights give equal files, byte for byte.
 """
 
 import hashlib
-import io
 import json
 from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 
 from objectives.flown_system import FlightBatch
 from objectives.meters import Meters
 from plant.errors import StoreError
-from plant.input_files import MOST_TABLE, read_input
+from plant.input_files import MOST_TABLE, parse_json, read_input
 from plant.quadrotor.scenarios import SEARCH
 from plant.records import paths
-from tuner.store.arrow import arrow_table, coded
-from tuner.store.columns import Columns
+from tuner.store.columns import Coded, Columns
+from tuner.store.document import refuse
 from tuner.store.folder import Folder
+from tuner.store.npz import npz_bytes
+from tuner.store.tables import KIND, TableFile, table_files
 
 Array = np.ndarray
 FOLDER = "flights"
+# Text beside the columns: scenario key, first flight and number of flights of each block of rows.
+BLOCKS = "blocks.json"
 # Files whose flights are held in memory at a time, and bytes of flights that are gathered before they are written.
 HELD, GATHERED = 4, 64_000_000
 RESULTS = (*paths(Meters), "status", "end_time")
@@ -119,7 +120,7 @@ class FlightStore:
         if self._folder is None or not self._waiting:
             return
         content = encoded(self._waiting, self._columns, self._names)
-        self._folder.write_bytes(f"{FOLDER}/{name}-{digest_of(content)}.parquet", content)
+        self._folder.write_bytes(f"{FOLDER}/{name}-{digest_of(content)}{KIND}", content)
         self._waiting = []
 
     def _index(self, file: Path, content: bytes, writable: bool) -> None:
@@ -143,7 +144,7 @@ def intact_files(place: Path, folder: Folder | None, damaged: list[str]) -> Iter
     folder: the same folder where this process writes it: intact files are taken over there, damaged ones set aside. Raises
     StoreError where a file cannot be read.
     """
-    for file in sorted((place / FOLDER).glob("*.parquet")):
+    for file in table_files(place / FOLDER):
         try:
             content = read_input(file, MOST_TABLE)
         except OSError as error:
@@ -165,7 +166,7 @@ def digest_of(content: bytes) -> str:
 
 
 def encoded(parts: list[PendingFlights], columns: tuple[str, ...], names: tuple[str, ...] = RESULTS) -> bytes:
-    """Return flights as the bytes of a Parquet file, block after block."""
+    """Return flights as the bytes of an .npz file, block after block."""
     shapes = [part.results.shape for part in parts]
     flights = [np.tile(np.arange(part.first, part.first + n), k) for part, (k, n, _) in zip(parts, shapes, strict=True)]
     gains = np.concatenate([np.repeat(part.gains, n, axis=0) for part, (_, n, _) in zip(parts, shapes, strict=True)])
@@ -181,22 +182,14 @@ def encoded(parts: list[PendingFlights], columns: tuple[str, ...], names: tuple[
     table |= {f"gain:{name}": gains[:, i] for i, name in enumerate(columns)}
     table |= {name: results[:, i] for i, name in enumerate(names)}
     blocks = [[part.key, part.first, n] for part, (k, n, _) in zip(parts, shapes, strict=True) for _ in range(k)]
-    arrow = arrow_table(table, with_nulls=False).replace_schema_metadata({"blocks": json.dumps(blocks)})
-    sink = io.BytesIO()
-    # Meters hardly compress: dictionaries and statistics of them would take four times as long to write.
-    same = [name for name in table if name not in names]
-    pq.write_table(arrow, sink, compression="lz4", use_dictionary=same, write_statistics=False)  # pyright: ignore[reportArgumentType]
-    return sink.getvalue()
+    return npz_bytes(table, **{BLOCKS: json.dumps(blocks)})
 
 
-def _repeated(names: list[str], counts: list[int]) -> Any:
-    """Return names repeated by their counts, as an Arrow dictionary.
-
-    Millions of texts would take their time.
-    """
+def _repeated(names: list[str], counts: list[int]) -> Coded:
+    """Return names repeated by their counts, in codes: millions of texts would take their time."""
     categories = list(dict.fromkeys(names))
     codes = np.repeat(np.array([categories.index(name) for name in names], dtype=np.int32), counts)
-    return coded(codes, categories)
+    return Coded(codes, categories)
 
 
 def blocks_of(
@@ -206,19 +199,21 @@ def blocks_of(
 
     None of them where the file holds other gains.
     """
-    source = pq.ParquetFile(io.BytesIO(content))
+    table = TableFile(file, content)
     names = [f"gain:{name}" for name in columns]
-    if not {*names, *results} <= set(source.schema_arrow.names):
+    if not {*names, *results} <= set(table.names):
         return []
-    gains = np.stack([column.to_numpy() for column in source.read(names).itercolumns()], axis=1)
+    gains = table.block(names)
     blocks, row = [], 0
-    for key, first, count in json.loads(source.schema_arrow.metadata[b"blocks"]):
-        blocks.append((key, gains[row].tobytes(), StoredFlights(file, row, first, count)))
-        row += count
+    try:
+        for key, first, count in parse_json(table.note(BLOCKS)):
+            blocks.append((key, gains[row].tobytes(), StoredFlights(file, row, first, count)))
+            row += count
+    except (ValueError, TypeError, IndexError) as error:
+        raise refuse(file, f"its blocks of flights are damaged ({error})") from None
     return blocks
 
 
 def results_of(file: Path, names: tuple[str, ...] = RESULTS) -> Array:
     """Return the results (flights, rows) of a file."""
-    table = pq.read_table(io.BytesIO(read_input(file, MOST_TABLE)), columns=list(names))
-    return np.stack([table[name].to_numpy() for name in names], axis=1)
+    return TableFile(file).block(names)

@@ -1,7 +1,7 @@
 """A results folder: what a run writes, each file aside first and then renamed, so that a kill leaves no half file.
 
-run.json, inputs/, study.toml, resolved.json, environment.json, history.csv, generations/NNNN.parquet, flights/, front.csv,
-summary.json, gains.json, responses.parquet, report.html, figures/, manifest.json. The contents of each are told in
+run.json, inputs/, study.toml, resolved.json, environment.json, history.csv, generations/NNNN.npz, flights/, front.csv,
+summary.json, gains.json, responses.npz, report.html, figures/, manifest.json. The contents of each are told in
 results/README.md. A file is on the disk before its name is, and its name before the next file is begun; those that belong
 together are written side by side, for a disk takes some in the time of one.
 """
@@ -10,7 +10,7 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from plant import output_files
@@ -22,6 +22,7 @@ from tuner.store.document import Document, json_text
 from tuner.store.lock import NAME as LOCK
 from tuner.store.lock import Lock
 from tuner.store.manifest import Manifest, digest_at, digest_of, manifest_of, read_manifest
+from tuner.store.npz import npz_bytes
 
 
 class Folder:
@@ -139,12 +140,15 @@ class Folder:
         self.write_text(name, content.text() if isinstance(content, Document) else json_text(content))
 
     def write_table(self, name: str, table: Columns) -> None:
-        """Write a table as .csv or .parquet, by the name's ending."""
+        """Write a table as .csv or .npz, by the name's ending."""
         self.write_tables({name: table})
 
     def write_tables(self, tables: Mapping[str, Columns]) -> None:
         """Write tables of columns by name, side by side."""
         self.write_together({name: table_bytes(name, table) for name, table in tables.items()})
+        for name in (name for name in tables if name.endswith(".npz")):
+            # Of a run that an earlier version began.
+            self.remove(str(PurePosixPath(name).with_suffix(".parquet")))
 
     def keep(self, name: str) -> bool:
         """Take a file of an earlier session over as it is; False where it is missing or not what that session wrote."""
@@ -215,13 +219,10 @@ def put_together(folder: Path, files: Mapping[str, bytes], made: bool = False) -
 
 
 def table_bytes(name: str, table: Columns) -> bytes:
-    """Return a table as .csv or .parquet bytes, by the name's ending."""
+    """Return a table as .csv or .npz bytes, by the name's ending."""
     if name.endswith(".csv"):
         return csv_text(table).encode()
-    # Not every folder has such a table: pyarrow takes 0.1 s to import.
-    from tuner.store.arrow import parquet_bytes
-
-    return parquet_bytes(table)
+    return npz_bytes(table)
 
 
 def _former(path: Path) -> Manifest | None:

@@ -24,7 +24,7 @@ from tuner.study.layers import read_layers
 from tuner.text.product import READ_FORMER
 from tuner.text.toml_text import toml_text, with_paths
 
-FORMAT, VERSION = "gainproof-run", 4
+FORMAT, VERSION = "gainproof-run", 5
 # Version of folders whose limits known without flying stand in the units of the study, not in SI units.
 BEFORE_SI = 1
 # Versions of folders whose study may leave the plant step [s] and the search open, and what was flown then.
@@ -71,7 +71,7 @@ class RunRecord(Document):
     """
 
     format: Annotated[Literal["gainproof-run"], READ_FORMER]
-    version: Literal[1, 2, 3, 4]
+    version: Literal[1, 2, 3, 4, 5]
     kind: str
     # In the folder, whatever it says: what is in it is not trusted to name files elsewhere.
     study: Annotated[str, Field(pattern=r"^inputs/[^/\\]+$")]

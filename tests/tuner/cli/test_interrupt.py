@@ -71,8 +71,8 @@ def seconds(alone, tmp_path_factory):
 @pytest.mark.parametrize(
     ("number", "code", "marker"),
     [
-        (signal.SIGINT, 130, "generations/0001.parquet"),
-        pytest.param(signal.SIGTERM, 143, "responses.parquet", marks=pytest.mark.slow),
+        (signal.SIGINT, 130, "generations/0001.npz"),
+        pytest.param(signal.SIGTERM, 143, "responses.npz", marks=pytest.mark.slow),
     ],
 )
 def test_a_run_names_what_goes_on_with_it(alone, tmp_path, number, code, marker):

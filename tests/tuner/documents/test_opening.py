@@ -24,9 +24,9 @@ def test_documents_and_tables_of_a_run(tmp_path):
     opened = open_results(folder)
     assert isinstance(opened, TuningFolder) and opened.document.shown == opened.tuned == "p0101"
     assert opened.environment.threads == 4 and opened.study_text.startswith("title")
-    assert {"front.csv", "history.csv", "responses.parquet"} <= set(opened.tables)
+    assert {"front.csv", "history.csv", "responses.npz"} <= set(opened.tables)
     assert len(opened.table("front.csv")) == len(opened.held_out_front.points)
-    assert "median" in opened.table("responses.parquet")
+    assert "median" in opened.table("responses.npz")
     with pytest.raises(StoreError, match="nothing.csv: there is no such file"):
         opened.table("nothing.csv")
     (folder / "front.csv").write_bytes(b"\xff\xfe\x00")

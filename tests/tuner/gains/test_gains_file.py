@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from plant.errors import InputError
+from tests.tables import read_frame
 from tests.tuner.gains.making import whole_document
 from tuner.experiments.tuning.gains_of_run import margin_rows
 from tuner.gains import read_gains, to_document
@@ -51,7 +52,7 @@ def test_margins_are_those_of_the_table_of_the_run(small_run, document):
     import pandas as pd
 
     outcome, folder = small_run
-    table = pd.read_parquet(folder / "margins.parquet").set_index(["point", "channel"])
+    table = read_frame(folder / "margins.npz").set_index(["point", "channel"])
     for row in document["margins"]:
         there = table.loc[(document["study"]["point"], row["loop"])]
         assert row["stable"] == bool(there["stable"])

@@ -7,10 +7,11 @@ from math import radians
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
+from tests.tables import write_rows
 from tuner.documents.registry import DOCUMENTS
+from tuner.store.columns import in_codes
+from tuner.store.npz import npz_bytes
 
 OBJECTIVES = (
     ("cvar90(itae.position)", "itae.position", "m", "time-weighted mean of |e|: integral of t|e| over T^2/2"),
@@ -122,7 +123,7 @@ def write_search(folder, made):
         columns |= {f"gain:{entry[0]}": gains_rows[:, i] for i, entry in enumerate(VARIABLES)}
         columns |= {f"objective:{label}": values[:, i] for i, label in enumerate(made.labels)}
         columns |= {"violation:mean(failure)": failed * 0.25, "failures": failed * 0.25, "feasible": ~failed}
-        pq.write_table(pa.table(columns), folder / "generations" / f"{generation:04d}.parquet")
+        (folder / "generations" / f"{generation:04d}.npz").write_bytes(npz_bytes(columns))
         flights = (generation + 1) * made.population * 32 * len(made.scenarios)
         volume = 0.55 * (1.0 - np.exp(-0.4 * (generation + 1)))
         saved = "" if made.old else f",{flights // 5},{flights // 8}"
@@ -360,12 +361,12 @@ def write_responses(folder, made):
                 worst = high + 0.3 * (high - low) * np.sin(time)
                 for name, values in zip(series, (time, reference, low, median, high, worst), strict=True):
                     series[name].append(values)
-    found = {name: pa.array(values).dictionary_encode() for name, values in columns.items()}
+    found = {name: in_codes(values) for name, values in columns.items()}
     found |= {name: np.concatenate(parts) for name, parts in series.items()}
     found["worst_flight"] = np.full(len(found["time"]), 17, dtype=np.int32)
     if made.old:
         del found["worst"], found["worst_flight"]
-    pq.write_table(pa.table(found), folder / "responses.parquet")
+    (folder / "responses.npz").write_bytes(npz_bytes(found))
 
 
 def write_constraints(folder, made, front):
@@ -408,4 +409,4 @@ def write_margins(folder, made):
                     "imag": loop.imag.tolist(),
                 }
             )
-    pq.write_table(pa.Table.from_pylist(rows), folder / "margins.parquet")
+    write_rows(folder / "margins.npz", rows)

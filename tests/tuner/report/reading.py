@@ -48,8 +48,9 @@ class Page(HTMLParser):
 
     @property
     def library(self):
-        """The drawing library, unpacked."""
-        return gzip.decompress(base64.b64decode(max(self.scripts, key=len))).decode()
+        """The drawing library, unpacked; there is one."""
+        (packed,) = (script for script in self.scripts if script.startswith("H4sI"))
+        return gzip.decompress(base64.b64decode(packed)).decode()
 
     @property
     def data(self):

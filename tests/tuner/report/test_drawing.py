@@ -33,10 +33,10 @@ def test_the_same_files_as_in_this_process(tmp_path):
 
 def test_responses_may_come_later(tmp_path):
     folder = fabricate(tmp_path / "made-up", objectives=2)
-    (folder / "responses.parquet").rename(tmp_path / "later")
+    (folder / "responses.npz").rename(tmp_path / "later")
     drawing, results = start_figures(folder), opened(folder)
     drawing.begin(results)
-    (tmp_path / "later").rename(folder / "responses.parquet")
+    (tmp_path / "later").rename(folder / "responses.npz")
     drawing.go_on(results)
     drawing.wait()
     assert {file.stem for file in (folder / "figures").iterdir()} == {"front", "progress", "responses"}

@@ -85,14 +85,12 @@ def test_text_of_the_user_is_escaped(copied):
 
 
 def test_a_folder_without_responses_says_so(copied):
-    (copied / "responses.parquet").unlink()
+    (copied / "responses.npz").unlink()
     assert "no recorded responses" in write_report(copied).read_text()
     assert all("responses" not in path.name for path in write_figures(copied))
 
 
-@pytest.mark.parametrize(
-    "name", ["summary.json", "front.csv", "history.csv", "generations/0001.parquet", "responses.parquet"]
-)
+@pytest.mark.parametrize("name", ["summary.json", "front.csv", "history.csv", "generations/0001.npz", "responses.npz"])
 def test_a_damaged_file_is_named(copied, name):
     (copied / name).write_bytes(b"\x00 no longer what it was")
     with pytest.raises(StoreError, match=name.split("/")[-1]):

@@ -8,9 +8,9 @@ import json
 from math import inf
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
+from tests.tables import read_frame, read_rows
 from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.screenshots import browser_path, chromium, offline_page
 from tests.tuner.report.test_report_data import FACTORS, code_of
@@ -339,7 +339,7 @@ def test_picked_point_shows_its_numbers_gains_responses_and_loops(reader):
     for variable in reader.data()["variables"]:
         assert significant(float(row[f"gain:{variable['name']}"])) in gains
     page.select_option("#choose-scenario", "calm air")
-    table = pq.read_table(folder / "responses.parquet").to_pandas()
+    table = read_frame(folder / "responses.npz")
     mine = table[(table.point == "p0107") & (table.scenario == "calm air") & (table.signal == "x")]
     drawn = next(trace for trace in reader.plotted("response-0") if trace.get("hovertemplate", "").startswith("p0107"))
     span = float(mine.high.max() - mine.low.min())
@@ -349,7 +349,7 @@ def test_picked_point_shows_its_numbers_gains_responses_and_loops(reader):
         trace.get("hovertemplate", "").startswith("worst case of p0107") for trace in reader.plotted("response-0")
     )
     assert "p0107 in calm air" in page.inner_text("#responses-of") and "number 17" in page.inner_text("#responses-of")
-    loops = {row["point"] + row["channel"]: row for row in pq.read_table(folder / "margins.parquet").to_pylist()}
+    loops = {row["point"] + row["channel"]: row for row in read_rows(folder / "margins.npz")}
     page.select_option("#choose-channel", "pitch")
     nyquist = reader.plotted("loop-nyquist")
     picked = next(trace for trace in nyquist if trace.get("hovertemplate", "").startswith("p0107"))

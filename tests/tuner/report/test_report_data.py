@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow.parquet as pq
 import pytest
 
+from tests.tables import read_frame, read_rows
 from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.reading import array_of, read
 from tuner.documents.parts import is_level
@@ -101,9 +101,7 @@ def test_finalists_carry_what_is_limited(folder):
 
 def test_candidates_are_those_of_the_generations(folder):
     data = read(folder).data
-    table = pd.concat([pd.read_parquet(file) for file in sorted((folder / "generations").iterdir())]).set_index(
-        "candidate"
-    )
+    table = pd.concat([read_frame(file) for file in sorted((folder / "generations").iterdir())]).set_index("candidate")
     names = [f"objective:{code_of(entry)}" for entry in data["objectives"]]
     factors = [FACTORS[entry["unit"]] for entry in data["objectives"]] + [1.0] * len(data["variables"])
     names += [f"gain:{entry['name']}" for entry in data["variables"]]
@@ -131,7 +129,7 @@ def marks(data, panel, **show):
 
 def test_responses_are_those_of_the_folder(folder):
     data = read(folder).data
-    table = pq.read_table(folder / "responses.parquet").to_pandas()
+    table = read_frame(folder / "responses.npz")
     degrees = np.where(table.unit == "rad", 180.0 / np.pi, 1.0)
     for name in ("low", "median", "high", "worst", "reference"):
         table[name] *= degrees
@@ -160,7 +158,7 @@ def test_responses_are_those_of_the_folder(folder):
 
 def test_loops_are_those_of_the_folder(folder):
     data = read(folder).data
-    rows = pq.read_table(folder / "margins.parquet").to_pylist()
+    rows = read_rows(folder / "margins.npz")
     for row in rows:
         point = next(point for point in data["points"] if point["name"] == row["point"])
         channel, stable, *texts, _ = next(loop for loop in point["texts"]["loops"] if loop[0] == row["channel"])

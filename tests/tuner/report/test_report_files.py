@@ -5,6 +5,7 @@ import json
 import pytest
 
 from plant.errors import StoreError
+from tests.tables import read_frame, write_frame
 from tests.tuner.report.fabricate import fabricate
 from tuner.documents.tuning import TuningFolder
 from tuner.report import write_report
@@ -47,8 +48,8 @@ def test_missing_folder_and_generations(made, tmp_path):
         ("history.csv", "generation,flights\n1,2,3\n", "row 1 has 3 cells and the header 2"),
         ("history.csv", "generation,flights\n1,many\n", "'flights' holds no number"),
         ("history.csv", "generation,flights\n1,2\n", "the column 'seconds' is missing"),
-        ("responses.parquet", "PAR1 not at all", "not a readable Parquet file"),
-        ("generations/0003.parquet", "", "not a readable Parquet file"),
+        ("responses.npz", "PAR1 not at all", "not a readable table"),
+        ("generations/0003.npz", "", "not a readable table"),
         ("study.toml", b"\xff\xfe\xfa", "cannot be read"),
     ],
 )
@@ -91,13 +92,11 @@ def test_front_without_an_objective_of_the_summary(made):
 
 def test_rows_of_a_fan_need_not_be_neighbours(made):
     import numpy as np
-    import pyarrow.parquet as pq
 
     before = TuningFolder(made).fans
-    table = pq.read_table(made / "responses.parquet")
+    table = read_frame(made / "responses.npz")
     # Instant by instant: fans are torn apart, but time still ascends.
-    order = np.argsort(table.column("time").to_numpy(), kind="stable")
-    pq.write_table(table.take(order), made / "responses.parquet")
+    write_frame(made / "responses.npz", table.sort_values("time", kind="stable"))
     after = {(fan.point, fan.signal): fan for fan in TuningFolder(made).fans}
     assert len(after) == len(before)
     for fan in before:

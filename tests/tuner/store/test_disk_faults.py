@@ -21,7 +21,7 @@ SETS = [part for key, value in SMALL.items() for part in ("--set", f"{key}={json
 ROOMS = {
     120: "flights/search-",
     300: "flights/held-out-",
-    600: "responses.parquet",
+    600: "responses.npz",
     1100: "figures",
     3000: "report.html",
 }
@@ -119,7 +119,7 @@ def test_a_disk_that_is_full_sooner_or_later(room, namespace, undisturbed, tmp_p
     [
         pytest.param(30_000, "flights/search-0000", marks=pytest.mark.slow),
         pytest.param(60_000, "flights/held-out-", marks=pytest.mark.slow),
-        pytest.param(300_000, "responses.parquet", marks=pytest.mark.slow),
+        pytest.param(300_000, "responses.npz", marks=pytest.mark.slow),
         pytest.param(1_000_000, "report.html", marks=pytest.mark.slow),
     ],
 )

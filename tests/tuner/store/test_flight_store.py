@@ -1,13 +1,13 @@
 """The memory of flights: what is kept is recalled to the bit, damage is noticed, nothing else is ever believed."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from objectives.flown_system import FlightBatch
 from objectives.memory import scenario_key
 from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
+from tests.tables import read_frame
 from tests.tuner.conftest import QUICKSTART
 from tuner.store.flights import RESULTS, FlightStore
 from tuner.store.folder import Folder
@@ -69,7 +69,7 @@ def test_more_flights_than_are_gathered_are_written_in_parts(tmp_path, batch, mo
     for i in range(4):
         store.keep("key", batch, gains[i : i + 1], 0, results[i : i + 1])
     store.commit("held-out")
-    assert len(list((tmp_path / "r" / "flights").glob("part-search-*.parquet"))) == 4
+    assert len(list((tmp_path / "r" / "flights").glob("part-search-*.npz"))) == 4
     again = FlightStore(None, COLUMNS, (tmp_path / "r",))
     for row, expected in zip(gains, results, strict=True):
         np.testing.assert_array_equal(again.recall("key", row, 0, 8), expected)
@@ -86,7 +86,7 @@ def test_equal_flights_give_equal_files(tmp_path, batch):
 def test_a_person_can_read_the_file(tmp_path, batch):
     gains, results = made(2)
     stored(tmp_path / "r", batch, gains, results, first=16)
-    table = pd.read_parquet(next((tmp_path / "r" / "flights").iterdir()))
+    table = read_frame(next((tmp_path / "r" / "flights").iterdir()))
     assert list(table.flight) == [*range(16, 24)] * 2
     assert set(table.scenario) == {batch.spec.name} and set(table.stream) == {SEARCH}
     np.testing.assert_array_equal(table["gain:roll.k1"].to_numpy()[[0, 8]], gains[:, 2])

@@ -38,7 +38,7 @@ def test_the_lock_of_a_killed_process_is_gone(tmp_path):
 
 def test_what_was_left_half_written_is_cleared_and_nothing_else(tmp_path):
     Folder.create(tmp_path / "r").close()
-    half = tmp_path / "r" / "generations" / f".0001.parquet{ASIDE}"
+    half = tmp_path / "r" / "generations" / f".0001.npz{ASIDE}"
     half.write_bytes(b"half")
     (tmp_path / "r" / "notes.txt").write_text("mine")
     Folder.open(tmp_path / "r").close()

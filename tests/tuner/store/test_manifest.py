@@ -50,8 +50,8 @@ def headline(file):
 
 DAMAGES = [
     ("summary.json", headline), ("front.csv", gone), ("gains.json", gone), ("resolved.json", edited), ("study.toml", edited),
-    ("history.csv", edited), ("environment.json", edited), ("responses.parquet", cut), ("margins.parquet", gone),
-    ("report.html", edited), ("figures/front.png", cut), ("figures/progress.pdf", gone), ("generations/0001.parquet", gone),
+    ("history.csv", edited), ("environment.json", edited), ("responses.npz", cut), ("margins.npz", gone),
+    ("report.html", edited), ("figures/front.png", cut), ("figures/progress.pdf", gone), ("generations/0001.npz", gone),
 ]  # fmt: skip
 
 
@@ -74,7 +74,7 @@ def test_verification_names_it_too(copy):
     assert not found.identical and "front.csv" in found.words
 
 
-@pytest.mark.parametrize("name", ["report.html", "figures/front.png", "study.toml", "responses.parquet"])
+@pytest.mark.parametrize("name", ["report.html", "figures/front.png", "study.toml", "responses.npz"])
 def test_verification_misses_no_file(name, copy):
     edited(copy / name)
     found = checked(copy)

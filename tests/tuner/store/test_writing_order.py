@@ -31,7 +31,7 @@ def seen(monkeypatch):
 
 
 @pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="names of open files are read from /proc")
-@pytest.mark.parametrize("name", ["summary.json", "generations/0001.parquet", "deep/er/front.csv"])
+@pytest.mark.parametrize("name", ["summary.json", "generations/0001.npz", "deep/er/front.csv"])
 def test_a_file_is_on_the_disk_before_its_name_and_its_name_before_the_next(tmp_path, seen, name):
     folder = Folder.create(tmp_path / "run")
     # The first file of a folder has the manifest of an unfinished one written before it.

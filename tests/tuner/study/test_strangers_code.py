@@ -174,7 +174,7 @@ WAYS = {
     "copied study without run.json": (results(""), ("new", "n", "--from", "r/inputs/x.toml")),
     "no run.json but manifest.json": (results("manifest.json"), CHECK), "but resolved.json": (results("resolved.json"), CHECK),
     "but environment.json": (results("environment.json"), CHECK), "but summary.json": (results("summary.json"), CHECK),
-    "but flights": (results("flights/a-1.parquet"), CHECK), "but contest.json": (results("contest.json"), CHECK),
+    "but flights": (results("flights/a-1.npz"), CHECK), "but contest.json": (results("contest.json"), CHECK),
     "named from a study beside": (study_at("x.toml", "r/inputs/evil.py"), ("check", "x.toml")),
     "named round about": (study_at("x.toml", "r/../r/inputs/../inputs/evil.py"), ("check", "x.toml")),
     "named from deep below": (study_at("a/b/x.toml", "../../r/inputs/evil.py"), ("check", "a/b/x.toml")),

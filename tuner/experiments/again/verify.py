@@ -48,6 +48,7 @@ from tuner.store.environment import Environment, environment
 from tuner.store.flights import RESULTS, FlightStore
 from tuner.store.manifest import NONE_YET, Manifest, first_damage, read_manifest
 from tuner.store.start import read_start
+from tuner.store.tables import table_files
 from tuner.study.study import TuningStudy
 from tuner.text.markup import element
 from tuner.text.toml_text import tables_in
@@ -226,7 +227,7 @@ def replay(
     path: Path, study: TuningStudy, problem: Problem, finished: bool, deviation: MarginDeviation
 ) -> list[Generation]:
     """Replay the search and compare every recorded generation; finished: there must be all of them."""
-    files = sorted((path / "generations").glob("*.parquet"))
+    files = table_files(path / "generations")
     most = study.search.generations
     if finished and len(files) != most and not study.search.budget.converges:
         raise MismatchError(f"{len(files)} generations are recorded, {most} were asked for")

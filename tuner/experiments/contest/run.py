@@ -78,7 +78,7 @@ class ContestRun(Experiment[Contest, Result]):
     def write_documents(self, result: Result) -> None:
         """Write numbers, tables and responses."""
         folder, document = self.folder, self.document(result)
-        folder.write_table("scores.parquet", scores_table(result))
+        folder.write_table("scores.npz", scores_table(result))
         folder.write_table("differences.csv", listed_table(document.differences))
         if result.published:
             folder.write_table("published.csv", listed_table(result.published))
@@ -86,11 +86,11 @@ class ContestRun(Experiment[Contest, Result]):
             folder.write_table("fronts.csv", fronts_table(result))
         self.watcher.on_writing("responses")
         fans, traces = response_tables(result)
-        folder.write_table("responses.parquet", fans)
-        folder.write_table("traces.parquet", traces)
+        folder.write_table("responses.npz", fans)
+        folder.write_table("traces.npz", traces)
         wind = wind_table(result)
         if wind is not None:
-            folder.write_table("wind.parquet", wind)
+            folder.write_table("wind.npz", wind)
         folder.write_json(self.document_name, document)
 
 

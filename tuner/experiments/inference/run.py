@@ -77,7 +77,7 @@ class InferenceRun(Experiment[Inference, Findings]):
         """Write tables, numbers, and the study with the inferred values."""
         inference, folder = self.study, self.folder
         folder.write_table("history.csv", history_table(result.generations))
-        folder.write_table("candidates.parquet", candidates_table(result))
+        folder.write_table("candidates.npz", candidates_table(result))
         values = with_values(inference, result.settings.values[result.chosen], folder)
         folder.write_text("inferred.toml", toml_text(values))
         folder.write_json("inference.json", inference_document(result))
@@ -106,7 +106,7 @@ def search(
         # The loop counts one flight for a column of scores; here every contender flew it.
         record = replace(done[-1], flights=done[-1].flights * len(flyer.tasks))
         generations.append(record)
-        name = f"generations/{record.number:04d}.parquet"
+        name = f"generations/{record.number:04d}.npz"
         folder.write_table(name, settings_table(inference, parts[-1], spec.population * record.number))
         watcher.on_generation(record, spec.generations)
     return generations, parts

@@ -1,4 +1,4 @@
-"""Tables of an inference's folder (generations/NNNN.parquet, candidates.parquet) and the study with inferred values."""
+"""Tables of an inference's folder (generations/NNNN.npz, candidates.npz) and the study with inferred values."""
 
 import os
 from copy import deepcopy

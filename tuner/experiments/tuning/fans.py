@@ -17,8 +17,7 @@ from plant.threads import parallel_map
 from plant.ties import first_largest
 from tuner.analysis.responses import Responses, responses_from, responses_of, spacing, traced_rows
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
-from tuner.store.arrow import in_codes
-from tuner.store.columns import Columns, stacked
+from tuner.store.columns import Columns, in_codes, stacked
 from tuner.study.study import SearchedStudy, TuningStudy
 
 # Held-out scenarios a fan is drawn from: its 5 % and 95 % lines rest on three flights each.

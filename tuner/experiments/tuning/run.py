@@ -155,7 +155,7 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
             watcher.on_writing("margins")
             margins = margin_table(result)
             if margins is not None:
-                folder.write_table("margins.parquet", margins)
+                folder.write_table("margins.npz", margins)
             watcher.on_writing("report")
             report.write_report(folder.path, self.results)
             watcher.on_writing("figures")
@@ -176,8 +176,8 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
         self.watcher.on_writing("responses")
         spectra = spectrum_table(result)
         if spectra is not None:
-            folder.write_table("spectra.parquet", spectra)
-        folder.write_table("responses.parquet", response_table(result, self.fans))
+            folder.write_table("spectra.npz", spectra)
+        folder.write_table("responses.npz", response_table(result, self.fans))
         self.drawing.go_on(self.results)
         if result.study.constraints:
             folder.write_table("constraints.csv", constraint_table(result))

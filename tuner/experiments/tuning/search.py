@@ -115,7 +115,7 @@ def search(
         written = [record] if growth.study.search.first == flights_each else generations
         flights_each = growth.study.search.first
         tables = {
-            f"generations/{entry.number:04d}.parquet": generation_table(study, generations[: entry.number + 1], entry)
+            f"generations/{entry.number:04d}.npz": generation_table(study, generations[: entry.number + 1], entry)
             for entry in written
         }
         folder.write_tables({**tables, "history.csv": history_table(generations)})

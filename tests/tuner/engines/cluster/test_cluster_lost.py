@@ -141,7 +141,7 @@ def test_a_scheduler_that_is_lost_is_told_in_one_line(tmp_path):
         )
         try:
             end = time.monotonic() + 120.0
-            while not list(folder.glob("generations/*.parquet")):
+            while not list(folder.glob("generations/*.npz")):
                 assert driver.poll() is None and time.monotonic() < end
                 time.sleep(0.1)
             head.kill()
@@ -244,7 +244,7 @@ def test_nobody_is_left_behind(tmp_path, how):
     )
     try:
         end = time.monotonic() + 90.0
-        while not list(folder.glob("generations/*.parquet")):
+        while not list(folder.glob("generations/*.npz")):
             assert driver.poll() is None and time.monotonic() < end, driver.stderr and driver.stderr.read()
             time.sleep(0.1)
         assert len(session_of(driver.pid)) >= 3

@@ -27,7 +27,7 @@ pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install 
 HEATER = QUICKSTART.parent / "heater.toml"
 SHORT = ("--set", "search.generations=2", "--set", "scenario.0.held_out=8", "--set", "scenario.0.search=4")
 SHORTER = (*SHORT, "--set", "scenario.1.held_out=8", "--set", "scenario.1.search=4")
-SAME = ("front.csv", "gains.json", "responses.parquet", "generations/0001.parquet")
+SAME = ("front.csv", "gains.json", "responses.npz", "generations/0001.npz")
 
 
 @pytest.fixture

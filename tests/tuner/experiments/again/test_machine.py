@@ -48,7 +48,7 @@ def cut_short(folder):
         *folder.glob("generations/000[12]*"),
     ):
         file.unlink()
-    for name in ("front.csv", "gains.json", "summary.json", "responses.parquet"):
+    for name in ("front.csv", "gains.json", "summary.json", "responses.npz"):
         (folder / name).unlink()
 
 

@@ -11,6 +11,7 @@ import tuner.report
 from objectives import memory
 from plant.errors import InputError, StoreError
 from plant.quadrotor.scenarios import SEARCH
+from tests.tables import read_frame, write_frame
 from tests.tuner.conftest import NoDrawing, run_small
 from tests.tuner.experiments.again.killing import compare, result_of, unsealed
 from tuner.analysis import finals
@@ -63,7 +64,7 @@ def resumed(path, budget=None, threads=2):
 
 
 def flights_file(path, name):
-    return next((path / "flights").glob(f"{name}-*.parquet"))
+    return next((path / "flights").glob(f"{name}-*.npz"))
 
 
 def test_a_finished_run_is_replayed_without_a_flight(small_run, copy):
@@ -118,7 +119,7 @@ def test_a_search_that_converged_and_finalists_that_stopped_keep_their_bits(tmp_
     study, folder = reopen(path, 6)
     assert len(TuningRun(study, folder, heard, threads=2).carry_out().generations) == 2
     assert heard.messages == ["The search has converged after 2 of at most 6 generations."]
-    (path / "generations" / "0001.parquet").unlink()
+    (path / "generations" / "0001.npz").unlink()
     assert verify(path, 1, 2, Watcher()).difference == "1 generations are recorded, and the search goes on"
 
 
@@ -144,10 +145,10 @@ def test_a_damaged_file_of_flights_is_named_set_aside_and_flown_again(small_run,
 @pytest.mark.parametrize(
     "names",
     [
-        ("generations/0001.parquet",),
+        ("generations/0001.npz",),
         ("start.json",),
         ("front.csv", "summary.json", "gains.json", "resolved.json"),
-        ("history.csv", "environment.json", "responses.parquet"),
+        ("history.csv", "environment.json", "responses.npz"),
     ],
     ids=" ".join,
 )
@@ -280,10 +281,10 @@ def test_a_run_is_verified(small_run):
 
 
 def spoil_table(file, column, change):
-    table = pd.read_parquet(file) if file.suffix == ".parquet" else pd.read_csv(file)
+    table = read_frame(file) if file.suffix == ".npz" else pd.read_csv(file)
     table.loc[2, column] = change(table.loc[2, column])
-    if file.suffix == ".parquet":
-        table.to_parquet(file, index=False)
+    if file.suffix == ".npz":
+        write_frame(file, table)
     else:
         table.to_csv(file, index=False, float_format="%.17g")
 
@@ -293,12 +294,12 @@ def up(value):
 
 
 def test_one_bit_of_a_recorded_candidate_is_found(copy):
-    file = copy / "generations" / "0001.parquet"
-    column = next(name for name in pd.read_parquet(file).columns if name.startswith("objective:"))
+    file = copy / "generations" / "0001.npz"
+    column = next(name for name in read_frame(file).columns if name.startswith("objective:"))
     spoil_table(file, column, up)
     found = verify(copy, 3, 2, Watcher())
     assert not found.identical
-    assert f"generations/0001.parquet, row 2, {column}: recorded" in found.words
+    assert f"generations/0001.npz, row 2, {column}: recorded" in found.words
 
 
 def test_one_bit_of_the_front_is_found(copy):
@@ -318,26 +319,24 @@ def test_other_gains_are_found(copy):
 
 def test_forged_flights_are_found_where_they_are_flown_again(copy):
     """A file whose name fits its forged bytes passes for undamaged: only flying again tells."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    from tuner.store.flights import digest_of
+    from tuner.store.flights import BLOCKS, digest_of
+    from tuner.store.npz import npz_bytes
+    from tuner.store.tables import TableFile
 
     file = flights_file(copy, "search-0002")
-    table = pq.read_table(file)
-    values = table["end_time"].to_numpy().copy()
+    table = TableFile(file)
     # Meters that no quantity of the study reads: the replay cannot tell.
-    name = "z.peak" if "z.peak" in table.column_names else table.column_names[-6]
-    values = table[name].to_numpy().copy()
-    values[5] = up(values[5])
-    forged = table.set_column(table.column_names.index(name), name, pa.array(values))
-    pq.write_table(forged, file, compression="zstd")
-    file.rename(file.with_name(f"search-0002-{digest_of(file.read_bytes())}.parquet"))
+    name = "z.peak" if "z.peak" in table.names else table.names[-6]
+    columns = {column: table.column(column) for column in table.names}
+    columns[name] = table.numbers(name).copy()
+    columns[name][5] = up(columns[name][5])
+    file.write_bytes(npz_bytes(columns, **{BLOCKS: table.note(BLOCKS)}))
+    file.rename(file.with_name(f"search-0002-{digest_of(file.read_bytes())}.npz"))
     found = verify(copy, None, 2, Watcher())
     assert not found.identical and f"{name}: recorded" in found.words
 
 
-@pytest.mark.parametrize("name", ["flights/search-0000-*.parquet", "start.json", "generations/0002.parquet"])
+@pytest.mark.parametrize("name", ["flights/search-0000-*.npz", "start.json", "generations/0002.npz"])
 def test_what_is_missing_or_damaged_is_a_difference(copy, name):
     next(copy.glob(name)).write_bytes(b"no")
     found = verify(copy, 2, 2, Watcher())
@@ -346,7 +345,7 @@ def test_what_is_missing_or_damaged_is_a_difference(copy, name):
 
 
 def test_a_run_that_is_not_finished_is_verified_as_far_as_it_went(copy):
-    for name in ("front.csv", "summary.json", "gains.json", "generations/0002.parquet"):
+    for name in ("front.csv", "summary.json", "gains.json", "generations/0002.npz"):
         (copy / name).unlink()
     unsealed(copy)
     found = verify(copy, None, 2, Watcher())
@@ -433,7 +432,7 @@ def test_a_race_spares_flights_and_counts_the_others(raced):
     last = outcome.generations[-1]
     assert last.raced > 0 and last.flights_raced > 0
     assert last.flights + last.flights_raced + last.flights_saved == 6 * 8 * 16
-    table = pd.concat([pd.read_parquet(file) for file in sorted((folder / "flights").glob("search-*"))])
+    table = pd.concat([read_frame(file) for file in sorted((folder / "flights").glob("search-*"))])
     assert len(table) == last.flights
     # Whoever is on the front, and the default, flew everything.
     complete = np.concatenate([entry.evaluation.complete for entry in outcome.generations])

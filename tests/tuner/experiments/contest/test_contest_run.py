@@ -14,6 +14,7 @@ from plant.errors import StoreError
 from plant.loop import Timing
 from plant.quadrotor.airframes import load
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT, for_vehicle, sample_scenarios
+from tests.tables import read_frame
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.experiments.contest.conftest import run_small
 from tests.tuner.experiments.contest.contest_text import CONTEST, NAMES, changed, write
@@ -32,13 +33,13 @@ FILES = (
     "resolved.json",
     "environment.json",
     "contest.json",
-    "scores.parquet",
+    "scores.npz",
     "differences.csv",
     "published.csv",
     "fronts.csv",
-    "responses.parquet",
-    "traces.parquet",
-    "wind.parquet",
+    "responses.npz",
+    "traces.npz",
+    "wind.npz",
     "report.html",
     "contenders/pid.toml",
     "contenders/pid/front.csv",
@@ -139,7 +140,7 @@ def test_same_bits_for_any_thread_count_and_others_for_another_seed(tmp_path, wi
     for name in ("three", "again"):
         assert timeless(tmp_path / name) == first
         for table in ("scores", "responses", "traces", "wind"):
-            one, other = (pd.read_parquet(tmp_path / folder / f"{table}.parquet") for folder in ("one", name))
+            one, other = (read_frame(tmp_path / folder / f"{table}.npz") for folder in ("one", name))
             pd.testing.assert_frame_equal(one, other, check_exact=True)
     assert timeless(tmp_path / "seed")["estimates"] != first["estimates"]
     assert first["fronts"] is None
@@ -150,7 +151,7 @@ def test_same_bits_for_any_thread_count_and_others_for_another_seed(tmp_path, wi
 
 def test_estimates_and_cells_follow_from_the_scores(small_contest):
     result, folder = small_contest
-    found, scores = document(folder), pd.read_parquet(folder / "scores.parquet")
+    found, scores = document(folder), read_frame(folder / "scores.npz")
     assert found["flights"] == result.flights
     for scenario, count in (("gusts", 8), ("calm", 6)):
         for _, group in scores[scores.scenario == scenario].groupby(["contender", "quantity"]):
@@ -299,8 +300,8 @@ def test_the_study_of_a_contender_can_be_run_alone(small_contest):
 
 def test_traces_and_air_are_those_of_flight_0(small_contest):
     result, folder = small_contest
-    traces, air = pd.read_parquet(folder / "traces.parquet"), pd.read_parquet(folder / "wind.parquet")
-    fans = pd.read_parquet(folder / "responses.parquet")
+    traces, air = read_frame(folder / "traces.npz"), read_frame(folder / "wind.npz")
+    fans = read_frame(folder / "responses.npz")
     assert set(traces.contender) == set(fans.point) == set(NAMES)
     x = traces[(traces.contender == "LADRC") & (traces.scenario == "gusts") & (traces.signal == "x")]
     assert x.reference.tolist()[-1] == 1.0
@@ -322,7 +323,7 @@ def test_a_resumed_contest_ends_in_the_same_bits(small_contest, tmp_path, withou
     _, folder = small_contest
     copy = shutil.copytree(folder, tmp_path / "copy")
     tables = ("fronts.csv", "differences.csv", "contenders/pid/front.csv", "contenders/pid/summary.json")
-    for name in ("contest.json", "scores.parquet", *tables):
+    for name in ("contest.json", "scores.npz", *tables):
         (copy / name).unlink()
     ContestRun(*reopen(copy, None), Watcher(), threads=1).carry_out()
     assert timeless(copy) == timeless(folder)

@@ -4,11 +4,11 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import plant.quadrotor.airframes
 from plant.quadrotor.scenarios import SEARCH
+from tests.tables import read_frame
 from tests.tuner.experiments.inference.asked import CELLS, STUDY, cell, published_medians, write
 from tests.tuner.experiments.inference.conftest import SMALL, run
 from tests.tuner.study.loading import load_contest, load_inference
@@ -85,7 +85,7 @@ def test_same_bits_for_another_thread_count_and_others_for_another_seed(tmp_path
     for name, threads, seed in (("one", 1, 7), ("two", 2, 7), ("seed", 2, 8)):
         _, folder = run(tmp_path / name, text, threads, {**SMALL, "seed": seed})
         results[name] = (
-            pd.read_parquet(folder / "candidates.parquet"),
+            read_frame(folder / "candidates.npz"),
             json.loads((folder / "inference.json").read_text()),
         )
     assert results["one"][0].equals(results["two"][0])

@@ -29,7 +29,7 @@ def results(folder):
         file.relative_to(folder).as_posix(): file.read_bytes()
         for file in sorted(folder.rglob("*"))
         if file.is_file()
-        and file.suffix in (".parquet", ".toml", ".json")
+        and file.suffix in (".npz", ".toml", ".json")
         and file.name not in ("environment.json", "manifest.json")
     }
     document = json.loads(settings.pop("inference.json"))
@@ -45,7 +45,7 @@ def test_a_damaged_generation_is_flown_again_and_nothing_else(paper, tmp_path, w
     asked = load_inference(write(tmp_path, STUDY + published_medians(paper)), SMALL)
     InferenceRun(asked, Folder.create(tmp_path / "out"), Watcher(), threads=2).carry_out()
     expected = results(tmp_path / "out")
-    flights = sorted((tmp_path / "out" / "flights").glob("search-*.parquet"))
+    flights = sorted((tmp_path / "out" / "flights").glob("search-*.npz"))
     assert len(flights) > 2
     content = bytearray(flights[1].read_bytes())
     content[100] ^= 1

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from plant.quadrotor.scenarios import HELD_OUT, SEARCH
+from tests.tables import read_frame
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.experiments.inference.asked import (
     CONTENDERS,
@@ -36,12 +37,12 @@ FILES = (
     "study.toml",
     "environment.json",
     "history.csv",
-    "candidates.parquet",
+    "candidates.npz",
     "inference.json",
     "inferred.toml",
     "figures/inference.png",
     "figures/inference.pdf",
-    "generations/0000.parquet",
+    "generations/0000.npz",
 )
 
 
@@ -160,7 +161,7 @@ def test_tables_agree_with_the_document(answered):
     findings, folder, document = answered
     assert [name for name in FILES if not (folder / name).stat().st_size] == []
     assert_covered(folder)
-    table: Any = pd.read_parquet(folder / "candidates.parquet")
+    table: Any = read_frame(folder / "candidates.npz")
     assert len(table) == document["settings"]["tried"]
     default, inferred = table.iloc[0], table[table.role == "inferred"].iloc[0]
     assert default.role == "default"
@@ -185,7 +186,7 @@ def test_tables_agree_with_the_document(answered):
     for row, cells in zip(document["cells"], logs, strict=True):
         assert abs(np.log(row["best_ratio"])) == pytest.approx(np.abs(cells).min())
     searched = pd.concat(
-        [pd.read_parquet(file) for file in sorted((folder / "generations").glob("*.parquet"))], ignore_index=True
+        [read_frame(file) for file in sorted((folder / "generations").glob("*.npz"))], ignore_index=True
     )
     assert searched.equals(table[table.origin >= 0].drop(columns=["role", "front"]))
     assert (table.origin >= 0).sum() == 12 * 6
@@ -194,7 +195,7 @@ def test_tables_agree_with_the_document(answered):
 
 def test_the_front_is_non_dominated_and_holds_the_inferred(answered):
     findings, folder, document = answered
-    table: Any = pd.read_parquet(folder / "candidates.parquet")
+    table: Any = read_frame(folder / "candidates.npz")
     shown = table[table.front].sort_values("misfit:peak")
     assert document["inferred"] in [row["candidate"] for row in document["front"]] or len(document["front"]) == 12
     for one, other in pairwise(shown.to_dict("records")):

@@ -90,7 +90,7 @@ SAME = (
     "gains.json",
     "start.json",
     "asked.jsonl",
-    "generations/0001.parquet",
+    "generations/0001.npz",
 )
 """Files that are the same bytes however often a run was interrupted and in whatever order its trials were told."""
 

@@ -3,11 +3,11 @@
 import json
 
 import numpy as np
-import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
 from objectives.design import design
+from tests.tables import read_frame
 from tests.tuner.conftest import QUICKSTART, run_small
 from tuner.api import designing as command
 from tuner.cli.main import app
@@ -91,7 +91,7 @@ def test_the_first_generation_holds_the_design_and_the_run_says_what_it_lacks(kn
     outcome = run_small(tmp_path / "run", search__initial=["default", "design"], search__generations=1)
     wanted, _ = starting_points(outcome.study)
     assert np.array_equal(outcome.generations[0].points[:2], wanted)
-    table = pd.read_parquet(tmp_path / "run" / "generations" / "0000.parquet")
+    table = read_frame(tmp_path / "run" / "generations" / "0000.npz")
     values = outcome.study.space.values(wanted)
     for i, variable in enumerate(outcome.study.space.variables):
         column = next(name for name in table.columns if name.endswith(variable.name))

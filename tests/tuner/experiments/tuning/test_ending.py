@@ -14,6 +14,7 @@ import pytest
 
 from objectives.margins.margins import MarginModel
 from plant.quadrotor.gains import gain_addresses
+from tests.tables import read_frame
 from tests.tuner.conftest import NoDrawing, run_small
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, write
@@ -191,9 +192,7 @@ def test_rejudging_by_a_limit_that_nothing_keeps_ends_alike(ran, tmp_path, monke
     told = {entry["label"]: entry for entry in summary_of(tmp_path / "judged")["obstacles"]}
     found = told["mean(rms.position)"]
     assert found["loop"] is None and found["reached"] > 0.01 and "phase_margin(tilt)" not in told
-    values = pd.concat(
-        pd.read_parquet(file) for file in sorted((tmp_path / "judged" / "generations").glob("*.parquet"))
-    )
+    values = pd.concat(read_frame(file) for file in sorted((tmp_path / "judged" / "generations").glob("*.npz")))
     least = values["violation:mean(rms.position)"].min() + 0.01
     assert found["reached"] == pytest.approx(least)
 

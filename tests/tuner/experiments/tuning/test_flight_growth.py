@@ -6,6 +6,7 @@ import pytest
 
 from objectives.risk import Risk
 from plant.errors import InputError
+from tests.tables import read_frame
 from tests.tuner.conftest import run_small
 from tests.tuner.experiments.again.killing import compare, result_of
 from tuner.experiments.again.resume import resume
@@ -55,7 +56,7 @@ def test_values_are_those_of_all_flights(grown):
 def test_tables_on_disk_hold_them(grown):
     outcome, folder = grown
     for generation in outcome.generations:
-        table = pd.read_parquet(folder / "generations" / f"{generation.number:04d}.parquet")
+        table = read_frame(folder / "generations" / f"{generation.number:04d}.npz")
         values = table[[name for name in table if name.startswith("objective:")]].to_numpy()
         assert np.array_equal(values, generation.evaluation.values)
 
@@ -89,7 +90,7 @@ def test_a_run_that_gets_more_flights_ends_as_one_that_had_them(tmp_path, monkey
     resumed = resume(folder, Watcher(), search_flights=16, threads=1)
     assert flights_each(resumed.outcome) == [16] * 6
     run_small(tmp_path / "fresh", **{**GROWING, "scenario__0__search": 16})
-    for name in ("front.csv", "generations/0005.parquet"):
+    for name in ("front.csv", "generations/0005.npz"):
         assert (folder / name).read_bytes() == (tmp_path / "fresh" / name).read_bytes()
     assert verify(folder, 3, 2, Watcher()).identical
     # To the end of the run, and of another one after it.

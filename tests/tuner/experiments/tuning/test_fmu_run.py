@@ -12,6 +12,7 @@ from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
 from plant.quadrotor.scenarios import SEARCH
 from tests.plant.fmu.fmus import write_motor
+from tests.tables import read_frame
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.in_process import called, tuner
 from tuner.api.studies import load_study
@@ -102,8 +103,8 @@ def test_it_is_flown_again_to_the_same_bits(run, written, monkeypatch, capsys):
 def test_a_longer_budget_goes_on(run, written, monkeypatch, capsys, tmp_path):
     longer = shutil.copytree(run, tmp_path / "longer")
     assert tuner(monkeypatch, capsys, "resume", longer, "--budget", "3", "--code", written / "motor.fmu")[0] == 0
-    assert (longer / "generations/0001.parquet").read_bytes() == (run / "generations/0001.parquet").read_bytes()
-    assert (longer / "generations/0002.parquet").exists()
+    assert (longer / "generations/0001.npz").read_bytes() == (run / "generations/0001.npz").read_bytes()
+    assert (longer / "generations/0002.npz").exists()
 
 
 def test_a_results_folder_runs_no_fmu_that_nobody_named(run, written, monkeypatch, capsys, tmp_path):
@@ -130,7 +131,7 @@ def test_a_crash_costs_the_candidate_and_not_the_run(written, tmp_path):
     (tmp_path / "crash.toml").write_text(STUDY, encoding="utf-8")
     results, said = run_of(tmp_path, "crash", "--set", "plant.parameters={fault = 1.2}")
     assert " ".join(said.split()).count("it crashed (SIGABRT)") == 1
-    generation = pd.read_parquet(results / "generations/0000.parquet")
+    generation = read_frame(results / "generations/0000.npz")
     failures = np.array(generation["failures"])
     assert failures.max(axis=0) > 0.0 and failures.min(axis=0) == 0.0
 

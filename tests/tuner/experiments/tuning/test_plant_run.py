@@ -101,7 +101,7 @@ def test_a_longer_budget_gives_what_the_longer_run_gives(run, written, monkeypat
     assert tuner(monkeypatch, capsys, "resume", longer, "--budget", "3", "--code", written / "motor.py")[0] == 0
     changes = [entry.replace("generations=2", "generations=3") for entry in SHORT]
     assert tuner(monkeypatch, capsys, "run", written / "motor.toml", "--out", tmp_path / "at_once", *changes)[0] == 0
-    for name in ("front.csv", "gains.json", "generations/0002.parquet"):
+    for name in ("front.csv", "gains.json", "generations/0002.npz"):
         assert (longer / name).read_bytes() == (tmp_path / "at_once" / name).read_bytes(), name
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from plant.errors import StoreError
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT, SEARCH
+from tests.tables import read_frame
 from tests.tuner.conftest import QUICKSTART, run_small
 from tuner.experiments.tuning.problem import batches
 from tuner.gains import read_gains
@@ -21,7 +22,7 @@ FILES = (
     "front.csv",
     "summary.json",
     "gains.json",
-    "responses.parquet",
+    "responses.npz",
     "report.html",
     "figures/front.png",
     "figures/front.pdf",
@@ -30,7 +31,7 @@ FILES = (
 
 
 def generations(folder):
-    return pd.concat([pd.read_parquet(file) for file in sorted((folder / "generations").glob("*.parquet"))])
+    return pd.concat([read_frame(file) for file in sorted((folder / "generations").glob("*.npz"))])
 
 
 def test_every_file_is_there_and_no_half_file(small_run):

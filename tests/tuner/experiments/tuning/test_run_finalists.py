@@ -1,6 +1,5 @@
 """What a run keeps of every finalist: responses, constrained quantities, margins."""
 
-import io
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +11,7 @@ from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
 from plant.errors import InputError
 from plant.quadrotor.scenarios import HELD_OUT
+from tests.tables import frame_written
 from tuner.analysis.responses import LEVELS, quantiles
 from tuner.experiments.tuning import fans
 from tuner.experiments.tuning.fans import (
@@ -30,7 +30,6 @@ from tuner.experiments.tuning.tables import (
     constraint_table,
     margin_table,
 )
-from tuner.store.arrow import parquet_bytes
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +39,7 @@ def outcome(small_run):
 
 def written(table) -> Any:
     """A table as pandas reads its file."""
-    return pd.read_parquet(io.BytesIO(parquet_bytes(table)))
+    return frame_written(table)
 
 
 def test_responses_of_every_finalist_with_the_flight_in_which_it_did_worst(outcome):

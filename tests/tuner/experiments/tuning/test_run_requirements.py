@@ -13,6 +13,7 @@ from rich.console import Console
 
 from objectives.requirements import Requirement, Screen
 from plant.quadrotor.gains import gain_addresses
+from tests.tables import read_frame
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.cli.printers.tuning import comparison_table
 from tuner.documents.summary import Summary
@@ -73,7 +74,7 @@ def ran(small, tmp_path_factory):
 
 
 def tried(folder):
-    return pd.concat([pd.read_parquet(file) for file in sorted((folder / "generations").glob("*.parquet"))])
+    return pd.concat([read_frame(file) for file in sorted((folder / "generations").glob("*.npz"))])
 
 
 def test_only_what_keeps_the_requirements_is_flown_but_for_the_default(ran):

@@ -151,7 +151,7 @@ def test_killed_and_resumed_without_the_earlier_run(earlier, tmp_path):
     changes = {**CHANGES, "scenario.0.duration": 3.0, "search.starts": [str(earlier)]}
     finish(*run_arguments(tmp_path / "alone", changes), "--threads", 1)
     folder = tmp_path / "killed"
-    assert killed(folder, lambda _: (folder / "generations" / "0001.parquet").exists(), changes)
+    assert killed(folder, lambda _: (folder / "generations" / "0001.npz").exists(), changes)
     shutil.rmtree(earlier)
     finish("resume", folder, "--threads", 2)
     compare(result_of(folder), result_of(tmp_path / "alone"))

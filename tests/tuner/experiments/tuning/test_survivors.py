@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from plant.quadrotor.scenarios import SEARCH
+from tests.tables import read_frame
 from tests.tuner.conftest import run_small
 from tests.tuner.in_process import tuner
 from tuner.experiments.planning.counts import search_flights
@@ -30,7 +31,7 @@ def test_every_candidate_flies_the_first_and_survivors_the_others(staged):
     survivors, tried = outcome.survivors, len(outcome.archive.points)
     assert outcome.generations[-1].flights == FIRST * tried
     assert survivors.flights == (ALL - FIRST) * len(survivors.candidates)
-    flown = pd.concat([pd.read_parquet(file) for file in (folder / "flights").glob("*.parquet")])
+    flown = pd.concat([read_frame(file) for file in (folder / "flights").glob("*.npz")])
     assert len(flown[flown.stream == SEARCH]) == FIRST * tried + survivors.flights
     assert outcome.flights_made == outcome.flights
     assert outcome.generations[-1].flights + survivors.flights <= search_flights(outcome.study)

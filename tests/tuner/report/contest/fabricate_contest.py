@@ -7,10 +7,10 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from tuner.documents.contest_document import ContestDocument
+from tuner.store.columns import stacked
+from tuner.store.npz import npz_bytes
 
 ALL = ("PID", "ADRC", "A-ST-SMC", "PID (other)", "ADRC (other)")
 LAWS = {"PID": "pid", "ADRC": "ladrc", "A-ST-SMC": "hybrid", "PID (other)": "pid", "ADRC (other)": "ladrc"}
@@ -118,11 +118,11 @@ def fabricate(folder: Path, made=None, without=(), **changes):
         "study.toml": lambda file: file.write_text(STUDY, encoding="utf-8"),
         "environment.json": lambda file: file.write_text(json.dumps(ENVIRONMENT), encoding="utf-8"),
         "contest.json": lambda file: file.write_text(document.text(), encoding="utf-8"),
-        "scores.parquet": lambda file: pq.write_table(score_table(made, scores), file),
+        "scores.npz": lambda file: file.write_bytes(npz_bytes(score_table(made, scores))),
         "fronts.csv": lambda file: write_csv([row for rows in fronts.values() for row in rows], file),
-        "responses.parquet": lambda file: pq.write_table(response_table(made), file),
-        "traces.parquet": lambda file: pq.write_table(trace_table(made), file),
-        "wind.parquet": lambda file: pq.write_table(air_table(made), file),
+        "responses.npz": lambda file: file.write_bytes(npz_bytes(response_table(made))),
+        "traces.npz": lambda file: file.write_bytes(npz_bytes(trace_table(made))),
+        "wind.npz": lambda file: file.write_bytes(npz_bytes(air_table(made))),
     }
     folder.mkdir(parents=True)
     for name, write in writers.items():
@@ -339,11 +339,7 @@ def write_csv(rows, file):
 
 def long_table(parts):
     """Stack (names, columns) into one long table: names are repeated for every row of the columns."""
-    tables = []
-    for names, columns in parts:
-        count = len(next(iter(columns.values())))
-        tables.append(pa.table({key: [value] * count for key, value in names.items()} | columns))
-    return pa.concat_tables(tables)
+    return stacked({**names, **columns} for names, columns in parts)
 
 
 def score_table(made, scores):

@@ -7,8 +7,8 @@ from functools import lru_cache
 from html.parser import HTMLParser
 
 import numpy as np
-import pyarrow.parquet as pq
 
+from tests.tables import read_frame
 from tests.tuner.report.reading import Page, read
 
 VOID = ("br", "meta", "input")
@@ -148,7 +148,7 @@ def front_rows(folder):
 
 @lru_cache
 def table_of(file):
-    return pq.read_table(file).to_pandas()
+    return read_frame(file)
 
 
 def rows_of(folder, file, **wanted):

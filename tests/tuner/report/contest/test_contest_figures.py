@@ -4,10 +4,10 @@ import json
 from typing import Any
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
 from plant.errors import StoreError
+from tests.tables import read_frame, write_frame
 from tests.tuner.report.contest.fabricate_contest import ALL, Made, answer, asked, fabricate
 from tests.tuner.report.contest.reading_contest import content, front_rows, shown_rows_of
 from tests.tuner.report.test_report_figures import pdf_box, png_size
@@ -76,7 +76,7 @@ def test_every_figure_is_a_png_and_a_pdf_of_one_size(folder):
 
 
 def test_same_folder_same_bytes_and_nothing_without_data(tmp_path):
-    bare = ("traces.parquet", "responses.parquet", "wind.parquet", "fronts.csv")
+    bare = ("traces.npz", "responses.npz", "wind.npz", "fronts.csv")
     folder = fabricate(tmp_path / "made-up", Made(names=ALL[:2]), without=bare, published=[])
     first = {file.name: file.read_bytes() for file in write_contest_figures(folder)}
     assert {file.name: file.read_bytes() for file in write_contest_figures(folder)} == first
@@ -109,10 +109,10 @@ def test_flight_0_of_every_contender_is_drawn_over_its_band(folder, contest, nam
         assert list(lines(ax)) == flown and len(ax.collections) == len(flown)
         assert ax.get_ylabel().endswith("[m]" if signal in "xyz" else "[°]")
         for contender, band in zip(flown, ax.collections, strict=True):
-            rows = shown_rows_of(folder, "traces.parquet", contender=contender, scenario=scenario, signal=signal)
+            rows = shown_rows_of(folder, "traces.npz", contender=contender, scenario=scenario, signal=signal)
             wanted = shown(np.array(rows["value"]), np.array(rows["reference"]))
             assert up(lines(ax)[contender]) == pytest.approx(wanted)
-            fan = shown_rows_of(folder, "responses.parquet", point=contender, scenario=scenario, signal=signal)
+            fan = shown_rows_of(folder, "responses.npz", point=contender, scenario=scenario, signal=signal)
             ends = [shown(np.array(fan[end]), np.array(fan["reference"])) for end in ("low", "high")]
             heights = np.asarray(band.get_paths()[0].vertices)[:, 1]
             assert (heights.min(), heights.max()) == pytest.approx((ends[0].min(), ends[1].max()))
@@ -144,10 +144,10 @@ def test_rates_follow_from_the_angles(contest):
 
 def test_bands_far_wider_than_the_flight_do_not_press_it_flat(tmp_path):
     folder = fabricate(tmp_path / "made-up", Made(names=ALL[:1]))
-    table = pq.read_table(folder / "responses.parquet").to_pandas()
+    table = read_frame(folder / "responses.npz")
     table["high"] += 100.0
     table["low"] -= 100.0
-    table.to_parquet(folder / "responses.parquet")
+    write_frame(folder / "responses.npz", table)
     for ax in panels(time_figures.positions(open_results(folder))):
         values = np.concatenate([up(line) for line in ax.get_lines()])
         span = values.max() - values.min()
@@ -160,7 +160,7 @@ def test_what_disturbs_is_the_injection_or_else_the_wind(folder, contest):
     wind, turning = time_figures.position_disturbance(contest), time_figures.attitude_disturbance(contest)
     for figure, scenario, kind in ((wind, "gusts", "wind"), (turning, "level", "angular_acceleration")):
         for ax, axis in zip(panels(figure), "xyz", strict=True):
-            air = shown_rows_of(folder, "wind.parquet", scenario=scenario, signal=f"{kind}_{axis}")
+            air = shown_rows_of(folder, "wind.npz", scenario=scenario, signal=f"{kind}_{axis}")
             assert up(ax.get_lines()[0]) == pytest.approx(air["value"])
     assert panels(wind)[0].get_ylabel() == "wind x\n[m/s]"
     assert panels(turning)[0].get_ylabel() == "injected angular\nacceleration x\n[°/s²]"
@@ -252,7 +252,7 @@ def test_differences_stand_where_they_are(folder, contest):
 
 def test_hostile_names_are_only_text(tmp_path):
     made = Made(names=ALL[:2], tuned=False)
-    folder = fabricate(tmp_path / "made-up", made, without=("traces.parquet", "responses.parquet", "wind.parquet"))
+    folder = fabricate(tmp_path / "made-up", made, without=("traces.npz", "responses.npz", "wind.npz"))
     # matplotlib takes what stands between dollar signs for mathematics, and refuses what it does not understand.
     hostile = json.dumps("$\\frac$ ../<b>&$_$")
     text = (folder / "contest.json").read_text(encoding="utf-8")

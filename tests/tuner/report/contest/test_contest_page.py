@@ -7,6 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
+from tests.tables import read_rows, write_rows
 from tests.tuner.report.contest.fabricate_contest import ALL, Made, fabricate, rewrite
 from tests.tuner.report.contest.reading_contest import (
     content,
@@ -45,7 +46,7 @@ def test_nothing_is_fetched(folder):
     assert "url(" not in style and "@import" not in style
     policy = next(a["content"] for t, a, _ in page.elements if a.get("http-equiv") == "Content-Security-Policy")
     assert policy.startswith("default-src 'none'") and "http" not in policy and "*" not in policy
-    assert "plotly.js v" in page.library[:100]
+    assert "plotly.js (cartesian - minified) v" in page.library[:100]
 
 
 def test_ids_are_unique_and_links_and_figures_find_them(folder):
@@ -339,7 +340,7 @@ def test_distributions_are_those_of_the_scores(folder):
     for name, chart in shown.items():
         quantity = told["quantities"][int(name.split("-")[1])]
         for k, trace in enumerate(resolved(chart["traces"], data["arrays"])):
-            flown = rows_of(folder, "scores.parquet", contender=names[k], quantity=quantity["label"])
+            flown = rows_of(folder, "scores.npz", contender=names[k], quantity=quantity["label"])
             values = factor_of(quantity["unit"]) * np.sort(flown["value"])
             # The function jumps where a trace stands to the share of values up to there; places have five digits.
             for x, y in list(zip(trace["x"], trace["y"], strict=True))[1::7]:
@@ -359,12 +360,12 @@ def test_responses_are_those_of_the_files(folder, signal):
                 t for t in traces if t["meta"].get("layer") == f"contender-{k}" and t["meta"]["scenario"] == scenario
             ]
             flight = [t for t in mine if t["meta"]["part"] == "flight"]
-            flown = shown_rows_of(folder, "traces.parquet", contender=entry["name"], scenario=scenario, signal=signal)
+            flown = shown_rows_of(folder, "traces.npz", contender=entry["name"], scenario=scenario, signal=signal)
             assert len(flight) == 1
             assert flight[0]["y"] == pytest.approx(flown["value"], rel=1e-4, abs=1e-9)
             assert flight[0]["x"] == pytest.approx(flown["time"])
             low, high = [t for t in mine if t["meta"]["part"] == "band"]
-            fan = shown_rows_of(folder, "responses.parquet", point=entry["name"], scenario=scenario, signal=signal)
+            fan = shown_rows_of(folder, "responses.npz", point=entry["name"], scenario=scenario, signal=signal)
             assert low["y"] == pytest.approx(fan["low"], rel=1e-4, abs=1e-9)
             assert high["y"] == pytest.approx(fan["high"], rel=1e-4, abs=1e-9) and high["fill"] == "tonexty"
             assert all(
@@ -392,7 +393,7 @@ def test_air_that_does_not_blow_is_not_shown(folder):
     assert "response-wind_z" not in charts
     assert [t["meta"]["scenario"] for t in charts["response-wind_x"]["traces"]] == ["gusts"]
     assert charts["response-wind_x"]["layout"]["meta"] == {"hides": True}
-    air = np.degrees(rows_of(folder, "wind.parquet", scenario="level", signal="angular_acceleration_z")["value"])
+    air = np.degrees(rows_of(folder, "wind.npz", scenario="level", signal="angular_acceleration_z")["value"])
     drawn = resolved(charts["response-angular_acceleration_z"]["traces"][0], read_once(folder).data["arrays"])
     assert drawn["y"] == pytest.approx(air, rel=1e-4)
 
@@ -421,7 +422,7 @@ def test_contenders_own_reports_are_linked_where_they_are(made):
 
 
 def test_what_has_no_data_is_left_out(tmp_path):
-    files = ("scores.parquet", "fronts.csv", "responses.parquet", "traces.parquet", "wind.parquet")
+    files = ("scores.npz", "fronts.csv", "responses.npz", "traces.npz", "wind.npz")
     empty = {
         "published": [],
         "claims": [],
@@ -441,7 +442,7 @@ def test_what_has_no_data_is_left_out(tmp_path):
 
 @pytest.mark.parametrize(
     ("without", "gone"),
-    [("scores.parquet", "distributions"), ("fronts.csv", "fronts")],
+    [("scores.npz", "distributions"), ("fronts.csv", "fronts")],
 )
 def test_one_missing_file_takes_one_section_with_it(tmp_path, without, gone):
     folder = fabricate(tmp_path / "made-up", without=(without,))
@@ -461,7 +462,7 @@ def test_one_missing_file_takes_one_section_with_it(tmp_path, without, gone):
 
 
 def test_flights_without_fans_and_fans_without_flights(tmp_path):
-    for missing, gone in (("responses.parquet", {"band", "median"}), ("traces.parquet", {"flight"})):
+    for missing, gone in (("responses.npz", {"band", "median"}), ("traces.npz", {"flight"})):
         folder = fabricate(tmp_path / missing, without=(missing,))
         write_contest_report(folder)
         offered = {attrs.get("data-layer") for _, attrs, _ in read(folder).elements}
@@ -494,12 +495,10 @@ def test_user_text_is_escaped(tmp_path):
         return whole.get(value, value) if isinstance(value, str) else value
 
     (folder / "contest.json").write_text(json.dumps(spoil(stored(folder))))
-    import pyarrow as pa
-    import pyarrow.parquet as pq
 
     for name in ("scores", "responses", "traces", "wind"):
-        rows = spoil(pq.read_table(folder / f"{name}.parquet").to_pylist())
-        pq.write_table(pa.Table.from_pylist(rows), folder / f"{name}.parquet")
+        rows = spoil(read_rows(folder / f"{name}.npz"))
+        write_rows(folder / f"{name}.npz", rows)
     fronts = (folder / "fronts.csv").read_text().replace("\nPID,", '\n"' + HOSTILE.replace('"', '""') + '",')
     (folder / "fronts.csv").write_text(fronts)
     write_contest_report(folder)

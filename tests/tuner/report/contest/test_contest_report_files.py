@@ -3,10 +3,10 @@
 import json
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 
 from plant.errors import StoreError
+from tests.tables import read_frame, write_frame
 from tests.tuner.report.contest.fabricate_contest import fabricate, rewrite
 from tuner.cli.read import report as report_command
 from tuner.documents.opening import open_results
@@ -32,10 +32,10 @@ def test_missing_folder(tmp_path):
         ("contest.json", "not JSON"),
         ("environment.json", "not JSON"),
         ("fronts.csv", "no rows"),
-        ("scores.parquet", "not a readable Parquet file"),
-        ("responses.parquet", "not a readable Parquet file"),
-        ("traces.parquet", "not a readable Parquet file"),
-        ("wind.parquet", "not a readable Parquet file"),
+        ("scores.npz", "not a readable table"),
+        ("responses.npz", "not a readable table"),
+        ("traces.npz", "not a readable table"),
+        ("wind.npz", "not a readable table"),
     ],
 )
 def test_damaged_file(made, name, complaint):
@@ -87,10 +87,10 @@ def test_missing_key_is_named(made, key):
 
 
 def test_number_that_is_none_is_refused(made):
-    table = pq.read_table(made / "scores.parquet").to_pandas()
+    table = read_frame(made / "scores.npz")
     table.loc[3, "value"] = np.nan
-    table.to_parquet(made / "scores.parquet")
-    with pytest.raises(StoreError, match=r"scores.parquet: the column 'value' holds something"):
+    write_frame(made / "scores.npz", table)
+    with pytest.raises(StoreError, match=r"scores.npz: the column 'value' holds something"):
         _ = open_results(made).scores
 
 
@@ -104,10 +104,9 @@ def test_column_that_is_not_there_is_named(made):
 def test_rows_need_not_be_neighbours(made):
     before = open_results(made)
     for name in ("traces", "responses", "scores", "wind"):
-        table = pq.read_table(made / f"{name}.parquet")
+        table = read_frame(made / f"{name}.npz")
         key = "flight" if name == "scores" else "time"
-        order = np.argsort(table.column(key).to_numpy(), kind="stable")
-        pq.write_table(table.take(order), made / f"{name}.parquet")
+        write_frame(made / f"{name}.npz", table.sort_values(key, kind="stable"))
     after = open_results(made)
     for kind in ("traces", "fans", "scores", "air"):
         assert len(getattr(after, kind)) == len(getattr(before, kind)) > 0
@@ -122,7 +121,7 @@ def test_scores_of_all_scenarios_count_together(made):
 
 
 def test_the_command_draws_a_contest_again(tmp_path, capsys):
-    made = fabricate(tmp_path / "made-up", without=("traces.parquet", "responses.parquet", "wind.parquet"))
+    made = fabricate(tmp_path / "made-up", without=("traces.npz", "responses.npz", "wind.npz"))
     report_command(made)
     assert capsys.readouterr().out.strip().endswith("report.html")
     assert (made / "report.html").exists() and (made / "figures" / "front.png").stat().st_size > 5000

@@ -1,0 +1,106 @@
+"""Files of tables in results folders: .npz and, in folders of earlier versions, Parquet."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+from zipfile import BadZipFile
+from zlib import error as DeflateError
+
+import numpy as np
+
+from plant.input_files import MOST_TABLE, read_input
+from tuner.store.columns import Coded
+from tuner.store.document import refuse
+from tuner.store.npz import NpzTable
+
+if TYPE_CHECKING:
+    from tuner.store.parquet import ParquetTable
+
+KIND, FORMER = ".npz", ".parquet"
+# What the readers of both raise where a file is damaged.
+UNREADABLE = (
+    ValueError,
+    TypeError,
+    LookupError,
+    ArithmeticError,
+    OSError,
+    EOFError,
+    RuntimeError,
+    BadZipFile,
+    DeflateError,
+)
+
+
+class TableFile:
+    """The table in a file, whose columns are read when they are asked for; StoreError where it is missing or damaged.
+
+    content: of the file, where it is read already. names: of the columns.
+    """
+
+    def __init__(self, file: Path, content: bytes | None = None) -> None:
+        self._file = file
+        with self._refusing():
+            content = read_input(file, MOST_TABLE) if content is None else content
+            self._table = _former(content) if file.suffix == FORMER else NpzTable(content)
+            self.names = self._table.names
+
+    def column(self, name: str) -> np.ndarray | Coded:
+        """Return a column: numbers (rows,), rows of numbers (rows, n) or coded texts."""
+        if name not in self.names:
+            raise refuse(self._file, f"the column '{name}' is missing")
+        with self._refusing():
+            return self._table.column(name)
+
+    def numbers(self, name: str, rows: bool = False) -> np.ndarray:
+        """Return a column of numbers as float64 (rows,); rows: one of rows of numbers (rows, n)."""
+        values = self.column(name)
+        if isinstance(values, Coded) or values.ndim != 1 + rows:
+            raise refuse(self._file, f"the column '{name}' holds no {'rows of ' * rows}numbers")
+        return values.astype(np.float64, copy=False)
+
+    def block(self, names: Sequence[str]) -> np.ndarray:
+        """Return columns of numbers (rows, columns)."""
+        return np.stack([self.numbers(name) for name in names], axis=1)
+
+    def coded(self, name: str) -> Coded:
+        """Return a column of texts."""
+        values = self.column(name)
+        if not isinstance(values, Coded):
+            raise refuse(self._file, f"the column '{name}' holds no text")
+        return values
+
+    def note(self, name: str) -> str:
+        """Return a text beside the columns."""
+        with self._refusing():
+            return self._table.note(name)
+
+    @contextmanager
+    def _refusing(self) -> Iterator[None]:
+        try:
+            yield
+        except FileNotFoundError:
+            raise refuse(self._file, "there is no such file") from None
+        except UNREADABLE as error:
+            reason = (str(error).splitlines() or [type(error).__name__])[0]
+            raise refuse(self._file, f"not a readable table ({reason:.80})") from error
+
+
+def _former(content: bytes) -> "ParquetTable":
+    # Folders of this version need no pyarrow.
+    from tuner.store.parquet import ParquetTable
+
+    return ParquetTable(content)
+
+
+def table_files(folder: Path) -> list[Path]:
+    """Return the files of tables in a folder, by name; one of an earlier version only where there is no later one of its name."""
+    found = {file.stem: file for kind in (FORMER, KIND) for file in folder.glob(f"*{kind}")}
+    return [found[name] for name in sorted(found)]
+
+
+def table_file(folder: Path, name: str) -> Path:
+    """Return the file of a table in a folder by its name without an ending, written or not."""
+    former = folder / f"{name}{FORMER}"
+    written = folder / f"{name}{KIND}"
+    return former if former.exists() and not written.exists() else written
