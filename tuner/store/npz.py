@@ -24,11 +24,11 @@ HEADER = re.compile(
     re.DOTALL,
 )
 """Header of an array: type and shape."""
-MOST_MEMBERS = 20_000
-MOST_LETTER, SURROGATES = 0x10FFFF, 0xD800 >> 11
+MAX_MEMBERS = 20_000
+MAX_LETTER, SURROGATES = 0x10FFFF, 0xD800 >> 11
 TEXTS, CATEGORIES = ".texts", ".categories"
 # Bytes of which a sample tells whether the rest is worth compressing, which takes 40 ns a byte where nothing repeats.
-SAMPLE, WORTH = 2**12, 0.75
+N_SAMPLE, MAX_PACKED = 2**12, 0.75
 
 
 def npz_bytes(columns: Mapping[str, Any], **notes: str) -> bytes:
@@ -67,18 +67,18 @@ def _add(file: ZipFile, name: str, content: bytes) -> None:
     # Without a date, a system or rights of this machine.
     member = ZipInfo(name)
     member.create_system, member.external_attr = 3, 0o600 << 16
-    sample = content[len(content) // 2 :][:SAMPLE]
-    member.compress_type = ZIP_DEFLATED if len(compress(sample, 1)) < WORTH * len(sample) else ZIP_STORED
+    sample = content[len(content) // 2 :][:N_SAMPLE]
+    member.compress_type = ZIP_DEFLATED if len(compress(sample, 1)) < MAX_PACKED * len(sample) else ZIP_STORED
     file.writestr(member, content, compresslevel=1)
 
 
 class NpzTable:
-    """A table in the bytes of an .npz file, whose columns are read when they are asked for."""
+    """Table in the bytes of an .npz file; columns are read on demand."""
 
     def __init__(self, content: bytes) -> None:
         # The index of a zip file takes a kilobyte for each member while it is read.
-        if content.count(b"PK\x01\x02") > MOST_MEMBERS:
-            raise ValueError(f"it has more than {MOST_MEMBERS:,} columns")
+        if content.count(b"PK\x01\x02") > MAX_MEMBERS:
+            raise ValueError(f"it has more than {MAX_MEMBERS:,} columns")
         self._zip = ZipFile(io.BytesIO(content))
         self._members = {member.filename: member for member in self._zip.infolist()}
         size = sum(member.file_size for member in self._members.values())
@@ -137,7 +137,7 @@ def _coded(codes: np.ndarray, texts: np.ndarray, categorical: bool) -> Coded:
         raise ValueError("codes of texts are no integers, or stand for no texts")
     letters = np.frombuffer(texts.tobytes(), "<u4")
     # Beyond Unicode, or halves of pairs, which no file can be written with.
-    if ((letters > MOST_LETTER) | (letters >> 11 == SURROGATES)).any():
+    if ((letters > MAX_LETTER) | (letters >> 11 == SURROGATES)).any():
         raise ValueError("a text holds letters that there are not")
     names = texts.tolist()
     if len(set(names)) != len(names) or (len(codes) and not 0 <= codes.min() <= codes.max() < len(names)):

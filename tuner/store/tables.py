@@ -33,8 +33,9 @@ UNREADABLE = (
 
 
 class TableFile:
-    """The table in a file, whose columns are read when they are asked for; StoreError where it is missing or damaged.
+    """Table in a file, read column by column.
 
+    StoreError where it is missing or damaged.
     content: of the file, where it is read already. names: of the columns.
     """
 
@@ -94,13 +95,16 @@ def _former(content: bytes) -> "ParquetTable":
 
 
 def table_files(folder: Path) -> list[Path]:
-    """Return the files of tables in a folder, by name; one of an earlier version only where there is no later one of its name."""
-    found = {file.stem: file for kind in (FORMER, KIND) for file in folder.glob(f"*{kind}")}
-    return [found[name] for name in sorted(found)]
+    """Return the files of tables in a folder by name.
+
+    One of an earlier version counts only where there is no later one of its name.
+    """
+    files = {file.stem: file for kind in (FORMER, KIND) for file in folder.glob(f"*{kind}")}
+    return [files[name] for name in sorted(files)]
 
 
 def table_file(folder: Path, name: str) -> Path:
-    """Return the file of a table in a folder by its name without an ending, written or not."""
+    """Return the file of a table, written or not; name: without its ending."""
     former = folder / f"{name}{FORMER}"
     written = folder / f"{name}{KIND}"
     return former if former.exists() and not written.exists() else written
