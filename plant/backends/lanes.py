@@ -26,6 +26,7 @@ from numba.np.numpy_support import carray
 from plant import primitives, records
 from plant.backends import branch_free, vector_math, workspace
 from plant.backends.cache import load_kernel
+from plant.backends.compiling import inliner
 from plant.backends.identity import identity
 from plant.backends.rebind import Rebinder
 from plant.loop import ClosedLoop
@@ -38,10 +39,7 @@ LANES = 16
 FAST_MATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
 
 
-def _inline(function: Callable[..., Any]) -> Any:
-    # Wrappers for calls from Python would box nested records and take longer to compile than the function.
-    options: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return numba.njit(fastmath=FAST_MATH, error_model="numpy", **options)(function)
+_inline = inliner({"fastmath": FAST_MATH, "error_model": "numpy"}, _nrt=False)
 
 
 def _names() -> dict[str, Any]:
