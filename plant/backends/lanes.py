@@ -24,9 +24,9 @@ import numpy as np
 from numba.np.numpy_support import carray
 
 from plant import primitives, records
-from plant.backends import branch_free, vector_math, workspace
+from plant.backends import branch_free, compiling, vector_math, workspace
 from plant.backends.cache import load_kernel
-from plant.backends.compiling import inliner
+from plant.backends.compiling import inliner, kernel
 from plant.backends.identity import identity
 from plant.backends.rebind import Rebinder
 from plant.loop import ClosedLoop
@@ -39,7 +39,8 @@ LANES = 16
 FAST_MATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
 
 
-_inline = inliner({"fastmath": FAST_MATH, "error_model": "numpy"}, _nrt=False)
+OPTIONS: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy"}
+_inline = inliner(OPTIONS)
 
 
 def _names() -> dict[str, Any]:
@@ -67,7 +68,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
         return inner(*arguments)
 
-    return numba.njit(fastmath=FAST_MATH, error_model="numpy")(call)
+    return kernel(OPTIONS)(call)
 
 
 @dataclass(frozen=True)
@@ -123,7 +124,7 @@ def put(a, row, part):
             a[row + r, l] = part[r, l]
 
 
-@jit(nogil=True, fastmath=FAST_MATH, error_model="numpy")
+@kernel
 def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references, targets_row, limits_row, h, plant_step,
         substeps, out, traced, trace, every):
     nominal = load_nominal(nominal_row, 0)
@@ -239,6 +240,7 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
     names: dict[str, Any] = {
         "np": np,
         "jit": numba.njit,
+        "kernel": kernel(OPTIONS),
         "inline": _inline,
         "FAST_MATH": FAST_MATH,
         "prepare": bind(loop.prepare),
@@ -248,7 +250,7 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
         "place": bind(loop.place),
     }
     kernel_sources = {
-        Path(str(part.__file__)) for part in (records, primitives, branch_free, vector_math, sys.modules[__name__])
+        Path(str(part.__file__)) for part in (records, primitives, branch_free, compiling, vector_math, sys.modules[__name__])
     }
     return names, bind.sources | kernel_sources | loop.sources
 
