@@ -41,8 +41,8 @@ class _InlinedLibrary(JITCodeLibrary):
 def _finalize(library: _InlinedLibrary, *_: Any) -> Any:
     """Finish a library, in place of numba's `get_executable`; the function in it raises TypeError if Python calls it."""
     library.finalize()
-    # Numba tells functions apart by this object, which must be a built-in function: this one takes no argument.
-    return object().__sizeof__
+    # Numba tells functions apart by this object, which must be a built-in function and gets a tuple: this one takes only text.
+    return object().__format__
 
 
 class _InlinedCompiler(KernelCompiler):
@@ -69,8 +69,13 @@ def inliner(options: dict[str, Any], allocates: bool = False) -> Callable[[Calla
     for something to be counted at every use.
     """
     # Wrappers for calls from Python take longer to compile than the functions.
-    inlined: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return numba.njit(**options, **inlined, _nrt=allocates, pipeline_class=_InlinedCompiler)
+    inlined: dict[str, Any] = {
+        "forceinline": True,
+        "no_cpython_wrapper": True,
+        "no_cfunc_wrapper": True,
+        "_nrt": allocates,
+    }
+    return numba.njit(**options, **inlined, pipeline_class=_InlinedCompiler)
 
 
 def read_only(values: Array) -> Array:

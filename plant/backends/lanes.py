@@ -250,7 +250,8 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
         "place": bind(loop.place),
     }
     kernel_sources = {
-        Path(str(part.__file__)) for part in (records, primitives, branch_free, compiling, vector_math, sys.modules[__name__])
+        Path(str(part.__file__))
+        for part in (records, primitives, branch_free, compiling, vector_math, sys.modules[__name__])
     }
     return names, bind.sources | kernel_sources | loop.sources
 
