@@ -1,4 +1,4 @@
-"""How numba compiles kernels and the functions that they inline, and the one kind of array that they read."""
+"""Numba's options for kernels, for what they inline, and their arrays."""
 
 import gc
 from collections.abc import Callable
@@ -31,7 +31,10 @@ class KernelCompiler(Compiler):
 
 
 class _InlinedLibrary(JITCodeLibrary):
-    """Code that is optimised for its callers and never becomes machine code, which nobody would run: a sixth of the time."""
+    """Code that is optimised for its callers.
+
+    It never becomes machine code, which nobody would run: a sixth of the time.
+    """
 
     def _finalize_final_module(self) -> None:
         self._finalize_dynamic_globals()
@@ -58,7 +61,10 @@ class _InlinedCompiler(KernelCompiler):
 
 
 def kernel(options: dict[str, Any]) -> Callable[[Callable[..., Any]], Any]:
-    """Return a decorator that has numba compile functions that Python calls, without Python's lock."""
+    """Return a decorator that compiles functions for calls from Python.
+
+    They give Python's lock away.
+    """
     return numba.njit(**options, nogil=True, pipeline_class=KernelCompiler)
 
 
