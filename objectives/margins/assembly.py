@@ -8,7 +8,6 @@ for each candidate.
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +15,7 @@ from objectives.margins.linearise import LinearLoops, PeriodStep, Plant
 from objectives.margins.period import BODY, N_CHANNELS, ROTORS
 from objectives.margins.structure import Block
 from plant.backends.cache import keep_file
+from plant.backends.compiling import kernel
 
 Array = NDArray[np.float64]
 
@@ -107,4 +107,4 @@ def assemble(
             out[i, place[j]] += weight[j] * entries[rows[i], entry[j]]
 
 
-assemble = keep_file(numba.njit(**OPTIONS, nogil=True)(assemble), Path(__file__))
+assemble = keep_file(kernel(OPTIONS)(assemble), Path(__file__))

@@ -8,13 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.linearise import LinearLoops
 from plant.backends.cache import keep_file
-from plant.backends.compiling import inliner, read_only
+from plant.backends.compiling import inliner, kernel, read_only
 
 Array = NDArray[np.float64]
 
@@ -125,4 +124,4 @@ def close_all(given: tuple[Array, ...], gain: Array, first: int, out: tuple[Arra
             add_product(d, on_outputs, answers, states, new_d[n, case])
 
 
-close_all = keep_file(numba.njit(**OPTIONS, nogil=True)(close_all), Path(__file__))
+close_all = keep_file(kernel(OPTIONS)(close_all), Path(__file__))

@@ -19,13 +19,12 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from plant.backends import cache
 from plant.backends.cache import keep_file
-from plant.backends.compiling import inliner
+from plant.backends.compiling import inliner, kernel
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -44,12 +43,12 @@ OFFSETS = (-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0)
 RIVAL = 0.5
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz", "afn"}}
-inlined = inliner(OPTIONS)
+inlined, allocating = inliner(OPTIONS), inliner(OPTIONS, allocates=True)
 
 
 def compiled(function: Callable[..., Any]) -> Any:
     """Compile a function that is called from Python and keep it."""
-    return keep_file(numba.njit(**OPTIONS, nogil=True)(function), Path(__file__))
+    return keep_file(kernel(OPTIONS)(function), Path(__file__))
 
 
 @inlined
@@ -145,7 +144,7 @@ def resonances(first: float, last: float, poles: Complex, h: float, extra: Array
     return n
 
 
-@inlined
+@allocating
 def merged(grid: Array, poles: Complex, h: float) -> Array:
     """Columns (3, n): frequencies w of the grid (3, f) and of narrow resonances in order, cos wh, sin wh."""
     extra = np.empty(len(OFFSETS) * len(poles))
@@ -191,7 +190,7 @@ def sample(points: Array, poles: Complex, residues: Complex, t: Array) -> None:
                 im[i] += s * (rise * under - top * skew)
 
 
-@inlined
+@allocating
 def highest(points: Array, t: Array, poles: Complex, residues: Complex, h: float, level: float) -> tuple[float, float]:
     """Frequency and height of the highest peak of |T + level|."""
     w, n = points[0], points.shape[1]
@@ -236,7 +235,7 @@ def crossings(
             count += 1
 
 
-@inlined
+@allocating
 def read_curve(
     grid: Array, poles: Complex, residues: Complex, h: float, levels: Array, peaks: Array, crossed: Array, kinds: range
 ) -> None:
@@ -290,7 +289,7 @@ def read_all(
                 read_curve(grid, poles[i], residues[i, j], h, levels, peaks[i, j], crossed[i, j], kinds)
 
 
-@inlined
+@allocating
 def highest_crossing(grid: Array, poles: Complex, residues: Complex, h: float, square: float) -> float:
     """Highest frequency at which |T|^2 falls to `square`; the end of the grid where it is above there, 0 where it never is."""
     points = merged(grid, poles, h)

@@ -9,12 +9,12 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.frequency import Modes
 from plant.backends.cache import keep_file
+from plant.backends.compiling import kernel
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -66,7 +66,7 @@ def lowest_levels(
                 out[i, j] = high
 
 
-lowest_levels = keep_file(numba.njit(**OPTIONS, nogil=True)(lowest_levels), Path(__file__))
+lowest_levels = keep_file(kernel(OPTIONS)(lowest_levels), Path(__file__))
 
 
 def group_delay(modes: Modes, residues: Complex, crossover: Array, h: float) -> Array:

@@ -12,12 +12,11 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from plant.backends.cache import keep_file
-from plant.backends.compiling import inliner
+from plant.backends.compiling import inliner, kernel
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -27,7 +26,7 @@ Complex = NDArray[np.complex128]
 NEGLIGIBLE, SWEEPS, STUCK = 2.3e-16, 30, 10
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
-inlined = inliner(OPTIONS)
+inlined, allocating = inliner(OPTIONS), inliner(OPTIONS, allocates=True)
 
 
 @inlined
@@ -43,7 +42,7 @@ def reflect(rows: Array, v: Array, scale: float, first: int) -> None:
             rows[i, j] -= along * v[j]
 
 
-@inlined
+@allocating
 def reduce(h: Array, b: Array, c: Array) -> None:
     """Reduce a matrix h (n, n) to Hessenberg form.
 
@@ -316,4 +315,4 @@ def split(
         spread[row] = math.sqrt(total) if done else np.inf
 
 
-split = keep_file(numba.njit(**OPTIONS, nogil=True)(split), Path(__file__))
+split = keep_file(kernel(OPTIONS)(split), Path(__file__))

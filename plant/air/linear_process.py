@@ -102,11 +102,10 @@ def sample(process: SampledProcess, normals: Array) -> Array:
 @cache
 def _recursion() -> Callable[[float, Array], None]:
     """Return the compiled loop x_k = pole x_(k-1) + drive_k, in place. (scipy.signal has it too, but takes 1.4 s to import.)"""
-    from numba import njit
-
     from plant.backends.cache import keep_file
+    from plant.backends.compiling import kernel
 
-    return keep_file(njit(nogil=True)(_recursive_sum), Path(__file__))
+    return keep_file(kernel({})(_recursive_sum), Path(__file__))
 
 
 def _recursive_sum(pole: float, drive: Array) -> None:

@@ -17,7 +17,7 @@ BEFORE = -1
 """Instant that is given to begin a flight."""
 
 RUN = """
-@jit(nogil=True, fastmath=FAST_MATH, error_model="numpy")
+@kernel
 def run(gains, nominal_row, dynamics_row, start_row, disturbances, noises, references, targets_row, limits_row, h, plant_step,
         substeps, k, thrusts, state):
     nominal = load_nominal(nominal_row, 0)

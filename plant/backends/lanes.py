@@ -24,8 +24,9 @@ import numpy as np
 from numba.np.numpy_support import carray
 
 from plant import primitives, records
-from plant.backends import branch_free, vector_math, workspace
+from plant.backends import branch_free, compiling, vector_math, workspace
 from plant.backends.cache import load_kernel
+from plant.backends.compiling import inliner, kernel
 from plant.backends.identity import identity
 from plant.backends.rebind import Rebinder
 from plant.loop import ClosedLoop
@@ -38,10 +39,8 @@ LANES = 16
 FAST_MATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
 
 
-def _inline(function: Callable[..., Any]) -> Any:
-    # Wrappers for calls from Python would box nested records and take longer to compile than the function.
-    options: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    return numba.njit(fastmath=FAST_MATH, error_model="numpy", **options)(function)
+OPTIONS: dict[str, Any] = {"fastmath": FAST_MATH, "error_model": "numpy"}
+_inline = inliner(OPTIONS)
 
 
 def _names() -> dict[str, Any]:
@@ -69,7 +68,7 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
         return inner(*arguments)
 
-    return numba.njit(fastmath=FAST_MATH, error_model="numpy")(call)
+    return kernel(OPTIONS)(call)
 
 
 @dataclass(frozen=True)
@@ -125,7 +124,7 @@ def put(a, row, part):
             a[row + r, l] = part[r, l]
 
 
-@jit(nogil=True, fastmath=FAST_MATH, error_model="numpy")
+@kernel
 def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references, targets_row, limits_row, h, plant_step,
         substeps, out, traced, trace, every):
     nominal = load_nominal(nominal_row, 0)
@@ -241,6 +240,7 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
     names: dict[str, Any] = {
         "np": np,
         "jit": numba.njit,
+        "kernel": kernel(OPTIONS),
         "inline": _inline,
         "FAST_MATH": FAST_MATH,
         "prepare": bind(loop.prepare),
@@ -250,7 +250,8 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
         "place": bind(loop.place),
     }
     kernel_sources = {
-        Path(str(part.__file__)) for part in (records, primitives, branch_free, vector_math, sys.modules[__name__])
+        Path(str(part.__file__))
+        for part in (records, primitives, branch_free, compiling, vector_math, sys.modules[__name__])
     }
     return names, bind.sources | kernel_sources | loop.sources
 

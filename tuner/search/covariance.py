@@ -13,18 +13,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from plant.backends import cache
 from plant.backends.cache import keep_file
-from plant.backends.compiling import inliner
+from plant.backends.compiling import inliner, kernel
 
 Array = NDArray[np.float64]
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz"}}
-inlined = inliner(OPTIONS)
+inlined, allocating = inliner(OPTIONS), inliner(OPTIONS, allocates=True)
 # Distance beyond which correlations no longer fall: e^{-40} is 4e-18. Taylor's series is around half of a 256th of it.
 MAX_DISTANCE = 40.0
 CENTER = MAX_DISTANCE / 512.0
@@ -38,7 +37,7 @@ MIN_PIVOT = 1e-10
 
 def compiled(function: Callable[..., Any]) -> Any:
     """Compile a function that is called from Python and keep it."""
-    return keep_file(numba.njit(**OPTIONS, nogil=True)(function), Path(function.__code__.co_filename))
+    return keep_file(kernel(OPTIONS)(function), Path(function.__code__.co_filename))
 
 
 @inlined
@@ -110,7 +109,7 @@ def factorize_cholesky(matrix: Array) -> None:
                 matrix[j, i] = matrix[i, j]
 
 
-@inlined
+@allocating
 def correlation_matrix(scaled: Array, noise: float) -> Array:
     """Return the correlation matrix with noise (n, n), upper triangle: of points in length scales (n, d)."""
     n = len(scaled)
@@ -218,7 +217,7 @@ def likelihood(points: Array, targets: Array, logs: Array) -> tuple[float, Array
     return value + 0.5 * n * math.log(variance), gradient
 
 
-@inlined
+@allocating
 def invert(upper: Array) -> Array:
     """Return the inverse (n, n) of U^T U: upper triangle, with U an upper triangle (n, n)."""
     n = len(upper)
