@@ -248,7 +248,9 @@ def srinivas(points):
 
 @pytest.mark.parametrize("name", ["nsga2", "nsga3", "age_moea"])
 def test_a_known_front_between_constraints(name):
-    points, values, violations = (part.reshape(-1, 2) for part in run(name, 2, srinivas, 2, LARGE_POPULATION, generations=40))
+    points, values, violations = (
+        part.reshape(-1, 2) for part in run(name, 2, srinivas, 2, LARGE_POPULATION, generations=40)
+    )
     front = feasible_front(values, violations)
     x, y = (40.0 * points[front] - 20.0).T
     # Within 0.1 of the line lies 0.0015 of the square: 1.6 of 1040 points at random. Fifteen have a chance of at most

@@ -135,7 +135,7 @@ def shifted(identified, flight, moves):
     estimate = identified.flights[flight]
     point = estimate.point + [moves.get(name, 0.0) for name in estimate.names]
     flights = list(identified.flights)
-    flights[flight] = replace(estimate, point=point)
+    flights[flight] = estimate._replace(point=point)
     return replace(identified, flights=tuple(flights))
 
 
