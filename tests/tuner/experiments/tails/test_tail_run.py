@@ -10,7 +10,6 @@ import pytest
 
 import tuner
 from objectives.tails.intervals import FIRST
-from objectives.tails.planning import PILOT_CHAINS
 from plant.errors import InputError, StoreError
 from tests.tuner.conftest import QUICKSTART
 from tuner.api.frames import json_text
@@ -31,14 +30,13 @@ SETTINGS = {"to": 1e-3, "width": 2.0, "most": 200_000}
 
 @pytest.fixture(scope="module", autouse=True)
 def few_replicas_and_failures():
-    """Have a fifth of the replicas, a quarter of the failures and three fifths of the chains of a pilot.
+    """Have a fifth of the replicas and a quarter of the failures.
 
     Coverage is tested where they are made, and searches of design points from each failure took three quarters of the time.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("objectives.tails.estimate.FIRST", 4)
         patch.setattr("objectives.tails.planning.FAILURES", 2)
-        patch.setattr("objectives.tails.planning.PILOT_CHAINS", 30)
         yield
 
 
@@ -301,7 +299,6 @@ def test_the_answer_has_a_line_for_every_event_mode_and_point(made, capsys):
 def test_the_flights_that_are_announced_are_about_those_that_are_made(study, monkeypatch):
     """Of a wide interval too, which the first replicas make narrower than asked for."""
     monkeypatch.setattr("objectives.tails.estimate.FIRST", FIRST)
-    monkeypatch.setattr("objectives.tails.planning.PILOT_CHAINS", PILOT_CHAINS)
     messages: list[str] = []
     watcher = Watcher()
     monkeypatch.setattr(watcher, "on_message", messages.append)
