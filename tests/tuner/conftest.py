@@ -6,10 +6,16 @@ the folder where it spoils something. Commands run in this process by the fixtur
 the process itself: its streams, signals, environment or memory. Figures are blank but in `tests/tuner/report/`; `no_figures`
 leaves them out. Bundles of C hold few golden vectors by `few_golden_vectors`. Folders whose files share such a fixture belong
 into `TOGETHER` of `tests/conftest.py`, so that one worker makes it for all. What takes 10 s all the same, and has a small
-stand-in, is marked `slow` and named in `.ci/run`.
+stand-in, is marked `slow` and named in `.ci/run`; that prints the twenty slowest tests and the seconds of each stage.
+
+What made tests dear, most first: a loop of its own (laws, features of the vehicle and metrics together are one kernel, of some
+10 s: take those of another test, and make a step once for all vehicles of the same features); a fit of a log (5 s: move numbers of
+a fit that is there, as `shifted` of test_random_effects.py does); a process (2 s for its imports: start one that forks);
+populations and pilots as large as a study's (12 candidates show what a search keeps).
 """
 
 from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from subprocess import CompletedProcess
 
@@ -77,6 +83,14 @@ def _code_is_not_announced(monkeypatch):
 def no_figures(monkeypatch):
     """Have runs write no figures at all, which a blank page still takes a third of a second for."""
     monkeypatch.setattr("tuner.report.start_figures", lambda folder: NoDrawing())
+
+
+@pytest.fixture
+def few_golden_vectors(monkeypatch):
+    """Have bundles of C hold 16 golden vectors of each kind, not 200."""
+    from tuner.exchange.c99.golden import golden
+
+    monkeypatch.setattr("tuner.exchange.c99.export.golden", partial(golden, steps=16))
 
 
 @pytest.fixture(scope="session")

@@ -50,8 +50,11 @@ def columns(records):
 
 
 @cache
-def compiled(function):
-    return lanes.compiled(function)
+def steps_of(features):
+    """The step of the plant with some features in Python, on arrays, in CasADi and compiled: vehicles differ in numbers alone."""
+    advance = close_loop(close_cascade(LAWS["pid"], LAWS["pid"]), NO_METERS, features).advance
+    expression = symbolic.symbolic_function("advance", advance, (Body, Rotors, Disturbance, Dynamics, float))
+    return advance, array.rebinder()(advance), expression, lanes.compiled(advance)
 
 
 @pytest.mark.parametrize(("name", "linear"), [*[(name, 0.0) for name in names()], ("f450", 0.4), ("f450", -0.4)])
@@ -59,7 +62,7 @@ def test_plant_step(name, linear):
     draw = np.random.default_rng(1)
     vehicle = airframe(name)._replace(thrust_linear=linear)
     f = dynamics(vehicle)
-    advance = close_loop(close_cascade(LAWS["pid"], LAWS["pid"]), NO_METERS, vehicle_features(vehicle, H)).advance
+    advance, on_arrays, expression, native = steps_of(vehicle_features(vehicle, H))
     bodies = [random_body(draw, vehicle) for _ in range(SAMPLES)]
     commands = [Rotors(*(flatten(body.rotor_speed)[0] * draw.uniform(0.5, 1.5, 4)).tolist()) for body in bodies]
     airs = [pack(Disturbance, draw.normal(size=12).tolist()) for _ in bodies]
@@ -67,14 +70,11 @@ def test_plant_step(name, linear):
     wanted = np.array([flatten(body) for body in plain])
     scale = np.maximum(np.abs(wanted), 10.0)
 
-    on_arrays = array.rebinder()(advance)
     result = on_arrays(
         pack(Body, columns(bodies)), pack(Rotors, columns(commands)), pack(Disturbance, columns(airs)), f, 1e-3
     )
     close(np.stack(flatten(result), axis=1) / scale, wanted / scale, 1.0)
 
-    expression = symbolic.symbolic_function("advance", advance, (Body, Rotors, Disturbance, Dynamics, float))
-    native = compiled(advance)
     for body, command, air, row, size_of in zip(bodies, commands, airs, wanted, scale, strict=True):
         symbols = expression(flatten(body), flatten(command), flatten(air), flatten(f), 1e-3)
         close(np.array(symbols).ravel() / size_of, row / size_of, 1.0)

@@ -139,6 +139,7 @@ def test_margins(case):
             tuner.margins(case.gains, wind=3.0)
 
 
+@pytest.mark.usefixtures("few_golden_vectors")
 def test_export_is_verified_recorded_and_can_be_taken_back(case, tmp_path):
     previous = case.results.default.write(tmp_path / "previous.json")
     folders = []

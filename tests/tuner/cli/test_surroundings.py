@@ -6,7 +6,6 @@ import os
 import re
 import subprocess
 import sys
-from itertools import product
 from pathlib import Path
 
 import pytest
@@ -22,6 +21,21 @@ from tuner.text.signals import CRASHED
 ROOT = Path(__file__).parents[3]
 
 CODE = "from tuner.__main__ import run; run()"
+# Each command line of a list in a process of its own, which finds the tool imported in the surroundings of all.
+EACH = """
+import json, os, sys
+import tuner.cli.main
+from tuner.__main__ import run
+
+for number, words in enumerate(json.loads(sys.argv[1])):
+    child = os.fork()
+    if not child:
+        for stream in (1, 2):
+            os.dup2(os.open(f"{number}.{stream}", os.O_CREAT | os.O_WRONLY), stream)
+        sys.argv[1:] = words
+        run()
+    open(f"{number}.code", "w").write(str(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])))
+"""
 COMMANDS = {
     "list": ("list", "laws"),
     "help": ("run", "--help"),
@@ -48,11 +62,14 @@ def ended(*words, surroundings=None, closed=()):
     )
 
 
-@pytest.mark.parametrize(("command", "where"), list(product(COMMANDS, SURROUNDINGS)))
-def test_every_terminal_will_do(command, where, small_run):
-    words = [small_run[1] if word == "RESULTS" else word for word in COMMANDS[command]]
-    done = ended(*words, surroundings=SURROUNDINGS[where])
-    assert (done.returncode, done.stderr) == (0, b"") and done.stdout
+@pytest.mark.parametrize("where", SURROUNDINGS)
+def test_every_terminal_will_do(where, small_run, tmp_path):
+    lines = [[str(small_run[1]) if word == "RESULTS" else word for word in words] for words in COMMANDS.values()]
+    world = {**os.environ, **SURROUNDINGS[where]}
+    subprocess.run([sys.executable, "-c", EACH, json.dumps(lines)], check=True, timeout=120, env=world, cwd=tmp_path)
+    for number, words in enumerate(lines):
+        code, out, err = ((tmp_path / f"{number}.{part}").read_bytes() for part in ("code", "1", "2"))
+        assert (code, err) == (b"0", b"") and out, words
 
 
 @pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])

@@ -1,16 +1,6 @@
 """Quick exports for tests that look at something else in them."""
 
-from functools import partial
-
 import pytest
-
-from tuner.exchange.c99.golden import golden
-
-
-@pytest.fixture
-def few_golden_vectors(monkeypatch):
-    """Have bundles of C hold 16 golden vectors of each kind, not 200."""
-    monkeypatch.setattr("tuner.exchange.c99.export.golden", partial(golden, steps=16))
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ from tuner.exchange.writing import as_json
 from tuner.gains import read_gains, to_document
 
 # How many texts stand alone in the usual run, where not all do: code is traced and written for a third of a second a time.
-ALONE = {"c99": 0, "fmi": 0, "crazyflie": 40, "rotorpy": 20}
+ALONE = {"c99": 0, "fmi": 0, "crazyflie": 10, "rotorpy": 5}
 PAIRS = [pytest.param(entry, CONTROLLERS[name], id=f"{entry.name}-{name}") for entry, name in CARRIED]
 # Half of a surrogate pair has no bytes: the hash of the gains to go back to refuses it, too.
 WRITTEN = [text for text in HOSTILE if "\ud800" not in text]

@@ -12,7 +12,16 @@ import pytest
 from scipy.stats import qmc
 
 from plant.seeds import generator
-from tests.tuner.search.search_runs import CASES, MORE_CASES, POPULATION, bowls, run, run_generations, started, stepped
+from tests.tuner.search.search_runs import (
+    CASES,
+    LARGE_POPULATION,
+    MORE_CASES,
+    bowls,
+    run,
+    run_generations,
+    started,
+    stepped,
+)
 from tuner.search.front import feasible_front
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
@@ -204,8 +213,8 @@ def test_one_convex_objective_better_than_luck(name):
     # Of N points at random in six dimensions, one comes within r of the best with a chance of at most N V r^6. With r for one
     # in a million, a search that comes as near has not been lucky.
     dimensions, generations = 6, 40
-    near = (1e-6 / (generations * POPULATION * ball(dimensions))) ** (1 / dimensions)
-    values = run(name, 1, bowls(1), dimensions, generations=generations)[1]
+    near = (1e-6 / (generations * LARGE_POPULATION * ball(dimensions))) ** (1 / dimensions)
+    values = run(name, 1, bowls(1), dimensions, LARGE_POPULATION, generations)[1]
     assert values.min(axis=None) < near**2
 
 
@@ -219,10 +228,10 @@ def test_two_convex_objectives_better_than_luck(name):
 
     def expected(r):
         tube = length * ball(dimensions - 1) * r ** (dimensions - 1) + ball(dimensions) * r**dimensions
-        return generations * POPULATION * tube
+        return generations * LARGE_POPULATION * tube
 
     near = max(r for r in np.linspace(0.0, 1.0, 1001) if expected(r) <= 0.5)
-    points = run(name, 2, bowls(2), dimensions, generations=generations)[0].reshape(-1, dimensions)
+    points = run(name, 2, bowls(2), dimensions, LARGE_POPULATION, generations)[0].reshape(-1, dimensions)
     along = np.clip(points.mean(axis=1), *ends)
     inside = np.linalg.norm(points - along[:, None], axis=1) <= near
     assert np.sum(inside) >= 11
@@ -239,7 +248,9 @@ def srinivas(points):
 
 @pytest.mark.parametrize("name", ["nsga2", "nsga3", "age_moea"])
 def test_a_known_front_between_constraints(name):
-    points, values, violations = (part.reshape(-1, 2) for part in run(name, 2, srinivas, 2, generations=40))
+    points, values, violations = (
+        part.reshape(-1, 2) for part in run(name, 2, srinivas, 2, LARGE_POPULATION, generations=40)
+    )
     front = feasible_front(values, violations)
     x, y = (40.0 * points[front] - 20.0).T
     # Within 0.1 of the line lies 0.0015 of the square: 1.6 of 1040 points at random. Fifteen have a chance of at most
@@ -261,11 +272,11 @@ def halfspace(points):
 def test_a_known_best_on_a_constraint(name):
     # Values up to e above the best fill a cap of the ball, within a cylinder of radius sqrt(e) and height h. With e for one
     # in a hundred, three seeds at random are that near with a chance of one in a million.
-    best, generations, candidates = 1.0 / (SLOPE @ SLOPE), 40, 40 * POPULATION
+    best, generations, candidates = 1.0 / (SLOPE @ SLOPE), 40, 40 * LARGE_POPULATION
     cylinder = {e: ball(3) * e**1.5 * ((best + e) ** 0.5 - best**0.5) for e in np.geomspace(1e-6, 1.0, 601)}
     near = max(e for e, volume in cylinder.items() if candidates * volume <= 0.01)
     for seed in range(3):
-        first = started(4, seed=seed)
+        first = started(4, LARGE_POPULATION, seed)
         _, values, violations = run(name, 1, halfspace, generations=generations, first=first, seed=seed)
         feasible = values[..., 0][violations[..., 0] <= 0.0]
         assert best - 1e-12 < feasible.min(axis=0) < best + near
@@ -285,7 +296,7 @@ def test_cmaes_begins_elsewhere_when_it_has_converged():
 def test_differential_evolution_moves_over_a_plateau_as_its_authors_say():
     # Every trial is as good as the point that it is for and takes its place, so the next trial has what it does not take from
     # the mutant from there: a variable with a chance of 0.1, unless it is the one in five that is always the mutant's.
-    points = run("differential_evolution", 1, hostile("constant", 1), 5, generations=100)[0]
+    points = run("differential_evolution", 1, hostile("constant", 1), 5, LARGE_POPULATION, generations=100)[0]
     kept = points[1:] == points[:-1]
     chance = 0.1 * 0.8
     # The variables of a trial are next to independent; five standard deviations of a share of so many.
@@ -294,7 +305,7 @@ def test_differential_evolution_moves_over_a_plateau_as_its_authors_say():
 
 
 def test_random_is_uniform():
-    points = run("random", 1, bowls(1), 3, generations=101)[0][1:].reshape(-1, 3)
+    points = run("random", 1, bowls(1), 3, LARGE_POPULATION, generations=101)[0][1:].reshape(-1, 3)
     # Each of 64 boxes holds n / 64 of n points, give or take the binomial standard deviation; chi squared of 63 degrees of
     # freedom has mean 63 and standard deviation sqrt(126).
     counts = np.bincount(np.ravel_multi_index((points.T * 4).astype(int), (4, 4, 4)), minlength=64)
@@ -317,7 +328,7 @@ def test_sobol_is_a_net():
         boxes = np.floor(points * [2.0**k, 2.0 ** (8 - k)]).astype(int)
         assert len(np.unique(boxes, axis=0)) == 256
     # In any dimension each variable takes every stratum once, whatever the population: 16 times 26 points, the first 256.
-    wide = run("sobol", 1, bowls(1), 9, generations=17)[0][1:].reshape(-1, 9)[:256]
+    wide = run("sobol", 1, bowls(1), 9, LARGE_POPULATION, generations=17)[0][1:].reshape(-1, 9)[:256]
     assert all(len(np.unique(column)) == 256 for column in np.floor(wide.T * 256))
 
 

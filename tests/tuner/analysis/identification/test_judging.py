@@ -15,13 +15,10 @@ from tuner.analysis.identification.random_effects import QUANTILE
 from tuner.report.identification_page import identification_page
 
 
-@pytest.fixture(scope="module")
-def identified():
-    return [identify_vehicle([flight.log], AIRFRAME) for flight in known_flights(3, duration=12.0, seed=5)]
-
-
-def test_the_band_of_95_per_cent_holds_about_that_of_what_was_not_used(identified):
-    covered = np.array([found.validation.covered for found in identified])
+@pytest.mark.slow
+def test_the_band_of_95_per_cent_holds_about_that_of_what_was_not_used():
+    longer = [identify_vehicle([flight.log], AIRFRAME) for flight in known_flights(3, duration=12.0, seed=5)]
+    covered = np.array([found.validation.covered for found in longer])
     # Noise whose memory is as long as a window leaves few independent samples.
     assert 0.85 < covered.mean() < 0.99
 

@@ -130,23 +130,45 @@ def weakened(log):
     return replace(log, command=np.sqrt(1.25) * log.command)
 
 
+def shifted(identified, flight, moves):
+    """What was identified, with some numbers of one of its flights moved: a contradiction without a fit."""
+    estimate = identified.flights[flight]
+    point = estimate.point + [moves.get(name, 0.0) for name in estimate.names]
+    flights = list(identified.flights)
+    flights[flight] = estimate._replace(point=point)
+    return replace(identified, flights=tuple(flights))
+
+
+WEAKER = dict.fromkeys(("thrust.30", "thrust.65", "thrust.100"), np.log(0.8))
+"""What a fifth less thrust moves, see `weakened`."""
+
+
 def test_a_flight_that_agrees_passes_and_one_that_contradicts_is_refused_until_it_is_explained(halves):
-    same, earlier, lighter = halves.second, halves.earlier, weakened(halves.logs[1])
+    same = halves.second
     check_agreement(same, Path("first.json"))
     assert len(same.all_flights) == 2
+    other = shifted(same, 0, WEAKER)
+    with pytest.raises(InputError, match=r"contradicts first.json .*thrust.65 by -.* --changed"):
+        check_agreement(other, Path("first.json"))
+    space = same.space.with_prior(after_change(halves.earlier, "propellers"))
+    check_agreement(replace(other, fit=replace(same.fit, space=space)), Path("first.json"))
+
+
+@pytest.mark.slow
+def test_weaker_propellers_are_refused_until_they_are_named_and_then_told(halves):
+    earlier, lighter = halves.earlier, weakened(halves.logs[1])
     other = identify_vehicle([lighter], AIRFRAME, earlier=earlier)
     with pytest.raises(InputError, match=r"contradicts first.json .*thrust.65 by -.* --changed"):
         check_agreement(other, Path("first.json"))
     changed = identify_vehicle([lighter], AIRFRAME, earlier=after_change(earlier, "propellers"))
     check_agreement(changed, Path("first.json"))
     at = changed.space.names.index("thrust.65")
-    drop = changed.fit.estimate[at] - same.fit.estimate[at]
-    assert drop == pytest.approx(np.log(0.8), abs=4.0 * np.sqrt(changed.covariance[at, at] + same.covariance[at, at]))
+    drop = changed.fit.estimate[at] - halves.second.fit.estimate[at]
+    spread = np.sqrt(changed.covariance[at, at] + halves.second.covariance[at, at])
+    assert drop == pytest.approx(np.log(0.8), abs=4.0 * spread)
 
 
-def test_flights_that_contradict_each_other_are_named_and_widen_the_intervals(halves):
-    contradicting = identify_vehicle([halves.logs[0], weakened(halves.logs[1])], AIRFRAME)
-    assert "The flights agree" in identification_document(halves.both, [], None).verdict
+def assert_named_and_wide(contradicting):
     document = identification_document(contradicting, [], None)
     assert "contradicts the other flights" in document.verdict and "Between flights scatter" in document.verdict
     at = contradicting.space.names.index("thrust.65")
@@ -155,6 +177,16 @@ def test_flights_that_contradict_each_other_are_named_and_widen_the_intervals(ha
     assert 1.96 * np.sqrt(contradicting.covariance[at, at]) > abs(values[0] - values[1])
     again = IdentificationDocument.parse(document.text())
     assert again.flights == document.flights
+
+
+def test_flights_that_contradict_each_other_are_named_and_widen_the_intervals(halves):
+    assert "The flights agree" in identification_document(halves.both, [], None).verdict
+    assert_named_and_wide(shifted(halves.both, 1, WEAKER))
+
+
+@pytest.mark.slow
+def test_a_flight_with_weaker_propellers_contradicts_the_other(halves):
+    assert_named_and_wide(identify_vehicle([halves.logs[0], weakened(halves.logs[1])], AIRFRAME))
 
 
 def test_an_unknown_change_and_a_payload_are_refused(halves):
@@ -173,6 +205,7 @@ def test_a_document_with_an_impossible_flight_is_refused(halves):
         earlier_posterior(broken, AIRFRAME, Path("first.json"))
 
 
+@pytest.mark.slow
 def test_two_parts_of_a_real_flight_agree():
     log = read_log(CRAZYFLIE)
     begin = float(log.time[0])

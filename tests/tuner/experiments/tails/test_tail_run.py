@@ -169,7 +169,7 @@ def test_a_changed_input_is_refused_by_its_name(study, made, tmp_path, monkeypat
 def test_gains_are_compared_with_the_first(study, tmp_path):
     path = tmp_path / "calm.json"
     _default(study).write(path)
-    both = tuner.tail([study, path], MORE, study=study, threads=2, to=0.05, width=5.0)
+    both = tuner.tail([study, path], MORE, study=study, threads=2, to=0.05, width=5.0, most=1000)
     [ratio] = both.document.ratios
     assert (ratio.gains, ratio.first) == (str(path), "quickstart")
     assert ratio.ratio is not None and ratio.ratio.value == pytest.approx(1.0)
@@ -318,6 +318,7 @@ def test_the_answer_has_a_line_for_every_event_mode_and_point(made, capsys):
     assert f"Document: {made.folder / 'tail.json'}" in printed
 
 
+@pytest.mark.slow
 def test_the_flights_that_are_announced_are_about_those_that_are_made(study, monkeypatch):
     """Of a wide interval too, which the first replicas make narrower than asked for."""
     monkeypatch.setattr("objectives.tails.estimate.FIRST", FIRST)
