@@ -83,7 +83,12 @@ def ran(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("factor", "differs"), [(1.0 + 3e-14, ""), (1.0 + 1e-5, "phase_margin"), (1.0 - 1e-5, "phase_margin")]
+    ("factor", "differs"),
+    [
+        (1.0 + 3e-14, ""),
+        (1.0 - 1e-5, "phase_margin"),
+        pytest.param(1.0 + 1e-5, "phase_margin", marks=pytest.mark.slow),
+    ],
 )
 def test_margins_may_move_in_their_last_digits_when_a_run_is_verified(ran, monkeypatch, factor, differs):
     for module in (objectives.evaluator, finals):
@@ -432,10 +437,11 @@ def test_same_bits_for_another_thread_count(ran, tmp_path):
 
 
 def test_a_margin_that_nobody_can_have_screens_all_but_the_default(tmp_path):
-    asked = load_study(QUICKSTART, REQUIRED | {"margin": [{"quantity": "phase_margin", "min": 170.0}]})
+    impossible = {"margin": [{"quantity": "phase_margin", "min": 170.0}], "search.generations": 2}
+    asked = load_study(QUICKSTART, REQUIRED | impossible)
     found, warnings = searched(tmp_path / "none", asked)
     assert found.flown.tolist() == [True] + [False] * (len(found.flown) - 1)
-    assert any("phase_margin at least 170 deg was kept by 0 of 48 candidates" in text for text in warnings)
+    assert any("phase_margin at least 170 deg was kept by 0 of 32 candidates" in text for text in warnings)
     assert np.isfinite(found.violations).all()
 
 
