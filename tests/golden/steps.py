@@ -47,12 +47,13 @@ EXPORTS = {
 """Target -> gains that it carries, and options."""
 
 STEPS = (
-    step("check study", "check tuning.toml"),
     step("check contest", "check contest.toml"),
     step("check inference", "check inference.toml"),
     step("plan", "plan tuning.toml"),
     step("plan contest", "plan contest.toml"),
     step("run", "run tuning.toml --out {out} --threads 2", "run"),
+    # It flies with half the plant step only where the run has compiled the kernel.
+    step("check study", "check tuning.toml"),
     step("run infeasible", "run tuning.toml --out {out} --threads 2 --set constraint.1.max=0.001", "infeasible"),
     step("run contest", "run contest.toml --out {out} --threads 2", "contest"),
     step("run inference", "run inference.toml --out {out} --threads 2", "inference"),
