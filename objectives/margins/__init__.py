@@ -39,7 +39,7 @@ How it is built, in the order of the work:
     structure, assembly              the loop falls into blocks: x with pitch, y with roll, z, yaw at hover
     schur, frequency, curve          poles and residues; the curve T(e^jwh) sampled, crossed and refined
     classical, rejection, disk, multiloop, tracking    margins from these
-    lifting, multirate               loops of several rates as one of a single rate, and margins from its loci
+    lifting, multirate, loci         loops of several rates as one of a single rate, and margins from its loci
     block, sheet, results, loop_margins    all of it for a batch, and the worst of it
     margins, plant_margins           quadrotors and plants, as `loop_margins` reads them
 """

@@ -5,7 +5,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from objectives.margins.multirate import _crossings, _Loci
+from objectives.margins.loci import CharacteristicLoci, find_crossings
 
 
 class Lines:
@@ -26,9 +26,9 @@ class Lines:
 def test_two_eigenvalues_that_cross_in_one_cell_are_both_found(level: float | None, apart: float) -> None:
     """One is large, which decides a margin, the other small; so it was with a gain margin of 5.4 dB that was read as 25.5."""
     truth = [(5.21, -2.13), (5.21 + apart, 0.02 if level is None else 0.9), (8.5, -0.4)]
-    loci = cast(_Loci, cast(Any, Lines(level, *truth)))
+    loci = cast(CharacteristicLoci, cast(Any, Lines(level, *truth)))
     w = np.linspace(0.0, 10.0, 21)
-    found = sorted(_crossings(loci, w, loci.values(w), level))
+    found = sorted(find_crossings(loci, w, loci.values(w), level))
     assert [frequency for frequency, _ in found] == pytest.approx([frequency for frequency, _ in truth], abs=1e-9)
     place = [value.real if level is None else value.imag for _, value in found]
     assert place == pytest.approx([at for _, at in truth], abs=1e-9)
