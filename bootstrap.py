@@ -130,7 +130,7 @@ def install(lock: str) -> None:
 
 def make_environment() -> "str | None":
     """Make the environment unless it is there; return the uv that installs packages, None for pip."""
-    uv, has_pip = find_uv(), subprocess.call([sys.executable, "-m", "pip", "--version"], **SILENT) == 0
+    uv, has_pip = find_uv(), succeeds([sys.executable, "-m", "pip", "--version"])
     if not PYTHON.exists():
         print(f"Making {VENV.name}", flush=True)
         # Without pip it takes 0.1 s instead of 3 to 6; uv needs none.
@@ -144,19 +144,21 @@ def make_environment() -> "str | None":
 def pip_of_environment() -> "list[str]":
     """Return the command of the environment's pip, which is put there if it is missing."""
     pip = [str(PYTHON), "-m", "pip"]
-    if subprocess.call([*pip, "--version"], **SILENT) != 0:
+    if not succeeds([*pip, "--version"]):
         run([str(PYTHON), "-m", "ensurepip", "--default-pip"])
     return pip
 
 
-SILENT = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+def succeeds(command: "list[str]") -> bool:
+    """Return True if a command ends with exit code 0; its output is dropped."""
+    return subprocess.call(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) == 0
 
 
 def find_uv() -> "str | None":
     """Return the uv of the machine or the one that was brought before, None for neither."""
     for place in (shutil.which("uv"), shutil.which("uv", path=str(BROUGHT_UV / "bin"))):
         # A shim of pyenv is on PATH for versions that have no uv.
-        if place and subprocess.call([place, "--version"], **SILENT) == 0:
+        if place and succeeds([place, "--version"]):
             return place
     return None
 

@@ -6,6 +6,7 @@ Skipped where Playwright's Python package or a Chromium is missing.
 import csv
 import json
 from math import inf
+from typing import Any
 
 import numpy as np
 import pytest
@@ -349,7 +350,7 @@ def test_picked_point_shows_its_numbers_gains_responses_and_loops(reader):
         trace.get("hovertemplate", "").startswith("worst case of p0107") for trace in reader.plotted("response-0")
     )
     assert "p0107 in calm air" in page.inner_text("#responses-of") and "number 17" in page.inner_text("#responses-of")
-    loops = {row["point"] + row["channel"]: row for row in read_rows(folder / "margins.npz")}
+    loops: dict[str, Any] = {f"{row['point']}{row['channel']}": row for row in read_rows(folder / "margins.npz")}
     page.select_option("#choose-channel", "pitch")
     nyquist = reader.plotted("loop-nyquist")
     picked = next(trace for trace in nyquist if trace.get("hovertemplate", "").startswith("p0107"))

@@ -136,7 +136,8 @@ def test_responses_are_those_of_the_folder(folder):
     signals = [signal for signal in dict.fromkeys(table.signal) if not signal.startswith("rotor")]
     signals += [signal for signal in dict.fromkeys(table.signal) if signal.startswith("rotor")]
     checked = 0
-    for (scenario, point, signal), mine in table.groupby(["scenario", "point", "signal"], observed=True):
+    groups: Any = table.groupby(["scenario", "point", "signal"], observed=True)
+    for (scenario, point, signal), mine in groups:
         assert data["responses"]["flights"][scenario][point] == 17
         found = list(marks(data, f"response-{signals.index(signal)}", scenario=scenario, point=point))
         low, high, worst, median = [

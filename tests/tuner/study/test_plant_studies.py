@@ -171,7 +171,8 @@ def test_sizes_with_which_no_float_calculates_are_refused_at_once(changes):
 
 
 def test_sizes_that_floats_calculate_with_are_taken():
-    study = load_study(FOLDER / "dc_motor.toml", {"gains": gains_with("angle.kp", {"low": 1e-30, "high": 1e30})})
+    changes = {"gains": gains_with("angle.kp", {"low": 1e-30, "high": 1e30})}
+    study = load_study(FOLDER / "dc_motor.toml", changes, kind=PlantStudy)
     [variable] = [each for each in study.space.variables if each.name == "angle.kp"]
     assert np.isfinite(variable.value(np.linspace(0.0, 1.0, 5))).all()
 

@@ -328,8 +328,9 @@ def test_forged_flights_are_found_where_they_are_flown_again(copy):
     # Meters that no quantity of the study reads: the replay cannot tell.
     name = "z.peak" if "z.peak" in table.names else table.names[-6]
     columns = {column: table.column(column) for column in table.names}
-    columns[name] = table.numbers(name).copy()
-    columns[name][5] = up(columns[name][5])
+    forged = table.numbers(name).copy()
+    forged[5] = up(forged[5])
+    columns[name] = forged
     file.write_bytes(npz_bytes(columns, **{BLOCKS: table.note(BLOCKS)}))
     file.rename(file.with_name(f"search-0002-{digest_of(file.read_bytes())}.npz"))
     found = verify(copy, None, 2, Watcher())
