@@ -13,9 +13,12 @@ from unittest.mock import patch
 from matplotlib.figure import Figure
 
 from tuner.report import write_figures
+from tuner.report.charts import printer
 
 HERE = str(Path(__file__).parent)
 DRAW: Any = Figure.draw
+CODE = printer.CODE
+"""Program of the process that draws, which is isolated: no folder of PYTHONPATH changes it."""
 
 
 class DrawnHere:
@@ -51,6 +54,7 @@ def undrawn() -> Iterator[None]:
     with (
         here[0],
         here[1],
+        patch.object(printer, "CODE", f"import sys; sys.path.insert(0, {HERE!r}); import sitecustomize; {CODE}"),
         patch("tuner.report.charts.printer.early", nullcontext),
         patch.dict(os.environ, PYTHONPATH=search_path(HERE)),
     ):
@@ -60,5 +64,6 @@ def undrawn() -> Iterator[None]:
 @contextmanager
 def drawn() -> Iterator[None]:
     """Draw figures within `undrawn`, in processes that are started here too."""
-    with patch.object(Figure, "draw", DRAW), patch.dict(os.environ, PYTHONPATH=search_path()):
+    blank_no_more = patch.object(Figure, "draw", DRAW), patch.object(printer, "CODE", CODE)
+    with blank_no_more[0], blank_no_more[1], patch.dict(os.environ, PYTHONPATH=search_path()):
         yield

@@ -1,29 +1,50 @@
 """Leaves figures blank in a Python process that has this folder on its path, which imports this module by name as it starts.
 
-matplotlib takes half a second to import, so nothing happens before the process imports it itself.
+matplotlib takes half a second to import, so nothing happens before the process imports it itself. The product's own process of
+figures is isolated and imports no such module as it starts: a process that has this one puts it before the other's program.
 """
 
 import sys
+from collections.abc import Callable
 from importlib.abc import MetaPathFinder
 from importlib.util import find_spec
+from pathlib import Path
+
+HERE = str(Path(__file__).parent)
+BLANK = f"import sys; sys.path.insert(0, {HERE!r}); import sitecustomize; "
+"""Beginning of a program whose figures are blank."""
+
+
+def _leave_blank(module) -> None:
+    module.Figure.draw = lambda *_: None
+
+
+def _start_blank(module) -> None:
+    module.CODE = BLANK + module.CODE
+
+
+CHANGES: dict[str, Callable] = {"matplotlib.figure": _leave_blank, "tuner.report.charts.printer": _start_blank}
 
 
 class BlankFigures(MetaPathFinder):
-    """Finds matplotlib.figure as others do, and takes its drawing away once it is loaded."""
+    """Finds modules as others do, and changes those of `CHANGES` once they are loaded."""
+
+    def __init__(self) -> None:
+        self._left = dict(CHANGES)
 
     def find_spec(self, fullname, path=None, target=None):
-        if fullname != "matplotlib.figure":
+        change = self._left.pop(fullname, None)
+        if change is None:
             return None
-        sys.meta_path.remove(self)
         spec = find_spec(fullname)
         assert spec is not None and spec.loader is not None
         load = spec.loader.exec_module
 
-        def load_blank(module):
+        def load_changed(module):
             load(module)
-            module.Figure.draw = lambda *_: None
+            change(module)
 
-        spec.loader.exec_module = load_blank
+        spec.loader.exec_module = load_changed
         return spec
 
 

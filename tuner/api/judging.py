@@ -17,6 +17,7 @@ from tuner.api.margins import announce_compilation
 from tuner.api.vehicle_files import file_part, find_source, name_files, parameter_change, read_subjects
 from tuner.api.verdict_basis import missing_basis, unjudged_document
 from tuner.documents.assessment import (
+    EXIT_CODES,
     REFUSED,
     AssessmentDocument,
     ReadBackDocument,
@@ -52,6 +53,11 @@ class Assessment(Documented):
     def verdict(self) -> str:
         """The verdict in a word, such as "better" or "worse"."""
         return str(self.document.verdict)
+
+    @property
+    def exit_code(self) -> int:
+        """Exit code of `tuner judge` with this verdict: 0 no objection, 1 worse or do not fly, 3 not judged."""
+        return EXIT_CODES[self.verdict]
 
     @property
     def passed(self) -> bool:

@@ -22,7 +22,6 @@ from tuner.cli.app import (
     law_option,
     study_option,
 )
-from tuner.documents.assessment import EXIT_CODES
 from tuner.text.errors import BROKEN, USER_ERROR
 
 if TYPE_CHECKING:
@@ -78,7 +77,7 @@ def judge(
             threads=threads,
             watcher=watcher,
         )
-    return answer(made, as_json, EXIT_CODES[made.verdict])
+    return answer(made, as_json, made.exit_code)
 
 
 @app.command()

@@ -190,7 +190,7 @@ def test_a_run_of_an_earlier_version_is_read_with_the_step_that_it_flew(small_ru
     shutil.copytree(small_run[1], folder)
     record = json.loads((folder / "run.json").read_text())
     flown = load_study(folder / record["study"], {"controller.plant_step": 0.001}).digest()
-    assert record["version"] == 4 and record["digest"] != flown
+    assert record["version"] == 5 and record["digest"] != flown
     (folder / "run.json").write_text(json.dumps(record | {"version": 2, "digest": flown}))
     assert recorded_study(folder)[0].system.timing.plant_step == 0.001
     (folder / "run.json").write_text(json.dumps(record | {"digest": flown}))

@@ -25,7 +25,7 @@ from tuner.study.contest import Contender
 from tuner.study.study import TuningStudy
 
 # What a run takes besides its flights: interpreter and libraries, responses, figures and report.
-FIXED_BYTES, FIXED_DISK, FIXED_SECONDS = 430e6, 3.7e6, 3.5
+FIXED_BYTES, FIXED_DISK, FIXED_SECONDS = 330e6, 1.9e6, 3.5
 # What margins as requirements hold beside them.
 MARGIN_BYTES = 250e6
 # While a chunk is laid out in lanes its inputs stand in memory this many times more, and results while they are written.

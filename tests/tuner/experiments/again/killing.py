@@ -142,7 +142,8 @@ def assert_sealed(folder, expected):
     one, other = manifest_of(folder), manifest_of(expected)
     assert one.complete and sorted(one.files) == sorted(other.files)
     drawn = [name for name in one.files if name.startswith("figures/")]
-    assert drawn and [name for name in drawn if one.files[name] != other.files[name]] == []
+    different = [name for name in drawn if one.files[name] != other.files[name]]
+    assert drawn and not different, different
 
 
 def compare(one, other):
