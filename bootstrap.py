@@ -28,6 +28,7 @@ OLDEST, NEWEST = (3, 11), (3, 14)
 SUPPORTED = "Python 3.11 to 3.14 on Linux (x86-64, arm64), macOS (arm64) and Windows (x86-64)"
 LOCKS = {"tuner": "core.txt"}
 """Packages of a command, by their versions and hashes; every other command is one of development."""
+PIP_INSTALL = ["install", "--quiet", "--disable-pip-version-check"]
 SCRIPTS = {
     "pytest": ["-m", "pytest"],
     "ruff": ["-m", "ruff"],
@@ -72,7 +73,7 @@ def run_with_another() -> int:
 
 def find_interpreter() -> "str | None":
     """Return the newest supported Python on PATH, among pyenv's or that uv finds or brings."""
-    versions = ["3.{}".format(minor) for minor in range(NEWEST[1], OLDEST[1] - 1, -1)]  # noqa: UP032
+    versions = [f"3.{minor}" for minor in range(NEWEST[1], OLDEST[1] - 1, -1)]
     pyenv = Path(os.environ.get("PYENV_ROOT") or Path.home() / ".pyenv") / "versions"
     for version in versions:
         places = [
@@ -116,15 +117,11 @@ def install(lock: str) -> None:
     ]
     # Each process of a suite would compile what no other has; a first answer needs a part of it.
     ahead = ["--compile-bytecode"] if lock == "develop.txt" else []
-    try:
-        if uv is None:
-            raise SetUpError("no uv")
-        for step in steps:
-            run([uv, "pip", "install", "--quiet", "--python", str(PYTHON), *ahead, *step])
-    except SetUpError:
+    with_uv = [uv, "pip", "install", "--quiet", "--python", str(PYTHON), *ahead] if uv else []
+    if not with_uv or not all(is_done([*with_uv, *step]) for step in steps):
         # pip has certificates and settings of its own, and takes three times as long.
         for step in steps:
-            run([*pip_of_environment(), "install", "--quiet", "--disable-pip-version-check", *step])
+            run([*pip_of_environment(), *PIP_INSTALL, *step])
     STAMP.write_text(digest(lock) + "\n")
 
 
@@ -165,25 +162,19 @@ def find_uv() -> "str | None":
 
 def bring_uv(python: str) -> "str | None":
     """Install the pinned uv into a folder of its own with an interpreter's pip; None if that fails."""
-    pip = [
-        python,
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-        "--no-deps",
-        "--only-binary",
-        ":all:",
-    ]
     lock = ["--require-hashes", "-r", str(ROOT / "requirements" / "uv.txt"), "--target", str(BROUGHT_UV)]
-    subprocess.call([*pip, *lock], env=environment())
+    is_done([python, "-m", "pip", *PIP_INSTALL, "--no-deps", "--only-binary", ":all:", *lock])
     return find_uv()
+
+
+def is_done(command: "list[str]") -> bool:
+    """Run a step of setting up; return True if it ended with exit code 0."""
+    return subprocess.call(command, env=environment()) == 0
 
 
 def run(command: "list[str]") -> None:
     """Run a step of setting up; SetUpError where it fails."""
-    if subprocess.call(command, env=environment()) != 0:
+    if not is_done(command):
         raise SetUpError(f"Setting up failed at: {' '.join(command)}")
 
 

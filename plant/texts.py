@@ -80,16 +80,24 @@ def check_texts(table: PlainValue, *, file: Path | None = None) -> None:
             check_text(line, file=file, key=key)
 
 
-def texts_in(table: PlainValue, key: str = "") -> Iterator[tuple[str, str]]:
-    """Yield dotted key and text of every text in nested tables and lists."""
-    if isinstance(table, str):
-        yield key, table
-    elif isinstance(table, dict):
+def texts_in(table: Any) -> Iterator[tuple[str, str]]:
+    """Yield dotted key and text of all texts in nested tables."""
+    return ((key, value) for key, value in values_in(table) if isinstance(value, str))
+
+
+def values_in(table: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted key and value of all leaves of nested tables.
+
+    key: of the table itself.
+    """
+    if isinstance(table, dict):
         for name, inner in table.items():
-            yield from texts_in(inner, f"{key}.{name}" if key else name)
+            yield from values_in(inner, f"{key}.{name}" if key else str(name))
     elif isinstance(table, list):
         for i, inner in enumerate(table):
-            yield from texts_in(inner, f"{key}[{i}]")
+            yield from values_in(inner, f"{key}[{i}]")
+    else:
+        yield key, table
 
 
 def signal_name(number: int) -> str:

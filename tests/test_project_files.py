@@ -55,7 +55,7 @@ def test_bootstrap_installs_locked_packages_once(tmp_path, monkeypatch):
     monkeypatch.setattr(bootstrap, "STAMP", tmp_path / "installed")
     monkeypatch.setattr(bootstrap, "make_environment", lambda: "uv")
     calls = []
-    monkeypatch.setattr(bootstrap, "run", calls.append)
+    monkeypatch.setattr(bootstrap, "is_done", lambda command: calls.append(command) or True)
     for lock in ("core.txt", "core.txt", "develop.txt", "core.txt", "develop.txt"):
         bootstrap.install(lock)
     assert [Path(command[-1]).name for command in calls if "--require-hashes" in command] == ["core.txt", "develop.txt"]

@@ -33,7 +33,7 @@ class KernelCompiler(Compiler):
 class _InlinedLibrary(JITCodeLibrary):
     """Code that is optimised for its callers.
 
-    It never becomes machine code, which nobody would run: a sixth of the time.
+    It is never translated to machine code, which no caller runs and which took a sixth of the time.
     """
 
     def _finalize_final_module(self) -> None:

@@ -86,6 +86,12 @@ def no_figures(monkeypatch):
 
 
 @pytest.fixture
+def no_pictures(small_run, no_figures, monkeypatch):
+    """Have runs write neither figures nor a page, once the small run has them."""
+    monkeypatch.setattr("tuner.report.write_report", lambda *_: None)
+
+
+@pytest.fixture
 def few_golden_vectors(monkeypatch):
     """Have bundles of C hold 16 golden vectors of each kind, not 200."""
     from tuner.exchange.c99.golden import golden

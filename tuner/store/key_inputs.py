@@ -1,14 +1,14 @@
 """Inputs of a step in a keyed folder: their digests, and the values that a message names where one changed."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from plant.errors import InputError, shortened
 from plant.input_files import parse_json
-from plant.texts import toml_table
+from plant.texts import toml_table, values_in
 from tuner.store.manifest import digest_of
 
 Input: TypeAlias = Mapping[str, str]
@@ -57,23 +57,13 @@ def file_input(name: str, content: bytes) -> dict[str, str]:
 
 
 def _named_values(name: str, content: bytes) -> list[tuple[str, str]]:
-    """Return dotted keys and values of a file; none where it cannot be read, which its reader reports."""
+    """Return dotted keys and values of a TOML or JSON file; none of one that cannot be read, which its reader reports."""
+    if not name.endswith((".toml", ".json")):
+        return []
     try:
         text = content.decode()
         table = toml_table(text, Path(name)) if name.endswith(".toml") else parse_json(text)
     except (ValueError, InputError):
         return []
-    return list(_flattened("", table)) if name.endswith((".toml", ".json")) else []
-
-
-def _flattened(key: str, value: Any) -> Iterator[tuple[str, str]]:
-    """Yield dotted key and text of each value in nested tables."""
-    if isinstance(value, dict):
-        for name, inner in value.items():
-            # A number with unit and source is the entry "value" of its table.
-            yield from _flattened(key if name == "value" else f"{key}.{name}" if key else str(name), inner)
-    elif isinstance(value, list):
-        for i, inner in enumerate(value):
-            yield from _flattened(f"{key}[{i}]", inner)
-    else:
-        yield key, str(value)
+    # A number with unit and source is the entry "value" of its table.
+    return [(key.removesuffix(".value"), str(value)) for key, value in values_in(table)]

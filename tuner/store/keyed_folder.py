@@ -58,7 +58,7 @@ class StepsDocument(Document):
     """Content of stages.json.
 
     Args:
-        kind: What the folder is of, "tail" or "autotune".
+        kind: Kind of the folder, "tail" or "autotune".
         steps: Steps in the order in which they were begun.
     """
 
@@ -72,7 +72,7 @@ class KeyedFolder:
     """A folder of steps, which this process alone writes.
 
     Args:
-        kind: What the folder is of, as a message calls it.
+        kind: Kind of the folder, as a message calls it.
         folder: The folder, locked.
         steps: Records of its steps.
     """

@@ -2,20 +2,18 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 from zlib import error as DeflateError
 
 import numpy as np
 
+from plant.errors import require_package
 from plant.input_files import MOST_TABLE, read_input
-from tuner.store.columns import Coded
+from tuner.store.columns import Coded, in_codes
 from tuner.store.document import refuse
 from tuner.store.npz import NpzTable
-
-if TYPE_CHECKING:
-    from tuner.store.parquet import ParquetTable
 
 KIND, FORMER = ".npz", ".parquet"
 # What the readers of both raise where a file is damaged.
@@ -43,7 +41,7 @@ class TableFile:
         self._file = file
         with self._refusing():
             content = read_input(file, MOST_TABLE) if content is None else content
-            self._table = _former(content) if file.suffix == FORMER else NpzTable(content)
+            self._table = ParquetTable(content) if file.suffix == FORMER else NpzTable(content)
             self.names = self._table.names
 
     def column(self, name: str) -> np.ndarray | Coded:
@@ -87,11 +85,36 @@ class TableFile:
             raise refuse(self._file, f"not a readable table ({reason:.80})") from error
 
 
-def _former(content: bytes) -> "ParquetTable":
-    # Folders of this version need no pyarrow.
-    from tuner.store.parquet import ParquetTable
+class ParquetTable:
+    """Table in the bytes of a Parquet file, which pyarrow reads; its methods are those of `NpzTable`."""
 
-    return ParquetTable(content)
+    def __init__(self, content: bytes) -> None:
+        require_package("pyarrow", "parquet", key="a results folder of an earlier version")
+        from pyarrow.parquet import ParquetFile
+
+        self._file = ParquetFile(BytesIO(content))
+        self.names: list[str] = self._file.schema_arrow.names
+
+    def column(self, name: str) -> np.ndarray | Coded:
+        """Return a column: numbers (rows,), rows of numbers (rows, n) or coded texts; missing numbers are NaN."""
+        import pandas as pd
+
+        values = self._file.read([name]).column(name).to_pandas()
+        if isinstance(values.dtype, pd.CategoricalDtype):
+            if values.isna().any():
+                raise ValueError("a text is missing")
+            return Coded(values.cat.codes.to_numpy(), [str(text) for text in values.cat.categories])
+        array = values.to_numpy()
+        if array.dtype.kind in "biuf":
+            return array
+        kinds = {type(value) for value in array}
+        if str in kinds:
+            return in_codes([text if isinstance(text, str) else "" for text in array], categorical=False)
+        return (np.stack(array) if kinds == {np.ndarray} else array).astype(np.float64)
+
+    def note(self, name: str) -> str:
+        """Return a text of the file's metadata."""
+        return self._file.schema_arrow.metadata[name.partition(".")[0].encode()].decode()
 
 
 def table_files(folder: Path) -> list[Path]:

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 from pydantic_core import ErrorDetails
 
 from plant.errors import InputError
+from plant.texts import values_in
 
 E = TypeVar("E")
 T = TypeVar("T")
@@ -132,13 +133,8 @@ def check_magnitude(
         raise InputError(message, file=path, key=key)
 
 
-def numbers_in(value: Any, key: str = "") -> Iterator[tuple[str, float]]:
-    """Yield dotted key and value of nested numbers (of tables and lists); key: of the value itself."""
-    if isinstance(value, dict):
-        for name, inner in value.items():
-            yield from numbers_in(inner, f"{key}.{name}" if key else str(name))
-    elif isinstance(value, list):
-        for i, inner in enumerate(value):
-            yield from numbers_in(inner, f"{key}[{i}]")
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        yield key, value
+def numbers_in(table: Any) -> Iterator[tuple[str, float]]:
+    """Yield dotted key and value of all numbers in nested tables."""
+    for key, value in values_in(table):
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            yield key, value

@@ -58,7 +58,7 @@ class Drawn:
     Attributes:
         name: Description for messages.
         loop: The loop that is flown.
-        margins: Of one gains row.
+        margins: Margins of one gains row.
         period: Control period [s].
     """
 

@@ -74,7 +74,7 @@ def damaged(content, name):
 
 
 def ending(command):
-    """How a command ends: "done", or "refused" in one line that says what to do."""
+    """Return "done", or "refused" for an ending in one line that says what to do."""
     try:
         with patience(SECONDS):
             command()

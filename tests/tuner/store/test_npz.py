@@ -149,7 +149,7 @@ def test_a_table_that_unpacks_to_too_much_is_refused_before_it_is_unpacked():
 
 @pytest.mark.parametrize("size", [0, 64, 100])
 def test_no_more_is_unpacked_than_the_index_says(size):
-    """A member of 80 MB that is said to be short."""
+    """A member of 80 MB whose index gives a short length."""
     content = packed({"a.npy": array(np.zeros(10_000_000))})
     place = content.index(b"PK\x01\x02") + 24
     forged = content[:place] + struct.pack("<I", size) + content[place + 4 :]

@@ -165,9 +165,9 @@ def test_no_sign_is_advised_where_it_would_not_help(gain, b0):
 def test_sizes_with_which_no_float_calculates_are_refused_at_once(changes):
     """A range to 1e300 sent `tuner check` away for minutes: margins of such gains overflow."""
     given = {key: gains_with(*value) if isinstance(value, tuple) else value for key, value in changes.items()}
-    with pytest.raises(InputError, match="a size from 1e-30 to 1e\\+30") as told:
+    with pytest.raises(InputError, match="a size from 1e-30 to 1e\\+30") as error:
         load_study(FOLDER / "dc_motor.toml", given)
-    assert next(iter(changes)).rpartition(".")[2].partition("[")[0] in told.value.key
+    assert next(iter(changes)).rpartition(".")[2].partition("[")[0] in error.value.key
 
 
 def test_sizes_that_floats_calculate_with_are_taken():

@@ -3,9 +3,9 @@
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from plant.errors import InputError
+from plant.texts import texts_in
 from tuner.cli.app import TextKind, parse_changes
 
 MAX_DEPTH = 3
@@ -33,19 +33,10 @@ def places_in(text: str, kind: TextKind | None) -> Iterator[str]:
         yield from (text, text.rpartition("@")[0])
     elif kind is TextKind.CHANGE:
         yield text.partition("=")[2]
-        yield from texts_in(parse_changes([text]))
+        yield from (inner for _, inner in texts_in(parse_changes([text])))
     else:
         # A study may be named without its ending.
         yield from (text, f"{text}.toml")
-
-
-def texts_in(value: Any) -> Iterator[str]:
-    """Yield all texts inside a value of TOML."""
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, dict | list):
-        for part in value.values() if isinstance(value, dict) else value:
-            yield from texts_in(part)
 
 
 def check_place(text: str, label: str, root: Path, base: Path | None = None) -> None:

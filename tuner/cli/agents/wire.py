@@ -1,12 +1,13 @@
 """Messages that cannot be read: each is answered with an error of JSON-RPC, for its sender waits for an answer."""
 
-import json
 from typing import Any
 
 from anyio.abc import ObjectReceiveStream
 from mcp.shared.message import SessionMessage
 from mcp.types import INVALID_REQUEST, PARSE_ERROR, ErrorData, JSONRPCError
 from pydantic import ValidationError
+
+from plant.input_files import parse_json
 
 
 class ReadableMessages(ObjectReceiveStream[SessionMessage | Exception]):
@@ -55,6 +56,6 @@ def error_for(exception: Exception) -> JSONRPCError:
 def _parsed(text: str) -> Any:
     """Return content that Python's reader takes, None where it takes none: it takes lone surrogates."""
     try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
+        return parse_json(text)
+    except ValueError:
         return None

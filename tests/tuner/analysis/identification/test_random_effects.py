@@ -131,7 +131,7 @@ def weakened(log):
 
 
 def shifted(identified, flight, moves):
-    """What was identified, with some numbers of one of its flights moved: a contradiction without a fit."""
+    """The identified vehicle with some numbers of one of its flights moved: a contradiction without a fit."""
     estimate = identified.flights[flight]
     point = estimate.point + [moves.get(name, 0.0) for name in estimate.names]
     flights = list(identified.flights)
@@ -140,7 +140,7 @@ def shifted(identified, flight, moves):
 
 
 WEAKER = dict.fromkeys(("thrust.30", "thrust.65", "thrust.100"), np.log(0.8))
-"""What a fifth less thrust moves, see `weakened`."""
+"""Numbers that a fifth less thrust moves, see `weakened`."""
 
 
 def test_a_flight_that_agrees_passes_and_one_that_contradicts_is_refused_until_it_is_explained(halves):

@@ -6,11 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import tuner.report
 from plant.errors import MissingPackageError
 from plant.results_folder import is_results_folder
 from tests.tables import as_an_earlier_version_wrote_it
-from tests.tuner.conftest import NoDrawing, run_small
+from tests.tuner.conftest import run_small
 from tests.tuner.experiments.again.killing import compare, result_of
 from tuner.api.results import TuningResults
 from tuner.experiments.again.resume import reopen
@@ -20,12 +19,7 @@ from tuner.search.watcher import Watcher
 from tuner.store.inputs import read_record
 from tuner.store.manifest import first_damage
 
-
-@pytest.fixture(autouse=True)
-def without_pictures(small_run, monkeypatch):
-    """Other tests look at page and figures."""
-    monkeypatch.setattr(tuner.report, "write_report", lambda *_: None)
-    monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
+pytestmark = pytest.mark.usefixtures("no_pictures")
 
 
 @pytest.fixture

@@ -7,12 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import tuner.report
 from objectives import memory
 from plant.errors import InputError, StoreError
 from plant.quadrotor.scenarios import SEARCH
 from tests.tables import read_frame, write_frame
-from tests.tuner.conftest import NoDrawing, run_small
+from tests.tuner.conftest import run_small
 from tests.tuner.experiments.again.killing import compare, result_of, unsealed
 from tuner.analysis import finals
 from tuner.experiments.again.rejudge import judgement, judging_study
@@ -25,6 +24,8 @@ from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.inputs import read_record
 from tuner.study import load_study
+
+pytestmark = pytest.mark.usefixtures("no_pictures")
 
 
 class Heard(Watcher):
@@ -41,13 +42,6 @@ class Listener(Watcher):
 
     def on_warning(self, text):
         self.told.append(text)
-
-
-@pytest.fixture(autouse=True)
-def without_pictures(small_run, monkeypatch):
-    """Pictures and page take most of the time of a short run, and other tests look at them."""
-    monkeypatch.setattr(tuner.report, "write_report", lambda *_: None)
-    monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
 
 
 @pytest.fixture

@@ -438,8 +438,8 @@ def test_same_bits_for_another_thread_count(ran, tmp_path):
 
 def test_a_margin_that_nobody_can_have_screens_all_but_the_default(tmp_path):
     impossible = {"margin": [{"quantity": "phase_margin", "min": 170.0}], "search.generations": 2}
-    asked = load_study(QUICKSTART, REQUIRED | impossible)
-    found, warnings = searched(tmp_path / "none", asked)
+    study = load_study(QUICKSTART, REQUIRED | impossible)
+    found, warnings = searched(tmp_path / "none", study)
     assert found.flown.tolist() == [True] + [False] * (len(found.flown) - 1)
     assert any("phase_margin at least 170 deg was kept by 0 of 32 candidates" in text for text in warnings)
     assert np.isfinite(found.violations).all()
