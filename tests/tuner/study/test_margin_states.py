@@ -71,7 +71,9 @@ def test_most_gains_that_keep_their_limits_at_hover_break_them_in_the_wind_that_
     assert screen.states == tuple(each)
     for row, column in zip(gains[:4], values.swapaxes(0, 1)[:4], strict=True):
         named = worst_states(study.screens, row)
-        at = [column[:, 0].argmin(), column[:, 1].argmin(), column[:, 2].argmax()]
+        extremes = [column[:, 0].min(), column[:, 1].min(), column[:, 2].max()]
+        # Winds to 0 and 90 deg are alike but for rounding, which differs between processors: the first is named.
+        at = [np.flatnonzero(np.isclose(column[:, i], extremes[i], rtol=1e-8, atol=0.0))[0] for i in range(3)]
         assert [state.name for state in named.values()] == [screen.states[i] for i in at]
 
 
