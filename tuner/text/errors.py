@@ -85,9 +85,10 @@ def seldom_collected() -> Iterator[None]:
     try:
         yield
     finally:
-        # What is new counts as old, else Python would look through all of it at once.
-        gc.freeze()
-        gc.unfreeze()
+        # New objects count as old, else Python would look through all of them at once. Objects that the caller froze stay so.
+        if gc.get_freeze_count() == 0:
+            gc.freeze()
+            gc.unfreeze()
         gc.set_threshold(*usual)
 
 

@@ -3,6 +3,8 @@
 import gc
 import weakref
 
+import pytest
+
 from tuner.text.errors import NEW_OBJECTS, seldom_collected
 
 
@@ -11,6 +13,13 @@ class Circle:
 
     def __init__(self):
         self.own = self
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_frozen():
+    gc.unfreeze()
+    yield
+    gc.unfreeze()
 
 
 def test_a_short_command_looks_for_no_garbage_and_leaves_it_to_who_looks_later():
@@ -42,3 +51,11 @@ def test_a_long_command_looks_for_garbage():
         kept = [[] for _ in range(NEW_OBJECTS + 1000)]
         assert circle() is None
     assert kept
+
+
+def test_objects_that_the_caller_froze_stay_frozen():
+    gc.freeze()
+    n_frozen = gc.get_freeze_count()
+    with seldom_collected():
+        pass
+    assert gc.get_freeze_count() == n_frozen > 0
