@@ -11,8 +11,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+
+import bootstrap
+
 HERE = Path(__file__).resolve().parent
-CLIENTS = HERE.parents[1] / ".clients"
+ROOT = HERE.parents[1]
+CLIENTS = ROOT / ".clients"
 DEBIAN = (
     "gcc",
     "g++",
@@ -72,11 +77,13 @@ def group(requirements: Path) -> None:
     print(f"Installing clients: {requirements.stem}", flush=True)
     shutil.rmtree(folder, ignore_errors=True)
     python = folder / "bin" / "python"
-    made = subprocess.call([sys.executable, "-m", "venv", str(folder)])
-    if made == 0:
-        pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", str(requirements)]
-        made = subprocess.call(pip)
-    if made == 0:
+    uv = bootstrap.find_uv() or bootstrap.bring_uv(sys.executable)
+    made = bootstrap.is_done([sys.executable, "-m", "venv", *(["--without-pip"] if uv else []), str(folder)])
+    if uv:
+        installer = [uv, "pip", "install", "--quiet", "--python", str(python)]
+    else:
+        installer = [str(python), "-m", "pip", *bootstrap.PIP_INSTALL]
+    if made and bootstrap.is_done([*installer, "-r", str(requirements)]):
         stamp.write_text(wanted)
     else:
         print(f"{requirements.name} could not be installed; the tests that need it will be skipped")

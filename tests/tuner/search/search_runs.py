@@ -23,7 +23,7 @@ def started(dimensions, population=POPULATION, seed=1):
     return initial_design(np.full((1, dimensions), 0.5), population, generator(seed, "first", 0))
 
 
-def run(name, objectives, problem, dimensions=4, population=POPULATION, generations=6, seed=1, first=None):
+def run(name, objectives, problem, dimensions=4, population=POPULATION, generations=5, seed=1, first=None):
     """Return points, values and violations of all generations (generations, n, ...)."""
     first = started(dimensions, population) if first is None else first
     n_constraints = problem(first)[1].shape[1]

@@ -18,6 +18,8 @@ from tests.plant.backends.gpu.flights import CASES, SCENARIOS, SHORT, assert_ali
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, flyer, inputs, loop
 
 ROOT = Path(__file__).parents[4]
+# The simulator takes 5 s of processor time.
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")

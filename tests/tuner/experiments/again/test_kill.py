@@ -30,6 +30,7 @@ def alone(tmp_path_factory):
     return result_of(folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("last", ["generations/0001.npz", pytest.param("responses.npz", marks=pytest.mark.slow)])
 def test_killed_and_resumed(alone, tmp_path, last):
     """Within the search, and between the documents at its end."""

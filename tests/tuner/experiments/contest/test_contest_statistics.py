@@ -146,6 +146,7 @@ def missed_share(trials, flights, seed):
     return missed.mean(axis=0)
 
 
+@pytest.mark.slow
 def test_intervals_of_a_comparison_hold_what_they_promise_short():
     """Coverage is 0.93 to 0.97; more misses than the 1 - 1e-4 quantile of the binomial at 0.07 come once in 10,000."""
     assert np.all(missed_share(60, 128, 3) <= stats.binom.ppf(1.0 - 1e-4, 60, 0.07) / 60)
@@ -300,6 +301,7 @@ def test_sizes_of_fronts_and_their_differences_are_covered(points, flights):
     covered_sizes(points, flights, 200, 4)
 
 
+@pytest.mark.slow
 def test_sizes_of_fronts_are_covered_short():
     covered_sizes(8, 256, 60, 5)
 

@@ -134,6 +134,7 @@ class Stopped(Exception):
     """An end in the middle."""
 
 
+@pytest.mark.slow
 def test_stopped_anywhere_and_resumed_it_ends_in_the_same_bits(race, file, tmp_path, monkeypatch):
     """It stops in the second search of the rung, is gone on with on one thread and stops again before the comparison."""
     folder, begun = tmp_path / "race", []

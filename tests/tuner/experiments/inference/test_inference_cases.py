@@ -29,6 +29,7 @@ def test_failed_flights_are_counted(tmp_path):
     assert failed.mean(axis=(1, 2)).tolist() == [0.0, 1.0]
 
 
+@pytest.mark.slow
 def test_an_absurd_cell_is_not_reproducible_and_the_others_stay(tmp_path, paper):
     text = STUDY + published_medians(paper, **{"stiff v1.0 peak.roll": 60.0})
     _, folder = run(tmp_path / "absurd", text)
@@ -40,6 +41,7 @@ def test_an_absurd_cell_is_not_reproducible_and_the_others_stay(tmp_path, paper)
     assert document["together"]["missed"] == [{"contender": "stiff v1.0", "metric": "peak.roll", "scenario": "level"}]
 
 
+@pytest.mark.slow
 def test_an_unknown_that_no_cell_tells_is_called_so(tmp_path, paper):
     """k1 is 0 in both contenders, so delta, the width of its saturation, moves next to nothing once k1 is tiny."""
     text = STUDY.replace('"attitude.k1" = 0.0', '"attitude.k1" = 1e-4').replace(
@@ -96,6 +98,7 @@ def test_same_bits_for_another_thread_count_and_others_for_another_seed(tmp_path
     assert one == two
 
 
+@pytest.mark.slow
 def test_one_kind_of_cell_and_no_pair_is_enough(tmp_path):
     text = STUDY + cell("soft", "peak.roll", 0.05)
     findings, folder = run(tmp_path / "one", text, changes=SMALL)

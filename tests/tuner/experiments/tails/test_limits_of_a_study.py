@@ -107,6 +107,7 @@ def test_the_run_records_and_draws_the_tails_of_that_limit(ran):
     assert "<h3>Rare losses</h3>" in (folder / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_another_process_comes_to_the_same_estimate(ran, tuner):
     done = tuner("verify", str(ran[1]))
     assert done.returncode == 0, done.stdout + done.stderr

@@ -22,6 +22,7 @@ class Counted(Watcher):
         self.flights += flights
 
 
+@pytest.mark.slow
 def test_two_workers_give_the_bytes_of_this_machine(study, tmp_path, monkeypatch):
     alone = tuner.tail(study, out=tmp_path / "one", threads=2, **SETTINGS)
 

@@ -224,6 +224,7 @@ def test_a_design_point_is_flown_by_its_name_and_reaches_the_limit(study, made):
         assert np.ptp(flown.recorded.actual[..., 0]) > 0.1
 
 
+@pytest.mark.slow
 def test_the_worst_air_alone_is_a_little_farther_off_and_no_vehicle_alone_does_it(study, made, capsys):
     [mode] = made.document.gains[0].events[0].modes
     air, vehicle = (tuner.tail(study, EVENTS, worst=part, threads=2, **SETTINGS) for part in ("air", "vehicle"))

@@ -147,6 +147,7 @@ def test_points_at_limits_are_flown_near_by(tmp_path, no_figures):
     assert np.all((far > 0.0) & (far < 0.3))
 
 
+@pytest.mark.slow
 def test_killed_and_resumed_without_the_earlier_run(earlier, tmp_path):
     changes = {**CHANGES, "scenario.0.duration": 3.0, "search.starts": [str(earlier)]}
     finish(*run_arguments(tmp_path / "alone", changes), "--threads", 1)
