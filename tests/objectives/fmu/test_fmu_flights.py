@@ -117,7 +117,9 @@ def test_bits_do_not_depend_on_workers_or_order():
     assert np.array_equal(one[1:, :4], flown(fmu(3), 4, 1, GAINS[1:]))
 
 
-@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize(
+    "fault", [pytest.param(fault, marks=() if number == 0 else pytest.mark.slow) for number, fault in enumerate(FAULTS)]
+)
 def test_a_failure_costs_its_flight_and_no_other(fault):
     """Those that pass 1.25 rad fail; the others have the bits that they have where nothing fails."""
     said = []

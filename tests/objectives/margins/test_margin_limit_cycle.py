@@ -99,6 +99,7 @@ def test_super_twisting_flies_the_cycle_that_is_predicted():
     assert amplitude == pytest.approx(cycle.amplitudes["yaw", "switching term"], rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_hybrid_law_with_too_large_a_gain_has_an_edge_and_a_cycle_and_flies_both():
     pair, slope = ("pid", "hybrid"), 5.0
     gains = gains_with(*pair, yaw__k1=40.0, yaw__delta=0.01, yaw__k2=5.0, yaw__lambda=slope)[0]

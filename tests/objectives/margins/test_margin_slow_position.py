@@ -246,6 +246,7 @@ def test_turned_by_yaw_the_loops_are_the_same() -> None:
         np.testing.assert_allclose(two, one, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_no_gain_margin_is_missed_where_small_eigenvalues_come_and_go():
     """Lifted loops have eigenvalues near 0 whose signs are rounding; one that came to it hid a crossing in the same cell."""
     vehicle = load("racer5").vehicle

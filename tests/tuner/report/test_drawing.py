@@ -22,6 +22,7 @@ def draw(folder):
     drawing.wait()
 
 
+@pytest.mark.slow
 def test_the_same_files_as_in_this_process(tmp_path):
     folder = fabricate(tmp_path / "made-up", objectives=2)
     here = {file.name: file.read_bytes() for file in write_figures(folder)}

@@ -179,6 +179,7 @@ def test_unstable_loops_have_no_response():
     assert z.step.shape[0] == 1 and z.step[:, -1] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_all_figures_are_written(hybrid, tmp_path, monkeypatch):
     monkeypatch.setattr(mismatch, "POINTS", 5)
     monkeypatch.setattr(mismatch, "HALVINGS", 2)

@@ -301,6 +301,7 @@ def test_a_tenth_of_the_candidates_of_chance_are_enough(objectives):
         assert mine > best_so_far("random", objectives, bowls(objectives), 960, seed) + 0.01
 
 
+@pytest.mark.slow
 def test_limits_are_learnt():
     for seed in (1, 2):
         mine = best_so_far("gaussian_process", 2, stepped(2), 120, seed)

@@ -159,6 +159,7 @@ def test_stopped_anywhere_and_resumed_it_ends_in_the_same_bits(race, file, tmp_p
     assert sorted(one) == sorted(other) and [name for name in one if one[name] != other[name]] == []
 
 
+@pytest.mark.slow
 def test_more_finalists_are_compared(file, tmp_path):
     result = carried_out(file, tmp_path / "two", halving__finalists=2)
     assert len(result.names) == 2 and len(result.comparison.differences) > 0

@@ -64,6 +64,7 @@ def test_what_is_told_is_asked_for_no_more(tmp_path):
     assert not {trial.id for trial in following} & {trial.id for trial in trials}
 
 
+@pytest.mark.slow
 def test_the_front_in_closed_form_is_met(tmp_path, undrawn_page):
     """On the front of two bowls around (0, 0) and (1, 0) the square roots of the two values add up to 1.
 

@@ -83,6 +83,7 @@ def test_a_number_that_the_study_gives_stays(tmp_path, monkeypatch):
     assert flights_each(run_small(tmp_path / "run", **changes)) == [8] * 6
 
 
+@pytest.mark.slow
 def test_a_run_that_gets_more_flights_ends_as_one_that_had_them(tmp_path, monkeypatch):
     monkeypatch.setattr(flight_growth, "MAX_RATIO", 0.0)
     folder = tmp_path / "run"

@@ -116,6 +116,7 @@ def test_a_results_folder_runs_no_fmu_that_nobody_named(run, written, monkeypatc
     assert code == 2 and "changed since" in err
 
 
+@pytest.mark.slow
 def test_its_controller_is_c_with_the_bits_that_flew(run, written, monkeypatch, capsys, tmp_path):
     arguments = ("export", run / "gains.json", "--to", "c99", "--out", tmp_path / "c", "--code", written / "motor.fmu")
     code, _, err = tuner(monkeypatch, capsys, *arguments)

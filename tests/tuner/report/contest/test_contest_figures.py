@@ -63,6 +63,7 @@ def lines(ax):
 OF_QUADROTORS = [name for name in FIGURES if name != "responses"]
 
 
+@pytest.mark.slow
 def test_every_figure_is_a_png_and_a_pdf_of_one_size(folder):
     files = write_contest_figures(folder)
     assert [file.name for file in files] == [f"{name}.{ending}" for name in OF_QUADROTORS for ending in ("png", "pdf")]
