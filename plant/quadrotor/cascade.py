@@ -213,9 +213,25 @@ def attitude_loops(law_step: Callable[..., Any]) -> Callable[..., Any]:
 def close_cascade(position: Law, attitude: Law, position_every: int = 1) -> Cascade:
     """Bind the cascade to the laws of position and attitude loops.
 
+    One for the same laws: derivatives and kernels are kept by cascade.
+
     position_every: control periods between two steps of the position loops.
     """
-    position = slower(position, position_every)
+    # By identity: laws that compare equal may differ in their ranges.
+    key = id(position), id(attitude), position_every
+    if key not in _CLOSED:
+        if len(_CLOSED) == MAX_CLOSED:
+            del _CLOSED[next(iter(_CLOSED))]
+        _CLOSED[key] = _closed(slower(position, position_every), attitude)
+    return _CLOSED[key]
+
+
+MAX_CLOSED = 32
+_CLOSED: dict[tuple[int, int, int], Cascade] = {}
+"""Cascades by the identities of their laws, which they keep alive, and the periods between steps of the position loops."""
+
+
+def _closed(position: Law, attitude: Law) -> Cascade:
     laws = dict.fromkeys(POSITION_AXES, position) | dict.fromkeys(ATTITUDE_AXES, attitude)
     Gains = record_type("CascadeGains", {axis: law.Gains for axis, law in laws.items()})
     Constants = record_type("CascadeConstants", {axis: law.Constants for axis, law in laws.items()})

@@ -32,6 +32,7 @@ from tuner.api import autotune_study as study_of
 from tuner.api.assessing import FIRST_FLIGHT
 from tuner.api.autotune_study import STUDIES, autotune_study
 from tuner.api.vehicle_files import read_parameter_file
+from tuner.logs.flight_log import FlightLog
 from tuner.store.keyed_folder import KeyedFolder
 
 PRESENT = "type: persistent_param_state\nversion: '1'\nparams:\n  pid_rate.roll_kp: {default_value: 250.0, is_stored: true, stored_value: 200.0}\n"
@@ -49,13 +50,40 @@ def log():
 
 
 @pytest.fixture
-def place(log, tmp_path, monkeypatch):
-    """A folder with a log and the vehicle's parameters."""
+def place(tmp_path, monkeypatch):
+    """A folder with a log that no stage but a stand-in could use, and the vehicle's parameters."""
     monkeypatch.chdir(tmp_path)
-    written(log, tmp_path / "log.csv")
+    time, still = np.arange(0.0, 6.0, 0.008), np.zeros((750, 3))
+    written(
+        FlightLog("log", "made", "0" * 64, time, still, still + [0.0, 0.0, 9.81], np.full((750, 4), 0.5)), "log.csv"
+    )
     Path("columns.toml").write_text(MAPPING)
     Path("present.yaml").write_text(PRESENT)
     return tmp_path
+
+
+@pytest.fixture
+def flown(place, log):
+    """The folder with the log of a flight."""
+    written(log, place / "log.csv")
+    return place
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A function that leaves what `tuned` does with the stand-ins on the inputs of `place`: made once, then copied."""
+    made = {}
+
+    def finish(**given):
+        key = tuple(given.items())
+        if key not in made:
+            made[key] = tmp_path_factory.mktemp("finished") / "out"
+            assert tuned(**given).passed
+            shutil.copytree("out", made[key])
+        else:
+            shutil.copytree(made[key], "out")
+
+    return finish
 
 
 @pytest.mark.parametrize("source", STUDIES)
@@ -158,12 +186,12 @@ INPUTS = {
 
 
 @pytest.mark.parametrize("name", INPUTS)
-def test_a_changed_input_is_refused_by_its_name_and_made_again_on_demand(name, place, calls, monkeypatch):
+def test_a_changed_input_is_refused_by_its_name_and_made_again_on_demand(name, place, calls, finished, monkeypatch):
     change, given, sentence, stage = INPUTS[name]
     other_airframe(place)
     Path("firmware").write_text("built")
     usual = {"airframe": "mine.toml", "binary": "firmware"}
-    assert tuned(**usual).passed
+    finished(**usual)
     before = contents()
     if change == "version":
         monkeypatch.setattr(stages, "version", lambda: "99.0")
@@ -201,8 +229,9 @@ def test_a_search_that_was_killed_never_goes_on_with_another_study(name, place, 
 
 
 @pytest.mark.parametrize("stage", NAMES)
-def test_a_call_that_was_killed_at_any_stage_ends_with_the_same_bytes(stage, place, calls, monkeypatch):
-    tuned(out="whole")
+def test_a_call_that_was_killed_at_any_stage_ends_with_the_same_bytes(stage, place, calls, finished, monkeypatch):
+    finished()
+    Path("out").rename("whole")
     kind = next(each for each in STANDINS if each.name == stage)
     make = kind.make
 
@@ -218,15 +247,15 @@ def test_a_call_that_was_killed_at_any_stage_ends_with_the_same_bytes(stage, pla
     assert contents() == contents("whole")
 
 
-DAMAGES = (b"", b"\x00\xff\x80", b"null", b"= nonsense")
+DAMAGES = (b"", b"\x00\xff\x80", *(pytest.param(text, marks=pytest.mark.slow) for text in (b"null", b"= nonsense")))
 
 
 @pytest.mark.parametrize("content", DAMAGES)
 @pytest.mark.parametrize(
     "name", ["stages.json", "study.toml", "vehicle.toml", "present.json", "run/gains.json", "export/export.json"]
 )
-def test_a_damaged_folder_is_refused_in_one_line_or_made_again(name, content, place, calls):
-    tuned()
+def test_a_damaged_folder_is_refused_in_one_line_or_made_again(name, content, place, calls, finished):
+    finished()
     Path("out", name).write_bytes(content)
     with pytest.raises(ToolError) as refused:
         tuned()
@@ -276,7 +305,7 @@ def test_a_folder_of_a_tail_is_refused(place, calls):
 
 
 @pytest.mark.slow
-def test_a_log_and_parameters_become_tuned_parameters_an_opinion_and_first_flights(place, monkeypatch):
+def test_a_log_and_parameters_become_tuned_parameters_an_opinion_and_first_flights(flown, monkeypatch):
     monkeypatch.setattr(study_of, "SEARCH", {"algorithm": "nsga2", "population": 8, "generations": 2})
     monkeypatch.setattr(study_of, "HELD_OUT", 16)
     monkeypatch.setattr(study_of, "LIMITS", (("phase_margin", "min", 12.0), ("ms", "max", 5.0)))
@@ -334,7 +363,8 @@ TIMED = ("environment.json", "summary.json", "history.csv", "report.html")
 
 
 @pytest.mark.slow
-def test_ten_kills_across_all_stages_leave_the_bytes_of_an_undisturbed_call(place):
+def test_ten_kills_across_all_stages_leave_the_bytes_of_an_undisturbed_call(flown):
+    place = flown
     # Documents hold paths as they were given, so both calls have the same.
     for home in ("whole", "killed"):
         (place / home).mkdir()

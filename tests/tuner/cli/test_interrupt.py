@@ -93,14 +93,17 @@ def test_a_command_without_a_resume_promises_none(tmp_path):
     process = started("sensitivity", QUICKSTART, "--samples", 4096, "--threads", 1, "--out", folder)
     # Behind the import of scipy's Sobol sequences: a signal that lands in that C code is printed there, whoever handles it.
     until(lambda: "_sobol" in Path(f"/proc/{process.pid}/maps").read_text(), process)
-    time.sleep(2.0)
+    until((folder / ".lock").exists, process)
+    time.sleep(0.5)
     assert process.poll() is None and (folder / ".lock").exists()
     assert ended(process) == (130, f"Interrupted; remove {folder} and give the command again.\n")
 
 
 def test_a_command_without_a_folder_just_ends():
     process = started("fly", "--law", "hybrid", "--seeds", 200_000, "--threads", 1)
-    time.sleep(3.0)
+    # Behind the import of the compiler, where the flights begin.
+    until(lambda: "llvmlite" in Path(f"/proc/{process.pid}/maps").read_text(), process)
+    time.sleep(1.0)
     assert process.poll() is None
     code, told = ended(process)
     # Before, it may tell that another process compiles the same kernel.
@@ -235,7 +238,19 @@ def interrupt_early(command, alone, folder, instant):
     assert all(line.startswith("Interrupted") for line in told), (command, instant, err)
 
 
-@pytest.mark.parametrize("command", EARLY)
+@pytest.mark.parametrize(
+    "command",
+    [
+        "show",
+        "resume",
+        "check",
+        *(
+            pytest.param(word, marks=pytest.mark.slow)
+            for word in list(EARLY)
+            if word not in ("show", "resume", "check")
+        ),
+    ],
+)
 def test_a_signal_in_the_first_moments_is_one_line(command, alone, tmp_path):
     interrupt_early(command, alone, tmp_path, generator(2, f"test/early/{command}", 0).uniform(0.02, 1.0))
 

@@ -21,17 +21,18 @@ from tuner.text.signals import CRASHED
 ROOT = Path(__file__).parents[3]
 
 CODE = "from tuner.__main__ import run; run()"
-# Each command line of a list in a process of its own, which finds the tool imported in the surroundings of all.
+# Each command line of a list in a process of its own, which finds the tool imported in the surroundings of all, and columns of its own.
 EACH = """
 import json, os, sys
 import tuner.cli.main
 from tuner.__main__ import run
 
-for number, words in enumerate(json.loads(sys.argv[1])):
+for number, (columns, words) in enumerate(json.loads(sys.argv[1])):
     child = os.fork()
     if not child:
         for stream in (1, 2):
             os.dup2(os.open(f"{number}.{stream}", os.O_CREAT | os.O_WRONLY), stream)
+        os.environ["COLUMNS"] = columns
         sys.argv[1:] = words
         run()
     open(f"{number}.code", "w").write(str(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])))
@@ -43,11 +44,11 @@ COMMANDS = {
     "check": ("check", "quickstart", "--set", "margin=[]"),
 }
 SURROUNDINGS = {
-    "one column": {"COLUMNS": "1"},
-    "three columns": {"COLUMNS": "3"},
-    "ASCII alone": {"PYTHONIOENCODING": "ascii"},
-    "plain locale": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+    "few columns": ({}, ("1", "3")),
+    "ASCII alone": ({"PYTHONIOENCODING": "ascii"}, ("80",)),
+    "plain locale": ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, ("80",)),
 }
+"""Environments, and numbers of columns in each."""
 
 
 def ended(*words, surroundings=None, closed=()):
@@ -62,18 +63,34 @@ def ended(*words, surroundings=None, closed=()):
     )
 
 
-@pytest.mark.parametrize("where", SURROUNDINGS)
+@pytest.mark.parametrize("where", ["few columns", pytest.param("ASCII alone", marks=pytest.mark.slow), "plain locale"])
 def test_every_terminal_will_do(where, small_run, tmp_path):
-    lines = [[str(small_run[1]) if word == "RESULTS" else word for word in words] for words in COMMANDS.values()]
-    world = {**os.environ, **SURROUNDINGS[where]}
+    environment, columns = SURROUNDINGS[where]
+    commands = [[str(small_run[1]) if word == "RESULTS" else word for word in words] for words in COMMANDS.values()]
+    lines = [(width, words) for width in columns for words in commands]
+    world = {**os.environ, **environment}
     subprocess.run([sys.executable, "-c", EACH, json.dumps(lines)], check=True, timeout=120, env=world, cwd=tmp_path)
-    for number, words in enumerate(lines):
+    for number, (_, words) in enumerate(lines):
         code, out, err = ((tmp_path / f"{number}.{part}").read_bytes() for part in ("code", "1", "2"))
         assert (code, err) == (b"0", b"") and out, words
 
 
-@pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
-@pytest.mark.parametrize(("words", "code"), [(("list", "laws"), 0), (("show", "nowhere"), 2)])
+@pytest.mark.parametrize(
+    ("words", "code", "closed"),
+    [
+        (("list", "laws"), 0, (1,)),
+        (("show", "nowhere"), 2, (2,)),
+        (("show", "nowhere"), 2, (0, 1, 2)),
+        *[
+            pytest.param(words, code, closed, marks=pytest.mark.slow)
+            for words, code, closed in (
+                (("list", "laws"), 0, (2,)),
+                (("list", "laws"), 0, (0, 1, 2)),
+                (("show", "nowhere"), 2, (1,)),
+            )
+        ],
+    ],
+)
 def test_closed_streams_change_no_exit_code(words, code, closed):
     done = ended(*words, closed=closed)
     assert done.returncode == code and b"Traceback" not in done.stderr
@@ -98,7 +115,7 @@ def test_a_name_that_no_results_folder_can_hold_is_refused_in_one_line(command, 
     assert not (tmp_path / "results").exists()
 
 
-@pytest.mark.parametrize("command", ["check", "run", "new"])
+@pytest.mark.parametrize("command", [pytest.param("check", marks=pytest.mark.slow), "run", "new"])
 def test_a_name_that_is_no_text_is_refused_in_one_line(command, tmp_path, monkeypatch):
     """In a process of its own, whose standard error has to take such a name."""
     monkeypatch.chdir(tmp_path)
@@ -211,7 +228,12 @@ def test_an_installation_that_is_broken_ends_with_no_verdict(tmp_path):
 
 @pytest.mark.parametrize(
     "words",
-    [("list", "laws"), ("list", "laws", "--json"), ("run", "--help"), ("check", "quickstart", "--set", "margin=[]")],
+    [
+        ("list", "laws"),
+        ("list", "laws", "--json"),
+        ("run", "--help"),
+        pytest.param(("check", "quickstart", "--set", "margin=[]"), marks=pytest.mark.slow),
+    ],
 )
 def test_a_reader_that_is_gone_is_no_verdict(words):
     reader, writer = os.pipe()

@@ -188,17 +188,16 @@ def run(folder, *command):
     return done.stdout
 
 
+@pytest.mark.usefixtures("few_golden_vectors")
 def test_exported_c_compiles_without_a_warning_and_runs_nothing_of_a_text(tmp_path):
-    gcc = program("gcc")
-    entry = EXPORTERS["c99"]
-    for k, text in enumerate(BATCHES):
-        put(folder := tmp_path / f"c{k}", entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
-        ask = '#include <stdio.h>\n#include "gainproof_controller.h"\nint main(void) { return fputs(GAINPROOF_AIRFRAME, stdout) < 0; }'
-        (folder / "ask.c").write_text(ask)
-        units = ["ask.c", "gainproof_controller.c"]
-        run(folder, gcc, "-std=c99", "-Wall", "-Wextra", "-Wtrigraphs", "-Werror", *units, "-o", "ask", "-lm")
-        assert run(folder, "./ask") == one_line(text)
-        run(folder, "make", "-s", "test")
+    entry, text = EXPORTERS["c99"], " ".join(WRITTEN)
+    put(tmp_path, entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
+    ask = '#include <stdio.h>\n#include "gainproof_controller.h"\nint main(void) { return fputs(GAINPROOF_AIRFRAME, stdout) < 0; }'
+    (tmp_path / "ask.c").write_text(ask)
+    units = ["ask.c", "gainproof_controller.c"]
+    run(tmp_path, program("gcc"), "-std=c99", "-Wall", "-Wextra", "-Wtrigraphs", "-Werror", *units, "-o", "ask", "-lm")
+    assert run(tmp_path, "./ask") == one_line(text)
+    run(tmp_path, "make", "-s", "test")
 
 
 def test_an_fmu_loads_and_runs_nothing_of_a_text(tmp_path):

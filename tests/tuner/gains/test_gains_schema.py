@@ -59,15 +59,18 @@ def at(made, path):
 
 
 def changed(made, path, value):
-    made = copy.deepcopy(made)
-    at(made, path[:-1])[path[-1]] = value
+    """A document with another value at a place; it shares with the given one what lies beside."""
+    key, *inner = path
+    made = copy.copy(made)
+    made[key] = changed(made[key], inner, value) if inner else value
     return made
 
 
 def without(made, path):
-    made = copy.deepcopy(made)
-    del at(made, path[:-1])[path[-1]]
-    return made
+    *outer, key = path
+    part = copy.copy(at(made, outer))
+    del part[key]
+    return changed(made, outer, part) if outer else part
 
 
 def objects(made):
@@ -195,7 +198,7 @@ def test_ends_of_ranges_and_patterns(path, value, good):
     assert accepted(changed(whole_document(), path, value)) is good
 
 
-@settings(max_examples=250, database=None, deadline=None)
+@settings(max_examples=80, database=None, deadline=None)
 @given(st.data())
 def test_broken_documents_are_judged_alike(data):
     made = whole_document()

@@ -21,7 +21,7 @@ def same_bits(law, folder):
     return qemu.run_elf(qemu.build(sources, folder))
 
 
-@pytest.mark.parametrize("law", ["pid", "hybrid", "adrc"])
+@pytest.mark.parametrize("law", ["hybrid", *(pytest.param(law, marks=pytest.mark.slow) for law in ("pid", "adrc"))])
 def test_golden_vectors_on_a_cortex_m4f(law, tmp_path):
     """The vectors are worked out here and compared there; the host passes the same ones in test_c99_bundle."""
     assert "the same bits: 200 steps of the cascade" in same_bits(law, tmp_path)

@@ -52,7 +52,7 @@ def made(folder, *targets):
     [
         ("hybrid", "float", ControlOptions()),
         ("ladrc_printed", "float", ControlOptions(delay=True)),
-        ("supertwisting", "double", ControlOptions("observer", "observer")),
+        pytest.param("supertwisting", "double", ControlOptions("observer", "observer"), marks=pytest.mark.slow),
     ],
 )
 def test_make_test_passes_in_a_fresh_folder(law, real, options, tmp_path):
@@ -114,7 +114,7 @@ def survivors(law, folder, every):
     return alive
 
 
-@pytest.mark.parametrize("law", ["pid", "hybrid"])
+@pytest.mark.parametrize("law", [pytest.param("pid", marks=pytest.mark.slow), "hybrid"])
 def test_golden_vectors_notice_a_constant(law, tmp_path):
     assert survivors(law, tmp_path, 6) == []
 

@@ -43,7 +43,8 @@ def symbols(nm, folder):
     return [line.split()[-2:] for line in lines.splitlines() if len(line.split()) >= 2]
 
 
-@pytest.mark.parametrize("real", ["float", pytest.param("double", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("real", ["float", "double"])
 def test_gcc_has_nothing_to_say(folder, real):
     target = compile_all(folder, "gcc", *FLAGS, *STRICT, "-Wshadow", "-pedantic", real=real, into=f"gcc_{real}")
     undefined = {name for kind, name in symbols("nm", target) if kind == "U"}
@@ -77,15 +78,9 @@ def test_the_header_is_cpp(folder):
     assert done.returncode == 0, done.stderr[-2000:]
 
 
-@pytest.mark.parametrize(
-    ("real", "compiler"),
-    [
-        pytest.param("float", "g++", marks=pytest.mark.slow),
-        ("double", "clang++"),
-        pytest.param("float", "clang++", marks=pytest.mark.slow),
-        pytest.param("double", "g++", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+@pytest.mark.parametrize("real", ["float", "double"])
 def test_the_source_is_cpp(folder, compiler, real):
     """Names of a C unit and of a C++ unit are the same: the header asks for C linkage."""
     target = compile_all(

@@ -7,6 +7,7 @@ rule of that file, its legacy angles from ours.
 import ctypes
 import json
 import math
+import shutil
 import subprocess
 
 import numpy as np
@@ -168,17 +169,20 @@ def test_it_compiles_without_a_warning(tmp_path, compiler, position, attitude):
         assert not [line for line in symbols.splitlines() if "__aeabi_d" in line or "__aeabi_f2d" in line], symbols
 
 
+def compiled(source, root):
+    """The shared library of an export with its face."""
+    (source / "face.c").write_text(FACE)
+    files = [str(source / name) for name in ("face.c", "controller_gainproof.c", "gainproof_controller.c")]
+    flags = ["-std=c11", "-O2", "-ffp-contract=off", "-shared", "-fPIC"]
+    library = str(source / "face.so")
+    subprocess.run([program("gcc"), *flags, f"-I{root}", f"-I{source}", *files, "-lm", "-o", library], check=True)
+    return library
+
+
 class Firmware:
     """The exported controller in a shared library, as the firmware calls it, and the C99 code called directly."""
 
-    def __init__(self, source, root):
-        (source / "face.c").write_text(FACE)
-        library = source / "face.so"
-        files = [str(source / name) for name in ("face.c", "controller_gainproof.c", "gainproof_controller.c")]
-        flags = ["-std=c11", "-O2", "-ffp-contract=off", "-shared", "-fPIC"]
-        subprocess.run(
-            [program("gcc"), *flags, f"-I{root}", f"-I{source}", *files, "-lm", "-o", str(library)], check=True
-        )
+    def __init__(self, library):
         self.code = ctypes.CDLL(str(library))
         self.code.begin()
 
@@ -201,9 +205,17 @@ class Firmware:
         return out
 
 
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """The shared library of one controller, compiled once."""
+    home = tmp_path_factory.mktemp("crazyflie")
+    return compiled(folder(home, controller("ladrc", "hybrid", "crazyflie-pybullet", 0.002)), home)
+
+
 @pytest.fixture
-def firmware(tmp_path):
-    return Firmware(folder(tmp_path, controller("ladrc", "hybrid", "crazyflie-pybullet", 0.002)), tmp_path)
+def firmware(built, tmp_path):
+    """A copy of that library, whose variables are nobody else's."""
+    return Firmware(shutil.copy(built, tmp_path / "face.so"))
 
 
 def mixed(out):
@@ -536,6 +548,6 @@ def test_what_the_firmware_cannot_do_is_refused_by_name(change, key):
 
 def test_delay_is_flown(tmp_path):
     given = controller("pid", "hybrid", "crazyflie-pybullet", 0.002, ControlOptions(delay=True))
-    firmware = Firmware(folder(tmp_path, given), tmp_path)
+    firmware = Firmware(compiled(folder(tmp_path, given), tmp_path))
     states = flight(np.random.default_rng(8), 20)
     compare(firmware, states, setpoint(position=(0.2, 0.1, 0)), HOLD, lambda k, s: [0.2, 0.1] + [0] * 11 + [1])
