@@ -2,18 +2,14 @@
 
 from collections.abc import Sequence
 
+from objectives.risk.differences import WORDS
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
-from tuner.documents.verdicts import BETTER, BROKEN, NO_DIFFERENCE, NOT_CERTAIN, UNKNOWN, WORSE, verdict_on_limit
+from tuner.documents.verdicts import BROKEN, NOT_CERTAIN, UNKNOWN, verdict_on_limit
 from tuner.report.labels import named
 from tuner.text.sentences import listing
 
-PHRASES = {
-    BETTER: "significantly better than the default in {}",
-    WORSE: "significantly worse than the default in {}",
-    NO_DIFFERENCE: "not significantly different from the default in {}",
-    UNKNOWN: "not comparable with the default in {}",
-}
+PHRASES = {**{word: forms.phrase for word, forms in WORDS.items()}, UNKNOWN: "not comparable with {0} in {1}"}
 """Verdict on an objective -> phrase."""
 
 
@@ -41,7 +37,7 @@ def _objective_phrases(results: TuningFolder) -> list[str]:
     for verdict, phrase in PHRASES.items():
         names = [named(results, row, short=True) for row in rows if row.verdict == verdict]
         if names:
-            text = phrase.format(_all_or_names(names, len(rows)))
+            text = phrase.format("the default", _all_or_names(names, len(rows)))
             phrases.append(
                 text if not phrases else text.replace(" than the default", "").replace(" from the default", "")
             )
