@@ -16,6 +16,7 @@ from tuner.cli.terminal import Console
 from tuner.documents.summary import RequiredRow
 from tuner.report.labels import plain_label, plain_margin, plain_metric
 from tuner.report.verdict_text import verdict_text
+from tuner.text.numbers import significant
 
 MOST_LINES = 35
 
@@ -49,6 +50,17 @@ def test_the_answer_comes_first_and_fits_a_screen(small_run, capsys):
     for words in ("confirmation flights", "position error (ITAE)", "rotor travel [1/s]", "Gains ", "Results in"):
         assert words in text
     assert "cvar" not in text.split("Why")[0]
+
+
+def test_the_values_that_unseen_losses_could_raise_stand_below_the_objectives(small_run, capsys):
+    results = TuningResults(small_run[1])
+    unseen = results.document.unseen
+    assert unseen is not None, "the small run lost a flight, of which this test has nothing to show"
+    text = " ".join(printed(results, capsys).split())
+    assert f"Unseen losses ({unseen.count.words}) could raise position error" in text
+    for row in unseen.objectives:
+        assert f" to {significant(row.raised, 3)}" in text
+    assert text.index("change, 95 % interval") < text.index("Unseen losses") < text.index(" range")
 
 
 def test_what_the_end_leaves_out_is_in_show(small_run, capsys):

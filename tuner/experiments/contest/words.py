@@ -80,7 +80,7 @@ LINKS = {BETTER: "than", NO_PRACTICAL_DIFFERENCE: "to", NOT_DISTINGUISHABLE: "fr
 
 
 def _share_less(result: Result, i: int, best: int, other: int) -> str:
-    """Return the share by which the best is lower, such as " (75 % less)"."""
+    """Return the share by which the best is lower: " (75 % less)"."""
     value = result.comparison.estimates[other][i].value
     return f" ({per_cent(-result.comparison.difference(best, other, i).value / value)} less)" if value > 0.0 else ""
 
