@@ -1,4 +1,4 @@
-"""The verdict on a tuning run in a sentence: objectives against the default, then limits."""
+"""The verdict on a tuning run in sentences: objectives against the default, limits, terms that the search turned off."""
 
 from collections.abc import Sequence
 
@@ -7,6 +7,7 @@ from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
 from tuner.documents.verdicts import BROKEN, NOT_CERTAIN, UNKNOWN, verdict_on_limit
 from tuner.report.labels import named
+from tuner.report.off_terms import off_terms_text
 from tuner.text.sentences import listing
 
 PHRASES = {**{word: forms.phrase for word, forms in WORDS.items()}, UNKNOWN: "not comparable with {0} in {1}"}
@@ -16,7 +17,7 @@ PHRASES = {**{word: forms.phrase for word, forms in WORDS.items()}, UNKNOWN: "no
 def verdict_text(results: TuningFolder) -> str:
     """Return the verdict on the recommended or nearest point in sentences."""
     rows = [row for row in results.document.table if row.limit is not None]
-    return _main_clause(results, _limits_text(results, rows)) + _uncertain_text(results, rows)
+    return _main_clause(results, _limits_text(results, rows)) + _uncertain_text(results, rows) + off_terms_text(results)
 
 
 def _main_clause(results: TuningFolder, limits: str) -> str:
