@@ -26,6 +26,7 @@ import tuner
 from objectives.flown_system import FlightBatch
 from objectives.own_meters import metering
 from objectives.problem import score_flights
+from objectives.risk.differences import BETTER, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE, WORSE
 from objectives.system import System
 from plant.errors import InputError
 from plant.law_registry import law
@@ -40,8 +41,7 @@ from tuner.analysis.judging.opinion import compare_flights
 from tuner.analysis.judging.paired_scores import PairedScores
 from tuner.api.assessing import STREAM, flight_setups
 from tuner.api.vehicle_files import name_files, read_subjects
-from tuner.documents.assessment import NOT_DISTINGUISHABLE, REFUSED
-from tuner.documents.verdicts import BETTER, WORSE
+from tuner.documents.assessment import REFUSED
 from tuner.engines.firmware.firmware import Bench, Firmware
 from tuner.engines.firmware.flying import FirmwareFlights
 from tuner.engines.firmware.registry import firmware_of
@@ -56,6 +56,8 @@ SPREADS = (0.02, 0.15, 0.4)
 """Standard deviations of the logarithms by which the gains of a pair differ."""
 SHARED = {"roll": "tilt", "pitch": "tilt", "x": "horizontal", "y": "horizontal"}
 """Axis -> axes whose gains are one parameter."""
+NOT_WORSE = (BETTER, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE)
+"""Words on flights that are no worse in any metric."""
 SEED = 20261126
 JUDGED = 256
 """Flights of each file by the judge, its default."""
@@ -130,7 +132,7 @@ def compare(
                 after, before, airframe=AIRFRAMES[firmware.name], source=firmware.target, flights=JUDGED
             )
             paired = firmware_flights(after, before, firmware, program, flights, threads, Path(place))
-        document, flown = opinion.document, compare_flights(paired.rows, paired.loss_difference)
+        document, flown = opinion.document, compare_flights([row.verdict for row in paired.rows], paired.loss)
         rows.append(
             {
                 "pair": k,
@@ -174,7 +176,7 @@ def main() -> None:
         "firmware": firmware.name,
         "pairs": len(rows),
         "agree": sum(row["agrees"] for row in rows),
-        "false_alarms": sum(flown in (BETTER, NOT_DISTINGUISHABLE) for flown in refused),
+        "false_alarms": sum(flown in NOT_WORSE for flown in refused),
         "strict_false_alarms": sum(flown != WORSE for flown in refused),
         "table": [{**dict(zip(words, key, strict=True)), "pairs": n} for key, n in counts.items()],
         "rows": rows,

@@ -68,8 +68,9 @@ class Objective:
         if self.is_binary:
             return binary_interval(samples, self.risk, confidence)
         low, high = interval_on(samples, self.risk, resample, confidence)
-        # A metric is at least 0, and so is every risk of it; the studentised end of a few flights need not be.
-        return Interval(np.where(np.min(samples, axis=-1) >= 0.0, np.maximum(low, 0.0), low), high)
+        # A metric is at least 0, a share at most 1, and so is every risk of it; the studentised end of a few flights need not be.
+        low = np.where(np.min(samples, axis=-1) >= 0.0, np.maximum(low, 0.0), low)
+        return Interval(low, np.minimum(high, self.metric.metric.highest))
 
     def difference(
         self, first: np.ndarray, second: np.ndarray, resample: np.ndarray, confidence: float = 0.95

@@ -66,7 +66,12 @@ def gain_row(gain: GainInfo) -> tuple[str, ...]:
     """Return name, symbol, unit, default and range in both loops, and meaning of a gain."""
     name = gain.name.rstrip("_")
     unit = gain.unit.replace("{y}", "y")
-    return f"`{name}`", f"`{gain.symbol}`", unit, spanned(gain.attitude), spanned(gain.position), gain.meaning
+    return f"`{name}`", f"`{gain.symbol}`", unit, spanned(gain.attitude), spanned(gain.position), gain_meaning(gain)
+
+
+def gain_meaning(gain: GainInfo) -> str:
+    """Return the meaning of a gain, and the term that 0 turns off."""
+    return gain.meaning + (f"; 0 turns the {gain.term} off" if gain.term else "")
 
 
 def spanned(span: Span) -> str:

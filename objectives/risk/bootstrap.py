@@ -7,9 +7,17 @@ resampled scenarios, so their replicates are paired as their flights are (common
 Intervals are studentized where the risk has a standard error, see `objectives.risk.studentised`, and percentile intervals
 elsewhere: B. Efron, R. J. Tibshirani, "An Introduction to the Bootstrap", Chapman & Hall, 1993, chapters 12 and 13. For
 the worst case neither is valid: no resample exceeds the largest value seen.
+
+The interval of a paired difference is the wider, on either side, of the studentized one and Student's t. Flights that do not
+differ have symmetric differences, whose tails the studentized bootstrap alone cuts too short: of 1,500 pairs of 64 lognormal
+flights (sigma 0.5 and 1, with and without common air, with 1 % of losses 40 times as costly) 2.8 to 6.6 % lay on one side
+of 0 for a mean and 3.4 to 7.1 % for CVaR at 0.8, with 256 flights 2.8 to 6.5 %; the wider one leaves 0.9 to 2.9 % on
+a side, which is 2.5 % within the errors of that count. Student's t alone misses skew: with equal means and unequal spreads
+7.2 % lie on the worse side, the studentized bootstrap has 4.5 %. It costs 4 to 6 % of width.
 """
 
 from collections.abc import Iterator
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -52,8 +60,24 @@ def paired_difference_on(
     # numpy sums in another order along other layouts, and equal candidates must differ by 0.
     first, second = np.ascontiguousarray(first), np.ascontiguousarray(second)
     n = first.shape[-1]
-    bounds = _ends_of(first.reshape(-1, n), second.reshape(-1, n), risk, resample, confidence)
+    rows, others = first.reshape(-1, n), second.reshape(-1, n)
+    low, high = _ends_of(rows, others, risk, resample, confidence)
+    student_low, student_high = _student_ends(rows, others, risk, confidence)
+    bounds = np.stack([np.minimum(low, student_low), np.maximum(high, student_high)])
     return PairedDifference(risk.apply(first) - risk.apply(second), *bounds.reshape(2, *first.shape[:-1]))
+
+
+def _student_ends(first: Values, second: Values, risk: Risk, confidence: float) -> Values:
+    """Return the ends (2, rows) of Student's intervals of differences; both the difference where it has no standard error."""
+    from scipy.special import stdtrit  # pyright: ignore[reportMissingTypeStubs]
+
+    n = first.shape[-1]
+    differences = list(_measured(first, second, risk, slice(None)))
+    values = np.array([float(row.risk) for row in differences])
+    # The deviation of a sample, not of a population.
+    errors = np.array([float(standard_error(row)) for row in differences]) * sqrt(n / max(n - 1, 1))
+    reach = float(stdtrit(max(n - 1, 1), 0.5 * (1.0 + confidence))) * errors
+    return np.stack([values - reach, values + reach])
 
 
 def replicates_on(values: Values, risk: Risk, resample: Indices) -> Values:

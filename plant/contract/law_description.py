@@ -94,6 +94,9 @@ def every_gain_is_described(law: Law) -> Iterator[ContractViolation]:
                 yield ContractViolation("Gains", f"the gain '{gain.name}' has no {key}")
             else:
                 check_text(getattr(gain, key), key="Gains")
+        check_text(gain.term, key="Gains")
+        if gain.term and (gain.exclusive or gain.least != 0.0):
+            yield ContractViolation("Gains", f"the gain '{gain.name}' has a term that is off at 0, which it cannot be")
         if gain.scale not in ("log", "linear"):
             yield ContractViolation(
                 "Gains", f'the gain \'{gain.name}\' has the scale {gain.scale!r}; allowed: "log", "linear"'

@@ -130,11 +130,11 @@ LAW = Law(
         ),
         GainInfo(
             "k1", "k1", "{y}^(1/2) s^(-3/2)", Span(20.0, 0.0, 40.0), Span(0.5, 0.0, 5.0), "linear", SOURCE,
-            "power-rate gain",
+            "power-rate gain", term="power-rate term",
         ),
         GainInfo(
             "k2", "k2", "s^-1", Span(5.0, 0.5, 80.0), Span(1.0, 0.1, 8.0), "log", SOURCE,
-            "proportional gain on the sliding variable; open in the source",
+            "proportional gain on the sliding variable; open in the source", term="proportional sliding term",
         ),
         GainInfo(
             "delta", "delta", "{y}/s", Span(0.1, 0.01, 1.0), Span(0.2, 0.02, 2.0), "log", SOURCE,

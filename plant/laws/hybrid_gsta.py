@@ -88,6 +88,7 @@ MU = GainInfo(
     "linear",
     SOURCE,
     "share of the linear parts; 0 is the super-twisting term",
+    term="linear part",
 )
 
 LAW = Law(

@@ -107,11 +107,11 @@ LAW = Law(
         ),
         GainInfo(
             "ki", "ki", "s^-3", Span(60.0, 0.1, 2000.0), Span(0.6, 0.01, 20.0), "log", SOURCE,
-            "integral gain, acceleration per integrated error", integrals=1,
+            "integral gain, acceleration per integrated error", integrals=1, term="integral term",
         ),
         GainInfo(
             "kd", "kd", "s^-1", Span(14.0, 2.0, 60.0), Span(2.6, 0.4, 15.0), "log", SOURCE,
-            "derivative gain, acceleration per rate", integrals=-1,
+            "derivative gain, acceleration per rate", integrals=-1, term="derivative term",
         ),
         GainInfo(
             "t_f", "Tf", "s", Span(0.005, 0.001, 0.05), Span(0.01, 0.002, 0.2), "log", SOURCE,

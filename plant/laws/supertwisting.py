@@ -110,6 +110,7 @@ K2 = GainInfo(
     "log",
     SOURCE,
     "slope of the switched integral; exceeds the fastest change of the disturbance",
+    term="switched integral",
 )
 
 LAW = Law(

@@ -17,6 +17,7 @@ import numpy as np
 from objectives.problem import Constraint, Evaluation, Evaluator, Objective
 from objectives.requirements import Requirement, WorstState, known_values, worst_states
 from objectives.risk import (
+    RELEVANT,
     RISKS,
     PairedDifference,
     resampled_scenarios,
@@ -191,10 +192,11 @@ def share_non_dominated(replicates: np.ndarray) -> np.ndarray:
     return np.mean(np.array(fronts, dtype=float).reshape(-1, len(replicates)), axis=0) if fronts else np.zeros(0)
 
 
-def compare(problem: Evaluator, flown: Evaluation, root: int) -> list[ComparedRow]:
+def compare(problem: Evaluator, flown: Evaluation, root: int, relevant: float = RELEVANT) -> list[ComparedRow]:
     """Compare the second row of an evaluation with the first, paired.
 
     It returns a row for every objective and constraint, paired by flight.
+    relevant: share of the default's value from which a difference matters.
     """
     rows = []
     limits = [*[None] * len(problem.objectives), *problem.constraints]
@@ -206,7 +208,7 @@ def compare(problem: Evaluator, flown: Evaluation, root: int) -> list[ComparedRo
         low, high = quantity.interval(samples, part)
         default, tuned = (Estimate(float(values[k]), float(low[k]), float(high[k])) for k in (0, 1))
         gap_sizes = SampledValue(*map(float, quantity.difference(samples[1], samples[0], part)))
-        row = compared_row(quantity, default, tuned, gap_sizes, limit)
+        row = compared_row(quantity, default, tuned, gap_sizes, limit, relevant)
         if limit is not None and row.verdict == SATISFIED and not limit.rests_on_value:
             end = float(quantity.interval(samples[1], part, limit.confidence).high)
             row = row.model_copy(update={"verdict": verdict_on_limit(tuned.value, limit.most, high=end)})
@@ -221,10 +223,11 @@ def compared_row(
     tuned: Estimate,
     difference: SampledValue,
     limit: Constraint | None = None,
+    relevant: float = RELEVANT,
 ) -> ComparedRow:
     """Return one line of the Default / Tuned table, judged by values; difference: tuned minus default, paired over scenarios."""
     if limit is None:
-        verdict = verdict_on_difference(float(default.value or 0.0), difference)
+        verdict = verdict_on_difference(default.value, difference, relevant)
     else:
         verdict = verdict_on_limit(float(tuned.value or 0.0), limit.most)
     return ComparedRow(

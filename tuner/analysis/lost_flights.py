@@ -8,7 +8,7 @@ import numpy as np
 from objectives.evaluator import Evaluator
 from objectives.flown_system import FlightBatch, FlownSystem
 from objectives.problem import Evaluation, Problem
-from objectives.risk import upper_bound
+from objectives.risk import clopper_pearson
 from objectives.risk.shares import risk_of_share
 from plant.backends.flyer import result_parts
 from plant.status import Status
@@ -93,8 +93,7 @@ def unseen_losses(
             continue
         count = evaluation.samples(i, objective.scenario).shape[-1]
         value = float(evaluation.values[row, i])
-        share = float(risk_of_share(np.array(upper_bound(0, count)), objective.risk))
+        share = float(risk_of_share(clopper_pearson(0, count).high, objective.risk))
         raised = value + share * max(float(costs[i]) - value, 0.0)
         moved.append(RaisedValue(label=objective.label, unit=objective.metric.unit, value=value, raised=raised))
-    count = ShareCount(events=0, flights=flights, upper=upper_bound(0, flights))
-    return UnseenLosses(count=count, objectives=moved) if moved else None
+    return UnseenLosses(count=ShareCount.of(np.zeros(flights)), objectives=moved) if moved else None

@@ -11,6 +11,7 @@ import numpy as np
 from objectives.margins.trim import Trim
 from objectives.metrics import parse
 from objectives.problem import FlightBatch, Problem
+from objectives.risk.differences import WORSE
 from plant.air.spec import AirSpec
 from plant.errors import InputError
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES
@@ -31,7 +32,6 @@ from tuner.documents.assessment import (
     ChangedGain,
 )
 from tuner.documents.parts import NumberWithUnit
-from tuner.documents.verdicts import WORSE
 from tuner.exchange.sources import GAINS
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher, compilation
@@ -171,7 +171,7 @@ def gather_evidence(subjects: Subjects, loops: Sequence[LoopSet], paired: Paired
         metrics=metrics,
         lost_after=lost[0],
         lost_before=lost[1] if len(lost) > 1 else None,
-        loss_difference=paired.loss_difference,
+        loss=paired.loss,
         unmodeled=len(subjects.unmodeled_changes),
     )
 

@@ -1,6 +1,7 @@
 """Stages of an autotune: their files, all that they read, and their results in a sentence."""
 
 from pathlib import Path
+from shutil import rmtree
 
 from plant.input_files import read_input
 from plant.quadrotor.airframes import load
@@ -248,10 +249,10 @@ class OpinionStage(Stage):
         (file, *_) = ExportDocument.read(self.out / EXPORTED).files
         return self.out / EXPORT / file
 
-    def make(self) -> None:
-        """Judge the exported parameters."""
+    def make(self) -> str | None:
+        """Judge the exported parameters; those that are refused are not left to be loaded."""
         setup = self.setup
-        judge(
+        opinion = judge(
             self._exported,
             self.out / setup.present,
             airframe=str(self.out / VEHICLE),
@@ -260,6 +261,10 @@ class OpinionStage(Stage):
             threads=setup.threads,
             watcher=self.watcher,
         )
+        if opinion.passed:
+            return None
+        rmtree(self.out / EXPORT)
+        return f"{opinion.document.sentence} No export is left, and no flight is planned; the gains are in {GAINS}."
 
     def sentence(self) -> str:
         """Return the sentence of the opinion."""

@@ -14,12 +14,11 @@ from plant.errors import InputError, check_name
 from plant.own_code import refuse_program
 from plant.quadrotor.airframes import load
 from tuner.api.autotune_stage import FIRST_FLIGHTS, RUN, Setup, Stage
-from tuner.api.autotune_stages import STAGES, read_opinion
+from tuner.api.autotune_stages import STAGES
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.identifying import LogLike, read_logs
 from tuner.api.results import TuningResults, open_results
 from tuner.api.vehicle_files import find_source, read_parameter_file
-from tuner.documents.assessment import REFUSED
 from tuner.documents.autotune import AUTOTUNE_FORMAT, AUTOTUNE_VERSION, DONE, STOPPED, AutotuneDocument, StageRow
 from tuner.engines.firmware.process import BINARY
 from tuner.exchange.sources import GAINS, guess_source
@@ -52,7 +51,7 @@ class Autotuned(Documented):
 
     @property
     def passed(self) -> bool:
-        """True if all stages are done and the opinion does not object."""
+        """True if all stages are done."""
         return self.document.is_complete
 
     def _repr_html_(self) -> str:
@@ -204,8 +203,7 @@ class _Chain:
     def _document(self, rows: list[StageRow]) -> AutotuneDocument:
         setup, last = self._setup, rows[-1]
         is_done = last.state == DONE
-        objection = next((row.sentence for row in rows if row.stage == "opinion"), "") if is_done else ""
-        is_refused = is_done and read_opinion(setup.out).verdict in REFUSED
+        opinion = next((row.sentence for row in rows if row.stage == "opinion"), "")
         steps = f"load {setup.out / FIRST_FLIGHTS}/step1 first, fly it, and go on step by step"
         return AutotuneDocument(
             format=AUTOTUNE_FORMAT,
@@ -215,8 +213,8 @@ class _Chain:
             logs=[str(log) for log in setup.given_logs],
             vehicle=str(setup.vehicle),
             stages=rows,
-            is_complete=is_done and not is_refused,
-            sentence=last.sentence if not is_done else objection if is_refused else f"{objection} Next: {steps}.",
+            is_complete=is_done,
+            sentence=f"{opinion} Next: {steps}." if is_done else last.sentence,
             commands=[f"tuner show {setup.out / RUN}"] if is_done else [],
         )
 

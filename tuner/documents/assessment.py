@@ -2,17 +2,16 @@
 
 from typing import Annotated, Literal
 
+from objectives.risk.differences import BETTER, MIXED, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE, WORSE
 from tuner.documents.parts import NumberWithUnit, SampledValue, ShareCount
-from tuner.documents.verdicts import BETTER, WORSE
 from tuner.store.document import Document, DocumentPart, OneOf, Sense
 from tuner.text.errors import BROKEN, NO_BASIS
 
-MIXED, NOT_DISTINGUISHABLE = "mixed", "not distinguishable"
 WITHIN_LIMITS, NO_OBJECTION, DO_NOT_FLY = "flyable within limits", "no objection", "do not fly"
 NOT_JUDGED = "not judged"
-COMPARISONS = (BETTER, WORSE, MIXED, NOT_DISTINGUISHABLE)
+COMPARISONS = (BETTER, WORSE, MIXED, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE)
 EXIT_CODES = {
-    **dict.fromkeys((BETTER, MIXED, NOT_DISTINGUISHABLE, WITHIN_LIMITS, NO_OBJECTION), 0),
+    **dict.fromkeys((BETTER, MIXED, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE, WITHIN_LIMITS, NO_OBJECTION), 0),
     **dict.fromkeys((WORSE, DO_NOT_FLY), BROKEN),
     NOT_JUDGED: NO_BASIS,
 }

@@ -35,7 +35,7 @@ class AutotuneDocument(Document):
         logs: Files, as given.
         vehicle: Parameter file, as given.
         stages: Up to the one that ends the way.
-        is_complete: Whether all stages are done and the opinion does not object.
+        is_complete: Whether all stages are done; the way ends where the opinion objects.
         sentence: Result.
         commands: Next commands.
     """

@@ -131,11 +131,12 @@ class ComparedFolder(OpenedFolder[C]):
         least = {name for name, value in values.items() if value == min(values.values())}
         return least if len(least) < len(values) or len(values) == 1 else set()
 
-    def close_to_best(self, label: str) -> set[str]:
-        """Return the contenders that a paired difference does not tell apart from a best one."""
-        best, rows = self.best(label), self.shown.differences
-        even = [{entry.first, entry.second} for entry in rows if entry.quantity == label and entry.lower is None]
-        return {name for pair in even if pair & best for name in pair - best}
+    def words_beside_best(self, label: str) -> dict[str, str]:
+        """Return the contenders that a best one is not better than, with the word on their difference."""
+        best = self.best(label)
+        even = [row for row in self.shown.differences if row.quantity == label and row.lower is None]
+        pairs = [(row, {row.first, row.second}) for row in even]
+        return {name: row.verdict for row, pair in pairs if pair & best for name in pair - best}
 
     @cached_property
     def fronts(self) -> FrontsPart | None:

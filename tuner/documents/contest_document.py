@@ -5,6 +5,7 @@ from typing import Annotated, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from tuner.documents.parts import Estimate, GainValue, LawNames, ShareCount
+from tuner.documents.verdicts import Verdict as DifferenceVerdict
 from tuner.store.document import Document, DocumentPart, OneOf
 
 
@@ -176,7 +177,10 @@ class EstimateRow(_WithInterval):
 
 
 class DifferenceRow(_WithInterval):
-    """Second minus first contender on the same flights; lower: whom the interval calls lower, null where it holds zero."""
+    """Second minus first contender on the same flights.
+
+    lower: the better one by the rule of `objectives.risk.differences`, else null; verdict then is the rule's word.
+    """
 
     middle = "difference"
     first: str
@@ -185,7 +189,7 @@ class DifferenceRow(_WithInterval):
     difference: float
     low: float
     high: float
-    verdict: str
+    verdict: DifferenceVerdict
     lower: str | None
 
 
@@ -207,7 +211,7 @@ class VolumeRow(_WithInterval):
 
 
 class VolumeDifference(DocumentPart):
-    """Share of the second front minus that of the first, paired; larger: whose, null where the interval holds zero."""
+    """Share of the second front minus that of the first, paired; larger: whose, null where the rule shows neither."""
 
     first: str
     second: str

@@ -6,7 +6,7 @@ from typing import Any, Self, TypeVar
 import numpy as np
 from pydantic import ConfigDict
 
-from objectives.risk import upper_bound
+from objectives.risk import clopper_pearson
 from objectives.scales import DECIBEL, SCALES
 from tuner.store.document import Document, DocumentPart
 from tuner.text.numbers import significant
@@ -51,7 +51,7 @@ class Estimate(DocumentPart):
 
 
 class ShareCount(DocumentPart):
-    """Flights with 1 of a quantity that is 0 or 1, among all of them; upper: one-sided 95 % upper bound of their share."""
+    """Flights with 1 of a quantity that is 0 or 1, among all of them; upper: end of the 95 % interval of their share."""
 
     events: int
     flights: int
@@ -61,11 +61,11 @@ class ShareCount(DocumentPart):
     def of(cls, samples: np.ndarray) -> Self:
         """Return the count of samples (flights,)."""
         events = int(np.count_nonzero(samples, axis=0))
-        return cls(events=events, flights=len(samples), upper=upper_bound(events, len(samples)))
+        return cls(events=events, flights=len(samples), upper=float(clopper_pearson(events, len(samples)).high))
 
     @property
     def words(self) -> str:
-        """The count, and the bound where none was seen: "0 of 256: at most 1.2 %"."""
+        """The count, and the bound where none was seen: "0 of 256: at most 1.4 %"."""
         bound = "" if self.events else f": at most {significant(100.0 * self.upper, 2)} %"
         return f"{self.events} of {self.flights}{bound}"
 

@@ -3,6 +3,7 @@
 import json
 from typing import Self
 
+from objectives.risk import RELEVANT
 from plant.texts import PlainTable
 from tuner.store.document import Document, DocumentPart, Json, Scale, Sense
 
@@ -150,6 +151,7 @@ class Resolved(Document):
     law, metric, reference: digests of code of the user's own, by name. airframe, controller: null where another thing flies: a
     plant with its actuators and channels, or trials of another program, of which variable and metric are the tables of the file.
     confidence: that limits on flights are kept with, null in folders of earlier versions, whose values alone kept them.
+    relevant: share of a value from which a difference matters.
     """
 
     title: str = ""
@@ -170,6 +172,7 @@ class Resolved(Document):
     gains: dict[str, float] = {}
     mission: dict[str, Json] | None = None
     confidence: float | None = None
+    relevant: float = RELEVANT
     constraint: list[dict[str, Json]] = []
     guarantee: list[dict[str, Json]] = []
     margin: list[dict[str, Json]] = []

@@ -10,6 +10,7 @@ from plant.input_files import parse_json, read_input_text
 from tuner.documents.obstacles import ConflictPart, ConstraintPrice, UnmetConstraint
 from tuner.documents.parts import Estimate, LostFlight, PlantStep, ShareCount
 from tuner.documents.tail import LimitedTail
+from tuner.documents.verdicts import Verdict
 from tuner.store.document import Document, DocumentPart, Scale, Sense
 from tuner.text.numbers import count as number_text
 from tuner.text.numbers import significant
@@ -102,7 +103,7 @@ class ComparedRow(DocumentPart):
     default: Estimate
     tuned: Estimate
     difference: Estimate
-    verdict: str
+    verdict: Verdict
     automatic: str = ""
     default_count: ShareCount | None = None
     tuned_count: ShareCount | None = None

@@ -171,7 +171,7 @@ class TuningFolder(OpenedFolder[Summary]):
             if default.value is not None and tuned.value is not None:
                 difference = Estimate(tuned.value - default.value, None, None)
         elif row.limit is None:
-            verdict = verdict_on_difference(default.value or 0.0, difference)
+            verdict = verdict_on_difference(default.value, difference, self.resolved.relevant)
         else:
             verdict = UNKNOWN if tuned.value is None else verdict_on_limit(tuned.value, row.limit)
         return row.model_copy(update={"default": default, "tuned": tuned, "difference": difference, "verdict": verdict})

@@ -1,18 +1,36 @@
-"""Verdicts on quantities: the one place that decides which holds, and how files, terminal and page word it."""
+"""Verdicts on quantities: which holds, and how files, terminal and page word it.
+
+The rule for differences is in `objectives.risk.differences`.
+"""
 
 from math import inf
+from typing import Annotated
 
+from pydantic import BeforeValidator
+
+from objectives.risk import RELEVANT, classify_difference
+from objectives.risk.differences import NOT_DISTINGUISHABLE, WORDS
 from tuner.documents.parts import Estimate, SampledValue
 
-BETTER, WORSE, NO_DIFFERENCE = "better", "worse", "no clear difference"
 SATISFIED, NOT_CERTAIN, BROKEN = "kept", "not certain", "broken"
 UNKNOWN = "not known"
-# The same gains, decoded from a point of the unit cube, differ in the last digit.
-SAME = 1e-9
-
-
-SHOWN = {SATISFIED: "satisfied", BROKEN: "violated", NO_DIFFERENCE: "no significant difference"}
+SHOWN = {SATISFIED: "satisfied", BROKEN: "violated"}
 """Verdict of files -> verdict of report and terminal, where they differ."""
+SIGNS = {
+    **{word: forms.sign for word, forms in WORDS.items()},
+    SATISFIED: "✓", NOT_CERTAIN: "≈", BROKEN: "✗",
+}  # fmt: skip
+"""Verdict of files -> sign beside it, for the quick eye; nothing is said by color alone."""
+FORMER = {"no clear difference": NOT_DISTINGUISHABLE}
+"""Verdict of files of earlier versions -> verdict of today."""
+
+
+def _renamed(word: object) -> object:
+    return FORMER.get(word, word) if isinstance(word, str) else word
+
+
+Verdict = Annotated[str, BeforeValidator(_renamed)]
+"""Verdict in a file; those of earlier versions are read."""
 
 
 def shown_verdict(verdict: str) -> str:
@@ -20,15 +38,19 @@ def shown_verdict(verdict: str) -> str:
     return SHOWN.get(verdict, verdict)
 
 
-def verdict_on_difference(default: float, difference: Estimate | SampledValue) -> str:
-    """Return the verdict that the interval of a difference to the default's value allows."""
-    if difference.value is None or difference.low is None or difference.high is None:
+def signed_verdict(verdict: str) -> str:
+    """Return a verdict as the page words it, behind its sign."""
+    return f"{SIGNS.get(verdict, '')} {shown_verdict(verdict)}".strip()
+
+
+def verdict_on_difference(
+    reference: float | None, difference: Estimate | SampledValue, relevant: float = RELEVANT
+) -> str:
+    """Return the verdict on a difference to a reference's value; null is not known."""
+    value, low, high = difference
+    if reference is None or value is None or low is None or high is None:
         return UNKNOWN
-    if abs(difference.value) <= SAME * abs(default):
-        return NO_DIFFERENCE
-    if difference.high < 0.0:
-        return BETTER
-    return WORSE if difference.low > 0.0 else NO_DIFFERENCE
+    return classify_difference(reference, value, low, high, relevant)
 
 
 def verdict_on_limit(value: float | None, limit: float, sense: str = "max", high: float | None = None) -> str:

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 from objectives.margins.quantities import QUANTITIES
+from objectives.risk.differences import BETTER, WORSE
 from tuner.documents.parts import Estimate, in_shown_units
 from tuner.documents.states import WORST_MARK, state_table
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
-from tuner.documents.verdicts import BETTER, BROKEN, NO_DIFFERENCE, NOT_CERTAIN, SATISFIED, WORSE, shown_verdict
+from tuner.documents.verdicts import signed_verdict
 from tuner.report.changes import headline_change
 from tuner.report.labels import definition_text, named, plain_margin
 from tuner.report.page import wide
@@ -19,8 +20,6 @@ from tuner.text.sentences import bound_text, capitalized, listing
 from tuner.text.units import marked_up, plain
 
 HEAD = ("Quantity", "Default", "Tuned", "Change", "Verdict")
-# A sign beside the word, for the quick eye; nothing is said by colour alone.
-SIGNS = {BETTER: "✓", SATISFIED: "✓", WORSE: "✗", BROKEN: "✗", NO_DIFFERENCE: "≈", NOT_CERTAIN: "≈"}
 # Margins told where a study asks for none, and the columns of margins.npz that they are read from.
 WORST = {"phase_margin": ("phase_margin",), "gain_margin": ("gain_up", "gain_down"), "ms": ("ms",)}
 
@@ -77,13 +76,8 @@ def verdict(word: str) -> Markup:
     return element("span", signed_verdict(word), class_=f"verdict {word.replace(' ', '-')}")
 
 
-def signed_verdict(word: str) -> str:
-    """Return a verdict as the page words it, behind its sign."""
-    return f"{SIGNS.get(word, '')} {shown_verdict(word)}".strip()
-
-
 def _changes(results: TuningFolder) -> list[str]:
-    """Return sentences on significant changes and on margins."""
+    """Return sentences on changes that matter and on margins."""
     recommended = results.feasible and results.tuned != DEFAULT
     rows = [row for row in results.objectives if recommended and row.verdict in (BETTER, WORSE)]
     changes = [

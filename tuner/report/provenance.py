@@ -31,6 +31,11 @@ AIR = (
     ("Trim tilt", "trim_tilt", "deg"),
     ("Trim thrust / weight", "trim_thrust", ""),
 )
+RULE_TEXT = (
+    "the interval of the difference lies on one side of zero, and the difference exceeds what matters: 2 % of the value compared "
+    "with, or the study's `relevant`. No practical difference: the interval lies within that. Not distinguishable: neither."
+)
+"""The rule of `objectives.risk.differences` in words."""
 AXES, TRIPLES = "uvw", ("length", "sigma", "tau")
 WORDS = (
     ("Held-out", "simulated in scenarios that the search never saw, the same for every point."),
@@ -43,7 +48,7 @@ WORDS = (
         "Tuned − default",
         "paired over the same scenarios, so its interval is narrower than those of the two values suggest.",
     ),
-    ("Better, worse", "the whole interval of the difference is below, or above, zero; else no significant difference."),
+    ("Better, worse", RULE_TEXT),
     (
         "Satisfied, violated",
         "the upper end of the interval satisfies the limit, or the value violates it; else not certain.",

@@ -1,26 +1,23 @@
-"""The verdict on a tuning run in a sentence: objectives against the default, then limits."""
+"""The verdict on a tuning run in sentences: objectives against the default, limits, terms that the search turned off."""
 
 from collections.abc import Sequence
 
+from objectives.risk.differences import WORDS
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
-from tuner.documents.verdicts import BETTER, BROKEN, NO_DIFFERENCE, NOT_CERTAIN, UNKNOWN, WORSE, verdict_on_limit
+from tuner.documents.verdicts import BROKEN, NOT_CERTAIN, UNKNOWN, verdict_on_limit
 from tuner.report.labels import named
+from tuner.report.off_terms import off_terms_text
 from tuner.text.sentences import listing
 
-PHRASES = {
-    BETTER: "significantly better than the default in {}",
-    WORSE: "significantly worse than the default in {}",
-    NO_DIFFERENCE: "not significantly different from the default in {}",
-    UNKNOWN: "not comparable with the default in {}",
-}
+PHRASES = {**{word: forms.phrase for word, forms in WORDS.items()}, UNKNOWN: "not comparable with {0} in {1}"}
 """Verdict on an objective -> phrase."""
 
 
 def verdict_text(results: TuningFolder) -> str:
     """Return the verdict on the recommended or nearest point in sentences."""
     rows = [row for row in results.document.table if row.limit is not None]
-    return _main_clause(results, _limits_text(results, rows)) + _uncertain_text(results, rows)
+    return _main_clause(results, _limits_text(results, rows)) + _uncertain_text(results, rows) + off_terms_text(results)
 
 
 def _main_clause(results: TuningFolder, limits: str) -> str:
@@ -41,7 +38,7 @@ def _objective_phrases(results: TuningFolder) -> list[str]:
     for verdict, phrase in PHRASES.items():
         names = [named(results, row, short=True) for row in rows if row.verdict == verdict]
         if names:
-            text = phrase.format(_all_or_names(names, len(rows)))
+            text = phrase.format("the default", _all_or_names(names, len(rows)))
             phrases.append(
                 text if not phrases else text.replace(" than the default", "").replace(" from the default", "")
             )

@@ -12,7 +12,7 @@ from tuner.documents.parts import Estimate, on_page
 from tuner.documents.summary import TableRow
 from tuner.documents.tuning import DEFAULT, SHOWN, TUNED, TuningFolder
 from tuner.documents.tuning_tables import LOOP_MARGINS, Loop
-from tuner.documents.verdicts import NO_DIFFERENCE, shown_verdict
+from tuner.documents.verdicts import shown_verdict
 from tuner.report.labels import contest_label, named, time_unit
 from tuner.text.numbers import estimate, significant
 from tuner.text.sentences import bound_text
@@ -135,7 +135,7 @@ def differences_view(results: ComparedFolder[Any]) -> Table:
             f"{row.second} − {row.first}",
             bracketed(contest_label(results, row.quantity), results.quantity[row.quantity].unit),
             _text(row.estimate, signed=True),
-            row.lower or shown_verdict(NO_DIFFERENCE),
+            row.lower or row.verdict,
         )
         for row in results.shown.differences
     ]

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, Tag, model_serializer
 
 from objectives.fmu.system import PATIENCE
+from objectives.risk import RELEVANT
 from tuner.gains.channels import ChannelTable
 from tuner.study import schema
 from tuner.study.size import MOST_FLIGHTS
@@ -172,6 +173,8 @@ class PlantStudyTable(StrictTable):
     """Text for the report."""
     confidence: schema.Confidence = schema.CONFIDENCE
     """Confidence of the interval whose upper end keeps each limit on flights; 0: the value alone keeps it."""
+    relevant: schema.Relevant = RELEVANT
+    """Share of a value from which a difference matters: better and worse differ by more, no practical difference by less."""
     law: schema.OwnCodeTable | None = None
     metric: schema.OwnCodeTable | None = None
     actuator: list[ActuatorTable] = Field(default=[])

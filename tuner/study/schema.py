@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from pydantic import Discriminator, Field, Tag, create_model
 
 from objectives.mission import Mission
+from objectives.risk import RELEVANT
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
@@ -363,6 +364,7 @@ class PickTable(StrictTable):
 Confidence = Annotated[float, Field(ge=0.0, lt=1.0)]
 CONFIDENCE = 0.95
 """Confidence that limits on flights are kept with where a study does not say it: that of every interval that is shown."""
+Relevant = Annotated[float, Field(ge=0.0, lt=1.0)]
 
 
 class StudyTable(StrictTable):
@@ -383,6 +385,8 @@ class StudyTable(StrictTable):
     """Text for the report."""
     confidence: Confidence = CONFIDENCE
     """Confidence of the interval whose upper end keeps each limit on flights; 0: the value alone keeps it."""
+    relevant: Relevant = RELEVANT
+    """Share of a value from which a difference matters: better and worse differ by more, no practical difference by less."""
     law: OwnCodeTable | None = None
     metric: OwnCodeTable | None = None
     reference: OwnCodeTable | None = None

@@ -13,6 +13,7 @@ from objectives.decisions import DecisionSpace
 from objectives.margins.requirement import MarginRequirement
 from objectives.problem import Constraint, Objective
 from objectives.requirements import Requirement
+from objectives.risk import RELEVANT
 from plant.errors import InputError
 from plant.input_files import read_input_text
 from plant.texts import PlainTable, PlainValue
@@ -130,9 +131,13 @@ class SearchSpec:
         return f"Search: {self.algorithm}, {self.size}{first}{reference}: {self.why}."
 
 
-def usual_keys(confidence: float) -> tuple[str, ...]:
-    """Return the keys that a digest leaves out: a study with the usual confidence keeps the digest that it had before."""
-    return ("confidence",) if confidence == CONFIDENCE else ()
+USUAL = {"confidence": CONFIDENCE, "relevant": RELEVANT}
+"""Keys that a digest leaves out at these values: such a study keeps the digest that it had before there were the keys."""
+
+
+def usual_keys(table: object) -> list[str]:
+    """Return the keys of a study's table that its digest leaves out."""
+    return [key for key, value in USUAL.items() if getattr(table, key) == value]
 
 
 class Followed(NamedTuple):
@@ -334,7 +339,7 @@ class SearchedStudy:
 
         They are JSON-able data; without: tables to leave out.
         """
-        left = ("title", "description", *usual_keys(self.table.confidence), *without)
+        left = ("title", "description", *usual_keys(self.table), *without)
         return {key: value for key, value in self._values().items() if key not in left}
 
     def _values(self) -> PlainTable:

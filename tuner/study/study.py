@@ -78,7 +78,7 @@ class Study(TuningStudy):
             "target",
             *without,
             *[key for key, same in usual.items() if same],
-            *usual_keys(self.table.confidence),
+            *usual_keys(self.table),
         }
         content = {
             **self._values(),

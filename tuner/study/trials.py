@@ -18,6 +18,7 @@ from objectives.decisions import DecisionSpace, Variable
 from objectives.metrics import MetricAddress
 from objectives.metrics.metric import Metric
 from objectives.problem import Constraint, Objective
+from objectives.risk import RELEVANT
 from plant.errors import InputError, UnknownNameError
 from plant.seeds import generator
 from plant.texts import PlainTable, PlainValue, check_name, check_texts, check_title
@@ -26,7 +27,7 @@ from tuner.study.judged_reading import held_with, pick_rule, refuse_probability,
 from tuner.study.layers import Layer
 from tuner.study.messages import translated
 from tuner.study.reading import put
-from tuner.study.schema import CONFIDENCE, Confidence, PickTable, SearchTable
+from tuner.study.schema import CONFIDENCE, Confidence, PickTable, Relevant, SearchTable
 from tuner.study.search_reading import least_tail, search_of, with_reference
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords
 from tuner.study.size import CHECKED, MOST_FLIGHTS, check_candidates
@@ -128,6 +129,8 @@ class TrialStudyTable(StrictTable):
     """Text for the report."""
     confidence: Confidence = CONFIDENCE
     """Confidence of the interval whose upper end keeps each limit; 0: the value alone keeps it."""
+    relevant: Relevant = RELEVANT
+    """Share of a value from which a difference matters: better and worse differ by more, no practical difference by less."""
     constraint: list[TrialConstraintTable] = Field(default=[])
     search: TrialSearchTable = TrialSearchTable()
     pick: PickTable = PickTable()

@@ -166,11 +166,11 @@ LAW = Law(
         row("angle_p", "pid_attitude.*_kp", Span(6.0, 2.0, 20.0), Span(1.0, 0.3, 4.0)),
         row(
             "angle_i", "pid_attitude.*_ki", Span(3.0, 0.0, 20.0), Span(0.3, 0.0, 1.0),
-            meaning="rate asked for per integrated angle error", unit="s^-2",
+            meaning="rate asked for per integrated angle error", unit="s^-2", term="integral term of the angle",
         ),
         row(
             "angle_d", "pid_attitude.*_kd", Span(0.0, 0.0, 1.0),
-            meaning="rate asked for per measured rate of the angle",
+            meaning="rate asked for per measured rate of the angle", term="derivative term of the angle",
         ),
         row(
             "angle_i_limit", "angle_i_limit", Span(20.0, 5.0, 400.0),
@@ -179,7 +179,7 @@ LAW = Law(
         row("p", "pid_rate.*_kp", Span(250.0, 50.0, 1000.0), meaning="counts per deg/s of rate error", unit="1"),
         row(
             "i", "pid_rate.*_ki", Span(500.0, 10.0, 2000.0), Span(100.0, 10.0, 500.0),
-            meaning="counts per deg of integrated rate error", unit="1", exclusive=True,
+            meaning="counts per deg of integrated rate error", unit="1", exclusive=True, term="",
         ),
         row(
             "d", "pid_rate.*_kd", Span(2.5, 0.0, 10.0),

@@ -19,9 +19,11 @@ SHARED = {
     for info in (
         _shared("angle_p", "s^-1", "log", "rate asked for per angle error"),
         _shared("p", "s/{y}", "log", "normalised torque per rate error"),
-        _shared("i", "1/{y}", "log", "normalised torque per integrated rate error"),
-        _shared("d", "s^2/{y}", "linear", "normalised torque per measured angular acceleration"),
-        _shared("ff", "s/{y}", "linear", "normalised torque per rate asked for"),
+        _shared("i", "1/{y}", "log", "normalised torque per integrated rate error", term="integral term"),
+        _shared(
+            "d", "s^2/{y}", "linear", "normalised torque per measured angular acceleration", term="derivative term"
+        ),
+        _shared("ff", "s/{y}", "linear", "normalised torque per rate asked for", term="feed-forward"),
         _shared("i_limit", "1", "log", "limit of the integral, normalised torque"),
         _shared(
             "gyro_cutoff", "Hz", "linear", "cut-off of the second-order low-pass on the gyro, 0 for none", cutoff=True

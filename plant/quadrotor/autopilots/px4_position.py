@@ -114,11 +114,11 @@ LAW = Law(
         ),
         GainInfo(
             "i", "MPC_*_VEL_I_ACC", "s^-2", Span(8.0, 1.0, 100.0), Span(0.4, 0.02, 4.0), "log", SOURCE,
-            "acceleration per integrated velocity error",
+            "acceleration per integrated velocity error", term="integral term",
         ),
         GainInfo(
             "d", "MPC_*_VEL_D_ACC", "1", Span(0.2, 0.0, 1.0), Span(0.2, 0.0, 2.0), "linear", SOURCE,
-            "acceleration per measured acceleration",
+            "acceleration per measured acceleration", term="derivative term",
         ),
         GainInfo(
             "i_limit", "i_limit", "{y} s^-2", Span(60.0, 5.0, 200.0), Span(9.80665, 1.0, 20.0), "log", SOURCE,

@@ -74,7 +74,9 @@ def test_no_loss_is_no_proof_of_none():
     assert np.all(low == 0.0) and high == pytest.approx(1.0 - 0.025 ** (1 / 256))
     apart = FAILURE.difference(values[0], values[1], resample)
     assert apart.difference == 0.0 and apart.low < -0.01 and apart.high > 0.01
-    assert ShareCount.of(values[0]).words == "0 of 256: at most 1.2 %"
+    assert ShareCount.of(values[0]).words == "0 of 256: at most 1.4 %"
+    # One zero, one bound: that of the interval, of the difference and of the count.
+    assert ShareCount.of(values[0]).upper == high[0] == apart.high == -apart.low
     assert upper_bound(0, 256) == pytest.approx(1.0 - 0.05 ** (1 / 256))
     assert ShareCount.of(np.eye(1, 256)[0]).words == "1 of 256"
 

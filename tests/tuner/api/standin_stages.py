@@ -2,7 +2,6 @@
 
 import shutil
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 import tuner
@@ -141,7 +140,6 @@ def replace_stages(monkeypatch):
     monkeypatch.setattr(autotuning, "STAGES", STANDINS)
     monkeypatch.setattr(Standin, "made", made, raising=False)
     monkeypatch.setattr(Standin, "ends", None, raising=False)
-    monkeypatch.setattr(autotuning, "read_opinion", lambda out: SimpleNamespace(verdict="no objection"))
     monkeypatch.setattr(autotuning, "_choice", lambda out: [])
     monkeypatch.setattr(autotuning, "autotune_page", lambda document, *_: JsonPage(document))
     monkeypatch.setattr(stages, "program_digest", lambda firmware, binary: Path(binary).read_text())

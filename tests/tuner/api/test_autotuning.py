@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from tests.tuner.api.standin_stages import (
     STANDINS,
     Standin,
     StandinExport,
+    StandinOpinion,
     contents,
     replace_stages,
     tuned,
@@ -32,6 +34,7 @@ from tuner.api import autotune_study as study_of
 from tuner.api.assessing import FIRST_FLIGHT
 from tuner.api.autotune_study import STUDIES, autotune_study
 from tuner.api.vehicle_files import read_parameter_file
+from tuner.documents.assessment import REFUSED
 from tuner.logs.flight_log import FlightLog
 from tuner.store.keyed_folder import KeyedFolder
 
@@ -289,6 +292,31 @@ def test_the_firmware_may_be_given_later(place, calls):
     assert tuned(binary="firmware").passed and calls == ["confirmation"]
     calls.clear()
     assert tuned().passed and calls == []
+
+
+@pytest.mark.parametrize("verdict", ["worse", "do not fly"])
+def test_gains_that_the_opinion_refuses_leave_no_export_and_plan_no_flight(verdict, place, calls, monkeypatch):
+    opinions = iter([verdict, verdict, "mixed"])
+
+    def judged(after, before, *, out, **options):
+        assert Path(after).exists() and Path(before).exists()
+        Path(out).write_text("an opinion")
+        return SimpleNamespace(
+            passed=(word := next(opinions)) not in REFUSED, document=SimpleNamespace(sentence=f"{word}: noise.")
+        )
+
+    monkeypatch.setattr(stages, "judge", judged)
+    monkeypatch.setattr(StandinOpinion, "make", stages.OpinionStage.make)
+    monkeypatch.setattr(StandinOpinion, "sentence", lambda self: "Mixed.")
+    for _ in range(2):
+        made = tuned()
+        assert not made.passed and [row.stage for row in made.document.stages] == NAMES[: NAMES.index("opinion") + 1]
+        assert made.document.stages[-1].state == "stopped"
+        assert made.document.sentence.startswith(f"{verdict}: noise. No export is left, and no flight is planned")
+        assert Path("out/run/gains.json").exists() and Path("out/opinion").exists()
+        assert not Path("out/export").exists() and not Path("out/first_flights").exists()
+    # Whoever gives the command again has the export made again; the opinion of today decides.
+    assert tuned().passed and Path("out/export/parameters").exists() and Path("out/first_flights").exists()
 
 
 def test_an_unknown_stage_is_refused_before_a_folder_is_made(place, calls):

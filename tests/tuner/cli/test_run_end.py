@@ -16,6 +16,7 @@ from tuner.cli.terminal import Console
 from tuner.documents.summary import RequiredRow
 from tuner.report.labels import plain_label, plain_margin, plain_metric
 from tuner.report.verdict_text import verdict_text
+from tuner.text.numbers import significant
 
 MOST_LINES = 35
 
@@ -51,6 +52,17 @@ def test_the_answer_comes_first_and_fits_a_screen(small_run, capsys):
     assert "cvar" not in text.split("Why")[0]
 
 
+def test_the_values_that_unseen_losses_could_raise_stand_below_the_objectives(small_run, capsys):
+    results = TuningResults(small_run[1])
+    unseen = results.document.unseen
+    assert unseen is not None, "the small run lost a flight, of which this test has nothing to show"
+    text = " ".join(printed(results, capsys).split())
+    assert f"Unseen losses ({unseen.count.words}) could raise position error" in text
+    for row in unseen.objectives:
+        assert f" to {significant(row.raised, 3)}" in text
+    assert text.index("change, 95 % interval") < text.index("Unseen losses") < text.index(" range")
+
+
 def test_what_the_end_leaves_out_is_in_show(small_run, capsys):
     results = TuningResults(small_run[1])
     print_run_report(report_run(small_run[1]), Console(width=200))
@@ -63,9 +75,12 @@ def test_what_the_end_leaves_out_is_in_show(small_run, capsys):
 @pytest.mark.parametrize(
     ("verdicts", "sentence"),
     [
-        (("better", "better"), "significantly better than the default in both objectives"),
-        (("better", "worse"), "significantly better than the default in position error (ITAE), worst"),
-        (("no clear difference", "worse"), "not significantly different in position error"),
+        (("better", "better"), "better than the default in both objectives"),
+        (("better", "worse"), "better than the default in position error (ITAE), worst"),
+        (("no practical difference", "worse"), "without practical difference in position error"),
+        (("not distinguishable", "worse"), "not distinguishable in position error"),
+        # A word of earlier versions.
+        (("no clear difference", "worse"), "not distinguishable in position error"),
     ],
 )
 def test_the_verdict_names_each_objective_once(small_run, tmp_path, verdicts, sentence):
@@ -77,7 +92,7 @@ def test_the_verdict_names_each_objective_once(small_run, tmp_path, verdicts, se
     text = verdict_text(with_table(small_run[1], tmp_path / "copy", change))
     assert sentence in text and text.count("the default in") == 1
     if verdicts[1] == "worse":
-        assert "significantly worse in rotor travel" in text or "significantly worse than the default in rotor" in text
+        assert "worse in rotor travel" in text or "worse than the default in rotor" in text
 
 
 def test_violated_limits_are_counted_and_marked(small_run, tmp_path, capsys):

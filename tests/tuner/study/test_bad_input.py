@@ -69,6 +69,9 @@ CASES = {
     "objective twice": ("", "", "objective[1]", "twice"),
     "infinite constraint": ("max = 0.02", "max = inf", "constraint[1].max", "finite"),
     "key of another table": ("seed = 2025", 'seed = 2025\npopulation = 8', "population", "a key of [search]"),
+    "negative share that matters": ("seed = 2025", "seed = 2025\nrelevant = -0.01", "relevant", "at least 0"),
+    "all of a value as what matters": ("seed = 2025", "seed = 2025\nrelevant = 1.0", "relevant", "below 1"),
+    "share that matters in words": ("seed = 2025", 'seed = 2025\nrelevant = "2 %"', "relevant", "given '2 %'"),
     "control characters": ("seed = 2025", 'seed = 2025\n"a\\nb\\u001b[31m" = 1', "a\nb\x1b[31m", "unknown key 'a\\nb\\x1b[31m'"),
     "empty key": ("seed = 2025", 'seed = 2025\n"" = 1', '""', "unknown key ''"),
     "too many flights": ("search = 8 ", "search = 2000000 ", "scenario[0].search", "at most 1,000,000"),
@@ -120,3 +123,10 @@ def test_missing_file_says_how_to_make_one(tmp_path):
 
 def test_the_unchanged_study_loads():
     assert load_study(QUICKSTART).title.startswith("Quickstart")
+
+
+def test_what_matters_is_part_of_a_digest_only_where_it_is_not_usual(tmp_path):
+    usual = load_study(QUICKSTART)
+    given, other = (load_study(QUICKSTART, {"relevant": share}) for share in (0.02, 0.1))
+    assert usual.digest() == given.digest() != other.digest()
+    assert other.resolved()["relevant"] == 0.1

@@ -2,22 +2,21 @@
 
 Do not fly: a loop is unstable, or its peak sensitivity is above 4.3, with which a thrust 30 % off may make it so; its peak
 sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. The comparison is of the
-paired flights alone: a difference counts where all of its 95 % interval lies beyond 5 %, of noise 10 %. For the verdict a loop
+paired flights alone, each difference by the rule of `objectives.risk.differences`. For the verdict a loop
 that comes from above 4.3 to at most 2 counts as better, too. Where no airframe is named, loops are those of the middle of a
 class, so margins refuse only what the change made worse, and losses where most vehicles are lost.
 """
 
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
-from objectives.risk.shares import clopper_pearson
+from objectives.risk import clopper_pearson, join_words
+from objectives.risk.differences import BETTER, WORSE
 from tuner.analysis.judging.firmware_rules import GROWTH, MAX_MS
 from tuner.documents.assessment import (
     DO_NOT_FLY,
-    MIXED,
     NO_OBJECTION,
-    NOT_DISTINGUISHABLE,
     WITHIN_LIMITS,
     AssessedAirframe,
     AssessedLoop,
@@ -25,14 +24,11 @@ from tuner.documents.assessment import (
     RuleRow,
 )
 from tuner.documents.margins import LimitRow
-from tuner.documents.parts import SampledValue, ShareCount, in_shown_units
-from tuner.documents.verdicts import BETTER, WORSE
+from tuner.documents.parts import ShareCount, in_shown_units
 from tuner.text.numbers import significant
 
 FRAGILE_MS = 4.3
 """Largest peak sensitivity of any loop: Ms / (Ms - 1) = 1.3 is the gain margin that it guarantees."""
-TOLERANCE, TOLERANCES = 0.05, {"noise": 0.1}
-"""Share of a metric that a difference must exceed to count: of most, and of some."""
 MAX_LOSS, MAX_CLASS_LOSS = 0.01, 0.5
 """Largest probability of loss, and largest share of lost vehicles of a class."""
 
@@ -49,7 +45,7 @@ class Evidence:
         metrics: Means over the flights.
         lost_after: Lost flights.
         lost_before: The same before, None without a file before.
-        loss_difference: Probability of loss, after less before, with its interval; None without a file before.
+        loss: Word on the probability of loss beside that before; None without a file before.
         unmodeled: Number of changed parameters that no loop of the model has.
     """
 
@@ -60,13 +56,13 @@ class Evidence:
     metrics: Sequence[AssessedMetric]
     lost_after: ShareCount
     lost_before: ShareCount | None
-    loss_difference: SampledValue | None
+    loss: str | None
     unmodeled: int
 
     @property
     def comparison(self) -> str | None:
         """The verdict of the paired flights alone, None without a file before."""
-        return compare_flights(self.metrics, self.loss_difference)
+        return compare_flights([row.verdict for row in self.metrics], self.loss)
 
 
 def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
@@ -79,26 +75,13 @@ def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
         is_clean = not limits and evidence.lost_after.events == 0 and evidence.airframe.is_known
         return (WITHIN_LIMITS if is_clean else NO_OBJECTION), limits
     recovered = list(filter(None, map(recovery_text, evidence.loops)))
-    verdict = join_verdicts({evidence.comparison, *([BETTER] if recovered else [])})
+    verdict = join_words([evidence.comparison, *([BETTER] if recovered else [])])
     return verdict, [*recovered, *map(metric_text, evidence.metrics)]
 
 
-def compare_flights(metrics: Sequence[AssessedMetric], loss_difference: SampledValue | None) -> str | None:
-    """Return the verdict on paired flights: on losses where they differ significantly, else on means; None for one file."""
-    if loss_difference is None:
-        return None
-    if loss_difference.low > 0.0:
-        return WORSE
-    if loss_difference.high < 0.0:
-        return BETTER
-    return join_verdicts({row.verdict for row in metrics})
-
-
-def join_verdicts(verdicts: Set[str]) -> str:
-    """Return the joint verdict of several."""
-    if MIXED in verdicts or {BETTER, WORSE} <= verdicts:
-        return MIXED
-    return next((verdict for verdict in (WORSE, BETTER) if verdict in verdicts), NOT_DISTINGUISHABLE)
+def compare_flights(words: Sequence[str], loss: str | None) -> str | None:
+    """Return the word on paired flights: that on losses where one file loses fewer, else on means; None for one file."""
+    return None if loss is None else loss if loss in (BETTER, WORSE) else join_words(words)
 
 
 def opinion_sentence(evidence: Evidence, verdict: str, reasons: Sequence[str]) -> str:
@@ -123,8 +106,8 @@ def reasons_not_to_fly(evidence: Evidence) -> Iterator[str]:
     yield from map(rule_text, refusing)
     stated = {row.axis for row in refusing}
     yield from filter(None, (loop_reason(loop, is_known) for loop in evidence.loops if loop.channel not in stated))
-    lost, before, difference = evidence.lost_after, evidence.lost_before, evidence.loss_difference
-    if before is not None and difference is not None and difference.low > 0.0:
+    lost, before = evidence.lost_after, evidence.lost_before
+    if before is not None and evidence.loss == WORSE:
         yield f"more flights are lost: {lost.words}, before {before.words}"
     elif float(clopper_pearson(lost.events, lost.flights).low) > (MAX_LOSS if is_known else MAX_CLASS_LOSS):
         yield f"flights are lost: {lost.words}"
@@ -151,14 +134,6 @@ def recovery_text(loop: AssessedLoop) -> str:
         return ""
     earlier = "unstable" if before == inf else significant(before, 3)
     return f"peak sensitivity Ms, {loop.channel}: {significant(after, 3)} ({earlier} before)"
-
-
-def compare_means(metric: str, difference: SampledValue) -> str:
-    """Return the verdict on a difference, a share of the mean."""
-    tolerance = TOLERANCES.get(metric, TOLERANCE)
-    if difference.low > tolerance:
-        return WORSE
-    return BETTER if difference.high < -tolerance else NOT_DISTINGUISHABLE
 
 
 def rule_text(row: RuleRow) -> str:

@@ -8,12 +8,13 @@ import numpy as np
 
 from objectives.metrics import MetricAddress
 from objectives.problem import Objective
-from objectives.risk import Risk
+from objectives.risk import RELEVANT, Risk
+from objectives.risk.differences import NOT_DISTINGUISHABLE
 from plant.seeds import generator
-from tuner.analysis.judging.opinion import compare_means
 from tuner.analysis.judging.rows import REPLICATES
-from tuner.documents.assessment import NOT_DISTINGUISHABLE, AssessedMetric
+from tuner.documents.assessment import AssessedMetric
 from tuner.documents.parts import SampledValue, ShareCount
+from tuner.documents.verdicts import verdict_on_difference
 
 FAILURE = "failure"
 
@@ -26,11 +27,13 @@ class PairedScores:
         metrics: The metrics, failure first.
         scores: Values (files, metrics, flights): of the file that is judged, then of the one before, if there is one.
         seed: Root seed of the resamples.
+        relevant: Share of the value before from which a difference matters.
     """
 
     metrics: Sequence[MetricAddress]
     scores: np.ndarray
     seed: int
+    relevant: float = RELEVANT
 
     @property
     def lost(self) -> list[ShareCount]:
@@ -38,9 +41,12 @@ class PairedScores:
         return [ShareCount.of(failed) for failed in self.scores[:, 0]]
 
     @property
-    def loss_difference(self) -> SampledValue | None:
-        """Probability of loss, after less before, with its interval; None for one file."""
-        return self._difference(0, self.scores[:, 0]) if len(self.scores) > 1 else None
+    def loss(self) -> str | None:
+        """Word on the probability of loss beside that before; None for one file."""
+        if len(self.scores) == 1:
+            return None
+        failed = self.scores[:, 0]
+        return verdict_on_difference(float(failed[1].mean()), self._difference(0, failed), self.relevant)
 
     @property
     def rows(self) -> list[AssessedMetric]:
@@ -63,7 +69,10 @@ class PairedScores:
             before=before,
             after=means[0],
             difference=difference,
-            verdict=NOT_DISTINGUISHABLE if difference is None else compare_means(metric.text, difference),
+            # A ratio is a share of the value before already.
+            verdict=NOT_DISTINGUISHABLE
+            if difference is None
+            else verdict_on_difference(1.0, difference, self.relevant),
         )
 
     def _difference(self, index: int, values: np.ndarray) -> SampledValue:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
+from objectives.risk.differences import BETTER, WORSE
 from tuner.cli.printers.tuning import print_ending, with_count
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, bound_text, difference, estimate, unit_text
@@ -71,7 +72,7 @@ def verdict(row: DifferenceRow) -> str:
     """Return in a word what a difference says of the second."""
     if row.low == row.high == 0.0:
         return "same"
-    return {None: "no clear difference", row.second: "better", row.first: "worse"}[row.lower]
+    return {None: row.verdict, row.second: BETTER, row.first: WORSE}[row.lower]
 
 
 def block_table(rows: list[list[str]], width: int) -> TerminalTable:

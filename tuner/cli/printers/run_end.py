@@ -9,10 +9,13 @@ from objectives.margins.quantities import QUANTITIES
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, bound_text, estimate, unit_text
 from tuner.documents.parts import Estimate, in_shown_units
-from tuner.documents.summary import ComparedRow, RequiredRow
+from tuner.documents.summary import ComparedRow, RequiredRow, UnseenLosses
 from tuner.documents.verdicts import SATISFIED
 from tuner.report.labels import named
 from tuner.report.verdict_text import is_violated
+from tuner.text.numbers import significant
+from tuner.text.sentences import listing
+from tuner.text.units import in_degrees
 
 if TYPE_CHECKING:
     from tuner.documents.tuning import TuningFolder
@@ -30,6 +33,8 @@ def print_end_tables(results: "TuningFolder", console: Console) -> None:
     if console.width >= ALIGNED_WIDTH:
         align(tables)
     console.print(tables[0])
+    if results.document.unseen is not None:
+        console.print(unseen_text(results, results.document.unseen))
     if shown or clear:
         console.print()
     if shown:
@@ -61,6 +66,18 @@ def objectives_table(results: "TuningFolder") -> TerminalTable:
                 labeled(named(results, row, short=True), row.unit), *map(middle, (row.default, row.tuned)), change
             )
     return table
+
+
+def unseen_text(results: "TuningFolder", unseen: UnseenLosses) -> str:
+    """Return the values that losses would raise objectives to."""
+    raised = []
+    for row in results.document.compared:
+        for entry in unseen.objectives:
+            if entry.label == row.label and row.kind == "objective":
+                unit, factor = in_degrees(entry.unit)
+                value = f"{significant(factor * entry.raised, 3)} {unit_text(unit)}".rstrip()
+                raised.append(f"{named(results, row, short=True)} to {value}")
+    return f"Unseen losses ({unseen.count.words}) could raise {listing(raised)}."
 
 
 def limits_table(results: "TuningFolder", rows: Sequence[ComparedRow | RequiredRow]) -> TerminalTable:

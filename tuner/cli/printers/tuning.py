@@ -90,7 +90,7 @@ def comparison_table(summary: Summary) -> TerminalTable:
 
 
 def with_count(text: str, count: ShareCount | None) -> str:
-    """Return a cell with a second line for its share's count: "0 of 256: at most 1.2 %"."""
+    """Return a cell with a second line for its share's count: "0 of 256: at most 1.4 %"."""
     return text if count is None else f"{text}\n{count.words}"
 
 

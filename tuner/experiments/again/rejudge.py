@@ -27,6 +27,7 @@ FREE = (
     "metric",
     "mission",
     "confidence",
+    "relevant",
     "guarantee",
     "margin",
     "pick",

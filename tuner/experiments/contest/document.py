@@ -1,5 +1,6 @@
 """contest.json: what a contest found, in numbers and sentences; the keys are told in results/README.md."""
 
+from collections.abc import Sequence
 from typing import TypedDict
 
 from objectives.flown_system import FlownSystem
@@ -22,7 +23,7 @@ from tuner.documents.contest_document import (
 )
 from tuner.documents.parts import GainValue, LawNames, SampledValue, ShareCount
 from tuner.experiments.contest.comparison import Difference
-from tuner.experiments.contest.fronts import Best
+from tuner.experiments.contest.fronts import Best, Volumes
 from tuner.experiments.contest.result import Result
 from tuner.experiments.contest.words import sentences
 from tuner.study.contest import Quantity
@@ -152,7 +153,7 @@ def difference_row(result: Result, entry: Difference) -> DifferenceRow:
         difference=entry.estimate.value,
         low=entry.estimate.low,
         high=entry.estimate.high,
-        verdict="no clear difference" if winner is None else f"{result.names[winner]} is lower",
+        verdict=entry.word if winner is None else f"{result.names[winner]} is lower",
         lower=None if winner is None else result.names[winner],
     )
 
@@ -176,16 +177,22 @@ def fronts_part(result: Result) -> FrontsPart | None:
             VolumeRow(contender=name, **entry.content())
             for name, entry in zip(result.names, volumes.volumes, strict=True)
         ],
-        differences=[volume_difference(result, *entry) for entry in volumes.differences],
+        differences=[volume_difference(result.names, volumes, *entry) for entry in volumes.differences],
     )
 
 
-def volume_difference(result: Result, first: int, second: int, gap: SampledValue) -> VolumeDifference:
+def volume_difference(
+    names: Sequence[str], volumes: Volumes, first: int, second: int, gap: SampledValue
+) -> VolumeDifference:
     """Return the share of the second front minus that of the first."""
-    names = result.names
-    larger = names[second] if gap.low > 0.0 else names[first] if gap.high < 0.0 else None
+    larger = volumes.larger(first, second, gap)
     return VolumeDifference(
-        first=names[first], second=names[second], difference=gap.value, low=gap.low, high=gap.high, larger=larger
+        first=names[first],
+        second=names[second],
+        difference=gap.value,
+        low=gap.low,
+        high=gap.high,
+        larger=None if larger is None else names[larger],
     )
 
 

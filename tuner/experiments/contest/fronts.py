@@ -19,7 +19,8 @@ from itertools import combinations
 import numpy as np
 
 from objectives.problem import Objective
-from objectives.risk import replicates_on, resampled_scenarios, within
+from objectives.risk import RELEVANT, classify_difference, replicates_on, resampled_scenarios, within
+from objectives.risk.differences import BETTER, WORSE
 from plant.seeds import generator
 from plant.ties import first_smallest
 from tuner.analysis.final_flights import FRONT_REPLICATES
@@ -72,12 +73,20 @@ class Volumes:
         reference: Reference end of the box (objectives,).
         volumes: Share of the box for each front.
         differences: Differences of two shares as (first, second, share).
+        relevant: Share of a share from which a difference matters.
     """
 
     ideal: np.ndarray
     reference: np.ndarray
     volumes: list[SampledValue]
     differences: list[tuple[int, int, SampledValue]]
+    relevant: float = RELEVANT
+
+    def larger(self, first: int, second: int, difference: SampledValue) -> int | None:
+        """Return the larger front of two by their difference; None where it shows neither."""
+        value, low, high = difference
+        word = classify_difference(self.volumes[first].value, -value, -high, -low, self.relevant)
+        return {BETTER: second, WORSE: first}.get(word)
 
 
 @dataclass(frozen=True)
@@ -144,7 +153,13 @@ def _resamples(root: int, origin: np.ndarray) -> np.ndarray:
     return resampled_scenarios(generator(root, "bootstrap/contest-front", 0), FRONT_REPLICATES, origin)
 
 
-def volumes_of(fronts: list[Front], objectives: tuple[Objective, ...], origin: np.ndarray, root: int) -> Volumes | None:
+def volumes_of(
+    fronts: list[Front],
+    objectives: tuple[Objective, ...],
+    origin: np.ndarray,
+    root: int,
+    relevant: float = RELEVANT,
+) -> Volumes | None:
     """Measure all fronts in one box; None where every front is empty. origin (flights,): scenario of each flight."""
     union = np.concatenate([front.values for front in fronts], axis=0)
     if len(union) == 0:
@@ -161,7 +176,7 @@ def volumes_of(fronts: list[Front], objectives: tuple[Objective, ...], origin: n
         for a, b in combinations(range(len(fronts)), 2)
     ]
     volumes = [_estimate(value, drawn) for value, drawn in zip(values, replicates, strict=True)]
-    return Volumes(ideal, reference, volumes, differences)
+    return Volumes(ideal, reference, volumes, differences, relevant)
 
 
 def volume(values: np.ndarray, ideal: np.ndarray, reference: np.ndarray) -> float:

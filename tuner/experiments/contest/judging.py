@@ -1,6 +1,6 @@
 """Printed numbers and claims of a paper against the flights.
 
-A claim survives where every interval lies on its side of zero. A printed number is "inside" where it lies in the central 95 % of
+A claim survives where every difference behind it is "better". A printed number is "inside" where it lies in the central 95 % of
 the distribution over seeds that the same experiment has here.
 """
 
@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from objectives.risk.differences import BETTER, WORSE
 from tuner.documents.contest_document import ClaimRow, PublishedRow, RulingRow
 from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.comparison import Comparison
@@ -35,8 +36,8 @@ def judge_claims(contest: Contest, comparison: Comparison, is_tuned: bool = Fals
         better, rows = names.index(claim.better), []
         for name in claim.than:
             for objective in claim.objectives:
-                difference = comparison.difference(better, names.index(name), labels.index(objective.label))
-                rows.append(ruling(name, objective.label, difference))
+                place = (better, names.index(name), labels.index(objective.label))
+                rows.append(ruling(name, objective.label, comparison.difference(*place), comparison.word(*place)))
         basis = claim_basis(claim, other_differences(contest, comparison, claim), is_tuned)
         judged.append(judged_claim(claim, rows, basis))
     return judged
@@ -70,9 +71,9 @@ def claim_basis(claim: Claim, differing: Mapping[str, float], is_tuned: bool) ->
     return f"{text}, at the points compared" if is_tuned else text
 
 
-def ruling(than: str, quantity: str, gap: SampledValue) -> RulingRow:
-    """Return a claim for one opponent and quantity; gap: `better` minus opponent, whose interval decides it."""
-    verdict = SURVIVES if gap.high < 0.0 else FAILS if gap.low > 0.0 else UNDECIDED
+def ruling(than: str, quantity: str, gap: SampledValue, word: str) -> RulingRow:
+    """Return a claim for one opponent and quantity; gap: `better` minus opponent; word: on it, which decides."""
+    verdict = {BETTER: SURVIVES, WORSE: FAILS}.get(word, UNDECIDED)
     return RulingRow(than=than, quantity=quantity, difference=gap.value, low=gap.low, high=gap.high, verdict=verdict)
 
 

@@ -65,7 +65,7 @@ def judge_contest(
 ) -> Result:
     """Work out everything that follows from the flights of `groups_of`."""
     flown, *behind = groups
-    comparison = compare_all(flown, contest.quantities, contest.seed)
+    comparison = compare_all(flown, contest.quantities, contest.seed, contest.base.table.relevant)
     objectives, systems = contest.base.objectives, [contender.study.system for contender in contest.contenders]
     fronts = (
         _fronts(contest, prepared, flown, behind) if any(entrant.offered is not None for entrant in prepared) else []
@@ -79,7 +79,9 @@ def judge_contest(
         + sum(group.failed.size for group in groups),
         comparison=comparison,
         fronts=fronts,
-        volumes=volumes_of(fronts, objectives, flown.origin, contest.seed) if fronts else None,
+        volumes=volumes_of(fronts, objectives, flown.origin, contest.seed, contest.base.table.relevant)
+        if fronts
+        else None,
         best_under=best_under(fronts, len(objectives)) if fronts else [],
         published=judge_published(contest, flown, comparison),
         claims=judge_claims(contest, comparison, bool(fronts)),

@@ -1,7 +1,8 @@
-"""The results of a contest as plain sentences, each made from numbers; nothing is called better without an interval."""
+"""The results of a contest as plain sentences, each made from numbers; nothing is called better but by the rule."""
 
 from collections.abc import Iterable
 
+from objectives.risk.differences import BETTER, NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE, WORSE
 from plant.quadrotor.scenarios import CONFIRMATION
 from tuner.documents.contest_document import ClaimRow, PublishedRow, RungRow
 from tuner.documents.parts import SampledValue
@@ -51,7 +52,7 @@ def _standing(row: RungRow) -> str:
 
 
 def objective_words(result: Result) -> Iterable[str]:
-    """Rank the contenders in each objective: the lowest value, those that the intervals put above it, the others."""
+    """Rank the contenders in each objective: the lowest value, and the word on it beside each other one."""
     for i, quantity in enumerate(result.contest.quantities):
         if quantity.kind == "objective" and len(result.names) > 1:
             yield _ranking(result, i, quantity)
@@ -64,16 +65,24 @@ def _ranking(result: Result, i: int, quantity: Quantity) -> str:
     best_estimate = result.comparison.estimates[best][i]
     where = " at the points compared" if result.fronts else ""
     text = f"{quantity.label}{where}: {result.names[best]} has the lowest value, {_spanned(best_estimate, _unit(quantity))}"
-    beaten, level = [], []
-    for other in others:
-        separation = result.comparison.difference(best, other, i)
-        share = f" ({per_cent(-separation.value / values[other])} less)" if values[other] > 0.0 else ""
-        (beaten if separation.high < 0.0 else level).append((other, share))
-    if beaten:
-        text += "; the paired interval puts it below " + listing(f"{result.names[k]}{share}" for k, share in beaten)
-    if level:
-        text += f"; the difference to {listing(result.names[k] for k, _ in level)} is not significant"
+    for word, link in LINKS.items():
+        names = [
+            result.names[other] + (_share_less(result, i, best, other) if word == BETTER else "")
+            for other in others
+            if result.comparison.word(best, other, i) == word
+        ]
+        text += f"; {word} {link} {listing(names)}" if names else ""
     return f"{text}."
+
+
+LINKS = {BETTER: "than", NO_PRACTICAL_DIFFERENCE: "to", NOT_DISTINGUISHABLE: "from", WORSE: "than"}
+"""Word on a difference -> preposition before the other one."""
+
+
+def _share_less(result: Result, i: int, best: int, other: int) -> str:
+    """Return the share by which the best is lower: " (75 % less)"."""
+    value = result.comparison.estimates[other][i].value
+    return f" ({per_cent(-result.comparison.difference(best, other, i).value / value)} less)" if value > 0.0 else ""
 
 
 def front_words(result: Result) -> Iterable[str]:
@@ -86,10 +95,10 @@ def front_words(result: Result) -> Iterable[str]:
         "Share of the common box that each front dominates (the more the better, reference 1.1 times the nadir of all "
         f"fronts): {listing(shares)}."
     )
-    level = [(a, b) for a, b, separation in volumes.differences if separation.low <= 0.0 <= separation.high]
+    level = [pair[:2] for pair in volumes.differences if volumes.larger(*pair) is None]
     if level:
         pairs = listing(f"{result.names[a]} and {result.names[b]}" for a, b in level)
-        yield f"The differences in size between these fronts are not significant: {pairs}."
+        yield f"Neither of these fronts is shown to be larger: {pairs}."
 
 
 def limit_words(result: Result) -> Iterable[str]:

@@ -65,7 +65,7 @@ def conclude(
     confirmation = problem.evaluate_gains(
         gains[[0, tuned]], confirming, watcher.on_flights_done, fly_all=True, complete=True
     )
-    table = compare(problem, confirmation, study.seed)
+    table = compare(problem, confirmation, study.seed, study.table.relevant)
     if tails is not None:
         table = tails.rows(table, tuned, confirmation)
     warnings += uncertain_limits(table)

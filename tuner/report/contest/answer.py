@@ -1,7 +1,8 @@
-"""The answer of a contest or a comparison: who is better in which objective, significantly or not, and over the whole front."""
+"""The answer of a contest or a comparison: who is better in which objective, and over the whole front."""
 
 from collections.abc import Sequence
 
+from objectives.risk.differences import WORDS
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import QuantityRow
 from tuner.documents.parts import Estimate
@@ -12,8 +13,8 @@ from tuner.text.sentences import capitalized, listing
 
 MOST_NAMES = 3
 """Contenders that a clause names; beyond, it counts them."""
-Result = tuple[str, tuple[str, ...]]
-"""Contender with the lowest value, and those whose values are not significantly different from it."""
+Result = tuple[str, tuple[tuple[str, str], ...]]
+"""Contender with the lowest value, and each other that it is not better than, with the word."""
 
 
 def answer_text(contest: ComparedFolder) -> str:
@@ -37,11 +38,11 @@ def _objectives_text(contest: ComparedFolder) -> str:
 
 def _result(contest: ComparedFolder, row: QuantityRow) -> Result | None:
     """Return the lowest contender of a quantity with its equals: None without any."""
-    best, close = contest.best(row.label), contest.close_to_best(row.label)
+    best, words = contest.best(row.label), contest.words_beside_best(row.label)
     if not best:
         return None
-    first, *others = (name for name in contest.index if name in best)
-    return first, (*others, *(name for name in contest.index if name in close))
+    first = next(name for name in contest.index if name in best)
+    return first, tuple((name, words[name]) for name in contest.index if name in words)
 
 
 def _clause(contest: ComparedFolder, result: Result | None, objectives: Sequence[str]) -> str:
@@ -51,8 +52,13 @@ def _clause(contest: ComparedFolder, result: Result | None, objectives: Sequence
     others = [name for name in contest.index if name != lowest]
     if not even:
         worse = listing(others) if len(others) <= MOST_NAMES else f"all {len(others)} others"
-        return f"{lowest} is significantly better than {worse} in {listing(objectives)}"
-    return f"{lowest} is lowest in {listing(objectives)}, not significantly different from {listing(even)}"
+        return f"{lowest} is better than {worse} in {listing(objectives)}"
+    levels = [
+        forms.phrase.format(listing(names), "")
+        for word, forms in WORDS.items()
+        if (names := [name for name, other in even if other == word])
+    ]
+    return f"{lowest} is lowest in {listing(objectives)}, {listing(text.removesuffix(' in ') for text in levels)}"
 
 
 def _share(contest: ComparedFolder, row: QuantityRow, result: Result) -> str:
@@ -80,8 +86,8 @@ def _fronts_text(contest: ComparedFolder) -> str:
     shares = f"{significant(rows[0].value, 3)} against {listing(significant(row.value, 3) for row in rows[1:])}"
     most = f"Over the whole front {rows[0].contender} dominates"
     if even:
-        return f"{most} the most of the objective space ({shares}), not significantly more than {listing(even)}."
-    return f"{most} significantly more of the objective space ({shares})."
+        return f"{most} the most of the objective space ({shares}), with no difference shown to {listing(even)}."
+    return f"{most} more of the objective space ({shares})."
 
 
 def _limits_text(contest: ComparedFolder) -> str:

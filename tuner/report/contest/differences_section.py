@@ -2,7 +2,7 @@
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import DifferenceRow, QuantityRow
-from tuner.documents.verdicts import NO_DIFFERENCE, shown_verdict
+from tuner.documents.verdicts import signed_verdict
 from tuner.report.changes import relative_change
 from tuner.report.charts.look import looks_of, sample
 from tuner.report.charts.strip import StripScale, interval, ruler, scale
@@ -80,7 +80,7 @@ def _name(contest: ComparedFolder, name: str) -> Markup:
 
 def _verdict(entry: DifferenceRow) -> Markup:
     if entry.lower is None:
-        return element("span", f"≈ {shown_verdict(NO_DIFFERENCE)}", class_="verdict no-clear-difference")
+        return element("span", signed_verdict(entry.verdict), class_="verdict undecided")
     return element("span", f"✓ {entry.lower} is lower", class_="verdict")
 
 

@@ -31,7 +31,7 @@ def differences_figure(contest: ComparedFolder) -> Figure | None:
     if not panels:
         return None
     rows = max(len(panel.y.ticks) for panel in panels)
-    note = "left of zero the one named first is lower; hollow: no clear difference"
+    note = "left of zero the one named first is lower; hollow: neither is better"
     return figure_of(panels, min(COLUMNS, len(panels)), 0.7 + 0.15 * rows, small=True, note=note)
 
 

@@ -25,11 +25,11 @@ from tuner.text.neutral import Neutral
 
 AIDS = {
     "contenders": "Operations are those of the laws in one control step, counted and not timed.",
-    "values": "Values on the flights of the comparison with 95 % intervals; smaller is better. ★ smallest, ≈ not significantly "
-    "different from the smallest, ✗ limit violated. Each drawing has its own scale, logarithmic where values cover decades; "
+    "values": "Values on the flights of the comparison with 95 % intervals; smaller is better. ★ smallest, ≈ the smallest is "
+    "not better than it, ✗ limit violated. Each drawing has its own scale, logarithmic where values cover decades; "
     "dashed line: limit.",
     "differences": "First contender minus second, paired over flights in the same air: left of the line the first is better. "
-    "Bar: 95 % interval; filled mark: significant; hollow mark: not significant.",
+    "Bar: 95 % interval; filled mark: better or worse; hollow mark: neither.",
     "fronts": "Down and to the left is better. Ring: the recommended point of a contender; cross: a point with failed flights. "
     "Point at a mark for its gains, drag to zoom, double-click to zoom out.",
     "best": "Best point of each front that satisfies the limit, selected on held-out flights; values on the flights of the "

@@ -1,7 +1,7 @@
 """Origin of the numbers of a contest: seed, flights, machine, versions, the command, and what the words mean."""
 
 from tuner.documents.contest import ComparedFolder
-from tuner.report.provenance import environment_facts, glossary
+from tuner.report.provenance import RULE_TEXT, environment_facts, glossary
 from tuner.text.markup import Markup, described
 from tuner.text.numbers import MISSING, count, duration, significant
 
@@ -12,10 +12,10 @@ WORDS = (
         "Difference",
         "paired over flights in the same air, so its interval is narrower than those of the two values suggest.",
     ),
-    ("Lower", "the whole interval of the difference is on one side of zero; else no significant difference."),
+    ("Lower", RULE_TEXT),
     (
         "Survives, fails, undecided",
-        "a claim survives where every difference behind it lies on its side of zero, fails where one lies on the other, "
+        "a claim survives where every difference behind it is for it, fails where one is against it, "
         "and is undecided else.",
     ),
     (

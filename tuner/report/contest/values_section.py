@@ -60,7 +60,7 @@ def _group(contest: ComparedFolder, title: str, members: list[QuantityRow]) -> M
 
 
 def _row(contest: ComparedFolder, quantity: QuantityRow) -> list[Markup]:
-    best, close = contest.best(quantity.label), contest.close_to_best(quantity.label)
+    best, close = contest.best(quantity.label), contest.words_beside_best(quantity.label)
     estimates = [(entry, contest.estimates.get((entry.name, quantity.label))) for entry in contest.contenders]
     counts = [contest.counts.get((entry.name, quantity.label)) for entry in contest.contenders]
     shown = [

@@ -2,9 +2,10 @@
 
 import pytest
 
-from tuner.analysis.judging.opinion import Evidence, compare_means, form_opinion, opinion_sentence
+from tuner.analysis.judging.opinion import Evidence, form_opinion, opinion_sentence
 from tuner.documents.assessment import AssessedAirframe, AssessedLoop, AssessedMetric, LoopFigures, RuleRow
 from tuner.documents.parts import SampledValue, ShareCount
+from tuner.documents.verdicts import verdict_on_difference
 
 
 def figures(ms):
@@ -19,7 +20,7 @@ def metric(name, *difference):
     interval = SampledValue(*difference)
     return AssessedMetric(
         metric=name, definition="", unit="1", before=1.0, after=1.0 + interval.value, difference=interval,
-        verdict=compare_means(name, interval),
+        verdict=verdict_on_difference(1.0, interval),
     )  # fmt: skip
 
 
@@ -40,22 +41,31 @@ def evidence(known=True, **parts):
         "loops": [loop(1.6, 1.6)],
         "violated": [],
         "rules": [],
-        "metrics": [metric("rms.tilt", 0.0, -0.01, 0.01)],
+        "metrics": [metric("rms.tilt", 0.0, -0.03, 0.03)],
         "lost_after": count(0),
         "lost_before": count(0),
-        "loss_difference": SampledValue(0.0, -0.01, 0.01),
+        "loss": "not distinguishable",
         "unmodeled": 0,
     }
     return Evidence(airframe=airframe, **{**usual, **parts})
 
 
-ALONE = {"lost_before": None, "loss_difference": None, "metrics": []}
+ALONE = {"lost_before": None, "loss": None, "metrics": []}
 CASES = {
     "nothing changes": ({}, "not distinguishable"),
     "attitude follows closer": ({"metrics": [metric("rms.tilt", -0.2, -0.25, -0.15)]}, "better"),
-    "attitude follows a little closer": ({"metrics": [metric("rms.tilt", -0.06, -0.08, -0.04)]}, "not distinguishable"),
+    "attitude follows a little closer": ({"metrics": [metric("rms.tilt", -0.06, -0.08, -0.04)]}, "better"),
+    "attitude follows closer by nothing that matters": (
+        {"metrics": [metric("rms.tilt", -0.01, -0.015, -0.005)]}, "no practical difference",
+    ),
+    "as much noise as before, attitude open": (
+        {"metrics": [metric("noise", 0.0, -0.01, 0.01), metric("rms.tilt", 0.0, -0.03, 0.03)]}, "not distinguishable",
+    ),
+    "less noise, and attitude a little worse": (
+        {"metrics": [metric("noise", -0.287, -0.29, -0.28), metric("rms.tilt", 0.0485, 0.047, 0.05)]}, "mixed",
+    ),
     "noise": ({"metrics": [metric("noise", 0.3, 0.29, 0.31)]}, "worse"),
-    "a little noise": ({"metrics": [metric("noise", 0.08, 0.07, 0.09)]}, "not distinguishable"),
+    "a little noise": ({"metrics": [metric("noise", 0.08, 0.07, 0.09)]}, "worse"),
     "a trade": ({"metrics": [metric("noise", 0.3, 0.2, 0.4), metric("rms.tilt", -0.3, -0.4, -0.2)]}, "mixed"),
     "unstable": ({"loops": [loop(None, 1.6)]}, "do not fly"),
     "unstable before too": ({"loops": [loop(None, None)]}, "do not fly"),
@@ -70,7 +80,7 @@ CASES = {
     "not yet sound": ({"loops": [loop(2.1, 4.45)]}, "not distinguishable"),
     "a rule refuses": ({"rules": [rule()]}, "do not fly"),
     "a rule advises": ({"rules": [rule(refuses=False)]}, "not distinguishable"),
-    "more losses": ({"lost_after": count(9), "loss_difference": SampledValue(0.035, 0.01, 0.06)}, "do not fly"),
+    "more losses": ({"lost_after": count(9), "loss": "worse"}, "do not fly"),
     "as many losses": ({"lost_after": count(9), "lost_before": count(9)}, "do not fly"),
     "one loss": ({"lost_after": count(1)}, "not distinguishable"),
     "alone": (ALONE | {"loops": [loop(1.6, given=False)]}, "flyable within limits"),
@@ -96,15 +106,14 @@ def test_a_verdict_follows_from_the_evidence(parts, verdict):
 
 
 TRADE = [metric("noise", 0.3, 0.2, 0.4), metric("rms.tilt", -0.3, -0.4, -0.2)]
-LOSSES = SampledValue(0.035, 0.01, 0.06)
 COMPARISONS = {
     "as before": ({}, "not distinguishable"),
     "a trade": ({"metrics": TRADE}, "mixed"),
     "closer": ({"metrics": TRADE[1:]}, "better"),
     "noisier": ({"metrics": TRADE[:1]}, "worse"),
-    "survivors fly closer, and more are lost": ({"metrics": TRADE[1:], "loss_difference": LOSSES}, "worse"),
+    "survivors fly closer, and more are lost": ({"metrics": TRADE[1:], "loss": "worse"}, "worse"),
     "survivors are noisier, and fewer are lost": (
-        {"metrics": TRADE[:1], "loss_difference": SampledValue(-0.035, -0.06, -0.01)}, "better",
+        {"metrics": TRADE[:1], "loss": "better"}, "better",
     ),
     "a loop recovers": ({"loops": [loop(1.33, 4.45)]}, "not distinguishable"),
     "a fragile loop flies closer": ({"loops": [loop(3.0, 1.5)], "metrics": TRADE[1:]}, "better"),

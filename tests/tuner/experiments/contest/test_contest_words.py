@@ -36,14 +36,13 @@ def result(**parts) -> Any:
 def test_the_lowest_is_put_below_only_those_whose_interval_says_so():
     estimates = [[SampledValue(value, value - 0.5, value + 0.5)] for value in (2.0, 1.0, 4.0)]
     differences = [
-        Difference(0, 1, 0, SampledValue(-1.0, -2.1, 0.1)),
-        Difference(0, 2, 0, SampledValue(2.0, 1.0, 3.0)),
-        Difference(1, 2, 0, SampledValue(3.0, 2.0, 4.0)),
+        Difference(0, 1, 0, SampledValue(-1.0, -2.1, 0.1), 2.0),
+        Difference(0, 2, 0, SampledValue(2.0, 1.0, 3.0), 2.0),
+        Difference(1, 2, 0, SampledValue(3.0, 2.0, 4.0), 1.0),
     ]
     (text,) = objective_words(result(comparison=Comparison(estimates, differences)))
     assert text == (
-        "mean(travel): B has the lowest value, 1.0 1/s [0.5, 1.5]; the paired interval puts it below C (75 % less); the "
-        "difference to A is not significant."
+        "mean(travel): B has the lowest value, 1.0 1/s [0.5, 1.5]; better than C (75 % less); not distinguishable from A."
     )
 
 
@@ -74,7 +73,13 @@ def test_numbers_that_the_study_was_set_to_meet_are_counted_apart():
 def test_a_claim_is_told_with_its_counts():
     verdicts = [SampledValue(-1.0, -2.0, -0.5), SampledValue(1.0, 0.5, 2.0), SampledValue(0.0, 0.0, 0.0)]
     claim = Claim("A", ("B",), (TRAVEL,), "A is best")
-    judged = judged_claim(claim, [ruling("B", "mean(travel)", entry) for entry in verdicts])
+    judged = judged_claim(
+        claim,
+        [
+            ruling("B", "mean(travel)", entry, word)
+            for entry, word in zip(verdicts, ("better", "worse", "no practical difference"), strict=True)
+        ],
+    )
     (text,) = claim_words(result(claims=[judged]))
     assert text == (
         'The claim "A is best" fails: of 3 paired comparisons 1 for it, 1 against it and 1 without a decision.'
@@ -91,7 +96,9 @@ def test_a_claim_names_its_quantity_and_the_objectives_that_are_apart():
     assert claim_basis(several, {"error": 0.5}, is_tuned=False) == (
         "in 4 quantities, at points whose error differs by up to 50 %"
     )
-    judged = judged_claim(pair, [ruling("B", "mean(travel)", SampledValue(-1.0, -2.0, -0.5))], "in mean(travel)")
+    judged = judged_claim(
+        pair, [ruling("B", "mean(travel)", SampledValue(-1.0, -2.0, -0.5), "better")], "in mean(travel)"
+    )
     assert list(claim_words(result(claims=[judged]))) == [
         'The claim "A is best" survives in mean(travel): of 1 paired comparisons 1 for it.'
     ]

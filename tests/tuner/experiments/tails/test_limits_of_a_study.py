@@ -9,7 +9,7 @@ from tests.tuner.conftest import QUICKSTART, SMALL, run_small
 from tuner.api.results import TuningResults, open_results
 from tuner.cli.printers.run_end import clear_text
 from tuner.documents.summary import Summary
-from tuner.experiments.tails.limits import FinalistTails, TailLimits, TailValue
+from tuner.experiments.tails.limits import MOST, FinalistTails, TailLimits, TailValue, confidence_of
 from tuner.experiments.tuning.ending import ending_of
 from tuner.search.watcher import Watcher
 from tuner.study import load_study
@@ -51,7 +51,8 @@ def study():
 class Listed(TailLimits):
     """Limits whose probabilities are listed by the first gain of a row."""
 
-    def values(self, gains):
+    def values(self, gains, place):
+        assert 0 <= place < MOST
         return {0: TailValue(gains[0], 0.5 * gains[0], 2.0 * gains[0], 10, {})}
 
 
@@ -62,6 +63,15 @@ def test_points_are_judged_until_one_keeps_the_limit(study):
     # Upper ends of 0.09 and 0.04, at most 0.05.
     assert judged.excess[:, 0] == pytest.approx([0.0, 0.04, 0.0, 0.0])
     assert judged.flights == 20
+
+
+def test_points_that_are_judged_share_the_error_of_one(study):
+    (limit,) = (entry for entry in study.constraints if entry.is_tail)
+    errors = [1.0 - confidence_of(limit, place) for place in range(MOST)]
+    assert sum(errors) == pytest.approx(0.05) and errors == sorted(errors, reverse=True)
+    # By chance alone: points at their limit whose upper ends miss it at half the error each, one of them at 2.5 %.
+    kept = 1.0 - np.prod([1.0 - 0.5 * error for error in errors])
+    assert kept <= 0.025
 
 
 def test_after_five_points_that_break_it_no_other_counts_as_keeping_it(study):
@@ -102,7 +112,9 @@ def test_the_run_records_and_draws_the_tails_of_that_limit(ran):
     assert tail.tuned.curve[-1].level == 1.0 and tail.tuned.curve[-1].probability == row.tuned.value
     assert tail.default_count == row.default_count
     assert tail.default.count is not None and tail.default.count.flights == tail.default.flights == BATCH
-    assert tail.default.count.events == 0 and tail.default.high == pytest.approx(1.0 - 0.05 ** (1.0 / BATCH))
+    assert tail.default.count.events == 0 and tail.default.high == pytest.approx(1.0 - 0.025 ** (1.0 / BATCH))
+    # Half of the error of 5 % is the first point's.
+    assert tail.confidence == 0.975
     assert {file.suffix for file in (folder / "figures").glob("tail.*")} == {".png", ".pdf"}
     assert "<h3>Rare losses</h3>" in (folder / "report.html").read_text(encoding="utf-8")
 
@@ -119,7 +131,7 @@ def test_a_run_without_the_limit_estimates_nothing(small_run):
 
 
 def test_where_no_point_keeps_the_limit_the_ending_says_so(tmp_path, monkeypatch):
-    monkeypatch.setattr(TailLimits, "values", lambda limits, gains: {0: TailValue(0.06, 0.04, 0.08, 1000, {})})
+    monkeypatch.setattr(TailLimits, "values", lambda limits, gains, place: {0: TailValue(0.06, 0.04, 0.08, 1000, {})})
     outcome = run_small(tmp_path / "run", constraint=LIMIT["constraint"])
     assert not outcome.feasible
     row = outcome.table[len(outcome.study.objectives)]

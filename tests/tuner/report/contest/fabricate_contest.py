@@ -224,7 +224,12 @@ def difference(first, second, label, scores):
     found = spread(scores[second, label] - scores[first, label])
     lower = second if found["high"] < 0.0 else first if found["low"] > 0.0 else None
     row = {"first": first, "second": second, "quantity": label, "difference": found["value"]}
-    return row | {"low": found["low"], "high": found["high"], "verdict": f"{lower} is lower", "lower": lower}
+    return row | {
+        "low": found["low"],
+        "high": found["high"],
+        "verdict": f"{lower} is lower" if lower else "not distinguishable",
+        "lower": lower,
+    }
 
 
 def cell(name, row, scores):

@@ -167,7 +167,7 @@ def test_every_difference_stands_in_a_forest(folder):
         ]
         assert len(mine) == 1
         assert value in mine[0] and ends in mine[0]
-        verdict = "≈ no significant difference" if entry["lower"] is None else f"✓ {entry['lower']} is lower"
+        verdict = "≈ not distinguishable" if entry["lower"] is None else f"✓ {entry['lower']} is lower"
         assert mine[0].endswith(verdict)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from objectives.mission import is_of_mission
 from objectives.plant_mission import unjudged_places
+from objectives.risk import classify_difference
 from tuner.analysis.held_out import differences_to
 from tuner.experiments.tuning.bounds import on_bounds
 from tuner.experiments.tuning.guards import after
@@ -69,7 +70,15 @@ def _lenient(outcome: Outcome) -> list[str]:
 def _duplicate_knees(outcome: Outcome) -> list[str]:
     rows = np.flatnonzero(outcome.finalists.non_dominated).tolist()
     gaps = differences_to(outcome.finalists.flown, outcome.tuned)
-    return after.duplicate_knees(outcome.names, outcome.tuned, rows, gaps.low, gaps.high)
+    reference = outcome.finalists.evaluation.values[outcome.tuned]
+    words = {
+        row: [
+            classify_difference(value, *ends, relevant=outcome.study.table.relevant)
+            for value, *ends in zip(reference, gaps.difference[row], gaps.low[row], gaps.high[row], strict=True)
+        ]
+        for row in rows
+    }
+    return after.duplicate_knees(outcome.names, outcome.tuned, words)
 
 
 def _lost(outcome: Outcome) -> list[str]:

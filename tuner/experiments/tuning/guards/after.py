@@ -1,10 +1,11 @@
 """Warnings that need the results of a run. Each function takes plain numbers and returns sentences, none where all is well."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
 
+from objectives.risk.differences import BETTER, WORSE
 from tuner.analysis.sensitivity.indices import places
 from tuner.documents.contest_document import BoundRow
 from tuner.experiments.tuning.flight_growth import MAX_RATIO, value_ratios
@@ -64,27 +65,20 @@ def correlated_objectives(labels: Sequence[str], values: np.ndarray) -> list[str
     ]
 
 
-def duplicate_knees(
-    names: Sequence[str], tuned: int, rows: Sequence[int], low: np.ndarray, high: np.ndarray
-) -> list[str]:
-    """Warn where other front points do not differ from the recommended one.
-
-    Two points differ if the interval leaves out 0 in any objective.
+def duplicate_knees(names: Sequence[str], tuned: int, words: Mapping[int, Collection[str]]) -> list[str]:
+    """Warn of points neither better nor worse than the recommended one.
 
     Args:
         names: Names of all finalists.
         tuned: Row of the recommended one.
-        rows: Rows on the front.
-        low: Lower ends (finalists, objectives) of the 95 % intervals of the paired differences to the recommended one.
-        high: Upper ends of these (finalists, objectives).
+        words: Row on the front -> words on its differences to the recommended one.
     """
-    even = np.all((low <= 0.0) & (high >= 0.0), axis=1)
-    alike = [names[row] for row in rows if row != tuned and even[row]]
+    alike = [names[row] for row, each in words.items() if row != tuned and not {BETTER, WORSE} & set(each)]
     if not alike:
         return []
     others = ", ".join(alike[:3]) + (f" and {len(alike) - 3} more" if len(alike) > 3 else "")
     return [
-        f"{names[tuned]} is not significantly different from {others} in any objective. Take any of them, or raise held_out."
+        f"{names[tuned]} is neither better nor worse than {others} in any objective. Take any of them, or raise held_out."
     ]
 
 

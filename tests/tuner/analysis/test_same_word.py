@@ -1,0 +1,71 @@
+"""Run, comparison and judge have one word for the same flights."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from objectives.metrics import parse
+from objectives.problem import Objective
+from objectives.risk import Risk
+from plant.seeds import generator
+from tuner.analysis.held_out import compare
+from tuner.analysis.judging.paired_scores import PairedScores
+from tuner.experiments.contest.comparison import compare_all
+from tuner.study.contest import Quantity
+
+TRAVEL, FAILURE = (Objective(parse(name), Risk("mean")) for name in ("travel", "failure"))
+FLIGHTS = 256
+
+
+def flights(ratio, spread, lost=(0, 0)):
+    """Return scores (files, metrics, flights), failure first: the earlier file, then one with a ratio of its travel."""
+    rng = generator(1, "test/same-word", 0)
+    air = np.exp(0.1 * rng.standard_normal(FLIGHTS))
+    chance = np.exp(spread * rng.standard_normal((2, FLIGHTS)))
+    travel = air * chance * np.array([[1.0], [ratio]])
+    failed = np.stack([np.arange(FLIGHTS) < 0, np.arange(FLIGHTS) < 0]).astype(float)
+    for row, count in zip(failed, lost, strict=True):
+        row[:count] = 1.0
+    return np.stack([failed, travel], axis=1)
+
+
+def words_of(scores):
+    """Return the words of run, comparison and judge on failure and travel."""
+    origin = np.full(FLIGHTS, "gusts")
+    problem: Any = SimpleNamespace(objectives=(FAILURE, TRAVEL), constraints=(), quantities=(FAILURE, TRAVEL))
+    flown: Any = SimpleNamespace(origin=origin, samples=lambda i, _: scores[:, i])
+    contested: Any = SimpleNamespace(scores=scores, origin=origin, samples=lambda i, _: scores[:, i])
+    quantities = (Quantity(FAILURE, "objective"), Quantity(TRAVEL, "objective"))
+    judged = PairedScores([FAILURE.metric, TRAVEL.metric], scores[::-1], 1)
+    return (
+        [row.verdict for row in compare(problem, flown, 1)],
+        [entry.word for entry in compare_all(contested, quantities, 1).differences],
+        [judged.loss, judged.rows[0].verdict],
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "word"),
+    [
+        ((0.99, 0.001), "no practical difference"),
+        ((0.9, 0.1), "better"),
+        ((1.1, 0.1), "worse"),
+        ((0.97, 0.001), "better"),
+        ((1.0, 0.5), "not distinguishable"),
+        ((0.982, 0.03), "not distinguishable"),
+    ],
+)
+def test_the_same_flights_have_the_same_word_everywhere(given, word):
+    run, compared, judged = words_of(flights(*given))
+    assert run[1] == compared[1] == judged[1] == word
+
+
+@pytest.mark.parametrize(
+    ("lost", "word"),
+    [((0, 0), "not distinguishable"), ((0, 9), "worse"), ((9, 0), "better"), ((0, 4), "not distinguishable")],
+)
+def test_lost_flights_have_the_same_word_everywhere(lost, word):
+    run, compared, judged = words_of(flights(1.0, 0.01, lost))
+    assert run[0] == compared[0] == judged[0] == word
