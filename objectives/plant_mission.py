@@ -91,7 +91,8 @@ def _check_limit(channel: Channel, limit: MissionLimit) -> None:
     if not isfinite(channel.limit):
         raise InputError(
             f"an automatic limit judges '{limit.metric}' in scenario \"{limit.scenario}\", and {channel.name} has no "
-            f'lost_beyond; write lost_beyond = ..., the |error| from which on a flight has failed, or mission.off = ["{limit.metric}"]',
+            "lost_beyond; write lost_beyond = ..., the |error| from which on a flight has failed, or "
+            f'mission.off = ["{limit.metric}"]',
             key=f"channel.{channel.name}.lost_beyond",
         )
 
