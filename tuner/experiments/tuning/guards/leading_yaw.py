@@ -20,7 +20,7 @@ FAR = 150.0
 # Cutoffs that are tried, in leads, and the factor of gains that are tried.
 CUTOFFS, LOWERED = (1.0, 2.0, NEAR), 0.5
 # Gain of phase margin [deg] from which on a change is advised, and peak of the sensitivity that it may not raise beyond.
-WORTH, MAX_MS = 1.0, 2.0
+MIN_RISE, MAX_MS = 1.0, 2.0
 # Phase margin [deg] of a yaw loop that the lead does not harm.
 HEALTHY = 45.0
 
@@ -68,7 +68,7 @@ def yaw_margins(study: Study, gains: np.ndarray, cutoff: float | None = None) ->
 
 
 def _advice(study: Study, row: np.ndarray, lead: float, present: YawMargins) -> str:
-    """Return what raises the phase margin of yaw, of what was tried; else that nothing of it does."""
+    """Return the change that raises the phase margin of yaw most, of those that were tried."""
     now = f"{present.phase[0]:.3g} deg"
     wanted = np.clip(lead / (2.0 * pi) * np.array(CUTOFFS), LEAST_CUTOFF, MOST_CUTOFF).tolist()
     cutoffs = list(dict.fromkeys(float(f"{each:.2g}") for each in wanted))
@@ -96,5 +96,5 @@ def _advice(study: Study, row: np.ndarray, lead: float, present: YawMargins) -> 
 
 def _better(present: YawMargins, phase: np.ndarray, ms: np.ndarray) -> int | None:
     """Return the index of the largest phase margin [deg] (n,) that is worth a change; None where there is none."""
-    allowed = (phase >= present.phase[0] + WORTH) & (ms <= max(MAX_MS, float(present.ms[0])))
+    allowed = (phase >= present.phase[0] + MIN_RISE) & (ms <= max(MAX_MS, float(present.ms[0])))
     return first_largest(np.where(allowed, phase, -np.inf)) if allowed.any() else None
