@@ -300,9 +300,10 @@ class LoopMargins(ABC):
         ]
 
     def slowest_poles(self, gains: Array) -> list[tuple[tuple[str, ...], complex]]:
-        """Return the slowest decaying or fastest growing pole [1/s] of each block, with its channels.
+        """Return the least stable pole [1/s] of each block.
 
-        They are those of the first vehicle under a gains row (g,), in the worst amplitude.
+        Each stands behind the names of the block's channels. The poles are those of the first vehicle under a gains row (g,), in
+        the worst amplitude.
         """
         term, rates = self._term_gains(np.asarray(gains, dtype=float)[None], self.cases), self._linearizations[0].rates
         poles = []

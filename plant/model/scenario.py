@@ -102,7 +102,7 @@ class PlantScenario:
                 check_name(key, name, valid, key=f"{key}.{name}")
 
     def check_jumps(self, loop: PlantLoop, timing: Timing) -> None:
-        """Raise InputError where a jump of a reference loses the flight under any gains."""
+        """Raise InputError where a reference jumps beyond recovery."""
         times = timing.control_period * np.arange(self.steps(timing))
         still = np.random.default_rng(0)
         for channel in loop.plan.outer:

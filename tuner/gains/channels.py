@@ -11,7 +11,7 @@ from tuner.text.strict_table import StrictTable
 
 
 class LoopTable(StrictTable):
-    """A law between an output and an input, or the set point of another channel, in a study or a gains file."""
+    """A law between an output and its input or inner channel."""
 
     name: str
     """Name of the channel, under which its gains, errors and margins are known."""

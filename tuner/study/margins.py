@@ -192,7 +192,7 @@ class MarginAnalysis:
         return values
 
     def exact(self, gains: Array) -> Array:
-        """Return the worst values (n, requirements) over all steady states, exact where `values` reads most of them coarsely."""
+        """Return the exact worst values (n, requirements) over all steady states."""
         return worst_value(self._requirements, self.by_state(gains))
 
     def by_state(self, gains: Array) -> Array:

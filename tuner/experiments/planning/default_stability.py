@@ -16,7 +16,7 @@ from tuner.study.trim import hover_of
 
 
 class ReversedGain(DocumentPart):
-    """A channel whose loop is stable with the other sign of its b0, and that value."""
+    """A channel with the b0 that makes its loop stable."""
 
     channel: str
     b0: float
@@ -41,7 +41,7 @@ class UnstableLoop(DocumentPart):
 
 
 def unstable_loops_at_hover(study: Study) -> list[UnstableLoop]:
-    """Return the loops of a quadrotor that are not stable at hover under its default."""
+    """Return the unstable loops of a quadrotor's default at hover."""
     system = study.system
     (hover,) = hover_of([entry.spec for entry in study.scenarios], system.timing)
     model = nominal_margins(
@@ -51,7 +51,10 @@ def unstable_loops_at_hover(study: Study) -> list[UnstableLoop]:
 
 
 def unstable_loops_of_plant(study: PlantStudy) -> list[UnstableLoop]:
-    """Return the loops of a plant that are not stable at rest under the default; none of a plant whose margins are not known."""
+    """Return the unstable loops of a plant's default at rest.
+
+    There are none of a plant whose margins are not known.
+    """
     # The slope of an FMU takes calls of it, which only a study that limits margins makes.
     if study.table.plant.fmu is not None and not study.screens:
         return []
@@ -71,7 +74,7 @@ def _unstable(model: LoopMargins, row: np.ndarray) -> list[UnstableLoop]:
 
 
 def _with_other_sign(study: PlantStudy, loop: UnstableLoop) -> UnstableLoop:
-    """Return an unstable loop of a plant with the channel whose other sign of b0 makes it stable."""
+    """Return an unstable loop of a plant with the other signs tried."""
     system, tried = study.system, dict[str, float]()
     for name in loop.channels:
         channels = tuple(replace(each, b0=-each.b0) if each.name == name else each for each in system.plan.channels)

@@ -200,9 +200,9 @@ def _default_row(limit: Requirement, loop: str | None, value: float, state: str 
 
 
 def beyond_reach(study: Study, diagnosis: Diagnosis, broken: Collection[str]) -> list[UnreachedLimit]:
-    """Return the limits, of those that the default breaks, that none of `DRAWS` draws keeps either, with causes.
+    """Return the broken limits that none of `DRAWS` draws keeps, with causes.
 
-    diagnosis: of the values in which draws are compared.
+    broken: labels of those that the default breaks. diagnosis: of the values in which draws are compared.
     """
     if not broken:
         return []
@@ -270,7 +270,7 @@ def _is_slow_in_trims(study: Study) -> bool:
 
 
 def _is_unstable(row: DefaultRow) -> bool:
-    """Return True if a margin of a loop is that of an unstable one."""
+    """Return True if a margin is that of an unstable loop."""
     return row.loop is not None and (row.value is None if row.sense == "max" else row.value == 0.0)
 
 

@@ -103,7 +103,7 @@ class Diagnosis:
         return self._values(gains, self._read)
 
     def exact(self, gains: Array) -> Array:
-        """Return the values (n, probes) of gains rows (n, gains), exact where a search reads margins coarsely."""
+        """Return the exact values (n, probes) of gains rows (n, gains)."""
         return self._values(gains, self._margins.exact)
 
     def _values(self, gains: Array, margins: Callable[[Array], Array]) -> Array:
@@ -286,7 +286,7 @@ def obstacle_texts(obstacles: Sequence[UnmetConstraint]) -> list[str]:
 
 
 def unreached_texts(obstacles: Sequence[UnmetConstraint]) -> list[str]:
-    """Return limits that no draw keeps in sentences, which claim no more than these draws."""
+    """Return limits that no draw keeps in sentences."""
     return [_obstacle_text(entry, _unreached_text(entry)) for entry in obstacles]
 
 

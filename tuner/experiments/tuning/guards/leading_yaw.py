@@ -1,4 +1,4 @@
-"""Warning of a yaw loop that the inertia of the rotors speeds up, with advice that was tried on the loop."""
+"""Warning of a yaw loop that heavy rotors speed up."""
 
 from math import pi
 from typing import NamedTuple
@@ -26,7 +26,13 @@ HEALTHY = 45.0
 
 
 class YawMargins(NamedTuple):
-    """Highest crossover [rad/s], phase margin [deg] and peak of the sensitivity of yaw, (n,) each; not stable: 0, 0, infinite."""
+    """Margins of yaw, (n,) each; those of a loop that is not stable are 0, 0 and infinite.
+
+    Attributes:
+        crossover: Highest gain crossover [rad/s].
+        phase: Phase margin [deg].
+        ms: Peak of the sensitivity.
+    """
 
     crossover: np.ndarray
     phase: np.ndarray
@@ -68,7 +74,7 @@ def yaw_margins(study: Study, gains: np.ndarray, cutoff: float | None = None) ->
 
 
 def _advice(study: Study, row: np.ndarray, lead: float, present: YawMargins) -> str:
-    """Return the change that raises the phase margin of yaw most, of those that were tried."""
+    """Return the best of the changes that were tried, in a sentence."""
     now = f"{present.phase[0]:.3g} deg"
     wanted = np.clip(lead / (2.0 * pi) * np.array(CUTOFFS), LEAST_CUTOFF, MOST_CUTOFF).tolist()
     cutoffs = list(dict.fromkeys(float(f"{each:.2g}") for each in wanted))
@@ -95,6 +101,6 @@ def _advice(study: Study, row: np.ndarray, lead: float, present: YawMargins) -> 
 
 
 def _better(present: YawMargins, phase: np.ndarray, ms: np.ndarray) -> int | None:
-    """Return the index of the largest phase margin [deg] (n,) that is worth a change; None where there is none."""
+    """Return the index of the largest phase margin (n,) worth a change."""
     allowed = (phase >= present.phase[0] + MIN_RISE) & (ms <= max(MAX_MS, float(present.ms[0])))
     return first_largest(np.where(allowed, phase, -np.inf)) if allowed.any() else None
