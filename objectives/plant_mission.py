@@ -90,9 +90,10 @@ def error_at_rest(spec: PlantScenario, channel: str, times: np.ndarray) -> float
 def _check_limit(channel: Channel, limit: MissionLimit) -> None:
     if not isfinite(channel.limit):
         raise InputError(
-            f"an automatic limit judges '{limit.metric}' in scenario \"{limit.scenario}\", and {channel.name} has no limit; "
-            f'write limit = ..., the |error| at which a flight has failed, or mission.off = ["{limit.metric}"]',
-            key=f"channel.{channel.name}.limit",
+            f"an automatic limit judges '{limit.metric}' in scenario \"{limit.scenario}\", and {channel.name} has no "
+            "lost_beyond; write lost_beyond = ..., the |error| from which on a flight has failed, or "
+            f'mission.off = ["{limit.metric}"]',
+            key=f"channel.{channel.name}.lost_beyond",
         )
 
 

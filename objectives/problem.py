@@ -15,7 +15,7 @@ from objectives.metrics import FlightContext, MetricAddress, evaluate
 from objectives.own_meters import metering
 from objectives.requirements import Screen
 from plant.backends.flyer import result_parts
-from plant.backends.lanes import LANES
+from plant.backends.lane_layout import LANES
 from plant.quadrotor.scenarios import SEARCH
 from plant.status import Status
 

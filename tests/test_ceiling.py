@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.course import draw, loop
 from benchmarks.peers import ceiling, vectorised
-from plant.backends.lanes import result_rows
+from plant.backends.lane_layout import result_rows
 from plant.records import flatten
 
 SCENARIOS, PERIODS = 4, 100

@@ -17,7 +17,7 @@ from objectives.fmu.messages import Flown, Fly, Refused
 from objectives.fmu.process import FmuProcess, WorkerLostError
 from objectives.plant_system import PlantSystem
 from plant.backends.flyer import FlightInputs, Recording
-from plant.backends.lanes import LANES
+from plant.backends.lane_layout import LANES
 from plant.backends.stepping import lane_of
 from plant.loop import ClosedLoop, Timing
 from plant.records import flatten, size

@@ -24,6 +24,7 @@ from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, joined
 from objectives.margins.sheet import WorstCaseAccumulator
 from objectives.margins.structure import Block
+from plant.ties import first_largest
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -297,6 +298,21 @@ class LoopMargins(ABC):
             (block, trimmed.phases(block, everyone)[: common_period(block.channels, loops.rates)])
             for block in loops.blocks
         ]
+
+    def slowest_poles(self, gains: Array) -> list[tuple[tuple[str, ...], complex]]:
+        """Return the least stable pole [1/s] of each block.
+
+        Each stands behind the names of the block's channels. The poles are those of the first vehicle under a gains row (g,), in
+        the worst amplitude.
+        """
+        term, rates = self._term_gains(np.asarray(gains, dtype=float)[None], self.cases), self._linearizations[0].rates
+        poles = []
+        for block, phases in self.open_blocks(gains):
+            closed = over_period(block, phases, term, block.channels, [rates[channel] for channel in block.channels])
+            z = np.linalg.eigvals(closed.a).astype(complex).ravel()
+            slowest = np.log(z[first_largest(np.abs(z))]) / (len(phases) * self.control_period)
+            poles.append((tuple(self.channels[channel] for channel in block.channels), complex(slowest)))
+        return poles
 
     def loop(self, gains: Array, channel: str, case: Case = SMALL, frequency: Array | None = None) -> LoopResponse:
         """Return the response of the first vehicle's loop in a channel.

@@ -191,7 +191,10 @@ def _paths_of(moves: Mask) -> Mask:
     for _ in range(int(np.ceil(np.log2(len(moves))))):
         # Counted in numbers: products of Boolean matrices take 20 times as long.
         counts = paths_so_far.astype(np.float32)
-        paths_so_far = counts @ counts > 0.0
+        longer = counts @ counts > 0.0
+        if np.array_equal(longer, paths_so_far):
+            break
+        paths_so_far = longer
     return paths_so_far
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from objectives.theory.theorem import Array
 from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs
-from plant.backends.lanes import LANES
+from plant.backends.lane_layout import LANES
 from plant.loop import Timing
 from plant.quadrotor.cascade import AXES
 from plant.quadrotor.disturbance import Disturbance

@@ -27,7 +27,8 @@ from plant.backends import branch_free, cuda_precision, vector_math
 from plant.backends.cache import load_kernel
 from plant.backends.cuda_precision import CudaRebinder
 from plant.backends.identity import identity
-from plant.backends.lanes import body_setter, result_rows, storer
+from plant.backends.lane_layout import result_rows
+from plant.backends.lanes import body_setter, storer
 from plant.loop import ClosedLoop
 from plant.records import build_source, paths, size
 

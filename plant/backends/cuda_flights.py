@@ -19,7 +19,7 @@ from plant.backends import array
 from plant.backends.cuda import BLOCK, BLOCKS, REALS, CudaKernel, kernel_of
 from plant.backends.cuda_card import card, free_memory
 from plant.backends.flyer import FlightInputs
-from plant.backends.lanes import result_rows
+from plant.backends.lane_layout import result_rows
 from plant.loop import ClosedLoop, Timing
 from plant.records import flatten, pack
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from plant.backends.lanes import LANES, kernel_of, layout, result_rows
+from plant.backends.lane_layout import LANES, layout, result_rows
 from plant.loop import ClosedLoop, Timing
 from plant.records import flatten
 from plant.threads import available_threads
@@ -110,6 +110,9 @@ class Flyer:
     records = True
 
     def __init__(self, loop: ClosedLoop, limits: Any, timing: Timing, threads: int | None = None) -> None:
+        # Here, because a study that flies nothing needs no compiler.
+        from plant.backends.lanes import kernel_of
+
         self.loop = loop
         self.say: Callable[[str], None] = lambda _: None
         self.threads = threads or available_threads()

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from plant.backends import lanes
 from plant.backends.cache import load_kernel
 from plant.backends.identity import identity
+from plant.backends.lane_layout import result_rows
 from plant.backends.stepping import Inputs
 from plant.loop import ClosedLoop, Timing
 from plant.records import flatten, paths, rows, size
@@ -90,7 +90,7 @@ class Stepper:
         ]
         self.lift = rows(loop.Flight, f"{control}.lift")
         self.outside = rows(loop.Flight, f"{control}.outside")
-        self.result = lanes.result_rows(loop)
+        self.result = result_rows(loop)
 
     def begin(self, gains: np.ndarray, nominal: Any, inputs: Inputs, targets: Any) -> "SteppedFlight":
         """Return a flight at its first instant; gains (g,)."""
@@ -157,6 +157,9 @@ class SteppedFlight:
 
 
 def _kernel(loop: ClosedLoop, ask: Callable[..., Any]) -> Any:
+    # Here, because a list of firmwares needs no compiler.
+    from plant.backends import lanes
+
     names, sources = lanes.kernel_names(loop)
     bind = lanes.rebinder()
     names["ask"] = bind(ask)

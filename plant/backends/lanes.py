@@ -28,13 +28,11 @@ from plant.backends import branch_free, compiling, vector_math, workspace
 from plant.backends.cache import load_kernel
 from plant.backends.compiling import inliner, kernel
 from plant.backends.identity import identity
+from plant.backends.lane_layout import LANES, layout, result_rows
 from plant.backends.rebind import Rebinder
 from plant.loop import ClosedLoop
 from plant.records import build_source, paths, rows, size
 
-# 16 doubles fill two AVX-512 or four AVX2 registers. With 8 the loop is two AVX2 or one AVX-512 step long, and LLVM may unroll it
-# whole and leave it scalar (seen on a Zen 4 with AVX-512, not on a Zen 3 with AVX2).
-LANES = 16
 # Never nnan or ninf: they would delete the test for a diverged flight.
 FAST_MATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
 
@@ -69,26 +67,6 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
         return inner(*arguments)
 
     return kernel(OPTIONS)(call)
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Rows of the workspace: the flight first, then dynamics, disturbance and noise."""
-
-    flight: int
-    dynamics: int
-    disturbance: int
-    noise: int
-    total: int
-
-
-def layout(loop: ClosedLoop) -> Layout:
-    """Return the offset of each record in the workspace of a loop."""
-    kinds = loop.records
-    flight, dynamics = size(loop.Flight), size(kinds.Dynamics)
-    disturbance = flight + dynamics
-    noise = disturbance + size(kinds.Disturbance)
-    return Layout(0, flight, disturbance, noise, noise + size(kinds.Noise))
 
 
 def loader(kind: Any, name: str, expression: str, offset: int, names: dict[str, Any], given: int | None = None) -> str:
@@ -219,11 +197,6 @@ def vector_loaders(loop: ClosedLoop, names: dict[str, Any]) -> str:
         "limits": kinds.Limits,
     }
     return "\n".join(loader(kind, f"load_{name}", ENTRY, 0, names) for name, kind in shared.items())
-
-
-def result_rows(loop: ClosedLoop) -> slice:
-    """Rows of the flight that a kernel returns: meters, status, end time (they stand last)."""
-    return slice(rows(loop.Flight, "meters").start, size(loop.Flight))
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from plant.backends import lanes
 from plant.backends.cache import load_kernel
 from plant.backends.flyer import FlightInputs
 from plant.backends.identity import identity
+from plant.backends.lane_layout import result_rows
 from plant.loop import ClosedLoop, Timing
 from plant.records import flatten, paths, size
 
@@ -97,7 +98,7 @@ def scalar_kernel(loop: ClosedLoop) -> ScalarKernel:
     """Return the scalar kernel of a loop: from the cache, or compiled by its first call."""
     names, sources = lanes.kernel_names(loop)
     flight, kinds = loop.Flight, loop.records
-    result = lanes.result_rows(loop)
+    result = result_rows(loop)
     parts = [
         lanes.vector_loaders(loop, names),
         lanes.loader(kinds.Dynamics, "load_dynamics", lanes.ENTRY, 0, names),

@@ -101,6 +101,21 @@ class PlantScenario:
             for name in given:
                 check_name(key, name, valid, key=f"{key}.{name}")
 
+    def check_jumps(self, loop: PlantLoop, timing: Timing) -> None:
+        """Raise InputError where a reference jumps beyond recovery."""
+        times = timing.control_period * np.arange(self.steps(timing))
+        still = np.random.default_rng(0)
+        for channel in loop.plan.outer:
+            values = self.references.get(channel.name, Constant()).values(times, still)[0]
+            jump = float(np.abs(np.diff(values, prepend=0.0)).max(initial=0.0))
+            if jump >= channel.limit:
+                raise InputError(
+                    f"it jumps by {jump:g} within a control period, and a flight is lost from an error of {channel.limit:g} "
+                    f'on, so every flight would be lost there: raise lost_beyond of channel "{channel.name}" above '
+                    f"{jump:g}, or let the reference jump by less",
+                    key=f"reference.{channel.name}",
+                )
+
     def targets_of(self, loop: PlantLoop, parameters: Any) -> Any:
         """Return the targets of the step and recovery metrics by channel; parameters: the nominal ones."""
         steady = self.duration * (1.0 - self.steady_share)

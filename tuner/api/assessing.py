@@ -34,7 +34,7 @@ from tuner.documents.assessment import (
 from tuner.documents.parts import NumberWithUnit
 from tuner.exchange.sources import GAINS
 from tuner.gains import Controller
-from tuner.search.watcher import Watcher, compilation
+from tuner.search.watcher import JUDGING, Watcher, compilation
 
 STREAM = "judge"
 FIRST_FLIGHT = ScenarioSpec(
@@ -134,7 +134,7 @@ def fly(setups: Sequence[FlightSetup], threads: int | None, stages: Stages, watc
         for group, problem in zip(groups, problems, strict=True):
             with nullcontext() if problem.flyer.cached else compilation(watcher):
                 problem.warm_up(group[0].gains, group[0].spec)
-    watcher.on_stage("Judging", len(setups[0].draws[1]) * len(setups))
+    watcher.on_stage(JUDGING, len(setups[0].draws[1]) * len(setups))
     with stages.measure("flights"):
         return np.concatenate([score(problem, group, watcher) for group, problem in zip(groups, problems, strict=True)])
 

@@ -170,9 +170,10 @@ class _Chain:
     def _rows(self) -> Iterator[StageRow]:
         """Yield the rows of the stages, to the end of the way."""
         before = ""
-        for stage in filter(lambda stage: stage.is_wanted, self._stages):
+        wanted = [stage for stage in self._stages if stage.is_wanted]
+        for number, stage in enumerate(wanted, 1):
             inputs = stage.inputs()
-            reason, seconds = self._carried_out(stage, inputs, before)
+            reason, seconds = self._carried_out(stage, inputs, before, f"Stage {number} of {len(wanted)}: {stage.name}")
             yield StageRow(
                 stage=stage.name,
                 state=DONE if reason is None else STOPPED,
@@ -185,14 +186,17 @@ class _Chain:
             if not stage.is_leaf:
                 before = step_key(inputs, before)
 
-    def _carried_out(self, stage: Stage, inputs: Inputs, before: str) -> tuple[str | None, float]:
-        """Make a stage unless it is on record; return the reason for an end here, and its time [s]."""
+    def _carried_out(self, stage: Stage, inputs: Inputs, before: str, text: str) -> tuple[str | None, float]:
+        """Make a stage unless it is on record; return the reason for an end here, and its time [s].
+
+        text: what its messages begin with.
+        """
         on_message = self._setup.watcher.on_message
         state = self._keyed.state(stage.name, inputs, before, f"--restart {shlex.quote(stage.name)}")
         if state == StepState.DONE and (self._setup.out / stage.outputs[0]).exists():
-            on_message(f"{stage.name}: on record")
+            on_message(f"{text}, on record")
             return None, 0.0
-        on_message(f"{stage.name} ...")
+        on_message(f"{text} ...")
         begin = perf_counter()
         stage.clear(to_go_on=state in (StepState.BEGUN, StepState.STOPPED))
         self._keyed.start(stage.name, inputs, before)

@@ -23,7 +23,7 @@ from tuner.experiments.planning.preview import Preview, preview
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.gains.examining import Examined, examine
 from tuner.gains.sections import Row
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import JUDGING, Watcher
 from tuner.study import Study
 from tuner.study.files import study_file
 from tuner.study.kinds import kind_of_layers, load_any
@@ -261,6 +261,6 @@ def check_requirements(
         row = row_to_judge(file, subject)
     problem, batches = problem_of(subject, threads, None), check_batches(subject, flights)
     warm_up(problem, subject, watcher)
-    watcher.on_stage("Judging", sum(batch.count for batch in batches))
+    watcher.on_stage(JUDGING, sum(batch.count for batch in batches))
     rows = judge_gains(row, subject, problem, batches, watcher.on_flights_done)
     return Judgement(judgement_document(file, subject, rows, batches))

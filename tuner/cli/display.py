@@ -1,7 +1,8 @@
 """The terminal side of a long run: progress while it runs, tables when it is done."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import timedelta
+from math import ceil
 from pathlib import Path
 from threading import Lock
 from time import perf_counter
@@ -12,12 +13,17 @@ from rich.text import Text
 from tuner.cli.printing import RunAnswer
 from tuner.cli.terminal import Console
 from tuner.search.loop import Generation
-from tuner.search.watcher import CHECKING, COMPARING, REFINING, StartedStudy, Watcher
+from tuner.search.watcher import CHECKING, COMPARING, JUDGING, REFINING, BestValue, StartedStudy, Watcher
+from tuner.text.units import after_number
+
+REPORT_SECONDS = 5.0
+"""Time [s] that documents, page and figures of a run take after its last flight."""
 
 # Lines for the stages of a run where no live display names them.
 ANNOUNCED = {
     REFINING: "Refining the best setting: up to {:,} flights",
     CHECKING: "Re-flying the finalists on held-out scenarios: {:,} flights",
+    JUDGING: "Judging: {:,} flights",
     COMPARING: "Flying all contenders through the same air: {:,} flights",
 }
 
@@ -52,6 +58,37 @@ class Pace:
         return self.flown / seconds if seconds > 0.0 else None
 
 
+class Course:
+    """Place of a run in its stages, counted in flights.
+
+    stages: the most flights of each, by name; the report, which flies nothing, follows the last one. Of what flies in one stage
+    alone there are none.
+    """
+
+    def __init__(self, stages: Mapping[str, int]) -> None:
+        self.stages, self.count, self.total = stages, len(stages) + 1, sum(stages.values())
+        # Flights of the search, and the time that they took without the choice of candidates.
+        self.flown, self.seconds = 0, 0.0
+
+    def text(self, stage: str) -> str:
+        """Return the name of a stage with its number."""
+        number = list(self.stages).index(stage) + 1 if stage in self.stages else self.count
+        return f"Stage {number} of {self.count}: {stage}"
+
+    def ends(self, stage: str) -> tuple[int, int]:
+        """Return the flights up to a stage's begin and to its end."""
+        names = list(self.stages)
+        begin = sum(self.stages[name] for name in names[: names.index(stage)])
+        return begin, begin + self.stages[stage]
+
+    def later(self, stage: str, rate: float) -> float:
+        """Return the time [s] of what follows a stage, at so many flights per second where the search has none of its own."""
+        if stage not in self.stages:
+            return 0.0
+        speed = self.flown / self.seconds if self.seconds > 0.0 else rate
+        return (self.total - self.ends(stage)[1]) / speed + REPORT_SECONDS
+
+
 class PaceColumn(ProgressColumn):
     """Column of flights per second and remaining time, or of elapsed time.
 
@@ -65,7 +102,8 @@ class PaceColumn(ProgressColumn):
         rate = task.fields["pace"].rate
         if rate is None:
             return Text("")
-        left = timedelta(seconds=int((task.total - task.completed) / rate))
+        here = max(task.fields["end"] - task.completed, 0.0) / rate
+        left = timedelta(seconds=ceil(here + task.fields["course"].later(task.fields["stage"], rate)))
         return Text(f"{rate:,.0f} flights/s  {left} left")
 
 
@@ -92,6 +130,7 @@ class TerminalWatcher(Watcher):
         self._task: TaskID | None = None
         self._new = self._before = 0
         self._pace = Pace()
+        self._course, self._stage = Course({}), ""
 
     def __enter__(self) -> "TerminalWatcher":
         self._progress.start()
@@ -100,11 +139,18 @@ class TerminalWatcher(Watcher):
     def __exit__(self, *_: object) -> None:
         self._progress.stop()
 
-    def _begin_task(self, what: str, total: int | None) -> None:
+    def _begin_task(self, what: str, total: int | None, end: float | None = None) -> None:
+        """Begin a bar; end: flights up to the end of the stage, by default its total."""
         if self._task is not None:
             self._progress.remove_task(self._task)
         self._pace = Pace()
-        self._task = self._progress.add_task(what, total=total, note="", pace=self._pace)
+        fields = {
+            "pace": self._pace,
+            "course": self._course,
+            "stage": self._stage,
+            "end": total if end is None else end,
+        }
+        self._task = self._progress.add_task(what, total=total, note="", **fields)
 
     def on_message(self, text: str) -> None:
         """Print it."""
@@ -130,12 +176,29 @@ class TerminalWatcher(Watcher):
         """Say whose turn it is."""
         self._console.print(f"Contender {number}/{total}: {name}")
 
+    def on_plan(self, stages: Mapping[str, int]) -> None:
+        """Begin to count the stages of a run."""
+        self._course = Course(stages)
+
     def on_stage(self, stage: str, flights: int) -> None:
-        """Start the bar of a stage."""
+        """Start a stage: a bar of its own, or its part of the run's bar."""
+        self._new = self._before = 0
+        self._stage = stage
+        if stage in self._course.stages:
+            self._go_to(stage, flights)
+            return
         if not self._live and stage in ANNOUNCED:
             self._console.print(ANNOUNCED[stage].format(flights))
-        self._new = self._before = 0
         self._begin_task(stage, flights)
+
+    def _go_to(self, stage: str, flights: int) -> None:
+        begin, end = self._course.ends(stage)
+        text = self._course.text(stage)
+        if not self._live:
+            self._console.print(f"{text}, up to {flights:,} flights")
+        self._begin_task(text, self._course.total, end)
+        if self._task is not None:
+            self._progress.update(self._task, completed=begin)
 
     def on_flights_done(self, flights: int) -> None:
         """Advance the bar."""
@@ -149,15 +212,26 @@ class TerminalWatcher(Watcher):
 
     def _advance(self, flights: int) -> None:
         if self._live and self._task is not None:
-            self._progress.advance(self._task, flights)
+            task = self._progress.tasks[-1]
+            # A search whose candidates are given more flights makes more than were planned: its bar waits at its end.
+            done = min(task.completed + flights, task.fields["end"])
+            self._progress.update(self._task, completed=max(done, task.completed))
 
-    def on_generation(self, record: Generation, total: int) -> None:
-        """Show generation, hypervolume and feasible share."""
-        note = (
-            f"generation {record.number + 1}/{total}  hypervolume {record.hypervolume:.4f}  "
-            f"feasible {100 * record.feasible_share:.0f} %"
+    def on_generation(self, record: Generation, total: int, best: Sequence[BestValue] = ()) -> None:
+        """Show generation, hypervolume, feasible share and the best values so far."""
+        note = "  ".join(
+            [
+                f"generation {record.number + 1}/{total}  hypervolume {record.hypervolume:.4f}",
+                f"feasible {100 * record.feasible_share:.0f} %",
+                *[best_text(each) for each in best],
+            ]
         )
+        evaluation = record.evaluation
+        if self._pace.flown != self._before:
+            self._course.flown += evaluation.flights
+            self._course.seconds += evaluation.flight_seconds
         if self._live and self._task is not None:
+            self._before = self._pace.flown
             self._progress.update(self._task, note=note)
             return
         rate, flown = self._pace.rate, self._pace.flown
@@ -165,8 +239,8 @@ class TerminalWatcher(Watcher):
             self._console.print(f"{note}  on record")
             return
         self._new, self._before = self._new + 1, flown
-        left = self._pace.seconds / self._new * (total - record.number - 1)
-        self._console.print(f"{note}  {rate:,.0f} flights/s  {left:.0f} s left")
+        left = self._pace.seconds / self._new * (total - record.number - 1) + self._course.later(self._stage, rate)
+        self._console.print(f"{note}  {rate:,.0f} flights/s  {ceil(left):,} s left")
 
     def on_warning(self, text: str) -> None:
         """Print it."""
@@ -180,4 +254,12 @@ class TerminalWatcher(Watcher):
     def on_writing(self, part: str) -> None:
         """Say what is being written."""
         if self._live:
-            self._begin_task(f"Writing {part}", None)
+            self._stage = f"writing {part}"
+            self._begin_task(self._course.text(self._stage) if self._course.stages else f"Writing {part}", None)
+
+
+def best_text(value: BestValue) -> str:
+    """Return the best feasible value of an objective beside the default's."""
+    unit, default = after_number(value.unit), f"{value.default:.4g}"
+    best = "none feasible" if value.best is None else f"{value.best:.4g}{unit}"
+    return f"{value.label} {best} (default {default}{'' if value.is_feasible else ', breaks limits'})"

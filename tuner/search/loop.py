@@ -50,7 +50,7 @@ class Generation:
         flights_raced: Number of flights spared by that.
         seconds: Time from the start of the search [s].
         feasible_share: Feasible share of all candidates so far.
-        hypervolume: Hypervolume of the front of all candidates so far, see `tuner.search.front`.
+        hypervolume: Hypervolume of the front of all candidates so far, see `tuner.search.front` and `_baseline`.
     """
 
     number: int
@@ -106,7 +106,7 @@ def search_generations(
 ) -> Iterator[list[Generation]]:
     """Yield all generations so far, until a search ends.
 
-    The first candidate of all is the baseline of the hypervolume.
+    The first candidate of all is the baseline of the hypervolume where it is feasible.
 
     Args:
         search: The search, at its beginning.
@@ -149,8 +149,24 @@ def record_of(before: list[Generation], points: np.ndarray, evaluation: Evaluati
     )
     so_far = archive([*before, draft])
     feasible = np.all(so_far.violations <= 0.0, axis=1).mean(axis=0)
-    volume = hypervolume(so_far.values[so_far.front()], so_far.values[0])
+    volume = hypervolume(so_far.values[so_far.front()], _baseline(before, so_far))
     return replace(draft, feasible_share=float(feasible), hypervolume=volume)
+
+
+def _baseline(before: list[Generation], so_far: Archive) -> np.ndarray:
+    """Return the baseline (m,) of the hypervolume, the same from the first feasible candidate on.
+
+    It is the default where that is feasible: the box of a default that breaks limits may lie far from all that the search finds.
+    Else it is the worst of each objective over the front of the first generation with a feasible candidate.
+    """
+    feasible = np.all(so_far.violations <= 0.0, axis=1)
+    if feasible[0] or not feasible.any():
+        return so_far.values[0]
+    ends = np.cumsum([len(entry.points) for entry in before])
+    first = int(np.flatnonzero(feasible)[0])
+    end = next((int(end) for end in ends if first < end), len(so_far.values))
+    values = so_far.values[:end]
+    return values[feasible_front(values, so_far.violations[:end])].max(axis=0)
 
 
 def recorded_anew(generations: list[Generation], evaluations: list[Evaluation]) -> list[Generation]:

@@ -1,17 +1,35 @@
 """Callbacks of a long run: the terminal display is one watcher, silence another."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from time import perf_counter
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from tuner.search.loop import Generation
 
-SEARCHING, REFINING, CHECKING, COMPARING = "Searching", "Refining", "Held-out check", "Comparison"
+SEARCHING, REFINING, CHECKING, COMPARING, JUDGING = "Searching", "Refining", "Held-out check", "Comparison", "Judging"
 """Stages of a run, for `Watcher.on_stage`; analyses that fly once give a participle of their own, such as "Sampling"."""
+
+
+class BestValue(NamedTuple):
+    """Smallest value of an objective so far, beside the default's.
+
+    Attributes:
+        label: Label of the objective.
+        unit: Unit of the values.
+        best: Smallest value of a feasible candidate, None before there is one.
+        default: Value of the default.
+        is_feasible: Whether the default keeps all limits.
+    """
+
+    label: str
+    unit: str
+    best: float | None
+    default: float
+    is_feasible: bool
 
 
 class StartedStudy(Protocol):
@@ -53,6 +71,9 @@ class Watcher:
     def on_contender(self, name: str, number: int, total: int) -> None:
         """Called before a contender of a contest is tuned; number: from 1 to total."""
 
+    def on_plan(self, stages: Mapping[str, int]) -> None:
+        """Called before the first of several stages, with the most flights of each; the report follows the last one."""
+
     def on_stage(self, stage: str, flights: int) -> None:
         """Called when a stage begins that takes so many flights at most."""
 
@@ -63,8 +84,8 @@ class Watcher:
         """Called when so many more flights need not be made: they are on record, or not worth it."""
         self.on_flights_done(flights)
 
-    def on_generation(self, record: "Generation", total: int) -> None:
-        """Called after each generation of a search; total: of generations."""
+    def on_generation(self, record: "Generation", total: int, best: Sequence[BestValue] = ()) -> None:
+        """Called after each generation of a search; total: of generations; best: of each objective, where they have names."""
 
     def on_answer(self, folder: "Path", flights_made: int | None) -> None:
         """Called when the documents of a run are in its folder.

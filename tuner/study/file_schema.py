@@ -80,7 +80,7 @@ def _choices() -> dict[str, dict[str, Schema]]:
     search = {"algorithm": _closed((AUTOMATIC, *ALGORITHMS)), "stop": _closed((GENERATIONS, CONVERGED))}
     return {
         "AirframeTable": {"name": _closed(airframes.names())},
-        "ChannelTable": {"law": law},
+        "StudyChannelTable": {"law": law},
         "ClaimTable": {"than": {"anyOf": [{"type": "string"}, TEXTS]}, "in": {"anyOf": [{"type": "string"}, TEXTS]}},
         "ConstraintTable": judged,
         "ControllerTable": {"attitude": law, "position": law, "attitude_rate": rate, "position_rate": rate},

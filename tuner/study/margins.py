@@ -188,8 +188,12 @@ class MarginAnalysis:
         values = self._worst(range(len(self.states)), gains)
         near = np.flatnonzero(np.any(np.abs(self._excess(values)) < INEXACT, axis=1)) if self._exact else []
         if len(near):
-            values[near] = worst_value(self._requirements, self.by_state(gains[near]))
+            values[near] = self.exact(gains[near])
         return values
+
+    def exact(self, gains: Array) -> Array:
+        """Return the exact worst values (n, requirements) over all steady states."""
+        return worst_value(self._requirements, self.by_state(gains))
 
     def by_state(self, gains: Array) -> Array:
         """Return the values (states, n, requirements); of a requirement at hover alone the best value there is elsewhere."""

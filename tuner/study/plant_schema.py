@@ -9,7 +9,7 @@ from pydantic import Field, Tag, model_serializer
 
 from objectives.fmu.system import PATIENCE
 from objectives.risk import RELEVANT
-from tuner.gains.channels import ChannelTable
+from tuner.gains.channels import StudyChannelTable
 from tuner.study import schema
 from tuner.study.size import MOST_FLIGHTS
 from tuner.text.strict_table import StrictTable
@@ -143,7 +143,7 @@ class PlantScenarioTable(StrictTable):
     settling: float = 0.02
     """Band of the settling time, as a share of the step."""
     band: dict[str, float] = Field(default={})
-    """Band of each channel that makes no step, in the unit of its output; by default a hundredth of its limit."""
+    """Band of each channel that makes no step, in the unit of its output; by default a hundredth of its lost_beyond."""
     recovery_from: float = 0.0
     """Time from which recovery is counted [s]."""
     steady_share: float = 0.2
@@ -164,7 +164,7 @@ class PlantStudyTable(StrictTable):
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     """Root of every random number."""
     plant: PlantTable
-    channel: Annotated[list[ChannelTable], Field(min_length=1)]
+    channel: Annotated[list[StudyChannelTable], Field(min_length=1)]
     scenario: Annotated[list[PlantScenarioTable], Field(min_length=1)]
     objective: Annotated[list[schema.ObjectiveTable], Field(min_length=1)]
     gains: dict[str, NumberOrTable]

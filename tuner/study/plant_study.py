@@ -367,6 +367,7 @@ def _scenario(table: PlantScenarioTable, system: PlantSystem) -> StudyScenario:
         table.steady_share,
     )
     spec.check(system.loop)
+    spec.check_jumps(system.loop, system.timing)
     check_multiple(spec.duration, system.timing.control_period, "duration", "plant.control_period")
     return StudyScenario(spec, table.search, table.held_out)
 
@@ -386,8 +387,9 @@ def check_bounds(system: FlownSystem, metrics: list[Any]) -> None:
         for axis in metric.axes:
             if not isfinite(bounds.error(axis)):
                 raise InputError(
-                    f"'{metric}' judges {axis}, which has no limit; write limit = ..., the |error| at which a flight has failed",
-                    key=f"channel.{axis}.limit",
+                    f"'{metric}' judges {axis}, which has no lost_beyond; write lost_beyond = ..., the |error| from which on "
+                    "a flight has failed",
+                    key=f"channel.{axis}.lost_beyond",
                 )
         if metric.metric.name in ("travel", "effort", "command_peak", "noise") and not isfinite(bounds.travel):
             raise InputError(

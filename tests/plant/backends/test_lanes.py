@@ -9,7 +9,7 @@ import pytest
 
 from plant.backends import array
 from plant.backends.flyer import Flyer, Recording, result_parts, to_lanes
-from plant.backends.lanes import LANES, layout, result_rows
+from plant.backends.lane_layout import LANES, layout, result_rows
 from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.quadrotor.closed_loop import Limits

@@ -52,6 +52,18 @@ def test_help_does_not_import_the_heavy_libraries():
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.parametrize("what", [[], ["targets"], ["firmwares"]])
+def test_a_listing_imports_no_compiler(what):
+    """Numba takes 0.4 s of processor time to import, and lists compile nothing."""
+    code = (
+        "import sys\nfrom typer.testing import CliRunner\nfrom tuner.cli.main import app\n"
+        f"assert CliRunner().invoke(app, ['list', *{what}]).exit_code == 0\n"
+        "print([m for m in ('numba', 'casadi', 'scipy', 'pandas') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 PLAIN_RUN = """
 import sys
 from tuner.cli import main

@@ -76,7 +76,7 @@ law = "pid"
 output = "turned"
 rate_output = "turning"
 to = "volt"
-limit = 10.0
+lost_beyond = 10.0
 
 [gains]
 "wheel.kp" = { low = 1.0, high = 60.0, default = 10.0 }

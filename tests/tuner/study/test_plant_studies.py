@@ -124,7 +124,7 @@ def test_bad_numbers_are_told_with_their_key(name):
 @pytest.mark.parametrize(
     ("key", "said"),
     [
-        ("channel.0.limitt", "did you mean 'limit'"),
+        ("channel.0.lost_beyondd", "did you mean 'lost_beyond'"),
         ("plant.control_periode", "did you mean 'control_period'"),
         ("chanel", "did you mean 'channel'"),
         ("channel.0.rate", "did you mean 'rate_output'"),

@@ -1,6 +1,7 @@
 """Old names of keys: read as the new ones with one warning, refused beside them, silent in the record of a run."""
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +13,9 @@ from tests.tuner.experiments.contest.contest_text import write as write_named
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study import load_study
+from tuner.study.files import SHIPPED
 from tuner.study.kinds import load_any
-from tuner.study.renamed import GONE, RENAMED
+from tuner.study.renamed import GONE, NAMES
 from tuner.text.errors import RenamedKeyWarning
 
 MARGINS = """
@@ -51,7 +53,7 @@ def test_old_names_are_the_same_study_and_are_named_in_one_warning(tmp_path):
 
 def test_the_page_on_what_may_change_says_when_they_go():
     page = (Path(__file__).parents[3] / "docs" / "stability.md").read_text(encoding="utf-8")
-    assert f"{GONE} does not read them" in page and all(f"`{name}`" in page for name in (*RENAMED, *RENAMED.values()))
+    assert f"{GONE} does not read them" in page and all(f"`{name}`" in page for name in (*NAMES, *NAMES.values()))
 
 
 def test_recorded_values_keep_the_names_of_the_first_recorded_runs(tmp_path):
@@ -92,6 +94,20 @@ def test_old_names_are_read_in_a_contest(tmp_path):
     with pytest.warns(RenamedKeyWarning, match="most: write max"):
         old = load_any(write_named(tmp_path, CONTEST.replace("\nmax = ", "\nmost = "), "old.toml"))
     assert old.digest() == new.digest()
+
+
+def test_the_error_that_loses_a_flight_was_called_limit(tmp_path):
+    shipped = SHIPPED / "dc_motor.toml"
+    shutil.copy(shipped.with_name("dc_motor.py"), tmp_path)
+    text = shipped.read_text(encoding="utf-8")
+    file = write_named(tmp_path, text.replace("lost_beyond = 10.0", "limit = 10.0"), "old.toml")
+    with pytest.warns(RenamedKeyWarning, match=r"channel\[0\].limit: write lost_beyond; version 0.3"):
+        old = load_any(file)
+    new = load_any(write_named(tmp_path, text, "new.toml"))
+    assert old.system.plan.channels[0].limit == 10.0
+    assert old.digest() == new.digest() and new.resolved()["channel"][0]["limit"] == 10.0
+    with pytest.warns(RenamedKeyWarning, match="channel.0.limit: write lost_beyond"):
+        assert load_any(shipped, {"channel.0.limit": 9.0}).system.plan.channels[0].limit == 9.0
 
 
 def test_both_names_are_refused(tmp_path):

@@ -159,8 +159,11 @@ def trim_text(row: TrimRow) -> str:
 def default_table(rows: list[DefaultRow]) -> TerminalTable:
     """Return the default's margins and other known limits, loops across."""
     loops = list(dict.fromkeys(row.loop for row in rows if row.loop is not None))
-    where = ", each loop in its worst steady state" if any(row.state for row in rows) else ""
-    table = TerminalTable(f"The default gains, before any flight{where}", keys=1)
+    if any(row.state for row in rows):
+        title = "The default gains, before any flight, each loop in its worst steady state"
+    else:
+        title = f"The default gains{' at hover' if loops else ''}, before any flight"
+    table = TerminalTable(title, keys=1)
     table.add_column("", overflow="fold")
     for name in ("limit", *loops, *([] if all(row.loop for row in rows) else ["all"])):
         table.add_column(name, justify="right", no_wrap=True)

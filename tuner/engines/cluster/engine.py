@@ -18,7 +18,7 @@ from distributed import Client, Future
 
 from objectives.engine import LANES, Engine, OnFlightsDone
 from objectives.flown_system import FlightBatch
-from plant.backends import lanes
+from plant.backends import lane_layout
 from tuner.engines.cluster.brief import brief_of
 from tuner.engines.cluster.watch import LOOK, PATIENCE, Watch
 from tuner.engines.cluster.worker import BriefPlugin, fly_block, is_compiled
@@ -102,7 +102,7 @@ class DaskEngine(Engine):
     def __init__(self, client: Client, system: Any, root: int, block: int = BLOCK, patience: float = PATIENCE) -> None:
         self._client, self._system, self._root, self._block = client, system, root, block
         self._watch = Watch(client, patience)
-        rows = lanes.result_rows(system.loop)
+        rows = lane_layout.result_rows(system.loop)
         self._rows = rows.stop - rows.start
         self._sent: dict[FlightBatch, str] = {}
 
@@ -163,7 +163,7 @@ class DaskEngine(Engine):
         """Split a part into blocks: of BLOCK flights, or fewer where every thread is to get its share."""
         shares = SHARES * self._watch.threads
         # Few candidates with many flights are split by flights too, into whole blocks of lanes; a worker draws those alone.
-        ranges = split(flights, min(shares // max(len(gains), 1), flights // lanes.LANES), lanes.LANES)
+        ranges = split(flights, min(shares // max(len(gains), 1), flights // lane_layout.LANES), lane_layout.LANES)
         fair = -(-len(gains) * len(ranges) // shares)
         each = max(min(self._block // ranges[0].stop, fair), 1)
         blocks = [

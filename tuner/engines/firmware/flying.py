@@ -10,7 +10,7 @@ from objectives.flown_system import FlightBatch
 from objectives.system import System
 from plant.backends.flyer import FlightInputs
 from plant.backends.instants import Stepper
-from plant.backends.lanes import LANES
+from plant.backends.lane_layout import LANES
 from plant.backends.stepping import lane_of
 from plant.errors import InputError
 from plant.quadrotor.airframes.actuation import Actuation, actuation

@@ -6,7 +6,7 @@ The fixed parts are those of runs of the quickstart, measured on two shared x86 
 from objectives.engine import keeps
 from objectives.problem import chunk_size
 from objectives.tails.planning import choose_method
-from plant.backends.lanes import LANES
+from plant.backends.lane_layout import LANES
 from tuner.documents.plan import PlannedSeconds, PlannedTail
 from tuner.experiments.planning.counts import (
     CONFIRMED,

@@ -10,7 +10,7 @@ import numpy as np
 from objectives.flown_system import FlightBatch
 from objectives.problem import Problem
 from objectives.requirements import known_values
-from plant.backends.lanes import LANES
+from plant.backends.lane_layout import LANES
 from plant.seeds import generator
 from tuner.analysis.plant_step import estimated_plant_step
 from tuner.documents.parts import PlantStep

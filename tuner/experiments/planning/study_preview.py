@@ -1,6 +1,6 @@
 """A study that searches gains before anything flies: what it asks for, trims, the default's margins, limits out of reach."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import degrees, isfinite, radians
 from typing import Any, Literal
 
@@ -16,13 +16,20 @@ from tuner.documents.obstacles import UnmetConstraint
 from tuner.documents.parts import NumberWithUnit, PlantStep
 from tuner.documents.plan import AutomaticLimit
 from tuner.experiments.planning.counts import search_flights
+from tuner.experiments.planning.default_stability import (
+    UnstableLoop,
+    instability_texts,
+    unstable_loops_at_hover,
+    unstable_loops_of_plant,
+)
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
-from tuner.experiments.tuning.diagnosis import Diagnosis, obstacle_texts
+from tuner.experiments.tuning.diagnosis import Diagnosis, unreached_texts
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.experiments.tuning.problem import problem_of
 from tuner.search.initial_design import latin_hypercube
 from tuner.store.document import DocumentPart, Sense
 from tuner.study.fitted import fitted_texts
+from tuner.study.margins import INEXACT
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
 from tuner.study.trim import MeanWindTrim, mean_wind_trim
@@ -82,7 +89,7 @@ class DefaultRow(DocumentPart):
 
 
 class UnreachedLimit(UnmetConstraint):
-    """A limit that neither the default nor a draw keeps; certain: no searched gain brings it nearer."""
+    """A limit that neither the default nor a draw keeps; certain: no searched gain brings it nearer, so that no search can."""
 
     certain: bool
 
@@ -122,6 +129,7 @@ class StudyPreview(PreviewPart):
     plant_step: PlantStep
     trim: list[TrimRow] = []
     default: list[DefaultRow] = []
+    unstable: list[UnstableLoop] = []
     out_of_reach: list[UnreachedLimit] = []
     problems: list[str] = []
     warnings: list[str]
@@ -129,10 +137,13 @@ class StudyPreview(PreviewPart):
 
     @property
     def is_hopeless(self) -> bool:
-        """Whether a hard limit or mean wind is infeasible: no point examined keeps it, or the vehicle cannot hold."""
+        """Whether it asks for what no search brings nearer.
+
+        That is a hard limit that no searched gain moves, a mean wind that the vehicle cannot hold, a b0 of the wrong sign.
+        """
         soft = {row.label for row in self.default if not row.hard}
-        lost = any(row.label not in soft for row in self.out_of_reach)
-        return lost or any(not row.held for row in self.trim)
+        lost = any(row.certain and row.label not in soft for row in self.out_of_reach)
+        return lost or any(not row.held for row in self.trim) or any(loop.other_sign for loop in self.unstable)
 
 
 def vehicle_row(name: str, vehicle: Vehicle) -> VehicleRow:
@@ -168,9 +179,9 @@ def _trim_row(scenario: str, trim: MeanWindTrim) -> TrimRow:
 
 
 def default_rows(study: Study, diagnosis: Diagnosis) -> list[DefaultRow]:
-    """Return the default's values and verdicts for limits without flights; loop by loop."""
+    """Return the default's exact values and verdicts for limits without flights; loop by loop."""
     row = study.default_row
-    rows = zip(diagnosis.probes, diagnosis.values(row[None])[0].tolist(), diagnosis.worst_states(row), strict=True)
+    rows = zip(diagnosis.probes, diagnosis.exact(row[None])[0].tolist(), diagnosis.worst_states(row), strict=True)
     return [_default_row(probe.requirement, probe.loop, value, state) for probe, value, state in rows]
 
 
@@ -188,22 +199,32 @@ def _default_row(limit: Requirement, loop: str | None, value: float, state: str 
     return row.model_copy(update=limit.units() | ({} if state is None else {"state": state}))
 
 
-def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[UnmetConstraint]:
-    """Return limits that neither default nor sampled candidates satisfy, with causes."""
-    if not study.requirements:
+def beyond_reach(study: Study, diagnosis: Diagnosis, broken: Collection[str]) -> list[UnreachedLimit]:
+    """Return the broken limits that none of `DRAWS` draws keeps, with causes.
+
+    broken: labels of those that the default breaks. diagnosis: of the values in which draws are compared.
+    """
+    if not broken:
         return []
     searched = len(study.space.variables)
     drawn = latin_hypercube(DRAWS, searched, generator(study.seed, "check/reach", 0)) if searched else np.empty((0, 0))
     points = np.concatenate([study.space.point(study.default_row)[None].reshape(1, searched), drawn])
-    names = ["default", *[f"draw {i + 1}" for i in range(len(drawn))]]
+    names = ["the default", *[f"draw {i + 1}" for i in range(len(drawn))]]
     values = diagnosis.values(study.space.gains(points))
-    met = np.stack([probe.broken(values[:, i]) <= 0.0 for i, probe in enumerate(diagnosis.probes)], axis=1)
-    labels = []
-    for requirement in study.requirements:
-        mine = [i for i, probe in enumerate(diagnosis.probes) if probe.requirement.label == requirement.label]
-        if not met[:, mine].all(axis=1).any():
-            labels.append(requirement.label)
-    return diagnosis.obstacles(points, names, labels)
+    # A search reads margins beside position loops that wait coarsely, to this share of a limit.
+    slack = INEXACT if study.system.cascade.position_every > 1 else 0.0
+    met = np.stack([probe.broken(values[:, i]) <= slack for i, probe in enumerate(diagnosis.probes)], axis=1)
+    labels = [probe.requirement.label for probe in diagnosis.probes]
+    unreached = [
+        label
+        for label in dict.fromkeys(labels)
+        if label in broken and not met[:, [i for i, other in enumerate(labels) if other == label]].all(axis=1).any()
+    ]
+    # No search can help where nothing that is searched moves it.
+    return [
+        UnreachedLimit.model_validate({**entry.content(), "certain": not entry.moved_by}, strict=False)
+        for entry in diagnosis.obstacles(points, names, unreached)
+    ]
 
 
 def plant_step_row(study: Study) -> PlantStep:
@@ -215,36 +236,56 @@ def plant_step_row(study: Study) -> PlantStep:
 
 
 def study_preview(described: Study) -> StudyPreview:
-    """Return a quadrotor study's preview, computed without flying."""
-    diagnosis = Diagnosis(described)
-    beyond = beyond_reach(described, diagnosis)
+    """Return a quadrotor study's preview, computed without flying.
+
+    Draws are compared at hover alone; so is the default where its margins would take 0.4 s in each trim.
+    """
+    at_hover = Diagnosis(described, at_hover=True)
+    default = default_rows(described, at_hover if _is_slow_in_trims(described) else Diagnosis(described))
+    beyond = beyond_reach(described, at_hover, {row.label for row in default if not row.is_satisfied})
     trims = trim_rows(described)
+    unstable = unstable_loops_at_hover(described) if any(_is_unstable(row) for row in default) else []
+    certain = [row for row in beyond if row.certain]
+    drawn = [row for row in beyond if not row.certain]
     return _preview(
         described,
         plant_step_row(described),
         fitted_texts(described.system),
+        [*instability_texts(unstable, "loop"), *unreached_texts(drawn)],
         kind="study",
         requirements=[requirement.label for requirement in described.requirements],
         stop=described.search.stop,
         vehicle=vehicle_row(described.airframe.name, described.system.vehicle),
         trim=trims,
-        default=default_rows(described, diagnosis),
-        # No search can help where nothing that is searched moves it.
-        out_of_reach=[
-            UnreachedLimit.model_validate({**entry.content(), "certain": not entry.moved_by}, strict=False)
-            for entry in beyond
-        ],
-        problems=[*trim_problems(trims), *obstacle_texts(beyond)],
+        default=default,
+        unstable=unstable,
+        out_of_reach=beyond,
+        problems=[*trim_problems(trims), *unreached_texts(certain)],
     )
+
+
+def _is_slow_in_trims(study: Study) -> bool:
+    """Return True if margins in trims take long: of position loops that wait, or of a spread of vehicles."""
+    return study.system.cascade.position_every > 1 or any(entry.spread for entry in study.loop_requirements())
+
+
+def _is_unstable(row: DefaultRow) -> bool:
+    """Return True if a margin is that of an unstable loop."""
+    return row.loop is not None and (row.value is None if row.sense == "max" else row.value == 0.0)
 
 
 def plant_preview(study: PlantStudy) -> StudyPreview:
     """Return a plant study's preview, with the default's values without flights."""
     values = known_values(study.screens, study.default_row[None], complete=True)[0].tolist() if study.screens else []
+    unstable = unstable_loops_of_plant(study)
+    wrong = [loop for loop in unstable if loop.other_sign]
     return _preview(
         study,
         plant_step_of(study, study.default_row[None]),
+        warned=instability_texts([loop for loop in unstable if not loop.other_sign], "channel"),
         kind="plant",
+        unstable=unstable,
+        problems=instability_texts(wrong, "channel"),
         plant=study.system.plant.title,
         channels={channel.name: channel.law.name for channel in study.system.plan.channels},
         requirements={
@@ -258,9 +299,13 @@ def plant_preview(study: PlantStudy) -> StudyPreview:
 
 
 def _preview(
-    study: Study | PlantStudy, plant_step: PlantStep, fitted: Sequence[str] = (), **of_its_kind: Any
+    study: Study | PlantStudy,
+    plant_step: PlantStep,
+    fitted: Sequence[str] = (),
+    warned: Sequence[str] = (),
+    **of_its_kind: Any,
 ) -> StudyPreview:
-    """Return the preview of a study, with what only its kind has."""
+    """Return the preview of a study, with what only its kind has; fitted, warned: sentences of its notes and warnings."""
     searched = [study.search.text, *study.start_texts] if study.space.variables else []
     return StudyPreview(
         title=study.title,
@@ -271,7 +316,7 @@ def _preview(
         search_flights=search_flights(study),
         digest=study.digest(),
         plant_step=plant_step,
-        warnings=[*warnings_before_run(study), *plant_step_warnings(plant_step, study.plant_step_key)],
+        warnings=[*warned, *warnings_before_run(study), *plant_step_warnings(plant_step, study.plant_step_key)],
         told=[*searched, *fitted, *automatic_limit_texts(study.automatic_limits)],
         **of_its_kind,
     )

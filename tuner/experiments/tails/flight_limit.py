@@ -7,7 +7,7 @@ import numpy as np
 from objectives.flown_system import FlownSystem, OnFlightsDone, Scenario
 from objectives.problem import chunk_size
 from plant.backends.flyer import FlightInputs
-from plant.backends.lanes import LANES
+from plant.backends.lane_layout import LANES
 from plant.normals import NormalSpace
 from plant.threads import available_threads
 from tuner.experiments.tails.events import Event

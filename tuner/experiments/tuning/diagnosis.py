@@ -4,7 +4,7 @@ A margin is asked of several loops at once; here each loop answers for itself. N
 asked again of the best candidates and of points about them; of flights, only those of the search are used.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite, sqrt
@@ -25,6 +25,7 @@ from tuner.experiments.tuning.conflicts import number_text
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.study.margins import MarginAnalysis
 from tuner.study.study import SearchedStudy, Study
+from tuner.study.trim import hover_of
 from tuner.text.sentences import BOUNDS
 
 Array = np.ndarray
@@ -81,15 +82,17 @@ class Probe:
 
 
 class Diagnosis:
-    """The requirements of a study, asked loop by loop. probes: what `values` are of."""
+    """The requirements of a study, asked loop by loop. probes: what `values` are of; at_hover: in hover alone, whatever trims."""
 
-    def __init__(self, study: Study) -> None:
+    def __init__(self, study: Study, at_hover: bool = False) -> None:
         self._study = study
         self._addresses = study.system.gains
         self._others, self._loops = _split(study)
         specs = tuple(entry.spec for entry in study.scenarios)
         required = tuple(entry for _, entry in self._loops)
-        self._margins = MarginAnalysis(required, study.system, specs, study.path)
+        states = hover_of(specs, study.system.timing) if at_hover else None
+        self._margins = MarginAnalysis(required, study.system, specs, study.path, states)
+        self._read = self._margins.at_hover if at_hover else self._margins.values
         self.probes = (
             *[Probe(requirement, None) for _, _, requirement in self._others],
             *[Probe(requirement, entry.axes[0]) for requirement, entry in self._loops],
@@ -97,9 +100,16 @@ class Diagnosis:
 
     def values(self, gains: Array) -> Array:
         """Return the values (n, probes) of gains rows (n, gains)."""
+        return self._values(gains, self._read)
+
+    def exact(self, gains: Array) -> Array:
+        """Return the exact values (n, probes) of gains rows (n, gains)."""
+        return self._values(gains, self._margins.exact)
+
+    def _values(self, gains: Array, margins: Callable[[Array], Array]) -> Array:
         by_screen = {id(screen): screen.analyse(gains) for screen, _, _ in self._others}
         others = [by_screen[id(screen)][:, i] for screen, i, _ in self._others]
-        loops = self._margins.values(gains) if self._loops else np.empty((len(gains), 0))
+        loops = margins(gains) if self._loops else np.empty((len(gains), 0))
         return np.concatenate([np.reshape(others, (len(others), len(gains))).T, loops], axis=1)
 
     def worst_states(self, row: Array) -> list[str | None]:
@@ -272,16 +282,36 @@ def _correlated(study: SearchedStudy, points: Array, values: Array) -> list[str]
 
 def obstacle_texts(obstacles: Sequence[UnmetConstraint]) -> list[str]:
     """Return obstacles in sentences."""
-    return [_obstacle_text(entry) for entry in obstacles]
+    return [_obstacle_text(entry, _reached_text(entry)) for entry in obstacles]
 
 
-def _obstacle_text(rows: UnmetConstraint) -> str:
-    where = "" if rows.loop is None else f" in the {rows.loop} loop"
+def unreached_texts(obstacles: Sequence[UnmetConstraint]) -> list[str]:
+    """Return limits that no draw keeps in sentences."""
+    return [_obstacle_text(entry, _unreached_text(entry)) for entry in obstacles]
+
+
+def _of_loop(rows: UnmetConstraint) -> str:
+    return "" if rows.loop is None else f" in the {rows.loop} loop"
+
+
+def _reached_text(rows: UnmetConstraint) -> str:
     looked = "the candidate" if rows.tried == 1 else f"{rows.tried} candidates"
-    words = [
-        f"{rows.label}{where} reaches {_shown(rows.reached, rows)} at best ({rows.point}, of {looked} looked at); "
+    return (
+        f"{rows.label}{_of_loop(rows)} reaches {_shown(rows.reached, rows)} at best ({rows.point}, of {looked} looked at); "
         f"{BOUNDS[rows.sense]} {_shown(rows.limit, rows)} is asked."
-    ]
+    )
+
+
+def _unreached_text(rows: UnmetConstraint) -> str:
+    draws = "with the gains of the study" if rows.tried == 1 else f"in {rows.tried} draws"
+    return (
+        f"{rows.label} {BOUNDS[rows.sense]} {_shown(rows.limit, rows)} is not reached{_of_loop(rows)} {draws}: "
+        f"{_shown(rows.reached, rows)} at best ({rows.point})."
+    )
+
+
+def _obstacle_text(rows: UnmetConstraint, head: str) -> str:
+    words = [head]
     if rows.automatic:
         moves = "" if rows.automatic == OFF_KEY else f"{rows.automatic} moves it, "
         off = rows.label.split("(", 1)[1].rsplit(")", 1)[0]

@@ -30,6 +30,7 @@ from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import FlightOutcome
 from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
 from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
+from tuner.experiments.tuning.stages import stage_flights
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, spectrum_table
 from tuner.search.convergence import StoppingRule
@@ -115,6 +116,7 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
         with self.given_up_on_error():
             if self.store.generations < self.study.search.generations:
                 Thread(target=self.prepare_end, daemon=True).start()
+            self.watcher.on_plan(stage_flights(self.study))
             algorithm, warnings = self.algorithm()
             generations = search(
                 self.problem, self.study, self.folder, self.watcher, algorithm, self.budget, self.clock

@@ -18,10 +18,10 @@ from tuner.experiments.tuning.starts import earlier_points, starting_points, sur
 from tuner.experiments.tuning.tables import generation_table, history_table
 from tuner.search.convergence import StoppingRule
 from tuner.search.initial_design import initial_design
-from tuner.search.loop import Generation, Review, Search, archive, search_generations
+from tuner.search.loop import Archive, Generation, Review, Search, archive, search_generations
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
-from tuner.search.watcher import SEARCHING, Watcher
+from tuner.search.watcher import SEARCHING, BestValue, Watcher
 from tuner.store.clock import Clock, ElapsedTimes, recorded
 from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
@@ -119,12 +119,22 @@ def search(
             for entry in written
         }
         folder.write_tables({**tables, "history.csv": history_table(generations)})
-        watcher.on_generation(record, budget.generations)
+        watcher.on_generation(record, budget.generations, best_values(study, archive(generations)))
     if len(generations) < budget.generations:
         watcher.on_message(
             f"The search has converged after {len(generations)} of at most {budget.generations} generations."
         )
     return generations
+
+
+def best_values(study: SearchedStudy, tried: Archive) -> list[BestValue]:
+    """Return the smallest feasible value of each objective beside the default's."""
+    feasible = tried.flown & np.all(tried.violations <= 0.0, axis=1)
+    best = tried.values[feasible].min(axis=0).tolist() if feasible.any() else [None] * len(study.objectives)
+    return [
+        BestValue(entry.label, entry.metric.unit, best[i], float(tried.values[0, i]), bool(feasible[0]))
+        for i, entry in enumerate(study.objectives)
+    ]
 
 
 def study_generations(

@@ -9,7 +9,7 @@ import pytest
 from plant.backends.cuda_flights import by_scenario, launcher
 from plant.backends.cuda_precision import CudaRebinder
 from plant.backends.flyer import to_lanes
-from plant.backends.lanes import LANES
+from plant.backends.lane_layout import LANES
 from plant.primitives import __all__ as primitives
 from plant.quadrotor.closed_loop import LARGEST_STATE
 from tests.plant.backends.gpu.flights import PAIRS

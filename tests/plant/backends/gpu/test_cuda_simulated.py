@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from plant.backends.flyer import result_parts
-from plant.backends.lanes import LANES, result_rows
+from plant.backends.lane_layout import LANES, result_rows
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.records import flatten, pack
 from plant.status import Status

@@ -3,7 +3,7 @@
 import json
 import re
 import shutil
-from math import atan, cos, degrees, hypot, pi, radians, sin, sqrt, tan
+from math import atan, cos, degrees, exp, hypot, log, pi, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
@@ -18,9 +18,12 @@ from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.contest.contest_text import write as write_contest
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
+from tuner.experiments.planning import study_preview
 from tuner.gains import to_document
 from tuner.study import load_study
-from tuner.text.errors import BROKEN, USER_ERROR
+from tuner.study.files import SHIPPED
+from tuner.study.margins import MarginAnalysis
+from tuner.text.errors import USER_ERROR
 
 MARGINS = '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nmin = {}\n\n[[margin]]\nquantity = "gain_margin"\nmin = 1\n'
 HUMMINGBIRD = load("hummingbird")
@@ -169,7 +172,8 @@ def test_a_limit_that_nothing_searched_moves_is_hopeless_before_any_flight(check
     assert fixed_gains["yaw.lambda"] == 100.0 and all(name.startswith("yaw.") for name in fixed_gains)
     assert found["design"]["value"] > radians(20.0)
     _, out = answer(path)
-    assert "in the yaw loop reaches" in out and "`tuner design` reaches" in out
+    assert "Problem: phase_margin(attitude) at least 20 deg is not reached in the yaw loop in 129 draws: " in out
+    assert "`tuner design` reaches" in out
 
 
 def test_the_fixed_gains_that_decide_a_loop_are_named_and_no_searched_one_that_can_only_upset_it(
@@ -189,14 +193,124 @@ def test_the_fixed_gains_that_decide_a_loop_are_named_and_no_searched_one_that_c
     assert found["reached"] > radians(20.0) and found["moved_by"] == []
     assert {"yaw.k1", "yaw.lambda"} <= {entry["gain"] for entry in found["fixed"]}
     _, out = answer(path)
-    problem = out[out.index(f"Problem: {margin}") :].replace("\n", " ")
+    problem = out[out.index(f"Problem: {margin} at least 35 deg is not reached") :].replace("\n", " ")
     assert "fixed by the study and decide this loop: write " in problem and '"yaw.k1" = {}' in problem
 
 
-def test_a_limit_that_no_draw_keeps_is_hopeless_although_gains_move_it(checked, tmp_path):
-    code, figures, _ = checked(write(tmp_path, STUDY + MARGINS.format(89).replace("attitude", "roll")))
+def test_a_limit_that_no_draw_keeps_although_gains_move_it_is_a_warning_that_claims_no_more(checked, tmp_path):
+    """129 draws are no proof: studies whose limit none of them kept had 81 % of a search's candidates within it."""
+    text = QUICKSTART.read_text(encoding="utf-8")
+    assert "min = 35 " in text
+    path = tmp_path / "steep.toml"
+    path.write_text(text.replace("min = 35 ", "min = 89 ", 1), encoding="utf-8")
+    code, figures, _ = checked(path)
     assert figures["out_of_reach"] and not any(entry["certain"] for entry in figures["out_of_reach"])
-    assert figures["problems"] and code == 1
+    assert (code, figures["problems"]) == (0, [])
+    begin = "phase_margin at least 89 deg is not reached in the yaw loop in 129 draws: "
+    assert any(text.startswith(begin) for text in figures["warnings"])
+
+
+def test_a_limit_that_searched_gains_hardly_move_is_hopeless(checked, tmp_path):
+    code, figures, _ = checked(write(tmp_path, STUDY + MARGINS.format(89).replace("attitude", "roll")))
+    assert code == 1 and figures["problems"] and figures["out_of_reach"][0]["certain"]
+
+
+def test_a_limit_that_the_default_keeps_is_in_reach_without_a_draw(monkeypatch, tmp_path):
+    study = load_study(write(tmp_path, STUDY + MARGINS.format(1)))
+
+    def no_draw(*_):
+        raise AssertionError("a limit that the default keeps needs no draw")
+
+    monkeypatch.setattr(study_preview, "latin_hypercube", no_draw)
+    assert study_preview.study_preview(study).out_of_reach == []
+
+
+def test_a_draw_that_keeps_what_the_default_breaks_takes_no_margins_in_trims(monkeypatch, checked):
+    """Draws are compared at hover: 129 candidates in four trims took 15 s of processor time for PX4's loops."""
+    rows = []
+    of_trim = MarginAnalysis.values
+    monkeypatch.setattr(MarginAnalysis, "values", lambda self, gains: rows.append(len(gains)) or of_trim(self, gains))
+    code, figures, _ = checked(QUICKSTART)
+    broken = {row["label"] for row in figures["default"] if not row["kept"]}
+    assert code == 0 and "phase_margin" in broken and figures["out_of_reach"] == []
+    assert max(rows, default=0) <= 1
+
+
+@pytest.mark.parametrize("name", ["px4", "payload_and_battery"])
+def test_the_default_is_read_at_hover_where_its_margins_in_trims_take_long(name, checked, answer):
+    code, figures, _ = checked(SHIPPED / f"{name}.toml")
+    assert code == 0 and figures["default"] and all("state" not in row for row in figures["default"])
+    assert "The default gains at hover, before any flight" in answer(SHIPPED / f"{name}.toml")[1]
+
+
+PLANT = """
+title = "A plant with a pole at 3 1/s"
+seed = 1
+
+[plant]
+transfer_function = {{ numerator = [{gain}], denominator = [1.0, -3.0] }}
+control_period = 0.01
+
+[[channel]]
+name = "y"
+law = "pid"
+output = "y"
+to = "u"
+b0 = {b0}
+lost_beyond = 100.0
+
+[[actuator]]
+name = "u"
+low = -1000.0
+high = 1000.0
+
+[gains]
+"y.kp" = {{ low = 0.5, high = 20.0, default = {kp} }}
+"y.ki" = 0.0
+"y.kd" = 0.0
+"y.t_f" = 0.01
+
+[[scenario]]
+name = "step"
+duration = 1.0
+reference.y = {{ kind = "step", size = 1.0 }}
+
+[[objective]]
+metric = "itae.y"
+"""
+
+
+@pytest.mark.parametrize(("gain", "b0", "kp", "stable"), [(1, 1, 9, -1), (1, -1, 9, 1), (1, 1, 2, 0), (-1, 1, 9, 1)])
+def test_an_unstable_default_of_a_plant_has_its_pole_and_the_other_sign_of_b0(
+    gain, b0, kp, stable, checked, answer, tmp_path
+):
+    """y' = 3 y + g u, sampled each h with u = -k y, k = kp/b0: the pole is z = e^(3h) - g k (e^(3h) - 1)/3."""
+    path = tmp_path / "own.toml"
+    path.write_text(PLANT.format(gain=float(gain), b0=float(b0), kp=float(kp)), encoding="utf-8")
+    code, figures, _ = checked(path)
+    grown = exp(3.0 * 0.01)
+    pole = log(grown - gain * kp / b0 * (grown - 1.0) / 3.0) / 0.01
+    if stable == -1:
+        assert pole < 0.0 and (code, figures["unstable"]) == (0, [])
+        return
+    (loop,) = figures["unstable"]
+    assert loop["channels"] == ["y"] and loop["growth"] == pytest.approx(pole, rel=1e-6) and loop["frequency"] == 0.0
+    _, out = answer(path)
+    out = re.sub(r"\s+", " ", out)
+    assert f"The default is not stable in channel y: a pole at {pole:.3g} 1/s" in out
+    if stable:
+        assert code == 1 and loop["other_sign"] == {"channel": "y", "b0": -b0}
+        assert f"With b0 = {-b0} in channel y it is stable." in out and "Problem: The default" in out
+    else:
+        assert code == 0 and "other_sign" not in loop and "is not stable either" in out
+
+
+def test_an_unstable_default_of_a_quadrotor_is_named_at_hover(checked, tmp_path):
+    fixed = changed('"roll.k1" = 20.0', '"roll.k1" = 20.0\n"yaw.lambda" = 100.0\n"yaw.omega_o" = 60.0')
+    _, figures, _ = checked(write(tmp_path, fixed + MARGINS.format(20)))
+    assert all(loop["growth"] > 0.0 for loop in figures["unstable"])
+    unstable = {row["loop"] for row in figures["default"] if row["label"].startswith("phase") and row["value"] == 0.0}
+    assert {channel for loop in figures["unstable"] for channel in loop["channels"]} <= unstable
 
 
 def test_a_limit_that_a_draw_keeps_is_no_problem(checked, tmp_path):
@@ -263,7 +377,7 @@ def test_the_shipped_quickstart_is_fine(checked):
 
 def test_check_and_plan_take_changes_of_a_study_and_of_nothing_else(monkeypatch, capsys, tmp_path):
     code, out, _ = tuner(monkeypatch, capsys, "check", QUICKSTART, "--set", "margin.0.min=89", "--json")
-    assert code == BROKEN and "at least 89 deg" in out
+    assert code == 0 and "at least 89 deg" in out
     (tmp_path / "law.py").write_text("LAW = 1\n")
     code, _, err = tuner(monkeypatch, capsys, "check", tmp_path / "law.py", "--set", "margin.0.min=89")
     assert code == USER_ERROR and "values are replaced in studies alone" in err

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import tuner.report
-from plant.backends.lanes import LANES
+from plant.backends.lane_layout import LANES
 from tests.tuner.conftest import NoDrawing
 from tests.tuner.engines.cluster.clusters import problem_with, small_study, some_batch, some_gains
 from tests.tuner.experiments.again.killing import compare, result_of

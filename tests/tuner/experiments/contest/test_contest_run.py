@@ -9,7 +9,7 @@ import pytest
 
 from objectives.problem import FlightBatch, Problem
 from objectives.risk import Risk
-from plant.backends.lanes import LANES
+from plant.backends.lane_layout import LANES
 from plant.errors import StoreError
 from plant.loop import Timing
 from plant.quadrotor.airframes import load

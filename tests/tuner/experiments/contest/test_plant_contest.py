@@ -96,7 +96,7 @@ def test_a_contender_alone_is_the_run_that_it_was_in_the_contest(contest, tmp_pa
 
 def test_other_channels_meet_the_same_motors_loads_and_noise(tmp_path):
     """A cascade beside a single loop: what is drawn has the names of what it is of."""
-    inner = 'channel = [{ name = "angle", law = "pid", output = "angle", to = "speed", limit = 10.0 },'
+    inner = 'channel = [{ name = "angle", law = "pid", output = "angle", to = "speed", lost_beyond = 10.0 },'
     inner += ' { name = "speed", law = "pid", output = "angle", to = "voltage" }]\n[contender.gains]\n'
     gains = "".join(f'"{name}.{gain}" = 0.01\n' for name in ("angle", "speed") for gain in ("kp", "ki", "kd", "t_f"))
     file = write_motor(tmp_path, f'{BASE}\n[[contender]]\nname = "one"\n\n[[contender]]\nname = "two"\n{inner}{gains}')
@@ -119,7 +119,7 @@ def test_other_channels_meet_the_same_motors_loads_and_noise(tmp_path):
         ('law = "ladrc",', 'law = "ladrcc",', "contender[1].channel[0].law: unknown law 'ladrcc'"),
         (
             "b0 = 2122.0 }",
-            "b0 = 2122.0, limit = 3.0 }",
+            "b0 = 2122.0, lost_beyond = 3.0 }",
             "'ADRC' is judged by angle (output angle, limit 3), 'PID' by angle",
         ),
         ('name = "ADRC"', 'name = "ADRC"\nscenario = []', "'scenario' is the same for all contenders"),

@@ -70,7 +70,7 @@ class Lazy:
 
 def channel(name: str, to: str, limit: float, extra: str = "") -> str:
     """Return the table of a channel under PID."""
-    return f'[[channel]]\nname = "{name}"\nlaw = "pid"\noutput = "{name}"\nto = "{to}"\nlimit = {limit}\n{extra}'
+    return f'[[channel]]\nname = "{name}"\nlaw = "pid"\noutput = "{name}"\nto = "{to}"\nlost_beyond = {limit}\n{extra}'
 
 
 def actuator(name: str, size: float, extra: str = "") -> str:

@@ -123,6 +123,6 @@ def test_nonsense_is_refused_with_its_key(tmp_path):
 
 def test_a_channel_without_a_limit_is_refused_where_it_would_have_an_automatic_one(tmp_path):
     path = motor(tmp_path)
-    path.write_text(path.read_text(encoding="utf-8").replace("limit = 10.0\n", ""), encoding="utf-8")
-    with pytest.raises(InputError, match=r"channel.angle.limit: an automatic limit judges 'rms.angle'"):
+    path.write_text(path.read_text(encoding="utf-8").replace("lost_beyond = 10.0\n", ""), encoding="utf-8")
+    with pytest.raises(InputError, match=r"channel.angle.lost_beyond: an automatic limit judges 'rms.angle'"):
         load_gains_study(path, "a test")

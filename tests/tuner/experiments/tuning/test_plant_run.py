@@ -129,7 +129,7 @@ def test_another_plant_of_the_same_name_is_refused(run, written, monkeypatch, ca
         ('law = "pid"', 'law = "pit"', "channel[0].law: unknown law 'pit'; did you mean 'pid'?"),
         ('output = "angle"', 'output = "angel"', "unknown output 'angel'; did you mean 'angle'?"),
         ('to = "voltage"', 'to = "volt"', "unknown input or channel 'volt'; did you mean 'voltage'?"),
-        ("limit = 10.0", "# no limit", "limit = ..., the |error| at which a flight has failed"),
+        ("lost_beyond = 10.0", "# none", "lost_beyond = ..., the |error| from which on a flight has failed"),
         ("delay = 0.001", "delay = 0.0015", "a delay must be a whole number of control periods"),
         ("lag = 0.001", "lag = 0.0001", "a time constant of 0.0001 s, which would grow at such steps"),
         ("plant_step = 0.0005", "plant_step = 0.0003", "this must be a multiple of plant_step"),
@@ -142,6 +142,11 @@ def test_another_plant_of_the_same_name_is_refused(run, written, monkeypatch, ca
             'reference.angle = { kind = "step", size = 1.0 }',
             'reference.angle = { kind = "coloured" }',
             "must not be random",
+        ),
+        (
+            'kind = "step", size = 1.0',
+            'kind = "step", size = -10.0',
+            "reference.angle: it jumps by 10 within a control period, and a flight is lost from an error of 10 on",
         ),
         ("high = 12.0", "", "an input has no range"),
         ('metric = "itae.angle"', 'metric = "itae.roll"', "unknown metric address 'itae.roll'"),
@@ -164,7 +169,7 @@ def test_a_channel_that_commands_itself_in_a_ring_is_refused(written, tmp_path):
     shutil.copy(written / "motor.py", tmp_path)
     ring = STUDY.replace('to = "voltage"', 'to = "inner"', 1).replace(
         "[gains]",
-        '[[channel]]\nname = "inner"\nlaw = "pid"\noutput = "angle"\nto = "angle"\nlimit = 1.0\n\n[gains]',
+        '[[channel]]\nname = "inner"\nlaw = "pid"\noutput = "angle"\nto = "angle"\nlost_beyond = 1.0\n\n[gains]',
     )
     (tmp_path / "ring.toml").write_text(ring, encoding="utf-8")
     with pytest.raises(Exception, match="an algebraic loop: angle -> inner command each other in a ring"):
@@ -178,7 +183,9 @@ def test_a_cascade_of_two_rates_is_tuned_within_margins(written, tmp_path, monke
         '    angle: Annotated[float, "rad"]\n    speed: Annotated[float, "rad/s"]\n\n\ndef',
     )
     (tmp_path / "motor.py").write_text(plant.replace("Output(state.angle)", "Output(*state)"), encoding="utf-8")
-    inner = '[[channel]]\nname = "speed"\nlaw = "pid"\noutput = "speed"\nto = "voltage"\nlimit = 1000.0\n\n[gains]\n'
+    inner = (
+        '[[channel]]\nname = "speed"\nlaw = "pid"\noutput = "speed"\nto = "voltage"\nlost_beyond = 1000.0\n\n[gains]\n'
+    )
     inner += '"speed.kp" = { low = 0.02, high = 0.2, default = 0.05 }\n"speed.ki" = 0.5\n"speed.kd" = 0.0\n"speed.t_f" = 0.001'
     text = STUDY.replace('to = "voltage"', 'to = "speed"\nevery = 4').replace("[gains]", inner, 1)
     text = text.replace("low = 0.001, high = 0.5, default = 0.01", "low = 0.001, high = 0.1, default = 0.01")

@@ -18,12 +18,12 @@ from tuner.experiments.tuning.guards import after
 from tuner.experiments.tuning.guards.before import (
     default_elsewhere,
     few_scenarios,
-    leading_yaw,
     rates_without_damping,
     signals_after_end,
     unjudged_channels,
     unprovable_shares,
 )
+from tuner.experiments.tuning.guards.leading_yaw import leading_yaw
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.study.plant_study import PlantStudy
 from tuner.study.searched import SearchedStudy

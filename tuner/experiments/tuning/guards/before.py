@@ -1,17 +1,10 @@
 """Warnings before a run, some of them from the vehicle alone."""
 
 from collections.abc import Sequence
-from math import pi
 
-import numpy as np
-
-from objectives.margins.margins import MarginModel
-from objectives.margins.period import CHANNELS
-from objectives.margins.trim import Trim
 from objectives.problem import Objective
 from objectives.risk import clopper_pearson, flights_to_show, minimum_samples
 from objectives.risk.measures import TAIL_SCENARIOS
-from plant.quadrotor.nominal import yaw_lead
 from plant.quadrotor.scenarios import HELD_OUT, SEARCH
 from tuner.gains import read_gains
 from tuner.search.names import ALGORITHMS
@@ -126,13 +119,6 @@ def signals_after_end(study: PlantStudy) -> list[str]:
     ]
 
 
-# The lead of the rotors' inertia is felt where it begins below this many times the crossover of yaw: at 3 it still adds 18 deg
-# and 5 % of gain. A low-pass on yaw torque up to as many times the lead takes it back.
-NEAR = 3.0
-# A lead from here on [rad/s] is beyond any yaw loop that the search ranges of the laws can make.
-FAR = 150.0
-
-
 def rates_without_damping(study: Study) -> list[str]:
     """Warn of gust rates that act on nothing."""
     named = [entry.spec.name for entry in study.scenarios if entry.spec.air.angular_rates]
@@ -142,30 +128,3 @@ def rates_without_damping(study: Study) -> list[str]:
         f"angular_rates = true in {', '.join(named)} changes no number: gust rates act through rate_damping, which is 0 for "
         f"{study.airframe.name}. Give the airframe a rate_damping with its source, or leave angular_rates out."
     ]
-
-
-def leading_yaw(study: Study, row: np.ndarray, whose: str) -> list[str]:
-    """Warn where rotors' angular momentum makes yaw lead below or near crossover; row: gains row (gains,)."""
-    system, cutoff = study.system, 2.0 * pi * study.options.yaw_torque_cutoff
-    lead = yaw_lead(system.vehicle)
-    if lead > FAR or 0.0 < cutoff <= NEAR * lead:
-        return []
-    crossover = _yaw_crossover(study, row)
-    if not (crossover == 0.0 or lead < NEAR * crossover):
-        return []
-    where = f"crosses over at {crossover:.3g} rad/s" if crossover else "is not stable with it"
-    return [
-        f"Yaw of {study.airframe.name} leads from {lead:.3g} rad/s on, where accelerating rotors turn the body more than their "
-        f"drag does; {whose} {where}. Set controller.yaw_torque_cutoff = {lead / (2.0 * pi):.2g} (Hz), which takes the lead "
-        "back, or lower the yaw gains."
-    ]
-
-
-def _yaw_crossover(study: Study, row: np.ndarray) -> float:
-    """Return the highest gain crossover of the yaw loop [rad/s].
-
-    The signals of sliding terms are at their worst; 0 for an unstable loop.
-    """
-    system = study.system
-    model = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, Trim(hold=False))
-    return float(model.evaluate(np.asarray(row, dtype=float)[None]).crossover.value[0, CHANNELS.index("yaw")])
