@@ -8,7 +8,6 @@ from tuner.api.results import AnyResults, TuningResults
 from tuner.documents.summary import GAINS
 from tuner.documents.tuning import DEFAULT
 from tuner.search.watcher import Watcher
-from tuner.study.study import Study
 
 
 def judge_against_present(results: AnyResults, threads: int | None, watcher: Watcher) -> Assessment | None:
@@ -25,11 +24,7 @@ def judge_against_present(results: AnyResults, threads: int | None, watcher: Wat
 
 
 def present_gains(results: AnyResults) -> Path | None:
-    """Return the file of the present gains of a study for a firmware, None where nothing new is recommended."""
-    study = results.study
-    if not isinstance(results, TuningResults) or not isinstance(study, Study):
+    """Return the file of present gains; None where nothing new is recommended."""
+    if not isinstance(results, TuningResults) or not results.feasible or results.document.tuned == DEFAULT:
         return None
-    table, document = study.table, results.document
-    if table.target is None or table.controller.default is None or not results.feasible or document.tuned == DEFAULT:
-        return None
-    return study.path.parent / table.controller.default
+    return getattr(results.study, "present_gains", None)

@@ -75,7 +75,7 @@ class RunAnswer:
         self._is_printed = True
 
     def end(self, result: Any, code: int) -> None:
-        """Print the answer unless it was printed, the opinion behind it, and end with a code."""
+        """Print answer and opinion unless printed, and end with a code."""
         if not self._is_printed:
             print_result(result, self._as_json)
         opinion = getattr(result, "opinion", None)

@@ -20,7 +20,9 @@ FIRMWARES = {"px4": "px4", "ardupilot": "ardupilot", "betaflight": "betaflight",
 
 def results_of(study, tuned="p0001", feasible=True, folder="run") -> Any:
     results = object.__new__(TuningResults)
-    results.__dict__.update(folder=Path(folder), document=SimpleNamespace(tuned=tuned, recommends=feasible), study=study)
+    results.__dict__.update(
+        folder=Path(folder), document=SimpleNamespace(tuned=tuned, recommends=feasible), study=study
+    )
     return results
 
 
