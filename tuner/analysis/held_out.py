@@ -192,11 +192,17 @@ def share_non_dominated(replicates: np.ndarray) -> np.ndarray:
     return np.mean(np.array(fronts, dtype=float).reshape(-1, len(replicates)), axis=0) if fronts else np.zeros(0)
 
 
-def compare(problem: Evaluator, flown: Evaluation, root: int, relevant: float = RELEVANT) -> list[ComparedRow]:
+def compare(
+    problem: Evaluator,
+    flown: Evaluation,
+    root: int,
+    relevant: float = RELEVANT,
+    costs: np.ndarray | None = None,
+) -> list[ComparedRow]:
     """Compare the second row of an evaluation with the first, paired.
 
     It returns a row for every objective and constraint, paired by flight.
-    relevant: share of the default's value from which a difference matters.
+    relevant: share of the default's value from which a difference matters. costs (quantities,): of a flight that is lost at once.
     """
     rows = []
     limits = [*[None] * len(problem.objectives), *problem.constraints]
@@ -206,8 +212,12 @@ def compare(problem: Evaluator, flown: Evaluation, root: int, relevant: float = 
         part = within(drawn, flown.origin, quantity.scenario)
         values = quantity.risk.apply(samples)
         low, high = quantity.interval(samples, part)
+        if costs is not None:
+            high = np.minimum(high, largest_values(quantity, samples, float(costs[i])))
         default, tuned = (Estimate(float(values[k]), float(low[k]), float(high[k])) for k in (0, 1))
         gap_sizes = SampledValue(*map(float, quantity.difference(samples[1], samples[0], part)))
+        if np.min(samples) >= 0.0:
+            gap_sizes = within_values(gap_sizes, float(high[0]), float(high[1]))
         row = compared_row(quantity, default, tuned, gap_sizes, limit, relevant)
         if limit is not None and row.verdict == SATISFIED and not limit.rests_on_value:
             end = float(quantity.interval(samples[1], part, limit.confidence).high)
@@ -215,6 +225,21 @@ def compare(problem: Evaluator, flown: Evaluation, root: int, relevant: float = 
         counts = [ShareCount.of(one) for one in samples] if quantity.is_binary else []
         rows.append(row.model_copy(update=dict(zip(("default_count", "tuned_count"), counts, strict=False))))
     return rows
+
+
+def largest_values(quantity: Objective, samples: np.ndarray, cost: float) -> np.ndarray:
+    """Return the largest risks (rows,) that samples (rows, flights) can come from.
+
+    That of flights of which none is lost, or of lost ones. cost: of one that is lost at once, see `objectives.metrics.evaluate`.
+    """
+    bound = 0.5 * cost if quantity.metric.metric.graded else cost
+    return np.where(np.max(samples, axis=-1) <= bound, bound, cost)
+
+
+def within_values(difference: SampledValue, default: float, tuned: float) -> SampledValue:
+    """Return a difference of risks above 0 with ends that it can have."""
+    value, low, high = difference
+    return SampledValue(value, max(low, -max(default, -value)), min(high, max(tuned, value)))
 
 
 def compared_row(

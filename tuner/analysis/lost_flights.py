@@ -79,6 +79,11 @@ def named_losses(
     return flights
 
 
+def loss_costs(problem: Evaluator, batches: tuple[FlightBatch, ...]) -> np.ndarray:
+    """Return the costs (quantities,) of a flight that is lost at once: no flight has more."""
+    return np.max([problem.unflown(batch, 1)[0][0, :, 0] for batch in batches], axis=0)
+
+
 def unseen_losses(
     problem: Evaluator, batches: tuple[FlightBatch, ...], evaluation: Evaluation, row: int
 ) -> UnseenLosses | None:
@@ -86,7 +91,7 @@ def unseen_losses(
     flights = int(evaluation.flights_each[row])
     if evaluation.lost[row]:
         return None
-    costs = np.max([problem.unflown(batch, 1)[0][0, :, 0] for batch in batches], axis=0)
+    costs = loss_costs(problem, batches)
     moved = []
     for i, objective in enumerate(problem.objectives):
         if objective.risk.name not in ("mean", "cvar") or objective.is_binary:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from tuner.api.figures import Figures
+    from tuner.api.judging import Assessment
     from tuner.report.charts.paper import Figure
 
 CURVES = ("frequency", "real", "imag")
@@ -168,7 +169,13 @@ class Results(OpenedFolder[D]):
 
 
 class TuningResults(TuningFolder, Results[Summary]):
-    """Results of the tuning of one controller."""
+    """Results of the tuning of one controller.
+
+    Attributes:
+        opinion: That of `judge` against the present gains, None where `run` had no file of these, or of an opened folder.
+    """
+
+    opinion: "Assessment | None" = None
 
     @cached_property
     def summary(self) -> "pd.DataFrame":

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Unpack, overload
 
 from plant.texts import PlainValue
+from tuner.api.present import judge_against_present
 from tuner.api.results import AnyResults, TuningResults, open_results
 from tuner.api.studies import StudyLike, loaded
 from tuner.documents.tuning import TuningFolder
@@ -50,7 +51,8 @@ def run(
         **options: As of the command line.
 
     Returns:
-        `TuningResults`, `ContestResults` or `InferenceResults`, as the study is.
+        `TuningResults`, `ContestResults` or `InferenceResults`, as the study is. A run for a firmware with a file of present
+        gains, `controller.default`, ends with the opinion of `judge` against them, `results.opinion`.
 
     Raises:
         InputError: The study is wrong, or an option does not go with it.
@@ -65,6 +67,8 @@ def run(
     given = loaded(study)
     results = open_run(registry.run(given, None if out is None else Path(out), watcher, **options))
     results.study = given
+    if isinstance(results, TuningResults):
+        results.opinion = judge_against_present(results, options.get("threads"), watcher or Watcher())
     return results
 
 

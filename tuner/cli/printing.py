@@ -75,7 +75,13 @@ class RunAnswer:
         self._is_printed = True
 
     def end(self, result: Any, code: int) -> None:
-        """Print the answer unless it was printed, and end with a code."""
+        """Print answer and opinion unless printed, and end with a code."""
         if not self._is_printed:
             print_result(result, self._as_json)
+        opinion = getattr(result, "opinion", None)
+        if opinion is not None and not self._as_json:
+            from tuner.cli.printers.assessment import print_opinion
+            from tuner.cli.terminal import Console
+
+            print_opinion(opinion, Console())
         leave_with(code)

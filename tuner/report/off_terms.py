@@ -32,7 +32,7 @@ def is_turned_off(row: VariableRow) -> bool:
 
 
 def terms_of(results: TuningFolder, row: VariableRow) -> list[str]:
-    """Return the names of the terms that a gain turns off, one for all its loops mostly."""
+    """Return the names of the terms that a gain turns off."""
     laws = {loop: law for law, loop in laws_of(results.resolved)}
     terms = list[str]()
     for address in results.addresses[row.name]:

@@ -91,6 +91,12 @@ class Study(TuningStudy):
             content["search"] = {key: value for key, value in self.search.values.items() if key != "stop"}
         return {key: value for key, value in content.items() if key not in left}
 
+    @property
+    def present_gains(self) -> Path | None:
+        """The file of the gains that a vehicle flies; None of a study for no firmware."""
+        file = self.table.controller.default
+        return None if self.table.target is None or file is None else self.path.parent / file
+
     def controller(self, gains: Iterable[float]) -> Controller:
         """Return the controller of the study with a gains row."""
         timing = self.system.timing

@@ -69,3 +69,21 @@ def test_the_same_flights_have_the_same_word_everywhere(given, word):
 def test_lost_flights_have_the_same_word_everywhere(lost, word):
     run, compared, judged = words_of(flights(1.0, 0.01, lost))
     assert run[0] == compared[0] == judged[0] == word
+
+
+def test_the_intervals_of_a_table_end_where_a_metric_does():
+    # Flights of 300 s, of which few never settle: resamples without them have next to no error, and the upper end is anywhere.
+    settling = Objective(parse("settling.x"), Risk("mean"))
+    rng = generator(1, "test/settling", 0)
+    default = np.where(np.arange(FLIGHTS) < 3, 300.0, 15.0 + 0.01 * rng.standard_normal(FLIGHTS))
+    tuned = 12.0 + 0.01 * rng.standard_normal(FLIGHTS)
+    scores = np.stack([default, tuned])[:, None]
+    problem: Any = SimpleNamespace(objectives=(settling,), constraints=(), quantities=(settling,))
+    flown: Any = SimpleNamespace(origin=np.full(FLIGHTS, "steps"), samples=lambda i, _: scores[:, i])
+    (free,), (held,) = compare(problem, flown, 1), compare(problem, flown, 1, costs=np.array([600.0]))
+    assert free.default.high > 300.0 == held.default.high
+    assert held.tuned == free.tuned and held.difference.low >= -300.0
+    # A lost flight costs up to twice as much, and so may the end.
+    scores[0, 0, 0] = 600.0
+    (lost,) = compare(problem, flown, 1, costs=np.array([600.0]))
+    assert 300.0 < lost.default.high <= 600.0

@@ -24,6 +24,14 @@ def print_assessment(made: "Assessment", console: Console) -> None:
         say_files(console, Page=made.folder / "judge.md", Document=made.folder / "assessment.json")
 
 
+def print_opinion(made: "Assessment", console: Console) -> None:
+    """Print the sentence of an opinion that ends a run."""
+    document = made.document
+    assert document.before is not None, "a run is judged against present gains"
+    text = f"Against the present gains, {document.before.file}, in the flights of `tuner judge`: {document.sentence}"
+    console.print(text, style=None if made.passed else "bold red", markup=False)
+
+
 def print_read_back(made: "ReadBackComparison", console: Console) -> None:
     """Print the parameters that differ, and how many were compared."""
     for row in made.document.differing:

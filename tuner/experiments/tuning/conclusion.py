@@ -13,6 +13,7 @@ from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from plant.ties import first_smallest, increasing_order
 from tuner.analysis.finals import Finals
 from tuner.analysis.held_out import Finalists, SearchEstimate, compare, compare_known, judge
+from tuner.analysis.lost_flights import loss_costs
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.documents.summary import ComparedRow
 from tuner.documents.verdicts import NOT_CERTAIN
@@ -65,7 +66,8 @@ def conclude(
     confirmation = problem.evaluate_gains(
         gains[[0, tuned]], confirming, watcher.on_flights_done, fly_all=True, complete=True
     )
-    table = compare(problem, confirmation, study.seed, study.table.relevant)
+    costs = loss_costs(problem, confirming) if isinstance(problem, Problem) else None
+    table = compare(problem, confirmation, study.seed, study.table.relevant, costs)
     if tails is not None:
         table = tails.rows(table, tuned, confirmation)
     warnings += uncertain_limits(table)

@@ -1,0 +1,88 @@
+"""A run for a firmware ends with the opinion on its gains against the present ones; no other run does."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from plant.errors import InputError
+from tests.tuner.conftest import QUICKSTART
+from tuner.api import present
+from tuner.api.gains import gains_of
+from tuner.api.results import TuningResults
+from tuner.cli.printing import RunAnswer
+from tuner.search.watcher import Watcher
+from tuner.study import load_study
+
+FIRMWARES = {"px4": "px4", "ardupilot": "ardupilot", "betaflight": "betaflight", "crazyflie": "crazyflie_firmware"}
+
+
+def results_of(study, tuned="p0001", feasible=True, folder="run") -> Any:
+    results = object.__new__(TuningResults)
+    results.__dict__.update(
+        folder=Path(folder), document=SimpleNamespace(tuned=tuned, recommends=feasible), study=study
+    )
+    return results
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = QUICKSTART.parent / "px4.toml"
+    plain = load_study(path)
+    gains_of(plain.controller(plain.default_row), {}).write(tmp_path / "present.json")
+    return load_study(path, {"controller.default": str(tmp_path / "present.json")})
+
+
+def test_the_opinion_is_on_the_gains_of_the_run_against_the_file_of_the_study(study, tmp_path, monkeypatch, capsys):
+    asked = []
+
+    def judge(after, before, **options):
+        asked.append((after, before, options["threads"]))
+        document = SimpleNamespace(
+            before=SimpleNamespace(file="present.json"), sentence="Worse: rms.tilt 12 % [11, 13]."
+        )
+        return SimpleNamespace(document=document, passed=False)
+
+    monkeypatch.setattr(present, "judge", judge)
+    results = results_of(study)
+    results.opinion = present.judge_against_present(results, 2, Watcher())
+    assert asked == [(Path("run/gains.json"), tmp_path / "present.json", 2)]
+    answered = RunAnswer(False)
+    answered._is_printed = True
+    answered.end(results, 0)
+    text = " ".join(capsys.readouterr().out.split())
+    assert (
+        text
+        == "Against the present gains, present.json, in the flights of `tuner judge`: Worse: rms.tilt 12 % [11, 13]."
+    )
+
+
+def test_gains_that_cannot_be_compared_leave_the_run_as_it_is(study, monkeypatch):
+    def judge(*_, **__):
+        raise InputError("flies another airframe")
+
+    class Heard(Watcher):
+        def on_message(self, text):
+            messages.append(text)
+
+    messages = []
+    monkeypatch.setattr(present, "judge", judge)
+    assert present.judge_against_present(results_of(study), None, Heard()) is None
+    assert messages == ["Not judged against the present gains: flies another airframe"]
+
+
+def test_without_present_gains_or_new_ones_nothing_is_compared(study):
+    assert present.present_gains(results_of(study)) is not None
+    assert present.present_gains(results_of(load_study(QUICKSTART.parent / "px4.toml"))) is None
+    assert present.present_gains(results_of(load_study(QUICKSTART))) is None
+    assert present.present_gains(results_of(None)) is None
+    assert present.present_gains(results_of(study, tuned="default")) is None
+    assert present.present_gains(results_of(study, feasible=False)) is None
+
+
+@pytest.mark.parametrize("name", FIRMWARES.values(), ids=FIRMWARES)
+def test_a_study_of_a_firmware_judges_the_attitude_that_its_rate_loops_hold(name):
+    study = load_study(QUICKSTART.parent / f"{name}.toml")
+    judged = [*study.objectives, *[entry.objective for entry in study.constraints if not entry.floor]]
+    assert any(entry.metric.text == "rms.tilt" and entry.scenario is None for entry in judged)
