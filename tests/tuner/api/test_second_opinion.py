@@ -5,6 +5,7 @@ import pytest
 import tuner
 from plant.quadrotor.airframes import load
 from tests.tuner.exchange.reading import write
+from tuner.api import assessing
 from tuner.api.vehicle_files import name_files, read_subjects
 from tuner.documents.assessment import AssessmentDocument, ReadBackDocument
 
@@ -18,6 +19,23 @@ BY_MARGIN = {"p_roll": 129, "i_roll": 230, "p_pitch": 114, "i_pitch": 204}
 # The advice before it: pi of roll 146, D halved on each axis; filters of D doubled by the coherence of a clean log.
 PER_AXIS = {"p_roll": 66, "i_roll": 117, "d_roll": 15, "d_pitch": 17, **DOUBLED}
 FLIGHTS = 8
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _loops_are_read_once():
+    """Read the loops of a controller once for all files that hold it."""
+    judge, answers = assessing.judge_quadrotor, {}
+
+    def remembered(controller, *asked, **named):
+        flown = controller.cascade, controller.options, controller.control_period, controller.plant_step
+        key = flown, controller.gains, controller.airframe.vehicle, asked, str(named)
+        if key not in answers:
+            answers[key] = judge(controller, *asked, **named)
+        return answers[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assessing, "judge_quadrotor", remembered)
+        yield
 
 
 def settings(folder, values, name, head=HEAD):

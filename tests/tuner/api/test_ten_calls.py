@@ -33,7 +33,8 @@ SHORT = {
     "scenario.0.held_out": 8,
 }
 FMU = ('file = "dc_motor.py"', 'fmu = "motor.fmu"\ndisturbances = ["torque"]')
-KINDS = ("quickstart", "dc_motor", "heater", pytest.param("fmu", marks=pytest.mark.slow), "notebook")
+SLOW = [pytest.param(kind, marks=pytest.mark.slow) for kind in ("heater", "fmu")]
+KINDS = ("quickstart", "dc_motor", *SLOW, "notebook")
 
 
 @dataclass(frozen=True)

@@ -148,7 +148,7 @@ def test_list_of_nothing_known_names_the_nearest(tuner):
 
 
 def test_check_says_what_a_study_would_fly(tuner):
-    figures = json.loads(tuner("check", QUICKSTART, "--json").stdout)
+    figures = json.loads(tuner("check", QUICKSTART, "--set", "margin=[]", "--json").stdout)
     assert figures["search_flights"] == 24 * 2 * 8
 
 

@@ -220,7 +220,9 @@ def test_a_file_that_hides_a_package_of_ours_is_named(tmp_path, name):
     assert last == done.stderr.splitlines()[-1]
 
 
-@pytest.mark.parametrize("name", ["studies.py", "plant/notes.txt", "cli.py"])
+@pytest.mark.parametrize(
+    "name", ["plant/notes.txt", *(pytest.param(name, marks=pytest.mark.slow) for name in ("studies.py", "cli.py"))]
+)
 def test_other_files_hide_nothing(tmp_path, name):
     (tmp_path / name).parent.mkdir(exist_ok=True)
     (tmp_path / name).write_text("raise SystemExit\n")

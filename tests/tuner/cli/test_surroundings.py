@@ -24,7 +24,7 @@ CODE = "from tuner.__main__ import run; run()"
 # Each command line of a list in a process of its own, which finds the tool imported in the surroundings of all, and columns of its own.
 EACH = """
 import json, os, sys
-import tuner.cli.main
+import tuner.api.checking, tuner.cli.main, tuner.cli.printers.check
 from tuner.__main__ import run
 
 for number, (columns, words) in enumerate(json.loads(sys.argv[1])):

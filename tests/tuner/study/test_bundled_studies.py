@@ -42,6 +42,8 @@ OWN_KERNELS = ("ardupilot", "betaflight", "crazyflie_firmware", "f450", "motor_l
 FLOWN = [pytest.param(name, marks=pytest.mark.slow) if name in OWN_KERNELS else name for name in NAMES]
 each = pytest.mark.parametrize("name", NAMES)
 flown = pytest.mark.parametrize("name", FLOWN)
+# Studies of other scenarios alone, all the same until the report.
+ALIKE = ("payload_and_battery", "figure_eight", "step_response")
 # Draws of each scenario that the default flies, and random candidates of which this share at least must keep the margins: the
 # first generation replaces those that do not, and finds enough where 3 % do.
 FEW, RANDOM, SHARE = 4, 512, 0.003
@@ -122,7 +124,7 @@ def test_the_default_flies_every_scenario_and_margins_leave_a_choice(name):
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=pytest.mark.slow) if name in (*OWN_KERNELS, "payload_and_battery") else name
+        pytest.param(name, marks=pytest.mark.slow) if name in (*OWN_KERNELS, *ALIKE) else name
         for name in NAMES
         if name != "quickstart"
     ],

@@ -25,11 +25,18 @@ def crazyflie() -> Identified:
 
 
 @pytest.fixture(scope="session")
-def flown() -> list[KnownFlight]:
-    """Two flights with all axes shaken, one with roll and lift only, and a calm one."""
-    return known_flights(
+def long_flight() -> KnownFlight:
+    """A flight with all axes shaken, of 18 s."""
+    return known_flights(1, duration=18.0)[0]
+
+
+@pytest.fixture(scope="session")
+def flown(long_flight: KnownFlight) -> list[KnownFlight]:
+    """The first half of that flight and, as long, another with all axes shaken, one with roll and lift only, and a calm one."""
+    _, *others = known_flights(
         4, duration=9.0, excited=[AXES, AXES, ("roll", "lift"), ()], turbulence=np.array([1.0, 1.0, 1.0, 0.2])
     )
+    return [long_flight._replace(log=long_flight.log.between(0.0, 9.0)), *others]
 
 
 @pytest.fixture(scope="session")
@@ -54,10 +61,10 @@ class Halves(NamedTuple):
 
 
 @pytest.fixture(scope="session")
-def halves() -> Halves:
-    flight = known_flights(1, duration=18.0)[0]
-    logs = [flight.log.between(0.0, 9.0), flight.log.between(9.0, 18.0)]
-    first, both = (identify_vehicle(part, AIRFRAME) for part in (logs[:1], logs))
+def halves(long_flight: KnownFlight, flights: list[KnownFlight], identified: list[Identified]) -> Halves:
+    flight, first = long_flight, identified[0]
+    logs = [flights[0].log, flight.log.between(9.0, 18.0)]
+    both = identify_vehicle(logs, AIRFRAME)
     document = IdentificationDocument.parse(identification_document(first, [], None).text())
     earlier = earlier_posterior(document, AIRFRAME, Path("first.json"))
     return Halves(flight, logs, first, earlier, both, identify_vehicle(logs[1:], AIRFRAME, earlier=earlier))

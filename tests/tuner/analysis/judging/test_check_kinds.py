@@ -66,6 +66,12 @@ def answer(checked_once, monkeypatch, capsys):
     return check
 
 
+@pytest.fixture
+def undesigned(monkeypatch):
+    """Design no gains where nobody looks at what a design reaches, which takes a second."""
+    monkeypatch.setattr("tuner.experiments.tuning.diagnosis.study_designs", lambda study: {})
+
+
 def bisect(function, low, high):
     """Return the root of a function that changes its sign between two places."""
     below = function(low) < 0.0
@@ -177,7 +183,7 @@ def test_a_limit_that_nothing_searched_moves_is_hopeless_before_any_flight(check
 
 
 def test_the_fixed_gains_that_decide_a_loop_are_named_and_no_searched_one_that_can_only_upset_it(
-    checked, answer, tmp_path
+    checked, answer, undesigned, tmp_path
 ):
     """A position loop at the fast end of its range upsets every loop below it, and mends the margin of none."""
     gains = '"roll.k1" = 20.0\n"yaw.lambda" = 30.0\n"yaw.omega_o" = 12.0\n"yaw.k1" = 30.0\n"position.omega_c" = { low = 0.5, high = 60 }'
@@ -210,7 +216,7 @@ def test_a_limit_that_no_draw_keeps_although_gains_move_it_is_a_warning_that_cla
     assert any(text.startswith(begin) for text in figures["warnings"])
 
 
-def test_a_limit_that_searched_gains_hardly_move_is_hopeless(checked, tmp_path):
+def test_a_limit_that_searched_gains_hardly_move_is_hopeless(checked, undesigned, tmp_path):
     code, figures, _ = checked(write(tmp_path, STUDY + MARGINS.format(89).replace("attitude", "roll")))
     assert code == 1 and figures["problems"] and figures["out_of_reach"][0]["certain"]
 
@@ -375,7 +381,7 @@ def test_the_shipped_quickstart_is_fine(checked):
     assert all(row["tilt"] < limit for row in figures["trim"])
 
 
-def test_check_and_plan_take_changes_of_a_study_and_of_nothing_else(monkeypatch, capsys, tmp_path):
+def test_check_and_plan_take_changes_of_a_study_and_of_nothing_else(undesigned, monkeypatch, capsys, tmp_path):
     code, out, _ = tuner(monkeypatch, capsys, "check", QUICKSTART, "--set", "margin.0.min=89", "--json")
     assert code == 0 and "at least 89 deg" in out
     (tmp_path / "law.py").write_text("LAW = 1\n")

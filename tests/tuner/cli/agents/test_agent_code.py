@@ -68,9 +68,9 @@ def test_code_runs_again_where_it_is_allowed(tmp_path, monkeypatch):
     [
         ("autotune", ("--vehicle=x.params", "--airframe=racer5", "--binary=program", "log")),
         ("check", ("mine.py",)),
-        ("check", ("mine.toml",)),
+        pytest.param("check", ("mine.toml",), marks=pytest.mark.slow),
         ("run", ("mine.toml",)),
-        ("tail", ("mine.toml",)),
+        pytest.param("tail", ("mine.toml",), marks=pytest.mark.slow),
     ],
 )
 def test_a_tool_runs_nothing_without_allow_code(name, options, program):
@@ -105,6 +105,8 @@ def test_every_start_of_a_process_is_looked_at():
     for room in ("plant", "objectives", "tuner"):
         for path in (HOME / room).rglob("*.py"):
             text = path.read_text(encoding="utf-8")
+            if not any(name in text for name in {"subprocess", "anyio", "os.system", "os.execv"}):
+                continue
             calls = [node.func for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
             names = {ast.unparse(call) for call in calls}
             if names & {

@@ -4,6 +4,7 @@ import json
 import os
 import re
 import sys
+from functools import cache
 from pathlib import Path
 
 import anyio
@@ -87,7 +88,13 @@ def is_secret(place, home):
         found = os.stat(place)
     except OSError:
         return False
-    return any(os.path.samestat(found, os.stat(each)) for each in [home / "outside", *(home / "outside").rglob("*")])
+    return (found.st_dev, found.st_ino) in nodes_outside(home)
+
+
+@cache
+def nodes_outside(home):
+    """Device and inode of all that lies outside of the root."""
+    return {(each.stat().st_dev, each.stat().st_ino) for each in [home / "outside", *(home / "outside").rglob("*")]}
 
 
 def accepted(home, name, label, form):

@@ -74,7 +74,7 @@ def test_a_resource_that_is_none_is_an_error(uri, tmp_path):
 def test_tools_answer_with_the_document_of_the_command(tmp_path):
     async def work(client):
         return [
-            data_of(await client.call_tool("check", {"file": "quickstart"})),
+            data_of(await client.call_tool("check", {"file": "quickstart", "set": ["margin=[]"]})),
             data_of(await client.call_tool("list", {"what": "targets"})),
             data_of(await client.call_tool("margins", {"law": "hybrid", "airframe": "hummingbird"})),
         ]
@@ -181,7 +181,7 @@ async def cut_off(session):
 
 
 def test_a_cancelled_run_leaves_a_folder_to_resume(tmp_path):
-    seen, shown = served(tmp_path, cut_off)
+    seen, shown = ask(tmp_path, cut_off)
     flights = [done for done, _, _ in seen]
     assert flights == sorted(set(flights)) and seen[-1][2] == "Searching"
     assert all(total is None or done <= total for done, total, _ in seen)

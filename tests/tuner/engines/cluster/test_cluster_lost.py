@@ -65,6 +65,7 @@ def test_workers_that_are_unlike_are_refused(tmp_path):
             engine.fly(some_gains(study, 3), some_batch(study, 2), 0, 2)
 
 
+@pytest.mark.slow
 def test_a_worker_told_another_processor_goes_over_to_that_of_the_run(tmp_path):
     study = small_study()
     gains, batch = some_gains(study, 3), some_batch(study, 2)
