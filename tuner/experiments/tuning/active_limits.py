@@ -21,8 +21,6 @@ CONFIDENCE = 0.95
 """Of the intervals of a search's values, where a study asks for none: its few flights err all the same."""
 AIMS = (0.0, 0.25, 0.5)
 """Parts of that interval by which generations, one after the other, aim further inside."""
-BESIDE_ONE, BESIDE_FRONT = 15, 8
-"""Finalists at most beside the best candidate of one objective, and beside a front."""
 
 
 def standard_excess(evaluation: Evaluation, constraints: tuple[Constraint, ...], root: int) -> np.ndarray:

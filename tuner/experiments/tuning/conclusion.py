@@ -9,13 +9,11 @@ import numpy as np
 
 from objectives.problem import Evaluator, Problem
 from plant.quadrotor.scenarios import HELD_OUT
-from plant.ties import increasing_order
 from tuner.analysis.held_out import compare, compare_known
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.documents.summary import ComparedRow
 from tuner.documents.verdicts import NOT_CERTAIN
 from tuner.experiments.tails.limits import FinalistTails, TailLimits
-from tuner.experiments.tuning.active_limits import BESIDE_FRONT, BESIDE_ONE, beside_limits
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
     conflict_texts,
@@ -24,29 +22,22 @@ from tuner.experiments.tuning.conflicts import (
     limits_of,
 )
 from tuner.experiments.tuning.ending import obstacles_of
+from tuner.experiments.tuning.finalists import finalists_of
 from tuner.experiments.tuning.flight_growth import grown_study
-from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_run
+from tuner.experiments.tuning.guards import warnings_after_run
 from tuner.experiments.tuning.next_commands import rejudge_command, upper_ends
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.recommendation import is_among_worst
-from tuner.experiments.tuning.survivors import Survivors, survivors_of
+from tuner.experiments.tuning.survivors import survivors_of
 from tuner.experiments.tuning.validation import Validation
 from tuner.report.tail_words import tail_words
-from tuner.search.front import feasible_front, select_subset
-from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive, point_name
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.study.searched import SearchedStudy
 from tuner.study.tuning_study import TuningStudy
 from tuner.text.numbers import significant
 from tuner.text.sentences import limit_text
-
-# Finalists re-flown at most; of two objectives at least, and candidates of the search for each. Of 41 to 47 points of a front
-# that 136 candidates left, the 24 that add most dominated held out 99.0 to 99.5 % of what all of them dominate; of 27 to 34 that
-# 48 candidates left, 16 dominated 97.5 to 98.7 % for a tenth less of the whole run's processor time than 24 (99.3 %). Of three
-# objectives 16 points dominate 93 to 96 % and 48 99 %.
-MOST_FINALISTS, OF_TWO, TRIED = 48, 16, 6
 
 
 def conclude(
@@ -138,24 +129,3 @@ def remarks(outcome: Outcome) -> list[str]:
     labels, units = zip(*[(entry.label, entry.metric.unit) for entry in study.objectives], strict=True)
     rare = tail_words(outcome.table, outcome.names[outcome.tuned])
     return [*rare, *cost_texts(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)]
-
-
-def finalists_of(survivors: Survivors, tried: Archive, study: SearchedStudy) -> tuple[np.ndarray, list[str]]:
-    """Return the archive indices to re-fly and what to warn of."""
-    warnings, seen, most = warnings_before_run(study), survivors.evaluation, most_finalists(study)
-    beside = BESIDE_ONE if len(study.objectives) == 1 else BESIDE_FRONT
-    front = feasible_front(seen.values, seen.violations)
-    if len(front):
-        front = front[select_subset(seen.values[front], seen.values[front].max(axis=0), most)]
-    rows = np.concatenate([front, beside_limits(seen, study.constraints, front, study.seed, beside)])
-    if len(rows) == 0:
-        least, why = nothing_feasible(tried, study.requirements)
-        return np.array([least]), [*warnings, *why]
-    return survivors.candidates[rows[increasing_order(seen.values[rows, 0])]], warnings
-
-
-def most_finalists(study: SearchedStudy) -> int:
-    """Return the maximum number of finalists of the front: a longer search has a longer front."""
-    if len(study.objectives) > 2:
-        return MOST_FINALISTS
-    return min(max(study.search.candidates // TRIED, OF_TWO), MOST_FINALISTS)

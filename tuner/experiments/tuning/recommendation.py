@@ -21,7 +21,7 @@ FAR = 0.8
 """Geometric mean of the objectives in those of the default up to which a point that is no worse in any is far ahead of it."""
 WORST = 0.9
 """Share of the candidates that are no worse than the default in an objective from which on it is among the worst in it."""
-KEPT = f"no finalist is better by {RELEVANT:.0%} in an objective without losing as much in another"
+KEPT = f"no finalist is better by {100.0 * RELEVANT:g} % in an objective without losing as much in another"
 EVERYWHERE = "better on held-out flights than the default in every objective"
 
 
@@ -84,7 +84,10 @@ def alternatives(
     if len(everywhere):
         return everywhere, EVERYWHERE
     if len(better):
-        return better, f"better than the default by {RELEVANT:.0%} in an objective, without losing as much in another"
+        return (
+            better,
+            f"better than the default by {100.0 * RELEVANT:g} % in an objective, without losing as much in another",
+        )
     return (better if is_compromise and default.keeps else front), ""
 
 
