@@ -8,11 +8,12 @@ from tuner.cli.printers.run_end import labeled, middle, print_end_tables
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, bound_text, estimate, unit_text
 from tuner.documents.parts import ShareCount, in_shown_units, row_in_degrees
-from tuner.documents.summary import PointValue, Summary
+from tuner.documents.summary import Summary
 from tuner.documents.tuning import DEFAULT
 from tuner.documents.verdicts import shown_verdict
 from tuner.report.charts.text import place_bar
 from tuner.report.labels import named
+from tuner.report.named_points import change_text
 from tuner.report.verdict_text import verdict_text
 from tuner.report.words import loss_words, search_texts, uncertainty_words
 
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from tuner.experiments.again.verify import Verdict
 
 POINTS = "Points of the front, held out"
-LARGE = 5.0
-"""Ratio to the default's value from which on a change is a factor, not per cent."""
 BAR, PLAIN_WIDTH = 16, 72
 """Length of the bar of a range, and columns from which on there is room for it."""
 
@@ -57,19 +56,12 @@ def print_points(results: "TuningResults", console: Console) -> None:
     table.columns_of(POINTS, *labels, left=(POINTS,), wrap=(POINTS, *labels))
     for entry in points:
         values = [row_in_degrees(value, "held_out", "difference") for value in entry.objectives]
-        cells = [f"{middle(value.held_out)}{change_text(value)}" for value in values]
+        cells = [
+            f"{middle(value.held_out)}, {change_text(value.held_out, value.difference)}".strip(", ") for value in values
+        ]
         table.add_row(f"{entry.name} ({entry.point}{', recommended' if entry.recommended else ''})", *cells)
     console.print(table)
     console.print()
-
-
-def change_text(entry: PointValue) -> str:
-    """Return the change of a value from the default's: ", -12 %", ", x 92"; nothing for the default itself."""
-    value, difference = entry.held_out.value, entry.difference.value
-    if not value or not difference or value == difference:
-        return ""
-    ratio = value / (value - difference)
-    return f", x {ratio:.3g}" if ratio >= LARGE else f", {100.0 * (ratio - 1.0):+.3g} %"
 
 
 def flights_text(results: "TuningResults") -> str:
