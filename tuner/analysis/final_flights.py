@@ -96,13 +96,6 @@ class FinalFlights:
             self._estimates[i, confidence] = estimates
         return self._estimates[i, confidence]
 
-    def excess(self, i: int) -> Array:
-        """Return the excess (rows,) over a constraint at its confidence, 0 where satisfied."""
-        entry = self.problem.constraints[i]
-        column = len(self.problem.objectives) + i
-        judged = self.value(column) if entry.rests_on_value else self.estimate(column, entry.confidence)[2]
-        return np.maximum(judged - entry.most, 0.0)
-
     def difference_to(self, i: int, row: int) -> PairedDifference:
         """Return the paired differences (rows,) of a risk to a complete row."""
         quantity, (samples, drawn, _) = self.problem.quantities[i], self.seen(i)

@@ -43,6 +43,7 @@ class Finalists:
     Attributes:
         flown: Flights of all rows; evaluation: their values.
         low, high (rows, objectives): Intervals.
+        limits (3, rows, constraints): Values of constrained quantities with both ends of the intervals that decide.
         excess (rows, constraints + requirements): Beyond each limit at its confidence, 0 where satisfied.
         feasible: Mask over the rows.
         non_dominated: Mask over the rows, among the feasible rows behind the default.
@@ -56,6 +57,7 @@ class Finalists:
     flown: FinalFlights
     low: np.ndarray
     high: np.ndarray
+    limits: np.ndarray
     excess: np.ndarray
     feasible: np.ndarray
     non_dominated: np.ndarray
@@ -97,13 +99,14 @@ class SearchEstimate:
         return self.scores[index] if scenario is None else self.scores[index][self.origin == scenario]
 
 
-def judge(flown: FinalFlights, searched: list[SearchEstimate], tails: np.ndarray | float = 0.0) -> Finalists:
+def judge(flown: FinalFlights, searched: list[SearchEstimate], limits: np.ndarray, limited: np.ndarray) -> Finalists:
     """Judge all finalists by their held-out flights.
 
     Args:
         flown: The flights.
         searched: Each finalist in the search.
-        tails: Excess (rows, constraints) that flights of another stream showed.
+        limits: See `Finalists`.
+        limited: Excess (rows, constraints) at each limit's confidence, 0 where it is kept.
     """
     evaluation, problem, root = flown.evaluation, flown.problem, flown.root
     shape = evaluation.values.shape
@@ -120,9 +123,7 @@ def judge(flown: FinalFlights, searched: list[SearchEstimate], tails: np.ndarray
         )
     split = len(problem.constraints)
     excess = np.array(evaluation.violations)
-    for i in range(split):
-        excess[:, i] = flown.excess(i)
-    excess[:, :split] = np.maximum(excess[:, :split], tails)
+    excess[:, :split] = limited
     feasible = np.all(excess <= 0.0, axis=1)
     best, probability = np.zeros(shape[0], dtype=bool), np.zeros(shape[0])
     rows = 1 + np.flatnonzero(feasible[1:])
@@ -132,6 +133,7 @@ def judge(flown: FinalFlights, searched: list[SearchEstimate], tails: np.ndarray
         flown,
         low,
         high,
+        limits,
         excess,
         feasible,
         best,

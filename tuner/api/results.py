@@ -276,6 +276,11 @@ class TuningResults(TuningFolder, Results[Summary]):
         """The default gains of the study."""
         return self.gains("default")
 
+    @property
+    def points(self) -> dict[str, Gains]:
+        """The gains of the named points: "least-" and a metric for the best in an objective, "knee", "near-default"."""
+        return {entry.name: self.gains(entry.point) for entry in self.document.points}
+
     def gains(self, point: str | None = None) -> Gains:
         """Return the gains of a point.
 

@@ -205,6 +205,7 @@ def tuning_report(results: TuningFolder) -> dict[str, JsonValue]:
         "shown_as": results.shown_as,
         "confirmation_flights": summary.held_out,
         "table": [row.content() for row in summary.table],
+        "points": [entry.content() for entry in summary.points],
         "gains": [gain_in_range(row) for row in results.variables],
         "front": [front_point(results, i) for i in results.held_out_front.shown_rows],
         "trust": {

@@ -53,6 +53,25 @@ class PickedObjective(DocumentPart):
     gap: Estimate
 
 
+class PointValue(DocumentPart):
+    """An objective of a named point on held-out flights; difference: to the default, paired."""
+
+    label: str
+    unit: str
+    held_out: Estimate
+    difference: Estimate
+
+
+class NamedPoint(DocumentPart):
+    """A point of the front with a name; point: the finalist, "default" too; its gains are in points/NAME.json."""
+
+    name: str
+    meaning: str
+    point: str
+    recommended: bool = False
+    objectives: list[PointValue]
+
+
 class SelectionValues(DocumentPart):
     """Values that the recommended point was picked by.
 
@@ -264,11 +283,11 @@ class UncertaintyCost(DocumentPart):
 class Summary(Document):
     """Content of summary.json.
 
-    tuned: the recommended point, null where nothing is feasible; nearest: then the nearest to it. search: which search it was,
-    why, and what survived it where candidates first made few flights. settled: finalists that made a part of their held-out
-    flights only. uncertainty: what each objective loses where vehicles are drawn from what an airframe's file leaves open.
-    unseen: losses that no flight showed, null where some did. lost_flights: of default and the point shown, held out and
-    confirmation.
+    tuned: the recommended point, "default" where the default stays, null where nothing is feasible; nearest: then the nearest to
+    it. search: which search it was, why, and what survived it where candidates first made few flights. settled: finalists that
+    made a part of their held-out flights only. points: those of the front with names. uncertainty: what each objective loses
+    where vehicles are drawn from what an airframe's file leaves open. unseen: losses that no flight showed, null where some did.
+    lost_flights: of default and the point shown, held out and confirmation.
     """
 
     feasible: bool | None = None
@@ -289,6 +308,7 @@ class Summary(Document):
     front_size: int
     hypervolume: float
     picked_on: SelectionValues | None = None
+    points: list[NamedPoint] = []
     conflict: ConflictPart | None = None
     obstacles: list[UnmetConstraint] = []
     costs: list[ConstraintPrice] = []

@@ -170,10 +170,10 @@ def _margin_rows(results: TuningFolder) -> list[list[str]]:
 
 def _worst_margins(results: TuningFolder) -> list[tuple[str, float | None, float | None, str]]:
     """Return margins of the worst loop as shown: name, default's and tuned's, unit; nothing where the folder holds none."""
-    loops_by_role = {
-        point: [loop.values for loop in results.loops if loop.point == point] for point in (DEFAULT, results.tuned)
-    }
-    if not all(loops_by_role.values()):
+    loops_by_role = [
+        [loop.values for loop in results.loops if loop.point == point] for point in (DEFAULT, results.tuned)
+    ]
+    if not all(loops_by_role):
         return []
     rows = []
     for name, columns in WORST.items():
@@ -181,7 +181,7 @@ def _worst_margins(results: TuningFolder) -> list[tuple[str, float | None, float
         worst = max if quantity.sense == "max" else min
         numbers = [
             [value for loop in loops for key in columns if (value := loop.get(key)) is not None]
-            for loops in loops_by_role.values()
+            for loops in loops_by_role
         ]
         before, after = (float(quantity.shown(worst(values))) if values else None for values in numbers)
         rows.append(

@@ -12,6 +12,7 @@ from tuner.report.controls import layer_switches
 from tuner.report.explorer_data import explorer_data, limited_quantities
 from tuner.report.explorer_section import axis_choices, explorer_section, plane
 from tuner.report.labels import in_plain_words, names_of
+from tuner.report.named_points import points_table
 from tuner.report.page import Page, Section, neutral_page, wide
 from tuner.report.point_section import point_section
 from tuner.report.provenance import provenance_section
@@ -76,6 +77,6 @@ def _opening(results: TuningFolder, limits: Sequence[TableRow]) -> Markup:
         element("button", f"Copy {name}", type="button", id="copy-tuned"),
         class_="actions",
     )
-    left = element("div", wide(answer_table(results)), states_table(results), actions)
+    left = element("div", wide(answer_table(results)), points_table(results), states_table(results), actions)
     right = element("div", plane(results), layer_switches(results), axis_choices(results, limits))
     return element("div", left, right, class_="opening", id="answer")

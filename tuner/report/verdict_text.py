@@ -25,7 +25,7 @@ def _main_clause(results: TuningFolder, limits: str) -> str:
     if not results.feasible:
         return f"Nearest to feasible: {summary.shown}. It {limits}."
     if summary.tuned == DEFAULT:
-        return f"The default gains remain recommended{f': the default {limits}' if limits else ''}."
+        return f"Keep the default gains: {summary.pick.why}{f'; the default {limits}' if limits else ''}."
     phrases = _objective_phrases(results)
     joint = " and " if len(phrases) == 1 else "; it "
     return f"{summary.shown} is {'; '.join(phrases)}{joint + limits if limits else ''}."

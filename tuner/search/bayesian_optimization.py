@@ -151,7 +151,7 @@ class BayesianOptimization:
         n_objectives, batch = self._values.shape[1], self._batch
         rows = np.empty(0, dtype=int)
         begins = len(self._points) % self._population == 0
-        if begins and batch > 1 and n_objectives > 1 and improvement.n_front < SMALL_FRONT * n_objectives:
+        if begins and batch > 1 and n_objectives > 1:
             end = improvement.of_objective(len(self._points) // self._population % n_objectives)
             rows = select_batch(end, feasibility, 1)
             if end.evaluate(rows)[0] * feasibility.probability[rows[0]] > MIN_END_IMPROVEMENT:

@@ -13,6 +13,9 @@ from plant.ties import TIE, first_largest, first_smallest, increasing_order
 REFERENCE = 1.1
 # Rows up to which every pair is compared: half the time of a library's call, of which a run's end makes two thousand.
 FEW = 32
+# Ratio of an objective's ends from which on its logarithm counts. On a hyperbola over a factor of 10 logarithms leave no
+# knee at all, and a third more flights to find it; over a factor of 1,500 the natural scale sees one end alone.
+WIDE = 30.0
 # What stands before an objective's name in a rule, and before the weights in a resolved one.
 SMALLEST, WEIGHTED = "min:", "weights:"
 
@@ -91,18 +94,28 @@ def normalize(values: np.ndarray) -> np.ndarray:
     return (values - low) / np.where(high > low, high - low, 1.0)
 
 
+def scaled(values: np.ndarray) -> np.ndarray:
+    """Return objectives (n, m) of a front, each scaled to [0, 1]: logarithms of those that are positive and wide."""
+    low, high = values.min(axis=0), values.max(axis=0)
+    wide = (low > 0.0) & (high > WIDE * low)
+    return normalize(np.where(wide, np.log(np.where(wide, values, 1.0)), values))
+
+
 def knee(values: np.ndarray) -> int:
     """Return the row of the knee: deepest below the hyperplane through the ends of the front.
 
     I. Das, "On characterizing the knee of the Pareto curve", Structural Optimization 18:107-115, 1999. On normalized
     objectives that hyperplane is sum = const through the single-objective optima, so the knee has the smallest sum.
+    A front that is bent outwards on the scale of `scaled` has its smallest sum at an end, and its knee on the natural scale.
     """
-    return first_smallest(normalize(values).sum(axis=1), scale=1.0)
+    row = first_smallest(scaled(values).sum(axis=1), scale=1.0)
+    is_end = bool(np.any(values[row] <= values.min(axis=0)))
+    return first_smallest(normalize(values).sum(axis=1), scale=1.0) if is_end else row
 
 
 def closest(values: np.ndarray) -> int:
     """Return the row closest to the ideal point: in Euclidean distance, on normalized objectives."""
-    return first_smallest(np.square(normalize(values)).sum(axis=1), scale=1.0)
+    return first_smallest(np.square(scaled(values)).sum(axis=1), scale=1.0)
 
 
 TIED = {
@@ -117,7 +130,7 @@ PICKS = {
 
 def is_tied(values: np.ndarray) -> bool:
     """Return True for two points (2, m) that `PICKS` cannot tell apart."""
-    return len(values) == 2 and bool(np.ptp(normalize(values).sum(axis=1)) <= TIE)
+    return len(values) == 2 and bool(np.ptp(scaled(values).sum(axis=1)) <= TIE)
 
 
 def pick(rule: str, values: np.ndarray, names: list[str]) -> tuple[int, str]:

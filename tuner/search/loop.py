@@ -95,6 +95,9 @@ def archive(generations: list[Generation]) -> Archive:
 Review = Callable[[Sequence[Generation]], list[Evaluation] | None]
 """All generations so far -> evaluations in place of theirs, on more flights; None where theirs stay."""
 
+Aim = Callable[[Sequence[Generation]], np.ndarray | None]
+"""All generations so far -> what the next one adds to the excess (limits,) of all candidates; None for nothing."""
+
 
 def search_generations(
     search: Search,
@@ -103,6 +106,7 @@ def search_generations(
     now: Callable[[], float] | None = None,
     complete: Callable[[Evaluation], Evaluation] | None = None,
     review: Review | None = None,
+    aim: Aim | None = None,
 ) -> Iterator[list[Generation]]:
     """Yield all generations so far, until a search ends.
 
@@ -115,20 +119,31 @@ def search_generations(
         now: Seconds since the start of the search, measured here unless given.
         complete: Evaluation of a whole generation -> the one that is recorded, itself unless given.
         review: Evaluates all generations anew where it has to; the search goes on from these.
+        aim: Distance inside the limits at which the next generation is looked for; of a search that can be told anew alone.
     """
     begin = perf_counter()
     clock = now or (lambda: perf_counter() - begin)
     done: list[Generation] = []
+    shift = None
     while not rule.is_met([record.hypervolume for record in done]):
-        points, evaluation = ask_generation(search, evaluate, len(done[0].points) if done else 1)
+        before, shift = shift, aim(done) if aim and isinstance(search, RevisableSearch) else None
+        if isinstance(search, RevisableSearch) and (before is not None or shift is not None):
+            seen = [entry.evaluation for entry in done]
+            search.retell(np.concatenate([one.values for one in seen]), _shifted(seen, shift))
+        points, evaluation = ask_generation(search, evaluate, len(done[0].points) if done else 1, shift)
         evaluation = complete(evaluation) if complete else evaluation
         done = [*done, record_of(done, points, evaluation, clock())]
         anew = review(done) if review else None
         if anew is not None:
             assert isinstance(search, RevisableSearch), "only such a search is reviewed"
-            search.retell(np.concatenate([one.values for one in anew]), np.concatenate([one.excess for one in anew]))
+            search.retell(np.concatenate([one.values for one in anew]), _shifted(anew, shift))
             done = recorded_anew(done, anew)
         yield done
+
+
+def _shifted(evaluations: Sequence[Evaluation], shift: np.ndarray | None) -> np.ndarray:
+    excess = np.concatenate([one.excess for one in evaluations])
+    return excess if shift is None else excess + shift
 
 
 def record_of(before: list[Generation], points: np.ndarray, evaluation: Evaluation, seconds: float) -> Generation:
@@ -180,17 +195,17 @@ def recorded_anew(generations: list[Generation], evaluations: list[Evaluation]) 
 
 
 def ask_generation(
-    search: Search, evaluate: Callable[[np.ndarray], Evaluation], population: int
+    search: Search, evaluate: Callable[[np.ndarray], Evaluation], population: int, shift: np.ndarray | None = None
 ) -> tuple[np.ndarray, Evaluation]:
     """Return the points (n, d) of the next generation and their evaluation.
 
-    population: least n.
+    population: least n; shift (limits,): added to what the search is told of its excess.
     """
     points, evaluations, count = [], [], 0
     while count < population:
         points.append(search.ask())
         evaluations.append(evaluate(points[-1]))
-        search.tell(evaluations[-1].values, evaluations[-1].excess)
+        search.tell(evaluations[-1].values, _shifted(evaluations[-1:], shift))
         count += len(points[-1])
     return np.concatenate(points), concatenate_evaluations(evaluations)
 

@@ -13,7 +13,7 @@ from objectives.problem import Constraint, Objective, Problem
 from objectives.risk import Risk
 from plant.seeds import generator
 from tuner.analysis.finals import Finals
-from tuner.experiments.tuning.conclusion import best_row
+from tuner.experiments.tuning.recommendation import best_row
 
 FLIGHTS, POINTS = 256, 16
 # Share of the flights that are lost, and what a lost one costs: as much as 40 that are completed.
@@ -56,7 +56,7 @@ def family(key, common):
 
 def flown(scores, lost, limited, early):
     """Finalists with or without early ends, the row that is recommended, and their problem."""
-    problem, choose = Family(scores, lost, limited), partial(best_row, STUDY)
+    problem, choose = Family(scores, lost, limited), partial(best_row, STUDY, False)
     batch: Any = FlightBatch(SimpleNamespace(name="gusts"), "held-out", FLIGHTS)  # pyright: ignore[reportArgumentType]
     finals = Finals(problem, np.arange(len(scores), dtype=float)[:, None], (batch,), choose, 1)
     everyone = np.arange(len(scores))

@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from tuner.search.front import FEW, hypervolume, non_dominated, select_subset
+from tuner.search.front import FEW, hypervolume, knee, non_dominated, select_subset
 
 ONE = np.ones(2)
 
@@ -65,3 +65,18 @@ def test_what_nothing_dominates_is_left_and_equal_points_stay(count, objectives)
         for i, one in enumerate(values)
     ]
     assert non_dominated(values).tolist() == [not is_dominated for is_dominated in dominated]
+
+
+def test_the_knee_of_a_wide_front_is_seen_on_its_own_scale():
+    # An objective over three decades, the other over a factor of 4: on the natural scale all but the ends are one corner.
+    wide = np.array([[1.0, 1000.0], [1.1, 100.0], [1.3, 10.0], [2.6, 1.5], [4.0, 1.0]])
+    assert knee(wide) == 2
+    assert knee(wide * [3.0, 0.2]) == 2
+    # Negative values and zeros have no logarithm: the natural scale counts.
+    assert knee(np.array([[0.0, 9.0], [1.0, 1.0], [100.0, 0.0]])) == 1
+
+
+def test_a_front_that_is_bent_outwards_on_its_logarithms_has_its_knee_on_the_natural_scale():
+    error = np.geomspace(1.0, 100.0, 9)
+    outward = np.stack([error, np.exp(-np.square(np.log(error)) / 4.0)], axis=1)
+    assert 0 < knee(outward) < 8

@@ -8,7 +8,7 @@ from tuner.api.run_report import UnfinishedContest, UnfinishedRun, next_commands
 from tuner.cli.printers.compare import print_comparison
 from tuner.cli.printers.contest import print_estimates
 from tuner.cli.printers.inference import print_tables
-from tuner.cli.printers.tuning import finding_texts, print_ending, print_tables_of_run
+from tuner.cli.printers.tuning import finding_texts, print_ending, print_points, print_tables_of_run
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, digits, unit_text, width
 from tuner.documents.parts import Estimate
@@ -70,6 +70,7 @@ def show_tuning(results: "TuningResults", console: Console) -> None:
     section(console, heading, [verdict_text(results), f"Why {summary.shown}: {summary.pick.why}."])
     print_tables_of_run(summary, console)
     section(console, "Trade-off on held-out flights", [])
+    print_points(results, console)
     print_front(results, console)
     section(console, "How far to trust it", trust_texts(results))
     console.warn(summary.warnings)

@@ -4,13 +4,16 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from tuner.cli.printers.margins import print_states
-from tuner.cli.printers.run_end import print_end_tables
+from tuner.cli.printers.run_end import labeled, middle, print_end_tables
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, bound_text, estimate, unit_text
-from tuner.documents.parts import ShareCount, in_shown_units
+from tuner.documents.parts import ShareCount, in_shown_units, row_in_degrees
 from tuner.documents.summary import Summary
+from tuner.documents.tuning import DEFAULT
 from tuner.documents.verdicts import shown_verdict
 from tuner.report.charts.text import place_bar
+from tuner.report.labels import named
+from tuner.report.named_points import change_text
 from tuner.report.verdict_text import verdict_text
 from tuner.report.words import loss_words, search_texts, uncertainty_words
 
@@ -18,6 +21,7 @@ if TYPE_CHECKING:
     from tuner.api.results import TuningResults
     from tuner.experiments.again.verify import Verdict
 
+POINTS = "Points of the front, held out"
 BAR, PLAIN_WIDTH = 16, 72
 """Length of the bar of a range, and columns from which on there is room for it."""
 
@@ -34,11 +38,30 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
     console.print(verdict_text(results), style="bold")
     console.print()
     print_end_tables(results, console)
-    if results.feasible:
+    print_points(results, console)
+    if results.feasible and summary.tuned != DEFAULT:
         console.print(f"Why {summary.tuned}: {summary.pick.why}.")
     console.warn(summary.warnings)
     files = ", ".join(("report.html", summary.gains_file))
     console.print(f"Results in {results.home}: {files} ({flights_text(results)}).", soft_wrap=True)
+
+
+def print_points(results: "TuningResults", console: Console) -> None:
+    """Print the named points of the front, with their changes to the default; nothing where there are none."""
+    points = results.document.points
+    if not points:
+        return
+    labels = [labeled(named(results, row, short=True), row.unit or "1") for row in results.objectives]
+    table = TerminalTable(box=None)
+    table.columns_of(POINTS, *labels, left=(POINTS,), wrap=(POINTS, *labels))
+    for entry in points:
+        values = [row_in_degrees(value, "held_out", "difference") for value in entry.objectives]
+        cells = [
+            f"{middle(value.held_out)}, {change_text(value.held_out, value.difference)}".strip(", ") for value in values
+        ]
+        table.add_row(f"{entry.name} ({entry.point}{', recommended' if entry.recommended else ''})", *cells)
+    console.print(table)
+    console.print()
 
 
 def flights_text(results: "TuningResults") -> str:

@@ -11,7 +11,6 @@ from tuner.experiments.tuning.ending import contender_ending
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.run import TuningRun
 from tuner.search.front import pick
-from tuner.search.loop import point_name
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.manifest import FILE as MANIFEST
@@ -71,9 +70,9 @@ def prepare(
     folder.written(f"{place}/{MANIFEST}")
 
     def entry_of(finalist: int) -> ContestPoint:
-        candidate = int(outcome.candidates[finalist - 1])
-        values = outcome.finalists.evaluation.values[finalist]
-        return ContestPoint(contender, point_name(candidate), outcome.gains(finalist), problem, candidate, values)
+        candidate = int(outcome.candidates[finalist - 1]) if finalist else -1
+        values, name = outcome.finalists.evaluation.values[finalist], outcome.names[finalist]
+        return ContestPoint(contender, name, outcome.gains(finalist), problem, candidate, values)
 
     chosen, why = compared_at(outcome)
     offered = [entry_of(row) for row in np.flatnonzero(outcome.finalists.non_dominated).tolist()]

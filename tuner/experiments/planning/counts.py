@@ -1,14 +1,15 @@
 """Largest numbers of flights of runs and contests, counted from their studies.
 
 What cannot be known before is taken at its largest: candidates that break a hard requirement, or that a race would stop early,
-are counted as flown, and the front as long as it may get.
+are counted as flown, and the front as long as it may get. Further flights of finalists that straddle a limit come on top, at most
+`tuner.analysis.limit_flights.BUDGET` times the held-out flights.
 """
 
 from typing import Any
 
 from tuner.documents.plan import PlannedFlights
-from tuner.experiments.tuning.conclusion import most_finalists
-from tuner.experiments.tuning.survivors import MOST_SURVIVORS
+from tuner.experiments.tuning.finalists import most_finalists
+from tuner.experiments.tuning.survivors import MOST_BESIDE, MOST_SURVIVORS
 from tuner.study.contest import Contender, Contest
 from tuner.study.study import SearchedStudy
 
@@ -38,7 +39,7 @@ def scenario_flights(study: SearchedStudy, entry: Any) -> int:
 
 def survivors_at_most(study: SearchedStudy) -> int:
     """Return the maximum number of candidates with all search flights: the first one and those that survive."""
-    return min(study.search.candidates, 1 + MOST_SURVIVORS)
+    return min(study.search.candidates, 1 + MOST_SURVIVORS + MOST_BESIDE)
 
 
 def flights_of(study: SearchedStudy) -> PlannedFlights:

@@ -85,11 +85,27 @@ def ending_of(outcome: Outcome) -> list[str]:
         return [head, *obstacle_texts(outcome.obstacles)]
     if outcome.finalists.feasible[outcome.tuned]:
         return _broken_again(outcome, point)
+    if outcome.to_settle is not None:
+        return [_unsettled(outcome, point, outcome.to_settle)]
     tried = len(outcome.candidates)
     who = "the one finalist does not satisfy" if tried == 1 else f"none of the {tried} finalists satisfies"
     head = f"{NOTHING} on held-out scenarios: {who} every limit there, {about}"
     violated = f"{point} violates {'; '.join(_broken(outcome))}."
-    return [head, violated, *_lost(outcome, point), *_helps(outcome), *_default(outcome)]
+    return [head, violated, *_lost(outcome, point)]
+
+
+def _unsettled(outcome: Outcome, point: str, flights: int) -> str:
+    """Return the text on a nearest point that keeps its limits by value, with the flights that would settle it."""
+    study = outcome.study
+    broken = np.flatnonzero(outcome.finalists.excess[outcome.tuned] > 0.0)
+    broken_text = "; ".join(_broken(outcome))
+    confidence = 100.0 * max(study.constraints[i].confidence for i in broken)
+    return (
+        f"{NOTHING} with {confidence:g} % confidence: {point} is nearest and within every limit by its values, but an interval "
+        f"reaches beyond one: {broken_text}. About {flights:,} held-out flights would settle it; raise held_out, or "
+        f"`{rejudge_command(study, 'confidence', '0')}` judges by the values alone. Its gains are in {INFEASIBLE}, for study and "
+        "not to be flown."
+    )
 
 
 def _broken(outcome: Outcome) -> list[str]:
@@ -103,28 +119,14 @@ def _broken(outcome: Outcome) -> list[str]:
         elif study.constraints[i].rests_on_value:
             shown_value = f"{limits[i].limit + finalists.excess[row, i]:.4g}"
         else:
-            shown_value = _estimate(finalists.flown.estimate(len(study.objectives) + i), row)
+            shown_value = _estimate(finalists.limits[:, row, i])
         texts.append(f"{limits[i].text} with {shown_value}")
     return texts
 
 
-def _estimate(ends: tuple[np.ndarray, ...], row: int) -> str:
-    value, low, high = (significant(float(part[row])) for part in ends)
+def _estimate(ends: np.ndarray) -> str:
+    value, low, high = (significant(float(part)) for part in ends)
     return f"{value} [{low}, {high}]"
-
-
-def _helps(outcome: Outcome) -> list[str]:
-    """Return advice where the nearest point satisfies limits without the confidence."""
-    study, finalists, row = outcome.study, outcome.finalists, outcome.tuned
-    broken = np.flatnonzero(finalists.excess[row] > 0.0)
-    by_value = np.flatnonzero(finalists.evaluation.violations[row] > 0.0)
-    if len(np.intersect1d(broken, by_value)) or not len(broken):
-        return []
-    confidence = 100.0 * max(study.constraints[i].confidence for i in broken)
-    return [
-        f"By its values it satisfies them all, but not with {confidence:g} % confidence: an interval reaches beyond. More "
-        f"held_out flights narrow it; `{rejudge_command(study, 'confidence', '0')}` judges by the values alone."
-    ]
 
 
 def _lost(outcome: Outcome, point: str) -> list[str]:
@@ -185,7 +187,3 @@ def _rejudged(study: SearchedStudy, limit: Limit, index: int, row: ComparedRow) 
         f"`{rejudge_command(study, key, 'VALUE')}` judges the flights already flown by another limit: {smaller}"
         f"{larger} has room for this point."
     )
-
-
-def _default(outcome: Outcome) -> list[str]:
-    return ["The default gains satisfy every limit there."] if outcome.finalists.feasible[0] else []

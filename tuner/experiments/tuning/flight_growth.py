@@ -1,8 +1,8 @@
 """Growth of the flights of a search: more of them where fresh ones disagree with those that it goes by.
 
 A search fits itself to its flights, and eight lenient ones mislead it for good: more candidates on the same flights do not help.
-So some points of the front make as many fresh flights every 32 candidates. Where an objective is worse there by a fifth, all
-candidates make these flights too, and those to come; the search goes on from values that rest on both.
+So some points of the front make as many fresh flights every 32 candidates. Where an objective is worse there by a fifth, or a
+limit is broken, all candidates make these flights too, and those to come; the search goes on from values that rest on both.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,6 +14,7 @@ import numpy as np
 from objectives.evaluator import Evaluation, Evaluator
 from objectives.problem import FlightBatch
 from plant.quadrotor.scenarios import SEARCH
+from tuner.experiments.tuning.active_limits import has_tolerance
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import joined
 from tuner.search.front import select_subset
@@ -64,7 +65,8 @@ class FlightGrowth:
         before = self.study
         self.study = with_first(before, max(batch.count for batch in further))
         self.text = (
-            f"Fresh flights of the front are worse than the search's by more than {MAX_RATIO - 1.0:.0%} in an objective: "
+            f"Fresh flights of the front are worse than the search's by more than {MAX_RATIO - 1.0:.0%} in an objective, or "
+            "beyond a limit: "
             f"every candidate makes {self.study.search.first or 'all'} flights of each scenario from now on, "
             f"{before.search.first} before."
         )
@@ -88,7 +90,10 @@ class FlightGrowth:
         fresh = self.problem.evaluate(points[chosen], further, self.on_flights_done, fly_all=True)
         # A scenario whose flights are all made has no fresh ones, and its objectives no values.
         ratios = np.nan_to_num(value_ratios(values[chosen], fresh.values), nan=1.0)
-        return bool(np.any(np.median(ratios, axis=0) > MAX_RATIO))
+        limited = [i for i, entry in enumerate(self.problem.constraints) if has_tolerance(entry)]
+        # The front keeps its limits by the flights so far; fresh ones that break one in half of it were not in its choice.
+        broken = np.median(np.nan_to_num(fresh.excess[:, limited], nan=-1.0), axis=0) > 0.0
+        return bool(np.any(np.median(ratios, axis=0) > MAX_RATIO) or np.any(broken))
 
     def _extended(self, generation: Generation, further: tuple[FlightBatch, ...]) -> Evaluation:
         """Return the evaluation of a generation on its flights and further ones."""

@@ -7,6 +7,7 @@ import numpy as np
 from objectives.evaluator import Constraint, Evaluator, concatenate_evaluations
 from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES
+from tuner.analysis.limit_flights import spent_confidence
 from tuner.documents.parts import LostFlight
 from tuner.documents.summary import INFEASIBLE
 from tuner.experiments.tuning.conflicts import UpperEnd
@@ -50,11 +51,11 @@ def upper_ends(problem: Evaluator, study: SearchedStudy, generations: Sequence[G
 def upper_end_of(constraint: Constraint, samples: np.ndarray, root: int) -> float:
     """Return the least limit that samples (flights,) satisfy.
 
-    They satisfy it at the confidence of the constraint.
+    They satisfy it at the confidence of the constraint, at the first look at them.
     """
     objective = constraint.objective
     if constraint.confidence == 0.0 or objective.risk.name == "worst":
         return float(objective.risk.apply(samples))
     count = len(samples)
     draws = generator(root, "bootstrap/relaxed", 0).integers(count, size=(FRONT_REPLICATES, count), dtype=np.intp)
-    return float(objective.interval(samples, draws, constraint.confidence).high)
+    return float(objective.interval(samples, draws, spent_confidence(constraint.confidence)).high)

@@ -26,11 +26,15 @@ class Outcome(Generic[S, P]):
 
     Attributes:
         candidates: Archive indices of the finalists behind the default.
-        tuned: Row in the finalists of the recommended point, or of the one that breaks least where nothing is feasible.
+        tuned: Row in the finalists of the recommended point, 0 for the default, or of the one that breaks least where nothing is
+            feasible.
         confirmation: The default and the recommended point on scenarios that decided nothing, for table and required_rows.
         conflict: Conflict of the limits where nothing was feasible.
         obstacles: Causes behind the conflict.
         costs: Cost of each limit where something was feasible.
+        broken_again: Indices of constraints that `tuned` breaks on confirmation flights.
+        to_settle: About the flights that would decide that the nearest keeps its limits, None where its values break one.
+        further_flights: Number of flights made because a limit was open.
     """
 
     study: S
@@ -50,19 +54,14 @@ class Outcome(Generic[S, P]):
     plant_step: PlantStep | None
     warnings: list[str]
     seconds: float
+    broken_again: np.ndarray
+    to_settle: int | None
+    further_flights: int
 
-    @cached_property
+    @property
     def feasible(self) -> bool:
-        """Whether there is anything to recommend: some candidate kept every limit in the search, `tuned` does held out, at the
-        confidence of the study, and its values do on confirmation flights.
-        """
-        held = len(self.archive.front()) > 0 and bool(self.finalists.feasible[self.tuned])
-        return held and not len(self.broken_again)
-
-    @cached_property
-    def broken_again(self) -> np.ndarray:
-        """Indices of constraints that the values of `tuned` break on confirmation flights."""
-        return np.flatnonzero(self.confirmation.violations[1, : len(self.study.constraints)] > 0.0)
+        """Whether there is anything to recommend: a point, or the default, that keeps every limit on all flights it made."""
+        return bool(self.finalists.feasible[self.tuned]) and not len(self.broken_again)
 
     @property
     def flights(self) -> int:
@@ -71,6 +70,7 @@ class Outcome(Generic[S, P]):
             self.generations[-1].flights
             + self.survivors.flights
             + self.finalists.evaluation.flights
+            + self.further_flights
             + self.confirmation.flights
         )
 

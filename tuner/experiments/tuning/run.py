@@ -15,10 +15,11 @@ import numpy as np
 
 from objectives.engine import Engine
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
+from plant.texts import PlainTable
 from plant.threads import use_threads
 from tuner import report
 from tuner.analysis.finals import draw_ahead
-from tuner.documents.summary import gains_name
+from tuner.documents.summary import Summary, gains_name
 from tuner.engines.cluster.connect import engine_at
 from tuner.engines.cuda import LANES, engine_named, recorded_engine
 from tuner.experiments.experiment import DRAWN, Experiment
@@ -27,6 +28,8 @@ from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.fans import Fans, response_table
 from tuner.experiments.tuning.gains_of_run import gains_document
+from tuner.experiments.tuning.named_points import FOLDER as POINTS
+from tuner.experiments.tuning.named_points import possible_names
 from tuner.experiments.tuning.outcome import FlightOutcome
 from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
 from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
@@ -174,6 +177,7 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
         self.drawing.begin(self.results)
         folder.remove(gains_name(not result.feasible))
         folder.write_json(gains_name(result.feasible), gains_document(result, summary))
+        self.write_points(result, summary)
         self.on_documents(result)
         self.watcher.on_writing("responses")
         spectra = spectrum_table(result)
@@ -183,6 +187,17 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
         self.drawing.go_on(self.results)
         if result.study.constraints:
             folder.write_table("constraints.csv", constraint_table(result))
+
+    def write_points(self, result: FlightOutcome, summary: Summary) -> None:
+        """Write the gains of the named points; what an earlier end of this run left goes."""
+        names = {entry.name: entry.point for entry in summary.points}
+        for name in possible_names(result.study.objectives):
+            if name not in names:
+                self.folder.remove(f"{POINTS}/{name}.json")
+                continue
+            row = result.names.index(names[name])
+            parts: PlainTable = {"study": result.study.origin(names[name])}  # pyright: ignore[reportAssignmentType]
+            self.folder.write_json(f"{POINTS}/{name}.json", result.study.gains_document(result.gains(row), parts))
 
 
 class Recorded:

@@ -12,6 +12,7 @@ from objectives.racing import Champions, race
 from plant.errors import StoreError
 from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
+from tuner.experiments.tuning.active_limits import LimitAim
 from tuner.experiments.tuning.flight_growth import FlightGrowth
 from tuner.experiments.tuning.problem import first_batches
 from tuner.experiments.tuning.starts import earlier_points, starting_points, surrounding_points
@@ -162,7 +163,8 @@ def study_generations(
         default = np.arange(len(points)) == 0 if not done else False
         return evaluated(growth.problem, growth.study, points, done, growth.on_flights_done, default)
 
-    for done in search_generations(algorithm, evaluate, budget, now, complete, review or growth.review):
+    aim = LimitAim(growth.problem.constraints, growth.study.seed)
+    for done in search_generations(algorithm, evaluate, budget, now, complete, review or growth.review, aim):
         yield done
 
 

@@ -22,6 +22,7 @@ from tuner.experiments.tuning.bounds import ENDS
 from tuner.experiments.tuning.conclusion import default_candidate, remarks
 from tuner.experiments.tuning.conflicts import Conflict, Limit, LimitPrice, Relaxation, limits_of
 from tuner.experiments.tuning.ending import ending_of
+from tuner.experiments.tuning.named_points import named_points
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.uncertainty import uncertainty_costs
@@ -63,6 +64,7 @@ def summary_document(outcome: Outcome) -> Summary:
         front_size=int(finalists.non_dominated.sum()),
         hypervolume=last.hypervolume,
         picked_on=picked_on(outcome),
+        points=named_points(outcome),
         conflict=conflict_part(outcome.conflict, limits, default_candidate(outcome.archive, study)),
         obstacles=outcome.obstacles,
         costs=[cost_row(cost, limits, study.objectives) for cost in outcome.costs],
@@ -142,7 +144,7 @@ def picked_on(outcome: Outcome) -> SelectionValues:
 def lost_in_search(outcome: Outcome) -> float | None:
     """Return the recommended point's share of flights lost in the search; None where it was not flown there."""
     failures = np.concatenate([entry.evaluation.failures for entry in outcome.generations])
-    candidate = outcome.candidates[outcome.tuned - 1]
+    candidate = outcome.candidates[outcome.tuned - 1] if outcome.tuned else 0
     return float(failures[candidate]) if outcome.archive.flown[candidate] else None
 
 

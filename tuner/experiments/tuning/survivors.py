@@ -1,7 +1,8 @@
 """Candidates that survive a search on few flights: they fly all flights of the search, and only they may be recommended.
 
 Every candidate of such a search flies the first scenarios alone. Those that no better one surely beats there, see
-`objectives.racing`, make the remaining flights; the front that goes to the held-out check is theirs.
+`objectives.racing`, and those around a limit that binds make the remaining flights; the front that goes to the held-out check is
+theirs.
 """
 
 from dataclasses import dataclass, replace
@@ -12,6 +13,7 @@ from objectives.evaluator import OF_CANDIDATES, Evaluation, Evaluator, concatena
 from objectives.racing import beaten_by
 from plant.ties import first_smallest
 from tuner.analysis.held_out import SearchEstimate
+from tuner.experiments.tuning.active_limits import beside_limits
 from tuner.experiments.tuning.problem import remaining_batches
 from tuner.search.front import feasible_front, non_dominated, select_subset
 from tuner.search.infeasible import nothing_feasible
@@ -21,6 +23,8 @@ from tuner.study.study import SearchedStudy
 
 # Candidates that make all flights at most: as many as are finalists.
 MOST_SURVIVORS = 48
+# Beside them, those around limits that bind.
+MOST_BESIDE = 16
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,9 @@ def survivors_of(
         return Survivors(np.arange(len(seen.values)), seen, 0)
     tried, flown = archive(generations), remaining_batches(study)
     feasible = surviving(problem, seen, study.seed)
-    candidates = np.union1d([0], feasible if len(feasible) else [nothing_feasible(tried, study.requirements)[0]])
+    beside = beside_limits(seen, problem.constraints, feasible, study.seed, MOST_BESIDE)
+    hopeful = np.concatenate([feasible, beside])
+    candidates = np.union1d([0], hopeful if len(hopeful) else [nothing_feasible(tried, study.requirements)[0]])
     watcher.on_stage(REFINING, len(candidates) * sum(batch.count - batch.start for batch in flown))
     rest = problem.evaluate(tried.points[candidates], flown, watcher.on_flights_done, fly_all=candidates == 0)
     if problem.memory:

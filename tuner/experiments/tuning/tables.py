@@ -103,7 +103,8 @@ def constraint_table(outcome: Outcome) -> Columns:
     study, flown = outcome.study, outcome.finalists.flown
     rows = []
     for i, constraint in enumerate(study.constraints, start=len(study.objectives)):
-        numbers = (*flown.estimate(i), *flown.difference_to(i, 0))
+        # Of those that flew on because a limit was open, by all their flights.
+        numbers = (*outcome.finalists.limits[:, :, i - len(study.objectives)], *flown.difference_to(i, 0))
         label = constraint.objective.label
         rows += [(name, label, *values) for name, *values in zip(outcome.names, *numbers, strict=True)]
     return columns_of([dict(zip(COLUMNS, row, strict=True)) for row in rows])
@@ -178,7 +179,7 @@ def spectrum_table(outcome: FlightOutcome) -> Columns | None:
         if entry.spec.steps(study.system.timing) > SPECTRUM_INSTANTS:
             continue
         inputs = drawn(outcome, entry.spec, range(min(SPECTRUM_FLIGHTS, entry.held_out)))
-        for row in (0, outcome.tuned):
+        for row in dict.fromkeys((0, outcome.tuned)):
             spectrum = command_spectrum(study.system, outcome.problem.flyer, outcome.gains(row), inputs)
             if spectrum is not None:
                 parts.append({"point": outcome.names[row], "scenario": entry.spec.name, **spectrum._asdict()})

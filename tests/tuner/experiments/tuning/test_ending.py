@@ -20,6 +20,7 @@ from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, write
 from tuner import report
 from tuner.analysis.held_out import compare
+from tuner.analysis.limit_flights import LimitFlights
 from tuner.api.run_report import report_run
 from tuner.cli.main import _invoke
 from tuner.cli.printers.run_report import print_run_report
@@ -241,7 +242,9 @@ def test_limits_are_kept_with_confidence_unless_the_study_says_otherwise(tmp_pat
     excess = {}
     for confidence in (0.0, 0.5, 0.95):
         problem.constraints = (replace(problem.constraints[0], most=limit, confidence=confidence), *others)
-        excess[confidence] = replace(flown).excess(0)
+        excess[confidence] = LimitFlights(problem, outcome.finalist_rows, (), 1).excess(replace(flown))[:, 0]
+    # The first look spends half of what the study allows to err.
+    high = flown.estimate(2, 0.975)[2]
     np.testing.assert_array_equal(excess[0.95], np.maximum(high - limit, 0.0))
     assert np.all(excess[0.95][1:] > 0.0) and np.any(excess[0.0][1:] == 0.0)
     assert np.all((excess[0.0] <= excess[0.5]) & (excess[0.5] <= excess[0.95])) and np.any(excess[0.5] < excess[0.95])
@@ -253,10 +256,14 @@ def test_limits_are_kept_with_confidence_unless_the_study_says_otherwise(tmp_pat
         outcome.finalists, flown=replace(flown), excess=beyond, feasible=np.zeros(len(beyond), dtype=bool)
     )
     study = replace(outcome.study, constraints=(replace(outcome.study.constraints[0], most=limit), *others))
-    head, told, helps = ending_of(replace(outcome, study=study, finalists=finalists, tuned=row))
+    nothing = replace(outcome, study=study, finalists=finalists, tuned=row)
+    head, told = ending_of(nothing)
     assert head.startswith(f"{NOTHING} on held-out scenarios")
     assert re.search(r"violates mean\(rms.position\) at most \S+ m with \S+ \[\S+, \S+\]\.$", told)
-    assert "not with 95 % confidence" in helps and "`tuner rejudge FOLDER --set confidence=0 --out NEW`" in helps
+    (head,) = ending_of(replace(nothing, to_settle=1234))
+    assert head.startswith(f"{NOTHING} with 95 % confidence: {outcome.names[row]} is nearest and within every limit")
+    assert "About 1,234 held-out flights would settle it" in head
+    assert "`tuner rejudge FOLDER --set confidence=0 --out NEW`" in head
 
 
 def test_a_limit_that_confirmation_flights_break_is_told_with_what_helps(tmp_path, monkeypatch):
@@ -268,7 +275,7 @@ def test_a_limit_that_confirmation_flights_break_is_told_with_what_helps(tmp_pat
     scores = outcome.confirmation.scores.copy()
     scores[1, len(outcome.study.objectives), 7] = 1.0
     lost = replace(outcome.confirmation, excess=violations, scores=scores)
-    broken = replace(outcome, confirmation=lost, table=compare(outcome.problem, lost, 1))
+    broken = replace(outcome, confirmation=lost, table=compare(outcome.problem, lost, 1), broken_again=np.array([0]))
     assert not broken.feasible
     head, helps = ending_of(broken)
     assert head.startswith(
@@ -308,4 +315,5 @@ def test_lost_flights_that_leave_nothing_feasible_are_named_with_the_commands_th
     # With this limit the same flights satisfy it at the confidence of the study.
     problem = outcome.problem
     problem.constraints = (replace(problem.constraints[0], most=share), *problem.constraints[1:])
-    assert replace(flown).excess(0)[row] == 0.0 and share < 1.2 * (flown.estimate(column)[2][row])
+    limits = LimitFlights(problem, outcome.finalist_rows, (), 1)
+    assert limits.excess(replace(flown))[row, 0] == 0.0 and share < 1.2 * (flown.estimate(column, 0.975)[2][row])

@@ -34,7 +34,7 @@ from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.analysis import finals
 from tuner.api.catalogue import LISTINGS
 from tuner.experiments.again.verify import verify
-from tuner.experiments.tuning.conclusion import finalists_of
+from tuner.experiments.tuning.finalists import finalists_of
 from tuner.experiments.tuning.run import TuningRun
 from tuner.experiments.tuning.search import algorithm_of, first_points, search
 from tuner.experiments.tuning.survivors import survivors_of

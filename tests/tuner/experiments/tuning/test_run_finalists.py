@@ -113,7 +113,12 @@ def test_constraints_of_every_finalist_are_what_made_them_feasible(outcome):
     table: Any = pd.DataFrame(constraint_table(outcome))
     study = outcome.study
     assert list(table.point.unique()) == outcome.names
-    limits = {entry.objective.label: entry.most for entry in study.constraints}
+    # An automatic limit asks for no more than the default does.
+    of_default = table[table.point == "default"].set_index("label").value
+    limits = {
+        entry.objective.label: max(entry.most, 1.02 * of_default[entry.objective.label]) if entry.floor else entry.most
+        for entry in study.constraints
+    }
     assert list(table.label.unique()) == list(limits)
     assert np.all(table.low <= table.value) and np.all(table.value <= table.high)
     kept = ~(table.value > table.label.map(limits)).groupby(table.point).any()

@@ -1,0 +1,161 @@
+"""Points near a limit fly until it is decided: false passes stay below what the study allows, and what keeps it is kept."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from objectives.evaluator import Evaluator
+from objectives.flown_system import FlightBatch
+from objectives.metrics import parse
+from objectives.problem import Constraint, Objective, Problem
+from objectives.risk import Risk, flights_to_show
+from plant.seeds import generator
+from tuner.analysis import air_losses as air
+from tuner.analysis.final_flights import FinalFlights
+from tuner.analysis.limit_flights import BUDGET, SPENT, LimitFlights
+
+FLIGHTS, MOST = 32, 8
+ERROR = Objective(parse("itae.position"), Risk("mean"))
+OVERSHOOT = Objective(parse("overshoot.x"), Risk("mean"))
+FAILURE = Objective(parse("failure"), Risk("mean"))
+FOLLOWED = Objective(parse("rms.position"), Risk("mean"))
+
+
+class Given(Problem):
+    """A problem whose flights are given: scores (rows, quantities, flights); a gains row is the number of its row."""
+
+    def __init__(self, scores, *constraints, lost=None):
+        self.objectives, self.constraints, self.screens = (ERROR,), constraints, ()
+        self.scores, self.flights_made = scores, 0
+        self.lost = np.zeros((len(scores), scores.shape[-1]), dtype=bool) if lost is None else lost
+
+    def chunks(self, batch):
+        return [(batch.start, batch.count)]
+
+    def scored(self, gains, flown, batch, first, last, on_flights_done=None):
+        self.flights_made += len(gains) * (last - first)
+        rows = gains[:, 0].astype(int)
+        return self.scores[rows][..., first:last], self.lost[rows, first:last]
+
+
+def looking(problem, count=FLIGHTS) -> tuple[LimitFlights, FinalFlights]:
+    """Looks at the limits of a problem, and the held-out flights that they begin from."""
+    rows, scores = len(problem.scores), problem.scores[..., :count]
+    gains = np.arange(rows, dtype=float)[:, None]
+    batch: Any = FlightBatch(SimpleNamespace(name="gusts"), "held-out", count)  # pyright: ignore[reportArgumentType]
+    flown = FinalFlights(
+        problem,
+        1,
+        scores,
+        problem.lost[:, :count],
+        np.repeat("gusts", count),
+        np.zeros((rows, 0)),
+        np.ones(count, dtype=bool),
+        np.ones(rows, dtype=bool),
+    )
+    return LimitFlights(problem, gains, (batch,), 1), flown
+
+
+def normal_scores(distance, key, rows=2, count=FLIGHTS * MOST):
+    """Scores around a limit of 10 with a deviation of 1: row 1 lies a distance, in errors of the held-out mean, within it."""
+    draw = generator(5, "test/limit-flights", key)
+    scores = draw.standard_normal((rows, 2, count))
+    scores[1:, 1] += 10.0 - distance / np.sqrt(FLIGHTS)
+    return scores
+
+
+def decided(distance, key) -> tuple[bool, int]:
+    """Whether row 1 is found to keep the limit, and by how many flights."""
+    limits, flown = looking(Given(normal_scores(distance, key), Constraint(OVERSHOOT, 10.0, confidence=0.95)))
+    while limits.open(flown)[1]:
+        limits.fly(flown, 1)
+    return bool(limits.excess(flown)[1, 0] <= 0.0), FLIGHTS + limits.flights
+
+
+def test_looks_together_spend_what_the_study_allows():
+    assert sum(SPENT) == pytest.approx(1.0) and 2 ** (len(SPENT) - 1) == MOST
+
+
+def test_what_just_breaks_a_limit_passes_in_no_look_more_often_than_allowed():
+    passed = [decided(0.0, key)[0] for key in range(200)]
+    # One-sided 2.5 %; three standard errors of that from 200 are 3.3 %.
+    assert np.mean(passed) <= 0.025 + 0.033
+
+
+def test_what_keeps_a_limit_narrowly_is_found_by_flying_on():
+    found = [decided(1.2, key) for key in range(60)]
+    at_once = np.mean([passes and flights == FLIGHTS for passes, flights in found])
+    assert at_once < 0.3 and np.mean([passes for passes, _ in found]) > 0.6
+
+
+def test_what_is_far_from_a_limit_flies_no_further():
+    assert decided(8.0, 0) == (True, FLIGHTS) and decided(-8.0, 0) == (False, FLIGHTS)
+
+
+def test_the_budget_bounds_the_flights_of_all_together():
+    scores = normal_scores(0.7, 3, rows=12)
+    limits, flown = looking(Given(scores, Constraint(OVERSHOOT, 10.0, confidence=0.95)))
+    while (rows := np.flatnonzero(limits.open(flown))).size:
+        limits.fly(flown, int(rows[0]))
+    assert 0 < limits.flights <= BUDGET * FLIGHTS and limits.problem.flights_made == limits.flights
+    assert sum(count - FLIGHTS for count in limits.looked_at().values()) == limits.flights
+
+
+def test_flights_that_would_settle_it_are_those_at_which_the_interval_ends_at_the_limit():
+    limits, flown = looking(Given(normal_scores(1.0, 8), Constraint(OVERSHOOT, 10.0, confidence=0.95)))
+    value, _, upper = limits.estimates(flown)[:, 1, 0]
+    wanted = limits.flights_to_settle(flown, 1)
+    assert wanted is not None and value < 10.0 < upper
+    assert value + (upper - value) * np.sqrt(FLIGHTS / wanted) == pytest.approx(10.0, abs=1e-2)
+    beyond, flown = looking(Given(normal_scores(-9.0, 7), Constraint(OVERSHOOT, 10.0, confidence=0.95)))
+    assert beyond.flights_to_settle(flown, 1) is None
+
+
+@pytest.mark.parametrize("most", [0.0, 0.01, 0.005])
+def test_a_limit_on_losses_flies_what_it_needs(most):
+    flights = 2048
+    scores = np.zeros((2, 2, flights))
+    limits, flown = looking(Given(scores, Constraint(FAILURE, most, confidence=0.95)), 256)
+    while limits.open(flown)[1]:
+        limits.fly(flown, 1)
+    assert limits.excess(flown)[1, 0] == 0.0
+    made = 256 + limits.flights
+    # None of those flown is lost; a share takes so many that the interval of none ends within it.
+    assert made == 256 if most == 0.0 else flights_to_show(most, 0.95) <= made < 4.0 * flights_to_show(most, 0.95)
+
+
+def test_an_automatic_limit_asks_for_no_more_than_the_default_does():
+    scores = np.zeros((4, 2, FLIGHTS))
+    scores[:, 1] = np.array([0.62, 0.625, 0.60, 0.9])[:, None]
+    limits, flown = looking(Given(scores, Constraint(FOLLOWED, 0.606, floor="mission.followed", confidence=0.95)))
+    assert (limits.excess(flown)[:, 0] > 0.0).tolist() == [False, False, False, True]
+    assert not limits.open(flown).any()
+
+
+def test_another_programs_trials_are_judged_as_they_are():
+    problem: Any = SimpleNamespace(constraints=(), objectives=())
+    assert not isinstance(problem, Problem) and issubclass(Problem, Evaluator)
+    limits = LimitFlights(problem, np.zeros((2, 1)), (), 1)
+    assert limits.confidence(Constraint(OVERSHOOT, 1.0, confidence=0.95), 0) == 0.95 and not limits.may_fly
+
+
+def test_a_further_flight_that_everyone_loses_counts_for_nobody(monkeypatch):
+    """The air loses flight 40, beyond the held-out ones, whatever flies it; flight 50 only row 1 loses."""
+    for number, kept in ((40, True), (50, False)):
+        scores, lost = normal_scores(1.2, 2, rows=3), np.zeros((3, FLIGHTS * MOST), dtype=bool)
+        failure = np.zeros((3, 1, FLIGHTS * MOST))
+        lost[1, number], failure[1, 0, number], scores[1, 1, number] = True, 1.0, 1e3
+        monkeypatch.setattr(
+            air, "is_lost", lambda _, row, __, numbers, n=number: [n == 40 or row[0] == 1 for _ in numbers]
+        )
+        given = Given(
+            np.concatenate([scores, failure], axis=1),
+            Constraint(OVERSHOOT, 10.0, confidence=0.95),
+            Constraint(FAILURE, 0.0),
+            lost=lost,
+        )
+        limits, flown = looking(given)
+        limits.fly(flown, 1)
+        assert (limits.excess(flown)[1, 1] == 0.0) == kept

@@ -1,0 +1,135 @@
+"""Finalists on both sides of a limit that binds, and a search that aims inside it, on made-up evaluations."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from objectives.evaluator import Evaluation
+from objectives.metrics import parse
+from objectives.problem import Constraint, Objective
+from objectives.risk import Risk
+from plant.seeds import generator
+from tuner.experiments.tuning.active_limits import AIMS, LimitAim, beside_limits, standard_excess
+from tuner.search.front import feasible_front
+from tuner.search.loop import search_generations
+
+MEAN, FLIGHTS = Risk("mean"), 8
+ERROR, TRAVEL = Objective(parse("itae.position"), MEAN), Objective(parse("travel"), MEAN)
+OVERSHOOT = Constraint(Objective(parse("overshoot.x"), MEAN), 15.0, confidence=0.95)
+
+
+def evaluated(values, limited, constraint=OVERSHOOT, spread=1.0, known=None, flights=FLIGHTS) -> Evaluation:
+    """An evaluation of objectives (n, m) and means (n,) of a limited quantity, whose flights share their air."""
+    values, limited = np.atleast_2d(np.array(values, dtype=float).T).T, np.array(limited, dtype=float)
+    n, m = values.shape
+    air = generator(2, "test/active-limits", 0).standard_normal(flights)
+    air = (air - air.mean()) / air.std()
+    scores = np.concatenate(
+        [np.repeat(values[..., None], flights, axis=2), limited[:, None, None] + spread * air], axis=1
+    )
+    beyond = np.zeros((n, 0)) if known is None else np.array(known, dtype=float)[:, None]
+    excess = np.concatenate([(limited - constraint.most)[:, None], beyond], axis=1)
+    return Evaluation(values, excess, np.zeros(n), scores, np.repeat("gusts", flights), beyond, np.ones(n, dtype=bool))
+
+
+def test_excess_counts_in_distances_to_the_end_of_an_interval():
+    seen = evaluated([1.0, 2.0, 3.0], [15.0, 14.0, 16.0])
+    at, inside, outside = standard_excess(seen, (OVERSHOOT,), 1)
+    assert at == 0.0 and inside < 0.0 < outside
+    # Twice the spread, half the excess.
+    wider = evaluated([1.0, 2.0, 3.0], [15.0, 14.0, 16.0], spread=2.0)
+    assert standard_excess(wider, (OVERSHOOT,), 1)[1:] == pytest.approx([0.5 * inside, 0.5 * outside], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "constraint",
+    [
+        Constraint(Objective(parse("failure"), MEAN), 0.0),
+        Constraint(Objective(parse("overshoot.x"), Risk("worst")), 15.0),
+        Constraint(Objective(parse("overshoot.x"), MEAN), 15.0, floor="mission.followed"),
+    ],
+)
+def test_a_limit_without_an_error_of_its_own_has_no_tolerance(constraint):
+    most = constraint.most
+    excess = standard_excess(evaluated([1.0, 1.0], [most, most + 0.01], constraint), (constraint,), 1)
+    assert excess.tolist() == [-np.inf, np.inf]
+
+
+def test_requirements_have_no_tolerance():
+    assert standard_excess(evaluated([1.0], [10.0], known=[1e-9]), (OVERSHOOT,), 1)[0] == np.inf
+
+
+def along_a_limit(count=41):
+    """Candidates of one objective that cost more the further inside a limit they are; from 12 to 18."""
+    limited = np.linspace(12.0, 18.0, count)
+    return evaluated(30.0 - limited, limited)
+
+
+def test_of_one_objective_finalists_stand_on_both_sides_of_the_limit():
+    seen = along_a_limit()
+    best = feasible_front(seen.values, seen.violations)
+    assert len(best) == 1
+    rows = beside_limits(seen, (OVERSHOOT,), best, 1, 15)
+    limited, excess = seen.excess[rows, 0], standard_excess(seen, (OVERSHOOT,), 1)[rows]
+    assert len(rows) >= 7 and not np.isin(rows, best).any() and len(set(rows.tolist())) == len(rows)
+    assert np.sum(limited > 0.0) >= 3 and np.sum(limited < 0.0) >= 3 and np.all(excess <= 1.0)
+
+
+def test_an_objective_alone_has_further_finalists_where_no_limit_binds():
+    seen = evaluated(np.arange(20.0) + 1.0, np.full(20, 2.0))
+    assert beside_limits(seen, (OVERSHOOT,), np.array([0]), 1, 7).tolist() == [1, 2, 3, 4, 5, 6, 7]
+
+
+def test_a_front_far_within_its_limits_has_no_others_beside_it():
+    error = np.linspace(1.0, 2.0, 9)
+    seen = evaluated(np.stack([error, 3.0 - error], axis=1), np.full(9, 2.0))
+    assert not len(beside_limits(seen, (OVERSHOOT,), np.arange(9), 1, 8))
+
+
+def test_what_only_a_race_ended_is_no_finalist():
+    seen = along_a_limit()
+    raced = replace(seen, counted=np.where(np.arange(41) % 2, 4, FLIGHTS))
+    assert np.all(beside_limits(raced, (OVERSHOOT,), np.array([], dtype=int), 1, 20) % 2 == 0)
+
+
+def generations(seen, count) -> Any:
+    return [SimpleNamespace(evaluation=seen)] * count
+
+
+def test_generations_aim_further_inside_a_limit_that_binds_one_after_the_other():
+    seen, aim = along_a_limit(), LimitAim((OVERSHOOT,), 1)
+    shifts = [aim(generations(seen, count)) for count in range(1, 7)]
+    parts = [0.0 if shift is None else float(shift[0]) for shift in shifts]
+    assert parts[2] == parts[5] == 0.0 and parts[0] > 0.0
+    assert parts[1] / parts[0] == pytest.approx(AIMS[2] / AIMS[1])
+    # Nothing moves where the front is far inside.
+    assert LimitAim((OVERSHOOT,), 1)(generations(evaluated([1.0, 2.0], [1.0, 1.0]), 1)) is None
+
+
+class Heard:
+    """A search that keeps what it is told."""
+
+    def __init__(self):
+        self.told, self.retold = [], []
+
+    def ask(self):
+        return np.zeros((1, 1))
+
+    def tell(self, values, violations):
+        self.told.append(violations.copy())
+
+    def retell(self, values, violations):
+        self.retold.append(violations.copy())
+
+
+def test_a_search_is_told_all_anew_where_the_aim_moves():
+    seen = evaluated([1.0], [15.0])
+    rule: Any = SimpleNamespace(is_met=lambda volumes: len(volumes) == 3)
+    heard, shifts = Heard(), [None, np.array([0.5]), None]
+    for _ in search_generations(heard, lambda _: seen, rule, aim=lambda done: shifts[len(done)]):
+        pass
+    assert [told[0, 0] for told in heard.told] == [0.0, 0.5, 0.0]
+    assert [retold[:, 0].tolist() for retold in heard.retold] == [[0.5], [0.0, 0.0]]

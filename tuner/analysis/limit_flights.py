@@ -1,0 +1,198 @@
+"""Further held-out flights of points whose interval straddles a limit, until it is decided whether they keep it.
+
+The held-out flights of a study decide most limits, and near one that binds they decide nothing: value within, end of interval
+beyond. Such a point flies on, to twice, four and eight times the flights, and its interval is looked at each time. Looks spend
+the error that the study allows, a half, a quarter, an eighth and an eighth of it (K. K. G. Lan, D. L. DeMets, Biometrika
+70(3):659-663, 1983), so a point that breaks its limit passes in any of them no more often than by one interval.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import ceil
+
+import numpy as np
+
+from objectives.evaluator import Constraint, Evaluator
+from objectives.flown_system import FlightBatch
+from objectives.problem import Problem
+from objectives.risk import RELEVANT, flights_to_show, resampled_scenarios, within
+from plant.seeds import generator
+from tuner.analysis.air_losses import air_losses, excused
+from tuner.analysis.final_flights import FinalFlights
+
+SPENT = (0.5, 0.25, 0.125, 0.125)
+"""Parts of the allowed error by look; the first is at the held-out flights of the study, each further one at twice as many."""
+BUDGET = 16
+"""Further flights of all points together, in held-out flights of the study."""
+MOST_FOR_SHARE = 20_000
+"""Flights of a point at most to show that a share of events is within its limit."""
+REPLICATES = 2000
+
+
+class LimitFlights:
+    """Looks at limits. flights: number of further flights; decided: rows that made any, with the flights of each.
+
+    Args:
+        problem: Makes the flights; another program's trials are not asked for more.
+        gains: Rows (rows, g), the default first.
+        batches: Held-out flights of the study.
+        root: Of resamples.
+        on_flights_done: Called with n as n more flights have ended.
+    """
+
+    def __init__(
+        self,
+        problem: Evaluator,
+        gains: np.ndarray,
+        batches: tuple[FlightBatch, ...],
+        root: int,
+        on_flights_done: Callable[[int], None] | None = None,
+    ) -> None:
+        self.problem, self.gains, self.batches, self.root = problem, gains, batches, root
+        self.on_flights_done, self.may_fly = on_flights_done, isinstance(problem, Problem)
+        self.flights = 0
+        self._budget = BUDGET * sum(batch.count for batch in batches)
+        self._looks = np.zeros(len(gains), dtype=int)
+        self._kept = np.zeros((len(gains), len(problem.constraints)), dtype=bool)
+        self._further: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+        self._counts: dict[int, list[int]] = {}
+        self._closed: set[int] = set()
+
+    def confidence(self, entry: Constraint, look: int) -> float:
+        """Return the confidence of an interval at a look."""
+        return spent_confidence(entry.confidence, look) if self.may_fly else entry.confidence
+
+    def excess(self, flown: FinalFlights) -> np.ndarray:
+        """Return the excess (rows, constraints) at the confidence of each look, 0 where a limit is kept."""
+        value, _, upper = self.estimates(flown)
+        most = self._most(value)
+        self._kept = (self._kept | (upper <= most)) & (value <= most)
+        return np.maximum(np.where(self._kept, value, upper) - most, 0.0)
+
+    def _most(self, value: np.ndarray) -> np.ndarray:
+        return np.array([bound(entry, value[0, i]) for i, entry in enumerate(self.problem.constraints)])
+
+    def estimates(self, flown: FinalFlights) -> np.ndarray:
+        """Return values with both ends of their intervals (3, rows, constraints); three times what rests on its value."""
+        first = len(self.problem.objectives)
+        parts = np.empty((3, len(self.gains), len(self.problem.constraints)))
+        for i, entry in enumerate(self.problem.constraints):
+            parts[:, :, i] = flown.value(first + i)
+            if not rests_on_value(entry):
+                parts[:, :, i] = flown.estimate(first + i, self.confidence(entry, 0))
+            for row in self._further:
+                confidence = self.confidence(entry, int(self._looks[row]))
+                parts[:, row, i] = self.interval(*self.samples(flown, row), i, confidence)
+        return parts
+
+    def samples(
+        self, flown: FinalFlights, row: int, further: tuple[np.ndarray, np.ndarray] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return scores (quantities, flights) of a row, and the scenarios; further: beside its own."""
+        parts = [
+            (flown.scores[row], flown.origin),
+            *[part for part in (self._further.get(row), further) if part is not None],
+        ]
+        return np.concatenate([scores for scores, _ in parts], axis=-1), np.concatenate([origin for _, origin in parts])
+
+    def interval(self, scores: np.ndarray, origin: np.ndarray, i: int, confidence: float) -> tuple[float, float, float]:
+        """Return the value of a constraint over scores (quantities, flights) with both ends of its interval."""
+        entry, column = self.problem.constraints[i], len(self.problem.objectives) + i
+        objective = entry.objective
+        seen = scores[column] if objective.scenario is None else scores[column][origin == objective.scenario]
+        value = float(objective.risk.apply(seen))
+        if rests_on_value(entry):
+            return value, value, value
+        drawn = resampled_scenarios(generator(self.root, "bootstrap/limit-flights", i), REPLICATES, origin)
+        low, high = objective.interval(seen, within(drawn, origin, objective.scenario), confidence)
+        return value, float(low), float(high)
+
+    def open(self, flown: FinalFlights) -> np.ndarray:
+        """Return the mask (rows,) of those that keep every limit by value, not by interval, and may fly on."""
+        value = self.estimates(flown)[0]
+        known = flown.evaluation.violations[:, value.shape[1] :]
+        by_value = np.all(value <= self._most(value), axis=1) & np.all(known <= 0.0, axis=1)
+        may = self.may_fly & (self._looks + 1 < len(SPENT)) & ~np.isin(np.arange(len(value)), list(self._closed))
+        return by_value & np.any(self.excess(flown) > 0.0, axis=1) & may
+
+    def fly(self, flown: FinalFlights, row: int) -> None:
+        """Have a row make the flights up to its next look; none where the budget has no room for them."""
+        assert isinstance(self.problem, Problem), "only such a problem has open rows"
+        look, made = int(self._looks[row]) + 1, self._counts.get(row, [batch.count for batch in self.batches])
+        wanted = self._wanted(flown, row, look)
+        flights = sum(wanted) - sum(made)
+        if flights > self._budget - self.flights or flights <= 0:
+            self._closed.add(row)
+            return
+        parts = [
+            self._flown(row, replace(batch, start=begin, count=end))
+            for batch, begin, end in zip(self.batches, made, wanted, strict=True)
+            if end > begin
+        ]
+        before = [self._further[row]] if row in self._further else []
+        scores, origins = zip(*before, *parts, strict=True)
+        self._further[row] = np.concatenate(scores, axis=-1), np.concatenate(origins)
+        self._looks[row], self._counts[row] = look, wanted
+        self.flights += flights
+
+    def _wanted(self, flown: FinalFlights, row: int, look: int) -> list[int]:
+        """Return the numbers of flights, by batch, of a row's look."""
+        wanted = [batch.count * 2**look for batch in self.batches]
+        for i in np.flatnonzero(self.excess(flown)[row] > 0.0):
+            entry = self.problem.constraints[i]
+            if entry.objective.is_binary and entry.objective.risk.is_mean and entry.most > 0.0:
+                enough = flights_to_show(entry.most, self.confidence(entry, look))
+                scenarios = [entry.objective.scenario in (None, batch.spec.name) for batch in self.batches]
+                each = ceil(min(enough, MOST_FOR_SHARE) / max(sum(scenarios), 1))
+                wanted = [max(n, each) if counts else n for n, counts in zip(wanted, scenarios, strict=True)]
+                self._budget = max(self._budget, 4 * min(enough, MOST_FOR_SHARE))
+        return wanted
+
+    def _flown(self, row: int, batch: FlightBatch) -> tuple[np.ndarray, np.ndarray]:
+        """Return scores (quantities, flights) and scenarios of further flights; those that the air lost count for nobody."""
+        assert isinstance(self.problem, Problem)
+        ranges, everyone = self.problem.chunks(batch), np.ones(1, dtype=bool)
+        parts = [
+            self.problem.scored(self.gains[[row]], everyone, batch, first, last, self.on_flights_done)
+            for first, last in ranges
+        ]
+        scores = np.concatenate([part for part, _ in parts], axis=-1)
+        failed = np.concatenate([lost for _, lost in parts], axis=-1)[0]
+        origin = np.repeat(batch.spec.name, scores.shape[-1])
+        air = air_losses(self.problem, self.gains, (batch,), failed)
+        return (excused(self.problem, scores, origin, air) if air.any() else scores)[0], origin
+
+    def looked_at(self) -> dict[int, int]:
+        """Return the number of all flights of each row that made further ones."""
+        return {row: sum(counts) for row, counts in self._counts.items()}
+
+    def flights_to_settle(self, flown: FinalFlights, row: int) -> int | None:
+        """Return about how many flights would decide that a row keeps its limits; None where its values break one."""
+        if np.any(flown.evaluation.violations[row, len(self.problem.constraints) :] > 0.0):
+            return None
+        value, _, upper = (part[row] for part in self.estimates(flown))
+        made, flights = sum(self._counts.get(row, [batch.count for batch in self.batches])), list[float]()
+        for i in np.flatnonzero(self.excess(flown)[row] > 0.0):
+            entry = self.problem.constraints[i]
+            slack = entry.most - value[i]
+            if slack <= 0.0:
+                return None
+            # The end of a share's interval comes down as 1 / n without an event, else as 1 / sqrt(n) as any other's.
+            power = 1.0 if entry.objective.is_binary and value[i] == 0.0 else 2.0
+            flights.append(made * ((upper[i] - value[i]) / slack) ** power)
+        return ceil(max(flights, default=made))
+
+
+def spent_confidence(confidence: float, look: int = 0) -> float:
+    """Return the confidence of an interval at a look, the first unless given."""
+    return 1.0 - (1.0 - confidence) * SPENT[look]
+
+
+def rests_on_value(entry: Constraint) -> bool:
+    """Return True where the value alone decides: of known and of automatic limits."""
+    return entry.rests_on_value or bool(entry.floor)
+
+
+def bound(entry: Constraint, default: float) -> float:
+    """Return the largest value that keeps a limit: an automatic one asks for no more than the default does."""
+    return max(entry.most, (1.0 + RELEVANT) * default) if entry.floor else entry.most

@@ -1,0 +1,111 @@
+"""Finalists on both sides of a limit that binds.
+
+A search keeps a limit by the value of few flights, the held-out check by the end of an interval over many. All candidates of a
+search share their flights, so their errors are nearly one: where the front of the search stands at a limit, all of it may lie
+beyond, or all of it too far inside. So its excess over the limits, in halves of its own interval, counts as one objective more:
+who is better for being a little outside is a finalist too, and so is who is a little worse and safely inside.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from objectives.evaluator import Constraint, Evaluation, concatenate_evaluations
+from plant.seeds import generator
+from plant.ties import increasing_order
+from tuner.analysis.final_flights import FRONT_REPLICATES
+from tuner.search.front import feasible_front, non_dominated, select_subset
+from tuner.search.loop import Generation
+
+CONFIDENCE = 0.95
+"""Of the intervals of a search's values, where a study asks for none: its few flights err all the same."""
+AIMS = (0.0, 0.25, 0.5)
+"""Parts of that interval by which generations, one after the other, aim further inside."""
+
+
+def standard_excess(evaluation: Evaluation, constraints: tuple[Constraint, ...], root: int) -> np.ndarray:
+    """Return the largest excess (n,) over a limit, in distances from value to end of interval.
+
+    -1 and below: the whole interval is within every limit; above 1: beyond one. Limits on known values, on shares and on worst
+    cases, and automatic ones, have no tolerance: infinite where they are broken.
+    """
+    excess = evaluation.excess
+    worst = np.where(np.any(excess[:, len(constraints) :] > 0.0, axis=1) | ~evaluation.flown, np.inf, -np.inf)
+    for i in range(len(constraints)):
+        below, above = widths(evaluation, constraints, i, root)
+        width, known = np.where(excess[:, i] > 0.0, below, above), np.where(excess[:, i] > 0.0, np.inf, -np.inf)
+        worst = np.maximum(worst, np.where(width > 0.0, excess[:, i] / np.where(width > 0.0, width, 1.0), known))
+    return worst
+
+
+def widths(
+    evaluation: Evaluation, constraints: tuple[Constraint, ...], i: int, root: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distances (n,) from a constraint's values down and up to the ends of their intervals, 0 without tolerance."""
+    entry, value = constraints[i], constraints[i].most + evaluation.excess[:, i]
+    if not has_tolerance(entry):
+        return np.zeros(len(value)), np.zeros(len(value))
+    samples = evaluation.samples(evaluation.scores.shape[1] - len(constraints) + i, entry.objective.scenario)
+    count = samples.shape[-1]
+    drawn = generator(root, "bootstrap/limit", i).integers(count, size=(FRONT_REPLICATES, count), dtype=np.intp)
+    low, high = entry.objective.interval(samples, drawn, entry.confidence or CONFIDENCE)
+    return value - low, high - value
+
+
+def has_tolerance(entry: Constraint) -> bool:
+    """Return True for a limit whose value has an error that flights narrow."""
+    return not (entry.floor or entry.is_tail or entry.objective.is_binary or entry.objective.risk.name == "worst")
+
+
+def beside_limits(
+    evaluation: Evaluation, constraints: tuple[Constraint, ...], chosen: np.ndarray, root: int, most: int
+) -> np.ndarray:
+    """Return rows (k,) around the limits that bind, and the next best of one objective.
+
+    Args:
+        evaluation: Of all candidates.
+        constraints: Limits on flights.
+        chosen: Rows of finalists, which are not returned.
+        root: Root seed.
+        most: Largest number of rows.
+    """
+    excess = standard_excess(evaluation, constraints, root)
+    hopeful = np.flatnonzero((excess <= 1.0) & evaluation.complete)
+    rows = np.array([], dtype=int)
+    if np.any(excess[hopeful] > -1.0):
+        sides = np.column_stack([evaluation.values[hopeful], np.clip(excess[hopeful], -1.0, 1.0) + 1.0])
+        front = hopeful[non_dominated(sides)]
+        sides = sides[np.searchsorted(hopeful, front)]
+        fresh = ~np.isin(front, chosen)
+        front, sides = front[fresh], sides[fresh]
+        rows = front[select_subset(sides, sides.max(axis=0), most, ends=False)] if len(front) else front
+    if evaluation.values.shape[1] == 1 and len(rows) < most:
+        left = hopeful[(excess[hopeful] <= 0.0) & ~np.isin(hopeful, [*chosen, *rows])]
+        next_best = left[increasing_order(evaluation.values[left, 0])][: most - len(rows)]
+        rows = np.concatenate([rows, next_best])
+    return rows
+
+
+class LimitAim:
+    """Distance inside limits that bind at which the generations of a search aim, see `AIMS`.
+
+    Args:
+        constraints: Limits on flights.
+        root: Root seed.
+    """
+
+    def __init__(self, constraints: tuple[Constraint, ...], root: int) -> None:
+        self._constraints, self._root = constraints, root
+
+    def __call__(self, generations: Sequence[Generation]) -> np.ndarray | None:
+        """Return what the next generation adds to the excess (limits,) of all candidates; None for nothing."""
+        part = AIMS[len(generations) % len(AIMS)]
+        if part == 0.0 or not any(map(has_tolerance, self._constraints)):
+            return None
+        seen = concatenate_evaluations([entry.evaluation for entry in generations])
+        front, shift = feasible_front(seen.values, seen.violations), np.zeros(seen.excess.shape[1])
+        for i in range(len(self._constraints)):
+            _, above = widths(seen, self._constraints, i, self._root)
+            if np.any(seen.excess[front, i] + above[front] > 0.0):
+                shift[i] = part * np.median(above[front])
+        return shift if shift.any() else None

@@ -1,0 +1,154 @@
+"""The recommended point of a run's held-out flights: better gains, a point of the front, or the default as it is.
+
+A default is what an engineer has. Where points are better than it, by a relevant share in an objective without losing as much in
+another, only they are asked; where none is and the default keeps the limits, it stays. A default that is among the worst of a
+first generation in an objective, and breaks a limit or is far behind the front, says nothing about the points wanted: the pick
+rule then has the whole front.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from objectives.evaluator import Evaluation
+from objectives.risk import RELEVANT
+from plant.ties import first_smallest
+from tuner.search.front import PICKS, non_dominated, pick
+from tuner.study.searched import SearchedStudy
+
+FAR = 0.8
+"""Geometric mean of the objectives in those of the default up to which a point that is no worse in any is far ahead of it."""
+WORST = 0.9
+"""Share of the candidates that are no worse than the default in an objective from which on it is among the worst in it."""
+EVERYWHERE = "better on held-out flights than the default in every objective"
+
+
+class Choice(NamedTuple):
+    """The row of a front to recommend, 0 for the default, and the reason."""
+
+    row: int
+    why: str
+
+
+class Default(NamedTuple):
+    """A default as the one to compare with.
+
+    keeps: whether it keeps every limit. is_worst: whether it is among the worst tried in an objective. relevant: share of its values
+    from which a difference matters.
+    """
+
+    keeps: bool
+    is_worst: bool
+    relevant: float = RELEVANT
+
+    @property
+    def why_kept(self) -> str:
+        """The reason for keeping it."""
+        return f"no finalist is better by {100.0 * self.relevant:g} % in an objective without losing as much in another"
+
+
+def is_among_worst(first: Evaluation) -> bool:
+    """Return True for a default, the first of a first generation, that is among the worst of those flown in an objective.
+
+    Later generations crowd where the search looks, so they say nothing about what is usual.
+    """
+    flown = first.values[first.flown]
+    return len(flown) > 1 and bool(np.any(first.values[0] >= np.quantile(flown, WORST, axis=0, method="higher")))
+
+
+def recommend(study: SearchedStudy, values: np.ndarray, default: Default, front: np.ndarray) -> Choice:
+    """Return the choice among the default and a front.
+
+    Args:
+        study: Its pick rule and objectives.
+        values: Held-out objectives (rows, m), the default first.
+        default: What is known of it beside these.
+        front: Rows (k,) of the non-dominated finalists that keep every limit, one at least.
+    """
+    labels = [objective.label for objective in study.objectives]
+    among, which = alternatives(values, default, front, study.pick in PICKS)
+    if not len(among):
+        return Choice(0, default.why_kept)
+    if len(labels) == 1:
+        return Choice(
+            int(among[first_smallest(values[among, 0])]), f"smallest {labels[0]} of the finalists within limits"
+        )
+    chosen, why = pick(study.pick, values[among], labels)
+    only = "the only point that is " if len(among) == 1 and which else f"{why}, among points " if which else why
+    return Choice(int(among[chosen]), f"{only}{which}")
+
+
+def alternatives(
+    values: np.ndarray, default: Default, front: np.ndarray, is_compromise: bool = True
+) -> tuple[np.ndarray, str]:
+    """Return the rows of a front to pick from, none where the default is as good, and words on these rows.
+
+    is_compromise: whether the pick rule weighs the objectives itself, and names none of them.
+    """
+    if default.is_worst and (not default.keeps or is_far_behind(values[0], values[front])):
+        return front, ""
+    better = front[is_improvement(values[front], values[0], default.relevant)]
+    everywhere = better[np.all(values[better] < values[0], axis=1)]
+    if len(everywhere):
+        return everywhere, EVERYWHERE
+    if len(better):
+        return (
+            better,
+            f"better than the default by {100.0 * default.relevant:g} % in an objective, without losing as much in another",
+        )
+    return (better if is_compromise and default.keeps else front), ""
+
+
+def is_improvement(values: np.ndarray, default: np.ndarray, relevant: float = RELEVANT) -> np.ndarray:
+    """Return the mask (n,) of values (n, m) better than default (m,) by a relevant share in one, not worse by it in another."""
+    step = relevant * np.abs(default)
+    return np.any(values < default - step, axis=1) & np.all(values <= default + step, axis=1)
+
+
+def is_far_behind(default: np.ndarray, front: np.ndarray) -> bool:
+    """Return True for a default (m,) that a point of a front (k, m) leaves far behind, without being worse in any objective."""
+    ahead = front[np.all(front <= default, axis=1)]
+    if not len(ahead) or np.any(default <= 0.0):
+        return False
+    return bool(np.any(np.prod(np.maximum(ahead, 0.0) / default, axis=1) <= FAR ** len(default)))
+
+
+def best_row(study: SearchedStudy, is_worst: bool, values: np.ndarray, feasible: np.ndarray) -> int:
+    """Return the row to recommend, 0 for the default or none.
+
+    is_worst: see `Default`; values (rows, m), feasible (rows,): the default first.
+    """
+    rows = 1 + np.flatnonzero(feasible[1:])
+    if not len(rows):
+        return 0
+    return recommend(
+        study, values, Default(bool(feasible[0]), is_worst, study.table.relevant), rows[non_dominated(values[rows])]
+    ).row
+
+
+def choose_finalist(
+    study: SearchedStudy,
+    values: np.ndarray,
+    default: Default,
+    front: np.ndarray,
+    excess: np.ndarray,
+    names: Sequence[str],
+) -> Choice:
+    """Return the choice of finalists: a point, the default, or the nearest where nothing keeps every limit.
+
+    front: may be empty; excess (rows, limits), names: of the rows; else as `recommend`.
+    """
+    if not len(front) and default.keeps:
+        return Choice(0, "no finalist satisfies every limit on the held-out scenarios, and the default does")
+    if not len(front):
+        nearest = first_smallest(excess[1:].sum(axis=1)) + 1
+        why = "no finalist satisfies every constraint on the held-out scenarios; this one violates them least"
+        return Choice(nearest, why)
+    row, why = recommend(study, values, default, front)
+    among, _ = alternatives(values, default, front)
+    pair = among if len(among) == 2 else front
+    if row and len(pair) == 2:
+        (other,) = pair[pair != row].tolist()
+        why = f"{why}; the other point is {names[other]}"
+    return Choice(row, why)

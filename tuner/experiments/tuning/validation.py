@@ -1,0 +1,215 @@
+"""Validation of finalists: held-out flights, further ones where a limit is open, and confirmation of the point picked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from objectives.evaluator import Evaluation, Evaluator
+from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
+from tuner.analysis.air_losses import air_losses, air_of_finals, excused_evaluation, excused_finals
+from tuner.analysis.final_flights import FinalFlights
+from tuner.analysis.finals import Finals
+from tuner.analysis.held_out import Finalists, SearchEstimate, judge
+from tuner.analysis.limit_flights import LimitFlights
+from tuner.analysis.lost_flights import named_losses
+from tuner.experiments.tails.limits import FinalistTails
+from tuner.experiments.tuning.problem import batches
+from tuner.experiments.tuning.recommendation import Default, best_row, choose_finalist
+from tuner.search.front import non_dominated
+from tuner.search.watcher import Watcher
+from tuner.study.searched import SearchedStudy
+
+MOST_CONFIRMED = 5
+"""Points that are confirmed one after the other, where confirmation flights show that the one before breaks a limit."""
+
+
+@dataclass(frozen=True)
+class Validated:
+    """What held-out and confirmation flights say.
+
+    Attributes:
+        finalists: Judged by held-out flights.
+        tuned: Row of the recommended point, 0 for the default, or of the nearest where nothing keeps every limit.
+        why: Reason.
+        confirmation: The default and that row.
+        broken: Constraints that it breaks on confirmation flights.
+        to_settle: About the flights that would decide that the nearest keeps its limits, None where its values break one.
+        further_flights: Number of flights made because limits were open.
+    """
+
+    finalists: Finalists
+    tuned: int
+    why: str
+    confirmation: Evaluation
+    broken: np.ndarray
+    warnings: list[str]
+    to_settle: int | None
+    further_flights: int
+
+    @property
+    def keeps(self) -> bool:
+        """Whether the row keeps every limit."""
+        return bool(self.finalists.feasible[self.tuned]) and not len(self.broken)
+
+
+class Validation:
+    """Validates finalists, gains (rows, g) with the default first; names: of the rows, seen: each in the search.
+
+    is_worst: whether the default is among the worst of all that was tried in an objective.
+    """
+
+    def __init__(
+        self,
+        problem: Evaluator,
+        study: SearchedStudy,
+        gains: np.ndarray,
+        names: Sequence[str],
+        seen: list[SearchEstimate],
+        is_worst: bool,
+        watcher: Watcher,
+        tails: FinalistTails | None = None,
+    ) -> None:
+        self.problem, self.study, self.gains, self.names = problem, study, gains, names
+        self._seen, self._tails, self._say, self._is_worst = seen, tails, watcher.on_flights_done, is_worst
+        self._flown, self._confirmed = batches(study, HELD_OUT), batches(study, CONFIRMATION)
+        self._limits = LimitFlights(problem, gains, self._flown, study.seed, self._say)
+        self._struck = np.zeros((len(gains), len(problem.constraints)))
+        self._warnings: dict[str, None] = {}
+
+    def conclude(self) -> Validated:
+        """Fly the finalists, pick one and confirm it; one that confirmation flights refute makes way for the next."""
+        choose = partial(best_row, self.study, self._is_worst)
+        finals = Finals(self.problem, self.gains, self._flown, choose, self.study.seed, self._say)
+        flown, found = self._judged(finals, finals.fly())
+        first = found
+        for attempt in range(MOST_CONFIRMED):
+            if found.keeps or not found.finalists.feasible[found.tuned]:
+                break
+            self._strike(found, attempt + 1 == MOST_CONFIRMED)
+            flown, found = self._judged(finals, flown)
+        # What comes nearest is the first that was picked, not the last that was refuted.
+        return found if found.keeps else first
+
+    def _strike(self, found: Validated, is_last: bool) -> None:
+        """Leave a refuted row out; the last one leaves nothing but the default."""
+        labels = [self.problem.constraints[i].objective.label for i in found.broken]
+        self._struck[found.tuned, found.broken] = np.inf
+        if is_last:
+            self._struck[1:, found.broken] = np.inf
+        self._warnings[
+            f"{self.names[found.tuned]} satisfies every limit on held-out flights and breaks {', '.join(labels)} on confirmation "
+            "flights, so it makes way."
+        ] = None
+
+    def _judged(self, finals: Finals, raw: FinalFlights) -> tuple[FinalFlights, Validated]:
+        while True:
+            flown = self._excused(raw)
+            finalists = self._finalists(flown)
+            tuned, why = self._choice(finalists, finalists.feasible)
+            rows = np.flatnonzero(~raw.complete & unsettled(finalists, tuned))
+            if len(rows):
+                raw = finals.complete(raw, rows)
+            elif (row := self._next_open(flown, finalists)) is not None:
+                self._limits.fly(flown, row)
+            elif self._tails is None or not finalists.feasible[tuned] or not self._tails.judge(tuned):
+                break
+        settle = None
+        if not finalists.feasible[tuned]:
+            tuned, settle = self._nearest(flown, tuned)
+        confirmation = self._confirmation(tuned)
+        broken = self._broken(flown, tuned, confirmation) if finalists.feasible[tuned] else np.array([], dtype=int)
+        texts = [*self._warnings, *self._open_texts(finalists)]
+        further = self._limits.flights
+        return raw, Validated(finalists, tuned, why, confirmation, broken, texts, settle, further)
+
+    def _nearest(self, flown: FinalFlights, least: int) -> tuple[int, int | None]:
+        """Return the row within the limits by value that the fewest flights would settle, with these; else the least beyond."""
+        rows = [row for row in range(1, len(self.gains)) if not self._struck[row].any()]
+        flights = {row: self._limits.flights_to_settle(flown, row) for row in rows}
+        known = {row: count for row, count in flights.items() if count is not None}
+        return min(known.items(), key=lambda entry: entry[1]) if known else (least, None)
+
+    def _excused(self, flown: FinalFlights) -> FinalFlights:
+        air = air_of_finals(flown, self.gains, self._flown)
+        self._warn_of_air(air, self._flown)
+        return excused_finals(flown, air)
+
+    def _finalists(self, flown: FinalFlights) -> Finalists:
+        excess = self._limits.excess(flown) + self._struck
+        if self._tails is not None:
+            excess = np.maximum(excess, self._tails.excess)
+        return judge(flown, self._seen, self._limits.estimates(flown), self._without_automatic(excess, flown))
+
+    def _without_automatic(self, excess: np.ndarray, flown: FinalFlights) -> np.ndarray:
+        """Return the excess, without that over automatic limits where only these keep out all that keep the study's own."""
+        automatic = np.array([bool(entry.floor) for entry in self.problem.constraints], dtype=bool)
+        known = np.all(flown.evaluation.violations[:, len(automatic) :] <= 0.0, axis=1)
+        kept = np.all(excess[:, ~automatic] <= 0.0, axis=1) & known
+        if np.any(np.all(excess <= 0.0, axis=1) & known) or not kept.any():
+            return excess
+        return np.where(automatic, 0.0, excess)
+
+    def _choice(self, finalists: Finalists, feasible: np.ndarray) -> tuple[int, str]:
+        values, rows = finalists.evaluation.values, 1 + np.flatnonzero(feasible[1:])
+        same = np.array_equal(feasible, finalists.feasible)
+        front = np.flatnonzero(finalists.non_dominated) if same else rows[non_dominated(values[rows])]
+        default = Default(bool(feasible[0]), self._is_worst, self.study.table.relevant)
+        return choose_finalist(self.study, values, default, front, finalists.excess, self.names)
+
+    def _next_open(self, flown: FinalFlights, finalists: Finalists) -> int | None:
+        """Return the row whose limits decide the answer: it would be recommended, or best in an objective, if it kept them."""
+        is_open = self._limits.open(flown) & ~finalists.feasible & ~self._struck.any(axis=1)
+        if not is_open.any():
+            return None
+        hoped, values = finalists.feasible | is_open, finalists.evaluation.values
+        rows = np.flatnonzero(hoped)
+        named = [self._choice(finalists, hoped)[0], *[int(rows[np.argmin(column)]) for column in values[rows].T]]
+        return next((row for row in named if is_open[row]), None)
+
+    def _confirmation(self, tuned: int) -> Evaluation:
+        made = self.problem.evaluate_gains(
+            self.gains[[0, tuned]], self._confirmed, self._say, fly_all=True, complete=True
+        )
+        if made.failed is None:
+            return made
+        air = air_losses(self.problem, self.gains, self._confirmed, np.all(made.failed, axis=0))
+        self._warn_of_air(air, self._confirmed)
+        return excused_evaluation(self.problem, made, air)
+
+    def _broken(self, flown: FinalFlights, tuned: int, confirmation: Evaluation) -> np.ndarray:
+        """Return the constraints that a row's confirmation flights break by value, and all its flights together by interval."""
+        broken = list[int]()
+        for i, entry in enumerate(self.problem.constraints):
+            if confirmation.excess[1, i] <= 0.0 or entry.floor or entry.is_tail:
+                continue
+            fresh = confirmation.scores[1], confirmation.origin
+            *_, upper = self._limits.interval(*self._limits.samples(flown, tuned, fresh), i, entry.confidence)
+            if upper > entry.most:
+                broken.append(i)
+        return np.array(broken, dtype=int)
+
+    def _warn_of_air(self, air: np.ndarray, flown: tuple) -> None:
+        for lost in named_losses(self.problem, self.gains[0], flown, air, "") if air.any() else []:
+            self._warnings[
+                f'Flight {lost.name} of scenario "{lost.scenario}" is lost by the default and by all {len(self.gains) - 1} '
+                "finalists: the air loses it, and it counts for no gains."
+            ] = None
+
+    def _open_texts(self, finalists: Finalists) -> list[str]:
+        """Return a sentence on further flights and their result; none where no limit was open."""
+        parts = [
+            f"{self.names[row]} {'keeps' if finalists.feasible[row] else 'does not surely keep'} every limit by {count:,} flights"
+            for row, count in self._limits.looked_at().items()
+        ]
+        if not parts:
+            return []
+        made = f"{self._limits.flights:,} further held-out flights"
+        return [f"Intervals reached beyond a limit, so {made} were made: {'; '.join(parts)}."]
+
+
+def unsettled(finalists: Finalists, tuned: int) -> np.ndarray:
+    """Return a mask (rows,) of those that need all flights: the recommended one, and those short of confidence alone."""
+    lacking = ~finalists.feasible & np.all(finalists.evaluation.violations <= 0.0, axis=1)
+    return lacking | (np.arange(len(lacking)) == tuned)
