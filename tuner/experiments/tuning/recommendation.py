@@ -34,8 +34,8 @@ class Choice(NamedTuple):
 class Default(NamedTuple):
     """A default as the one to compare with.
 
-    keeps: whether it keeps every limit. is_worst: whether it is among the worst tried in an objective. relevant: share of its values
-    from which a difference matters.
+    keeps: whether it keeps every limit. is_worst: whether it is among the worst tried in an objective.
+    relevant: share of its values from which a difference matters.
     """
 
     keeps: bool

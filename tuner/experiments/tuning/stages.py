@@ -1,6 +1,6 @@
 """Stages of a tuning run and the most flights of each, for its progress."""
 
-from tuner.experiments.tuning.conclusion import most_finalists
+from tuner.experiments.tuning.finalists import most_finalists
 from tuner.experiments.tuning.survivors import MOST_SURVIVORS
 from tuner.search.watcher import CHECKING, REFINING, SEARCHING
 from tuner.study.searched import SearchedStudy

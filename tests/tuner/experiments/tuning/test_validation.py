@@ -71,7 +71,9 @@ def validated(problem, monkeypatch, is_worst=False):
     )
     named = SimpleNamespace(name="held-out-19", scenario="gusts")
     monkeypatch.setattr(validation, "named_losses", lambda *_: [named])
-    study: Any = SimpleNamespace(seed=1, pick="knee", objectives=(SimpleNamespace(label="error"),))
+    study: Any = SimpleNamespace(
+        seed=1, pick="knee", objectives=(SimpleNamespace(label="error"),), table=SimpleNamespace(relevant=0.02)
+    )
     seen = [SearchEstimate(row[:1, 0], row[:, :8], np.repeat("gusts", 8)) for row in problem.scores[HELD_OUT]]
     names = ["default", *[f"p{row}" for row in range(1, rows)]]
     gains = np.arange(rows, dtype=float)[:, None]
