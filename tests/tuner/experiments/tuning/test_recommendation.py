@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tuner.experiments.tuning.recommendation import (
-    KEPT,
+    KEEP_DEFAULT,
     Default,
     choose_finalist,
     is_among_worst,
@@ -51,7 +51,7 @@ def test_the_reason_names_the_rule_and_what_it_rests_on(front, point, why):
 
 @pytest.mark.parametrize("front", [[(1, 12), (2, 11), (20, 1)], [(9.9, 9.9)], [(9.9, 10.1), (5.0, 10.3)]])
 def test_a_default_that_keeps_its_limits_stays_where_nothing_is_better_by_a_relevant_share(front):
-    assert recommended(*front) == ("default", KEPT)
+    assert recommended(*front) == ("default", KEEP_DEFAULT)
     # One that breaks a limit cannot stay.
     assert recommended(*front, keeps=False)[0] != "default"
 
@@ -81,7 +81,7 @@ def test_a_poor_default_does_not_restrict_the_pick():
     point, why = recommended(*SATELLITE, default=idle, is_worst=True)
     assert point in ("p3", "p4") and why == "knee of the held-out front"
     # Among the worst in an objective, but beaten by nothing far: it stays.
-    assert recommended((100.0, 1.0), (1.0, 100.0), default=(1.0, 100.0), is_worst=True) == ("default", KEPT)
+    assert recommended((100.0, 1.0), (1.0, 100.0), default=(1.0, 100.0), is_worst=True) == ("default", KEEP_DEFAULT)
 
 
 def test_who_breaks_a_limit_restricts_the_pick_to_what_is_better_everywhere_and_no_further():
@@ -97,7 +97,7 @@ def test_without_a_point_within_limits_the_default_is_the_answer_and_else_the_ne
 
 def test_of_one_objective_the_smallest_is_taken_where_it_matters():
     assert recommended((8.0,), (7.0,), default=(10.0,)) == ("p2", "smallest error of the finalists within limits")
-    assert recommended((9.9,), default=(10.0,)) == ("default", KEPT)
+    assert recommended((9.9,), default=(10.0,)) == ("default", KEEP_DEFAULT)
 
 
 def test_a_rule_that_names_an_objective_is_obeyed_where_nothing_is_better_everywhere():
