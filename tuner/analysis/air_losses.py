@@ -43,7 +43,7 @@ def air_losses(
 
 
 def is_lost(problem: Problem, gains: np.ndarray, batch: FlightBatch, numbers: Sequence[int]) -> np.ndarray:
-    """Return the mask (flights,) of those flights of a gains row (g,) that are lost."""
+    """Return the mask (flights,) of lost flights of a gains row (g,)."""
     _, status, _ = result_parts(fly_alone(problem, gains, batch.spec, batch.stream, numbers))
     return np.asarray(status != 0)
 
@@ -55,7 +55,7 @@ def air_of_finals(flown: FinalFlights, gains: np.ndarray, batches: tuple[FlightB
 
 
 def excused_finals(flown: FinalFlights, air: np.ndarray) -> FinalFlights:
-    """Return held-out flights in which those of the air count for nobody."""
+    """Return held-out flights without the losses of the air."""
     if not air.any():
         return flown
     scores = excused(flown.problem, flown.scores, flown.origin, air)
@@ -63,24 +63,27 @@ def excused_finals(flown: FinalFlights, air: np.ndarray) -> FinalFlights:
 
 
 def excused_evaluation(problem: Evaluator, evaluation: Evaluation, air: np.ndarray) -> Evaluation:
-    """Return an evaluation in which the flights of the air count for nobody."""
+    """Return an evaluation without the losses of the air."""
     if not air.any() or evaluation.failed is None:
         return evaluation
     scores, failed = excused(problem, evaluation.scores, evaluation.origin, air), evaluation.failed & ~air
     risks, m = problem.risks(scores, evaluation.origin), len(problem.objectives)
-    known = evaluation.excess[:, len(problem.constraints) :]
+    required = evaluation.excess[:, len(problem.constraints) :]
     return replace(
         evaluation,
         scores=scores,
         failed=failed,
         failures=failed.mean(axis=-1),
         values=risks[:, :m],
-        excess=np.concatenate([problem.constraint_excess(risks), known], axis=1),
+        excess=np.concatenate([problem.constraint_excess(risks), required], axis=1),
     )
 
 
 def excused(problem: Evaluator, scores: np.ndarray, origin: np.ndarray, air: np.ndarray) -> np.ndarray:
-    """Return scores (rows, quantities, flights), those of the air's flights by the mean of the others in their scenario."""
+    """Return scores (rows, quantities, flights) without the losses of the air.
+
+    A lost flight has the mean of the others in its scenario.
+    """
     out, is_binary = scores.copy(), np.array([entry.is_binary for entry in problem.quantities])
     for name in np.unique(origin[air]):
         lost, others = air & (origin == name), ~air & (origin == name)

@@ -1,4 +1,4 @@
-"""Further held-out flights of points whose interval straddles a limit, until it is decided whether they keep it.
+"""Further held-out flights of points whose interval straddles a limit.
 
 The held-out flights of a study decide most limits, and near one that binds they decide nothing: value within, end of interval
 beyond. Such a point flies on, to twice, four and eight times the flights, and its interval is looked at each time. Looks spend
@@ -53,7 +53,7 @@ class LimitFlights:
         self.flights = 0
         self._budget = BUDGET * sum(batch.count for batch in batches)
         self._looks = np.zeros(len(gains), dtype=int)
-        self._kept = np.zeros((len(gains), len(problem.constraints)), dtype=bool)
+        self._passed = np.zeros((len(gains), len(problem.constraints)), dtype=bool)
         self._further: dict[int, tuple[np.ndarray, np.ndarray]] = {}
         self._counts: dict[int, list[int]] = {}
         self._closed: set[int] = set()
@@ -63,11 +63,14 @@ class LimitFlights:
         return spent_confidence(entry.confidence, look) if self.may_fly else entry.confidence
 
     def excess(self, flown: FinalFlights) -> np.ndarray:
-        """Return the excess (rows, constraints) at the confidence of each look, 0 where a limit is kept."""
+        """Return the excess (rows, constraints), 0 where a limit is kept.
+
+        Each look has a confidence of its own.
+        """
         value, _, upper = self.estimates(flown)
         most = self._most(value)
-        self._kept = (self._kept | (upper <= most)) & (value <= most)
-        return np.maximum(np.where(self._kept, value, upper) - most, 0.0)
+        self._passed = (self._passed | (upper <= most)) & (value <= most)
+        return np.maximum(np.where(self._passed, value, upper) - most, 0.0)
 
     def _most(self, value: np.ndarray) -> np.ndarray:
         return np.array([bound(entry, value[0, i]) for i, entry in enumerate(self.problem.constraints)])
@@ -96,7 +99,10 @@ class LimitFlights:
         return np.concatenate([scores for scores, _ in parts], axis=-1), np.concatenate([origin for _, origin in parts])
 
     def interval(self, scores: np.ndarray, origin: np.ndarray, i: int, confidence: float) -> tuple[float, float, float]:
-        """Return the value of a constraint over scores (quantities, flights) with both ends of its interval."""
+        """Return the value of a constraint with both ends of its interval.
+
+        It is that over scores (quantities, flights).
+        """
         entry, column = self.problem.constraints[i], len(self.problem.objectives) + i
         objective = entry.objective
         seen = scores[column] if objective.scenario is None else scores[column][origin == objective.scenario]
@@ -108,10 +114,13 @@ class LimitFlights:
         return value, float(low), float(high)
 
     def open(self, flown: FinalFlights) -> np.ndarray:
-        """Return the mask (rows,) of those that keep every limit by value, not by interval, and may fly on."""
+        """Return the mask (rows,) of those that may fly on.
+
+        They keep every limit by value and not by interval.
+        """
         value = self.estimates(flown)[0]
-        known = flown.evaluation.violations[:, value.shape[1] :]
-        by_value = np.all(value <= self._most(value), axis=1) & np.all(known <= 0.0, axis=1)
+        required = flown.evaluation.violations[:, value.shape[1] :]
+        by_value = np.all(value <= self._most(value), axis=1) & np.all(required <= 0.0, axis=1)
         may = self.may_fly & (self._looks + 1 < len(SPENT)) & ~np.isin(np.arange(len(value)), list(self._closed))
         return by_value & np.any(self.excess(flown) > 0.0, axis=1) & may
 
@@ -163,11 +172,14 @@ class LimitFlights:
         return (excused(self.problem, scores, origin, air) if air.any() else scores)[0], origin
 
     def looked_at(self) -> dict[int, int]:
-        """Return the number of all flights of each row that made further ones."""
+        """Return the number of flights by row that made further ones."""
         return {row: sum(counts) for row, counts in self._counts.items()}
 
     def flights_to_settle(self, flown: FinalFlights, row: int) -> int | None:
-        """Return about how many flights would decide that a row keeps its limits; None where its values break one."""
+        """Return the approximate number of flights that settles a row's limits.
+
+        None where its values break one.
+        """
         if np.any(flown.evaluation.violations[row, len(self.problem.constraints) :] > 0.0):
             return None
         value, _, upper = (part[row] for part in self.estimates(flown))
@@ -184,7 +196,7 @@ class LimitFlights:
 
 
 def spent_confidence(confidence: float, look: int = 0) -> float:
-    """Return the confidence of an interval at a look, the first unless given."""
+    """Return the confidence of an interval at a look."""
     return 1.0 - (1.0 - confidence) * SPENT[look]
 
 

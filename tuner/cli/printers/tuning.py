@@ -47,7 +47,10 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
 
 
 def print_points(results: "TuningResults", console: Console) -> None:
-    """Print the named points of the front, with their changes to the default; nothing where there are none."""
+    """Print the named points of the front, if any.
+
+    Each value has its change from the default.
+    """
     points = results.document.points
     if not points:
         return

@@ -24,7 +24,7 @@ AIMS = (0.0, 0.25, 0.5)
 
 
 def standard_excess(evaluation: Evaluation, constraints: tuple[Constraint, ...], root: int) -> np.ndarray:
-    """Return the largest excess (n,) over a limit, in distances from value to end of interval.
+    """Return the largest excess (n,) over a limit, in half-widths of intervals.
 
     -1 and below: the whole interval is within every limit; above 1: beyond one. Limits on known values, on shares and on worst
     cases, and automatic ones, have no tolerance: infinite where they are broken.
@@ -33,15 +33,18 @@ def standard_excess(evaluation: Evaluation, constraints: tuple[Constraint, ...],
     worst = np.where(np.any(excess[:, len(constraints) :] > 0.0, axis=1) | ~evaluation.flown, np.inf, -np.inf)
     for i in range(len(constraints)):
         below, above = widths(evaluation, constraints, i, root)
-        width, known = np.where(excess[:, i] > 0.0, below, above), np.where(excess[:, i] > 0.0, np.inf, -np.inf)
-        worst = np.maximum(worst, np.where(width > 0.0, excess[:, i] / np.where(width > 0.0, width, 1.0), known))
+        width, certain = np.where(excess[:, i] > 0.0, below, above), np.where(excess[:, i] > 0.0, np.inf, -np.inf)
+        worst = np.maximum(worst, np.where(width > 0.0, excess[:, i] / np.where(width > 0.0, width, 1.0), certain))
     return worst
 
 
 def widths(
     evaluation: Evaluation, constraints: tuple[Constraint, ...], i: int, root: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distances (n,) from a constraint's values down and up to the ends of their intervals, 0 without tolerance."""
+    """Return the distances (n,) from a constraint's values to their intervals' ends.
+
+    Both, down and up, are 0 without tolerance.
+    """
     entry, value = constraints[i], constraints[i].most + evaluation.excess[:, i]
     if not has_tolerance(entry):
         return np.zeros(len(value)), np.zeros(len(value))
@@ -53,14 +56,16 @@ def widths(
 
 
 def has_tolerance(entry: Constraint) -> bool:
-    """Return True for a limit whose value has an error that flights narrow."""
+    """Return True for a limit whose error flights narrow."""
     return not (entry.floor or entry.is_tail or entry.objective.is_binary or entry.objective.risk.name == "worst")
 
 
 def beside_limits(
     evaluation: Evaluation, constraints: tuple[Constraint, ...], chosen: np.ndarray, root: int, most: int
 ) -> np.ndarray:
-    """Return rows (k,) around the limits that bind, and the next best of one objective.
+    """Return rows (k,) around the limits that bind.
+
+    Of one objective the next best follow.
 
     Args:
         evaluation: Of all candidates.
@@ -87,7 +92,7 @@ def beside_limits(
 
 
 class LimitAim:
-    """Distance inside limits that bind at which the generations of a search aim, see `AIMS`.
+    """Distance inside binding limits at which generations aim, see `AIMS`.
 
     Args:
         constraints: Limits on flights.
@@ -98,7 +103,10 @@ class LimitAim:
         self._constraints, self._root = constraints, root
 
     def __call__(self, generations: Sequence[Generation]) -> np.ndarray | None:
-        """Return what the next generation adds to the excess (limits,) of all candidates; None for nothing."""
+        """Return the addition to the excess (limits,) of all candidates, if any.
+
+        It is that of the next generation.
+        """
         part = AIMS[len(generations) % len(AIMS)]
         if part == 0.0 or not any(map(has_tolerance, self._constraints)):
             return None

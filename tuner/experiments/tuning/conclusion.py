@@ -53,22 +53,22 @@ def conclude(
     names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
     tails = tails_of(problem, study, gains, watcher)
     seen = survivors.seen([0, *candidates.tolist()])
-    found = Validation(
+    validated = Validation(
         problem, study, gains, names, seen, is_among_worst(generations[0].evaluation), watcher, tails
     ).conclude()
     costs = loss_costs(problem, batches(study, CONFIRMATION)) if isinstance(problem, Problem) else None
-    table = compare(problem, found.confirmation, study.seed, study.table.relevant, costs)
+    table = compare(problem, validated.confirmation, study.seed, study.table.relevant, costs)
     if tails is not None:
-        table = tails.rows(table, found.tuned, found.confirmation)
-    warnings += [*found.warnings, *uncertain_limits(table)]
+        table = tails.rows(table, validated.tuned, validated.confirmation)
+    warnings += [*validated.warnings, *uncertain_limits(table)]
     limits, fully_flown = limits_of(study.constraints, study.requirements), completely_known(tried, generations)
-    conflict = None if found.keeps else conflict_of(fully_flown, limits, upper_ends(problem, study, generations))
+    conflict = None if validated.keeps else conflict_of(fully_flown, limits, upper_ends(problem, study, generations))
     if conflict is not None:
         warnings += conflict_texts(conflict, limits, default_candidate(tried, study), partial(rejudge_command, study))
     plant_step = None
     # Who makes flights here has a study of a system.
     if isinstance(problem, Problem):
-        plant_step = estimated_plant_step(problem, cast(TuningStudy, study), gains[[0, found.tuned]])
+        plant_step = estimated_plant_step(problem, cast(TuningStudy, study), gains[[0, validated.tuned]])
         warnings += plant_step_warnings(plant_step, study.plant_step_key)
     outcome = Outcome(
         study,
@@ -76,21 +76,21 @@ def conclude(
         generations,
         survivors,
         candidates,
-        found.finalists,
-        found.confirmation,
-        found.tuned,
-        found.why,
+        validated.finalists,
+        validated.confirmation,
+        validated.tuned,
+        validated.why,
         table,
-        compare_known(problem, gains[[0, found.tuned]]),
+        compare_known(problem, gains[[0, validated.tuned]]),
         conflict,
         obstacles_of(problem, study, generations, tried, conflict, limits),
         costs_of(fully_flown, limits),
         plant_step,
         [*first_warnings, *warnings],
         0.0,
-        found.broken,
-        found.to_settle,
-        found.further_flights,
+        validated.broken,
+        validated.to_settle,
+        validated.further_flights,
     )
     warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)

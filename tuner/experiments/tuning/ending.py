@@ -95,7 +95,7 @@ def ending_of(outcome: Outcome) -> list[str]:
 
 
 def _unsettled(outcome: Outcome, point: str, flights: int) -> str:
-    """Return the text on a nearest point that keeps its limits by value, with the flights that would settle it."""
+    """Return the text on a nearest point within its limits by value."""
     study = outcome.study
     broken = np.flatnonzero(outcome.finalists.excess[outcome.tuned] > 0.0)
     broken_text = "; ".join(_broken(outcome))

@@ -25,7 +25,7 @@ EVERYWHERE = "better on held-out flights than the default in every objective"
 
 
 class Choice(NamedTuple):
-    """The row of a front to recommend, 0 for the default, and the reason."""
+    """Row of the recommended finalist, 0 for the default; and the reason."""
 
     row: int
     why: str
@@ -49,8 +49,9 @@ class Default(NamedTuple):
 
 
 def is_among_worst(first: Evaluation) -> bool:
-    """Return True for a default, the first of a first generation, that is among the worst of those flown in an objective.
+    """Return True for a default among the worst in an objective.
 
+    It is the first candidate of a first generation.
     Later generations crowd where the search looks, so they say nothing about what is usual.
     """
     flown = first.values[first.flown]
@@ -80,11 +81,13 @@ def recommend(study: SearchedStudy, values: np.ndarray, default: Default, front:
 
 
 def alternatives(
-    values: np.ndarray, default: Default, front: np.ndarray, is_compromise: bool = True
+    values: np.ndarray, default: Default, front: np.ndarray, weighs_all: bool = True
 ) -> tuple[np.ndarray, str]:
-    """Return the rows of a front to pick from, none where the default is as good, and words on these rows.
+    """Return the eligible rows of a front, with words on them.
 
-    is_compromise: whether the pick rule weighs the objectives itself, and names none of them.
+    There are none where the default is as good.
+
+    weighs_all: whether the pick rule weighs the objectives itself, and names none of them.
     """
     if default.is_worst and (not default.keeps or is_far_behind(values[0], values[front])):
         return front, ""
@@ -97,17 +100,23 @@ def alternatives(
             better,
             f"better than the default by {100.0 * default.relevant:g} % in an objective, without losing as much in another",
         )
-    return (better if is_compromise and default.keeps else front), ""
+    return (better if weighs_all and default.keeps else front), ""
 
 
 def is_improvement(values: np.ndarray, default: np.ndarray, relevant: float = RELEVANT) -> np.ndarray:
-    """Return the mask (n,) of values (n, m) better than default (m,) by a relevant share in one, not worse by it in another."""
+    """Return the mask (n,) of values (n, m) better than a default (m,).
+
+    They are better by a relevant share in an objective and not worse by as much in another.
+    """
     step = relevant * np.abs(default)
     return np.any(values < default - step, axis=1) & np.all(values <= default + step, axis=1)
 
 
 def is_far_behind(default: np.ndarray, front: np.ndarray) -> bool:
-    """Return True for a default (m,) that a point of a front (k, m) leaves far behind, without being worse in any objective."""
+    """Return True for a default (m,) far behind a point of a front (k, m).
+
+    That point is not worse in any objective.
+    """
     ahead = front[np.all(front <= default, axis=1)]
     if not len(ahead) or np.any(default <= 0.0):
         return False

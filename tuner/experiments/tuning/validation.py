@@ -82,25 +82,25 @@ class Validation:
         """Fly the finalists, pick one and confirm it; one that confirmation flights refute makes way for the next."""
         choose = partial(best_row, self.study, self._is_worst)
         finals = Finals(self.problem, self.gains, self._flown, choose, self.study.seed, self._say)
-        flown, found = self._judged(finals, finals.fly())
-        first = found
+        flown, validated = self._judged(finals, finals.fly())
+        first = validated
         for attempt in range(MOST_CONFIRMED):
-            if found.keeps or not found.finalists.feasible[found.tuned]:
+            if validated.keeps or not validated.finalists.feasible[validated.tuned]:
                 break
-            self._strike(found, attempt + 1 == MOST_CONFIRMED)
-            flown, found = self._judged(finals, flown)
+            self._strike(validated, attempt + 1 == MOST_CONFIRMED)
+            flown, validated = self._judged(finals, flown)
         # What comes nearest is the first that was picked, not the last that was refuted.
-        return found if found.keeps else first
+        return validated if validated.keeps else first
 
-    def _strike(self, found: Validated, is_last: bool) -> None:
+    def _strike(self, validated: Validated, is_last: bool) -> None:
         """Leave a refuted row out; the last one leaves nothing but the default."""
-        labels = [self.problem.constraints[i].objective.label for i in found.broken]
-        self._struck[found.tuned, found.broken] = np.inf
+        labels = [self.problem.constraints[i].objective.label for i in validated.broken]
+        self._struck[validated.tuned, validated.broken] = np.inf
         if is_last:
-            self._struck[1:, found.broken] = np.inf
+            self._struck[1:, validated.broken] = np.inf
         self._warnings[
-            f"{self.names[found.tuned]} satisfies every limit on held-out flights and breaks {', '.join(labels)} on confirmation "
-            "flights, so it makes way."
+            f"{self.names[validated.tuned]} satisfies every limit on held-out flights and breaks {', '.join(labels)} on "
+            "confirmation flights, so it makes way."
         ] = None
 
     def _judged(self, finals: Finals, raw: FinalFlights) -> tuple[FinalFlights, Validated]:
@@ -125,11 +125,14 @@ class Validation:
         return raw, Validated(finalists, tuned, why, confirmation, broken, texts, settle, further)
 
     def _nearest(self, flown: FinalFlights, least: int) -> tuple[int, int | None]:
-        """Return the row within the limits by value that the fewest flights would settle, with these; else the least beyond."""
+        """Return the row within the limits by value that settles first.
+
+        Its flights come with it; where there is none, the row that is least beyond.
+        """
         rows = [row for row in range(1, len(self.gains)) if not self._struck[row].any()]
         flights = {row: self._limits.flights_to_settle(flown, row) for row in rows}
-        known = {row: count for row, count in flights.items() if count is not None}
-        return min(known.items(), key=lambda entry: entry[1]) if known else (least, None)
+        settled = {row: count for row, count in flights.items() if count is not None}
+        return min(settled.items(), key=lambda entry: entry[1]) if settled else (least, None)
 
     def _excused(self, flown: FinalFlights) -> FinalFlights:
         air = air_of_finals(flown, self.gains, self._flown)
@@ -143,11 +146,14 @@ class Validation:
         return judge(flown, self._seen, self._limits.estimates(flown), self._without_automatic(excess, flown))
 
     def _without_automatic(self, excess: np.ndarray, flown: FinalFlights) -> np.ndarray:
-        """Return the excess, without that over automatic limits where only these keep out all that keep the study's own."""
+        """Return the excess, without automatic limits where these alone decide.
+
+        They keep out all that keep the study's own limits there.
+        """
         automatic = np.array([bool(entry.floor) for entry in self.problem.constraints], dtype=bool)
-        known = np.all(flown.evaluation.violations[:, len(automatic) :] <= 0.0, axis=1)
-        kept = np.all(excess[:, ~automatic] <= 0.0, axis=1) & known
-        if np.any(np.all(excess <= 0.0, axis=1) & known) or not kept.any():
+        required = np.all(flown.evaluation.violations[:, len(automatic) :] <= 0.0, axis=1)
+        by_own = np.all(excess[:, ~automatic] <= 0.0, axis=1) & required
+        if np.any(np.all(excess <= 0.0, axis=1) & required) or not by_own.any():
             return excess
         return np.where(automatic, 0.0, excess)
 
@@ -179,7 +185,10 @@ class Validation:
         return excused_evaluation(self.problem, made, air)
 
     def _broken(self, flown: FinalFlights, tuned: int, confirmation: Evaluation) -> np.ndarray:
-        """Return the constraints that a row's confirmation flights break by value, and all its flights together by interval."""
+        """Return the constraints that a row breaks on confirmation flights.
+
+        It breaks them by their value, and by the interval of all its flights together.
+        """
         broken = list[int]()
         for i, entry in enumerate(self.problem.constraints):
             if confirmation.excess[1, i] <= 0.0 or entry.floor or entry.is_tail:
