@@ -82,7 +82,10 @@ class Course:
         return begin, begin + self.stages[stage]
 
     def later(self, stage: str, rate: float) -> float:
-        """Return the time [s] of what follows a stage, at so many flights per second where the search has none of its own."""
+        """Return the time [s] of what follows a stage.
+
+        rate: flights per second where the search has no speed of its own.
+        """
         if stage not in self.stages:
             return 0.0
         speed = self.flown / self.seconds if self.seconds > 0.0 else rate
@@ -102,8 +105,8 @@ class PaceColumn(ProgressColumn):
         rate = task.fields["pace"].rate
         if rate is None:
             return Text("")
-        here = max(task.fields["end"] - task.completed, 0.0) / rate
-        left = timedelta(seconds=ceil(here + task.fields["course"].later(task.fields["stage"], rate)))
+        remaining = max(task.fields["end"] - task.completed, 0.0) / rate
+        left = timedelta(seconds=ceil(remaining + task.fields["course"].later(task.fields["stage"], rate)))
         return Text(f"{rate:,.0f} flights/s  {left} left")
 
 

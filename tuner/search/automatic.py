@@ -5,8 +5,10 @@ from typing import NamedTuple
 from tuner.search.names import MAX_CANDIDATES, Sizes
 
 MODEL = "gaussian_process"
-# Sizes for which a model was measured to be ahead; beyond, its computing time outgrows that of the flights it saves.
-MAX_GAINS, MAX_OBJECTIVES = 40, 3
+# Sizes for which a model was measured to be ahead; beyond, its computing time outgrows that of the flights it saves. Of four
+# objectives its front had 0.94 of the best known after 144 candidates of RE41 (nsga3: 0.66), 0.82 of DTLZ7 (0), 0.96 of DTLZ5
+# (0.90) and 0.88 of DTLZ2 (0.92), means of three seeds.
+MAX_GAINS, MAX_OBJECTIVES = 40, 4
 
 
 class AlgorithmChoice(NamedTuple):

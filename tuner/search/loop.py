@@ -169,10 +169,11 @@ def record_of(before: list[Generation], points: np.ndarray, evaluation: Evaluati
 
 
 def _baseline(before: list[Generation], so_far: Archive) -> np.ndarray:
-    """Return the baseline (m,) of the hypervolume, the same from the first feasible candidate on.
+    """Return the baseline (m,) of the hypervolume.
 
-    It is the default where that is feasible: the box of a default that breaks limits may lie far from all that the search finds.
-    Else it is the worst of each objective over the front of the first generation with a feasible candidate.
+    It stays the same from the first feasible candidate on. It is the default where that is feasible: the box of a default that
+    breaks limits may lie far from all that the search finds. Else it is the worst of each objective over the front of the first
+    generation with a feasible candidate.
     """
     feasible = np.all(so_far.violations <= 0.0, axis=1)
     if feasible[0] or not feasible.any():

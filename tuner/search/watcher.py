@@ -72,7 +72,10 @@ class Watcher:
         """Called before a contender of a contest is tuned; number: from 1 to total."""
 
     def on_plan(self, stages: Mapping[str, int]) -> None:
-        """Called before the first of several stages, with the most flights of each; the report follows the last one."""
+        """Called before the first of several stages, with their most flights.
+
+        The report follows the last one.
+        """
 
     def on_stage(self, stage: str, flights: int) -> None:
         """Called when a stage begins that takes so many flights at most."""

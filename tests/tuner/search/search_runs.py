@@ -12,7 +12,16 @@ from tuner.search.registry import SEARCHES
 
 # Two objectives for what takes them, one for what takes one; and each once at the other end of what it takes.
 CASES = [(name, 2 if entry.supports(2) else 1) for name, entry in ALGORITHMS.items()]
-MORE_CASES = [*CASES, ("nsga2", 1), ("nsga2", 3), ("nsga3", 5), ("age_moea", 3), ("random", 1), ("sobol", 1)]
+MORE_CASES = [
+    *CASES,
+    ("gaussian_process", 4),
+    ("nsga2", 1),
+    ("nsga2", 3),
+    ("nsga3", 5),
+    ("age_moea", 3),
+    ("random", 1),
+    ("sobol", 1),
+]
 # No number of Das-Dennis directions in three objectives or more; small, for a model's points cost more the more there are.
 POPULATION = 12
 # Such a number too, for what is compared with chance.

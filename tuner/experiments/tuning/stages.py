@@ -1,4 +1,4 @@
-"""Stages of a tuning run and the most flights of each, for its progress."""
+"""Stages of a tuning run, each with its most flights."""
 
 from tuner.experiments.tuning.finalists import most_finalists
 from tuner.experiments.tuning.survivors import MOST_SURVIVORS
