@@ -75,7 +75,13 @@ def test_a_check_that_fails_says_so_by_its_exit_code(tmp_path):
     assert code == USER_ERROR and "z points down" in told and "--force" in told
 
 
-def test_a_limit_without_an_option_is_not_to_be_raised(monkeypatch):
+@pytest.fixture
+def compiled_laws(monkeypatch):
+    """Fly plans by laws that other tests compile."""
+    monkeypatch.setattr("tuner.api.flight_plans.LAW", "hybrid")
+
+
+def test_a_limit_without_an_option_is_not_to_be_raised(compiled_laws, monkeypatch):
     monkeypatch.setattr(limits, "MOTORS", 1e-4)
     _, _, message = called("identify", "--plan", "f450")
     assert "air and noise alone take the motors to" in message and "(--gains)" in message
@@ -123,7 +129,7 @@ def test_what_cannot_be_used_is_told_in_a_line(arguments, message):
         (["--plan", "f450", "--report", "plan.pdf"], "ends in .html"),
     ],
 )
-def test_what_cannot_be_planned_is_told_in_a_line(arguments, message):
+def test_what_cannot_be_planned_is_told_in_a_line(arguments, message, compiled_laws):
     code, _, told = called("identify", *arguments)
     assert code == USER_ERROR and message in told
     assert len([line for line in told.strip().splitlines() if not line.startswith("Planning")]) == 1

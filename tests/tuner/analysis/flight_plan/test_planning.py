@@ -48,7 +48,13 @@ def plan(tmp_path_factory):
         patch.setattr(choosing, "BANDS", ((1.0, 12.0),))
         for module in (choosing, limits, planning):
             patch.setattr(module, "FLIGHTS", 4)
-        asked = {"numbers": ASKED.numbers, "within": ASKED.within, "to": "ardupilot"}
+        # Flown by laws that other tests compile.
+        asked = {
+            "numbers": ASKED.numbers,
+            "within": ASKED.within,
+            "to": "ardupilot",
+            "gains": tuner.default_gains("hybrid", airframe=NAME),
+        }
         return tuner.plan_flight(NAME, **asked, out=folder / "experiment", report=folder / "plan.html")
 
 
