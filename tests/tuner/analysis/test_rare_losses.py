@@ -81,6 +81,7 @@ def changes(repeats, limited, common):
 
 
 # Before losses not seen counted, 15 % of the runs changed where points lose flights each alone, 5 to 7 % where together.
+@pytest.mark.slow
 def test_early_ends_rarely_change_the_recommended_point():
     changed, worse, share = changes(16, limited=True, common=False)
     assert changed == 0.0 and worse == 0

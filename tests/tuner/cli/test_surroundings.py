@@ -175,7 +175,7 @@ WORDS = [
 ]
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+@pytest.mark.parametrize("encoding", [pytest.param("cp1252", marks=pytest.mark.slow), "ascii"])
 @pytest.mark.parametrize("words", WORDS, ids=" ".join)
 def test_every_text_passes_a_pipe_of_few_letters(words, encoding, small_run, monkeypatch):
     given = [small_run[1] if word == "RESULTS" else word for word in words]

@@ -216,7 +216,7 @@ def traced_memory():
 
 
 @pytest.mark.parametrize("kind", WRITERS)
-@pytest.mark.parametrize("count", [40, pytest.param(400, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [16, pytest.param(400, marks=pytest.mark.slow)])
 def test_damaged_files_are_read_or_refused_in_a_line(kind, count, tmp_path, mapping, traced_memory):
     content = WRITERS[kind](truth(300))
     for i in range(count):

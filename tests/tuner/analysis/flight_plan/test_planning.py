@@ -24,6 +24,7 @@ from tuner.analysis.flight_plan.excitation import Excitation
 from tuner.analysis.flight_plan.flying import ACCELEROMETER, largest_rms
 from tuner.analysis.flight_plan.limits import reduce_amplitudes, shares_of_limits
 from tuner.analysis.flight_plan.planning import ExperimentSpec, accuracy_target, check_names, plan_experiment
+from tuner.analysis.identification import fit
 from tuner.analysis.identification.checks import check_flight
 from tuner.analysis.identification.identify import identify_vehicle
 from tuner.analysis.identification.parameters import space_of
@@ -46,9 +47,16 @@ def plan(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plan")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(choosing, "BANDS", ((1.0, 12.0),))
+        patch.setattr(fit, "MAX_NOISE_FITS", 2)
         for module in (choosing, limits, planning):
             patch.setattr(module, "FLIGHTS", 4)
-        asked = {"numbers": ASKED.numbers, "within": ASKED.within, "to": "ardupilot"}
+        # Flown by laws that other tests compile.
+        asked = {
+            "numbers": ASKED.numbers,
+            "within": ASKED.within,
+            "to": "ardupilot",
+            "gains": tuner.default_gains("hybrid", airframe=NAME),
+        }
         return tuner.plan_flight(NAME, **asked, out=folder / "experiment", report=folder / "plan.html")
 
 

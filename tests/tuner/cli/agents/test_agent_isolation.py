@@ -57,7 +57,7 @@ def outcome_of(root, *arguments, allow_code=False):
 
 def test_no_module_of_the_root_runs(trapped):
     root, notes = trapped
-    for arguments in (("list", "targets"), ("new", "mine"), ("check", "mine.toml")):
+    for arguments in (("list", "targets"), ("new", "mine"), ("check", "--set=margin=[]", "mine.toml")):
         outcome = outcome_of(root, *arguments)
         assert outcome.code == 0, outcome
     assert not notes.exists(), notes.read_text()

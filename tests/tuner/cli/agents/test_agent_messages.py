@@ -137,11 +137,6 @@ def test_300_fuzzed_messages_are_answered_and_the_server_lives(tmp_path):
     assert len(answers_to(lines, tmp_path)) == 302
 
 
-def test_40_fuzzed_messages_are_answered_and_the_server_lives(tmp_path):
-    lines = [line for line in fuzzed(60) if is_request(line) and b"tools/call" not in line][:30]
-    assert len(answers_to(lines, tmp_path)) == 2 + len(lines) > 20
-
-
 class Commands:
     """Commands that end when they are let; the numbers that ran at once."""
 

@@ -180,6 +180,7 @@ async def cut_off(session):
     raise AssertionError(shown)
 
 
+@pytest.mark.slow
 def test_a_cancelled_run_leaves_a_folder_to_resume(tmp_path):
     seen, shown = ask(tmp_path, cut_off)
     flights = [done for done, _, _ in seen]

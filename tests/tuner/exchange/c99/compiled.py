@@ -119,19 +119,22 @@ def _at(array):
 
 def build(folder: Path, cases: dict[str, tuple], flags=FLAGS) -> dict[str, Compiled]:
     """Compile controllers, cases: prefix -> (controller, real), in one call of gcc."""
-    found = {}
-    names = []
+    target, names = folder / "controllers.so", []
     for prefix, (given, real) in cases.items():
         code = c_sources(given, real, prefix)
         (folder / f"{code.name}.h").write_text(code.header)
         (folder / f"{code.name}.c").write_text(code.source)
         (folder / f"{prefix}_driver.c").write_text(DRIVER.format(p=prefix, P=prefix.upper()))
         names += [f"{code.name}.c", f"{prefix}_driver.c"]
-    target = folder / "controllers.so"
     subprocess.run(
         [program("gcc"), *flags, "-shared", "-fPIC", *names, "-o", target.name, "-lm"], cwd=folder, check=True
     )
-    library = ctypes.CDLL(str(target))
+    return loaded(folder, cases)
+
+
+def loaded(folder: Path, cases: dict[str, tuple]) -> dict[str, Compiled]:
+    """Return the controllers of a library that `build` has left in a folder."""
+    library, found = ctypes.CDLL(str(folder / "controllers.so")), {}
     for prefix, (given, real) in cases.items():
         bound = entries(given.cascade)
         found[prefix] = Compiled(library, prefix, real, size(bound.State), size(bound.AttitudeState))

@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-from plant.law_registry import LAWS
 from plant.quadrotor.attitude import euler_angles
-from plant.quadrotor.nominal import ControlOptions, nominal
+from plant.quadrotor.nominal import nominal
 from plant.quadrotor.rigid_body import Body
 from plant.quadrotor.sensors import Noise, measure
 from plant.records import flatten
 from plant.vectors import Quaternion, Rotors, Vec3
-from tests.tuner.exchange.c99.compiled import build, uneven
+from tests.tuner.exchange.c99.conftest import CASES
 from tests.tuner.exchange.c99.signals import (
     attitude_inputs,
     expected_attitude_step,
@@ -19,19 +18,6 @@ from tests.tuner.exchange.c99.signals import (
     plain_step,
     step_inputs,
 )
-
-OPTIONS = {
-    "delayed": ControlOptions(delay=True),
-    "observed": ControlOptions("observer", "observer", lag_aware=False, tilt_limit=0.3),
-}
-CASES = {f"{law}_{real}": (uneven(law, law), real) for law in LAWS for real in ("float", "double")}
-CASES |= {name: (uneven("hybrid_gsta", "ladrc", options=options), "float") for name, options in OPTIONS.items()}
-CASES |= {f"{name}_pid": (uneven("adrc", "pid", options=options), "float") for name, options in OPTIONS.items()}
-
-
-@pytest.fixture(scope="module")
-def library(tmp_path_factory):
-    return build(tmp_path_factory.mktemp("c99"), CASES)
 
 
 def assert_same_bits(run, outputs, states):
@@ -43,7 +29,7 @@ def assert_same_bits(run, outputs, states):
 
 
 def floats(*names):
-    return [name for name in CASES if CASES[name][1] in names]
+    return [name for name in CASES if CASES[name][1] in names and name != "exact"]
 
 
 @pytest.mark.parametrize("case", floats("float"))

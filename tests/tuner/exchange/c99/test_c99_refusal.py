@@ -6,17 +6,17 @@ import pytest
 from plant.law_registry import LAWS
 from plant.quadrotor.nominal import nominal
 from plant.seeds import generator
-from tests.tuner.exchange.c99.compiled import build, uneven
+from tests.tuner.exchange.c99.conftest import CASES as compiled
 from tests.tuner.exchange.c99.signals import attitude_inputs, step_inputs
 
-CASES = {law: (uneven(law, law), "float") for law in LAWS} | {"exact": (uneven("hybrid_gsta", "adrc"), "double")}
+CASES = {**{law: compiled[f"{law}_float"] for law in LAWS}, "exact": compiled["exact"]}
 OK, REFUSED = 0, 1
 BAD = (np.nan, np.inf, -np.inf)
 
 
 @pytest.fixture(scope="module")
-def library(tmp_path_factory):
-    return build(tmp_path_factory.mktemp("c99"), CASES)
+def library(library):
+    return {**{law: library[f"{law}_float"] for law in LAWS}, "exact": library["exact"]}
 
 
 @pytest.mark.parametrize("case", CASES)
