@@ -239,7 +239,7 @@ def largest_values(quantity: Objective, samples: np.ndarray, cost: float) -> np.
 
 
 def within_values(difference: SampledValue, default: float, tuned: float) -> SampledValue:
-    """Return a difference of risks above 0 with ends that it can have."""
+    """Return a difference of two risks with ends that it can have."""
     value, low, high = difference
     return SampledValue(value, max(low, -max(default, -value)), min(high, max(tuned, value)))
 
