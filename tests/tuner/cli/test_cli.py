@@ -149,7 +149,7 @@ def test_list_of_nothing_known_names_the_nearest(tuner):
 
 def test_check_says_what_a_study_would_fly(tuner):
     figures = json.loads(tuner("check", QUICKSTART, "--set", "margin=[]", "--json").stdout)
-    assert figures["search_flights"] == 24 * 2 * 8
+    assert figures["search_flights"] == 12 * 12 * 8
 
 
 def test_new_writes_a_study_that_loads_and_never_overwrites(tmp_path, tuner, monkeypatch):
@@ -216,7 +216,7 @@ def test_the_answer_of_a_run_is_printed_before_its_report_is_written(tmp_path, t
 
 def test_bad_input_is_one_line_on_stderr(tmp_path, tuner):
     broken = tmp_path / "broken.toml"
-    broken.write_text(QUICKSTART.read_text().replace("population = 24", "populaton = 24"))
+    broken.write_text(QUICKSTART.read_text().replace("population = 12", "populaton = 12"))
     message = refused(tuner("run", broken, "--out", tmp_path / "never"))
     assert message.count("\n") == 1
     assert "search.populaton" in message and "did you mean 'population'" in message and str(broken) in message

@@ -24,7 +24,7 @@ CHANGES = {
 # The default search through all of its stages: a model that asks for margins, survivors that make more flights, finalists that stop
 # once their place is settled, and an end where the front has come to rest.
 STAGES = {
-    "search.population": 8, "search.generations": 24, "search.stop": "converged", "scenario.0.search": 6,
+    "search.starts": ["shipped"], "search.population": 8, "search.generations": 24, "search.stop": "converged", "scenario.0.search": 6,
     "scenario.0.held_out": 128, "scenario.0.duration": 2.0, "scenario.0.air.intensity": 2.0, "margin.0.min": 20,
     "margin.1.min": 3, "margin.2.max": 4, "margin.3.min": 0.5,
 }  # fmt: skip

@@ -191,7 +191,7 @@ def test_command_prints_json_and_a_table(tmp_path, monkeypatch, capsys):
     code, out, err = tuner(monkeypatch, capsys, "plan", path, "--threads", 2, "--difference", 2, "--json")
     assert (code, err) == (0, "")
     document = json.loads(out)
-    assert document["flights"]["search_at_most"] == 48 * 8 and document["difference_percent"] == 2.0
+    assert document["flights"]["search_at_most"] == 144 * 8 and document["difference_percent"] == 2.0
     # Margins leave a few per cent of the ranges.
     assert document["pilot"]["worth_flying_percent"] < 30.0
     easy = tmp_path / "easy.toml"
