@@ -26,17 +26,25 @@ def crazyflie() -> Identified:
 
 
 @pytest.fixture(scope="session")
-def long_flight() -> KnownFlight:
-    """A flight with all axes shaken, of 18 s."""
-    return known_flights(1, duration=18.0)[0]
+def side_by_side() -> list[KnownFlight]:
+    """Two flights with all axes shaken, one with roll and lift only, and a calm one; the first of 18 s, the others of 9 s."""
+    return known_flights(
+        4,
+        duration=[18.0, 9.0, 9.0, 9.0],
+        excited=[AXES, AXES, ("roll", "lift"), ()],
+        turbulence=np.array([1.0, 1.0, 1.0, 0.2]),
+    )
 
 
 @pytest.fixture(scope="session")
-def flown(long_flight: KnownFlight) -> list[KnownFlight]:
-    """The first half of that flight and, as long, another with all axes shaken, one with roll and lift only, and a calm one."""
-    _, *others = known_flights(
-        4, duration=9.0, excited=[AXES, AXES, ("roll", "lift"), ()], turbulence=np.array([1.0, 1.0, 1.0, 0.2])
-    )
+def long_flight(side_by_side: list[KnownFlight]) -> KnownFlight:
+    return side_by_side[0]
+
+
+@pytest.fixture(scope="session")
+def flown(side_by_side: list[KnownFlight]) -> list[KnownFlight]:
+    """As long each: the first half of the long flight, and the others."""
+    long_flight, *others = side_by_side
     return [long_flight._replace(log=long_flight.log.between(0.0, 9.0)), *others]
 
 
