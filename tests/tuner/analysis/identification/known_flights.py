@@ -60,28 +60,46 @@ def drawn_vehicle(draw):
     )
 
 
-def known_flights(count, duration=12.0, seed=1, excited=AXES, turbulence: float | np.ndarray = 1.0, lost=0.005):
-    """Fly and return so many flights; excited: axes that are shaken, of all or of each; turbulence: factor on what the air does."""
+def known_flights(
+    count, duration: float | list[float] = 12.0, seed=1, excited=AXES, turbulence: float | np.ndarray = 1.0, lost=0.005
+):
+    """Fly and return so many flights.
+
+    duration: of all or of each [s]; excited: axes that are shaken, of all or of each; turbulence: factor on what the air does.
+    """
     shakes = list(excited) if excited and not isinstance(excited[0], str) else [excited] * count
     draws = [np.random.default_rng((seed, i)) for i in range(count)]
     vehicles = [drawn_vehicle(draw) for draw in draws]
-    steps = round(duration / PERIOD)
+    lengths = [round(each / PERIOD) for each in (duration if isinstance(duration, list) else [duration] * count)]
     delays = [int(draw.integers(0, 5)) for draw in draws]
-    shaken = np.stack([_shaken(draw, steps, axes) for draw, axes in zip(draws, shakes, strict=True)], axis=-1)
-    air = np.asarray(turbulence) * np.stack([_air(draw, steps) for draw in draws], axis=-1)
-    noise = np.stack([draw.normal(size=(steps, 4)) * [GYRO, GYRO, GYRO, LIFT] for draw in draws], axis=-1)
+    shaken = _together([_shaken(draw, n, axes) for draw, n, axes in zip(draws, lengths, shakes, strict=True)])
+    air = np.asarray(turbulence) * _together([_air(draw, n) for draw, n in zip(draws, lengths, strict=True)])
+    spread = [GYRO, GYRO, GYRO, LIFT]
+    noise = _together([draw.normal(size=(n, 4)) * spread for draw, n in zip(draws, lengths, strict=True)])
     rates, lifts, commands = _flown(vehicles, shaken, air, noise, delays)
     flights = []
-    for i, draw in enumerate(draws):
+    for i, (draw, steps) in enumerate(zip(draws, lengths, strict=True)):
         kept = draw.random(steps) >= lost
         push = np.zeros((steps, 3))
-        push[:, 2] = lifts[:, i] + 0.1 * draw.normal()
+        push[:, 2] = lifts[:steps, i] + 0.1 * draw.normal()
         time = PERIOD * np.arange(float(steps))
         log = FlightLog(
-            f"log {i}", "made", "0" * 64, time, rates[..., i] + 0.01 * draw.normal(size=3), push, commands[..., i]
+            f"log {i}",
+            "made",
+            "0" * 64,
+            time,
+            rates[:steps, :, i] + 0.01 * draw.normal(size=3),
+            push,
+            commands[:steps, :, i],
         )
         flights.append(KnownFlight(log.where(kept), vehicles[i], PERIOD * delays[i]))
     return flights
+
+
+def _together(series):
+    """Series (steps, k) of flights side by side (longest, k, flights); the shorter ones end with zeros."""
+    longest = max(map(len, series))
+    return np.stack([np.pad(each, ((0, longest - len(each)), (0, 0))) for each in series], axis=-1)
 
 
 def _shaken(draw, steps, excited):
