@@ -21,18 +21,17 @@ from tuner.text.signals import CRASHED
 ROOT = Path(__file__).parents[3]
 
 CODE = "from tuner.__main__ import run; run()"
-# Each command line of a list in a process of its own, which finds the tool imported in the surroundings of all, and columns of its own.
+# Each command line of a list in a process of its own, which finds the tool imported in the surroundings of all.
 EACH = """
 import json, os, sys
 import tuner.api.checking, tuner.cli.main, tuner.cli.printers.check
 from tuner.__main__ import run
 
-for number, (columns, words) in enumerate(json.loads(sys.argv[1])):
+for number, words in enumerate(json.loads(sys.argv[1])):
     child = os.fork()
     if not child:
         for stream in (1, 2):
             os.dup2(os.open(f"{number}.{stream}", os.O_CREAT | os.O_WRONLY), stream)
-        os.environ["COLUMNS"] = columns
         sys.argv[1:] = words
         run()
     open(f"{number}.code", "w").write(str(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])))
@@ -44,11 +43,11 @@ COMMANDS = {
     "check": ("check", "quickstart", "--set", "margin=[]"),
 }
 SURROUNDINGS = {
-    "few columns": ({}, ("1", "3")),
-    "ASCII alone": ({"PYTHONIOENCODING": "ascii"}, ("80",)),
-    "plain locale": ({"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, ("80",)),
+    "one column": {"COLUMNS": "1"},
+    "three columns": {"COLUMNS": "3"},
+    "ASCII alone": {"PYTHONIOENCODING": "ascii"},
+    "plain locale": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
 }
-"""Environments, and numbers of columns in each."""
 
 
 def ended(*words, surroundings=None, closed=()):
@@ -63,14 +62,19 @@ def ended(*words, surroundings=None, closed=()):
     )
 
 
-@pytest.mark.parametrize("where", ["few columns", pytest.param("ASCII alone", marks=pytest.mark.slow), "plain locale"])
+@pytest.mark.parametrize(
+    "where",
+    [
+        "one column",
+        "plain locale",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("three columns", "ASCII alone")),
+    ],
+)
 def test_every_terminal_will_do(where, small_run, tmp_path):
-    environment, columns = SURROUNDINGS[where]
-    commands = [[str(small_run[1]) if word == "RESULTS" else word for word in words] for words in COMMANDS.values()]
-    lines = [(width, words) for width in columns for words in commands]
-    world = {**os.environ, **environment}
+    lines = [[str(small_run[1]) if word == "RESULTS" else word for word in words] for words in COMMANDS.values()]
+    world = {**os.environ, **SURROUNDINGS[where]}
     subprocess.run([sys.executable, "-c", EACH, json.dumps(lines)], check=True, timeout=120, env=world, cwd=tmp_path)
-    for number, (_, words) in enumerate(lines):
+    for number, words in enumerate(lines):
         code, out, err = ((tmp_path / f"{number}.{part}").read_bytes() for part in ("code", "1", "2"))
         assert (code, err) == (b"0", b"") and out, words
 

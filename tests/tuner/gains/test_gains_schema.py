@@ -59,7 +59,7 @@ def at(made, path):
 
 
 def changed(made, path, value):
-    """A document with another value at a place; it shares with the given one what lies beside."""
+    """A document with another value at a place; all other parts are those of the given one."""
     key, *inner = path
     made = copy.copy(made)
     made[key] = changed(made[key], inner, value) if inner else value

@@ -54,7 +54,7 @@ def flights(flown: list[KnownFlight]) -> list[KnownFlight]:
 
 
 def identify_roughly(logs: list[FlightLog], earlier: EarlierPosterior | None = None) -> Identified:
-    """Identify with two fits of the noise, which leave a tenth of a standard deviation; it takes half of the time."""
+    """Identify with two fits of the noise at most, not five: no property that is tested here needs more."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fit, "MAX_NOISE_FITS", 2)
         return identify_vehicle(logs, AIRFRAME, earlier=earlier)

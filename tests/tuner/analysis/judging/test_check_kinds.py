@@ -68,7 +68,7 @@ def answer(checked_once, monkeypatch, capsys):
 
 @pytest.fixture
 def undesigned(monkeypatch):
-    """Design no gains where nobody looks at what a design reaches, which takes a second."""
+    """Design no gains where no assertion reads the design, which takes a second."""
     monkeypatch.setattr("tuner.experiments.tuning.diagnosis.study_designs", lambda study: {})
 
 

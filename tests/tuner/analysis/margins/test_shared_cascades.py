@@ -1,4 +1,4 @@
-"""Cascades of the same laws are one, so that studies share what is derived from them; of other laws each is its own."""
+"""Cascades of the same laws are one, so that studies share its derivatives; of other laws each is its own."""
 
 from dataclasses import replace
 
