@@ -88,6 +88,14 @@ class LimitFlights:
                 parts[:, row, i] = self.interval(*self.samples(flown, row), i, confidence)
         return parts
 
+    def shown(self, flown: FinalFlights) -> np.ndarray:
+        """Return `estimates` with the usual intervals where values decide."""
+        parts, first = self.estimates(flown), len(self.problem.objectives)
+        for i, entry in enumerate(self.problem.constraints):
+            if rests_on_value(entry):
+                parts[:, :, i] = flown.estimate(first + i)
+        return parts
+
     def samples(
         self, flown: FinalFlights, row: int, further: tuple[np.ndarray, np.ndarray] | None = None
     ) -> tuple[np.ndarray, np.ndarray]:

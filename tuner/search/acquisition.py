@@ -137,11 +137,6 @@ class HypervolumeImprovement:
         """Return the acquisition values (r,) of candidates, given by row."""
         return mean_improvement(np.ascontiguousarray(self._samples[:, rows]), self._directions, self._best)
 
-    @property
-    def n_front(self) -> int:
-        """Number of points of the front."""
-        return len(self._front)
-
     def of_objective(self, index: int) -> "HypervolumeImprovement":
         """Return the expected improvement of one objective by itself."""
         front = self._front[:, [index]]

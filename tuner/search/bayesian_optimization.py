@@ -40,8 +40,6 @@ EARLY_BATCH, N_EARLY = 4, 60
 MAX_CONSTRAINT_DATA = 250
 # Growth of the number of points after which hyperparameters are fitted again.
 REFIT_GROWTH = 1.3
-# Points of a front for each objective below which its ends are searched for themselves.
-SMALL_FRONT = 4
 # Improvement of an objective by itself below which its end of the front is left alone, in units of the reference box.
 MIN_END_IMPROVEMENT = 1e-6
 # Coordinates of a point that are perturbed, in the mean: a share, in many dimensions so many, and at least so many in few (random
@@ -147,13 +145,15 @@ class BayesianOptimization:
         return min(EARLY_BATCH, rest) if len(self._points) < N_EARLY else rest
 
     def _select_improving(self, improvement: HypervolumeImprovement, feasibility: "FeasibilityProbabilities") -> Array:
-        """Return rows (n,) of the pool: the first improves the end of a small front, the others the hypervolume."""
+        """Return rows (n,) of the pool: the first improves an end of the front, the others the hypervolume."""
         n_objectives, batch = self._values.shape[1], self._batch
         rows = np.empty(0, dtype=int)
         begins = len(self._points) % self._population == 0
         if begins and batch > 1 and n_objectives > 1:
-            end = improvement.of_objective(len(self._points) // self._population % n_objectives)
-            rows = select_batch(end, feasibility, 1)
+            index = len(self._points) // self._population % n_objectives
+            rows = select_batch(improvement.of_objective(index), feasibility, 1)
+            # Whoever was chosen is pending there, and improves nothing any more.
+            end = improvement.of_objective(index)
             if end.evaluate(rows)[0] * feasibility.probability[rows[0]] > MIN_END_IMPROVEMENT:
                 improvement.add_pending(int(rows[0]))
             else:

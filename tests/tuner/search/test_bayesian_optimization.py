@@ -500,3 +500,31 @@ def test_the_probability_of_feasibility_is_the_product_over_constraints(data):
     np.testing.assert_allclose(shares, (below[0] & below[1]).mean(axis=0), atol=0.01)
     assert np.ptp(shares) > 0.2
     assert np.array_equal(probability_of_feasibility([], pool), np.ones(6))
+
+
+class Improvement:
+    """An acquisition of given values (p,), and one of each objective; a pending row improves nothing any more."""
+
+    def __init__(self, values, ends=()):
+        self.values, self.ends = np.array(values, dtype=float), ends
+
+    def evaluate(self, rows):
+        return self.values[rows]
+
+    def add_pending(self, row):
+        self.values[row] = 0.0
+
+    def of_objective(self, index):
+        return Improvement(self.ends[index])
+
+
+@pytest.mark.parametrize(("best", "chosen"), [(0.5, 3), (1e-7, 0)])
+def test_a_generation_begins_with_an_end_of_the_front_that_can_be_improved(best, chosen):
+    draw = np.random.default_rng(3)
+    search = BayesianOptimization(draw.random((12, 2)), 2, 0, 1)
+    search.ask()
+    search.tell(draw.random((12, 2)), np.zeros((12, 0)))
+    ends = [np.zeros(5), np.array([0.0, 0.0, 0.0, best, 0.0])]
+    improvement: Any = Improvement([9.0, 8.0, 7.0, 0.1, 6.0], ends)
+    rows = search._select_improving(improvement, FeasibilityProbabilities(draw.random((5, 2)), np.ones(5), ()))
+    assert rows[0] == chosen and set(rows.tolist()) >= {0, 1}

@@ -143,7 +143,7 @@ class Validation:
         excess = self._limits.excess(flown) + self._struck
         if self._tails is not None:
             excess = np.maximum(excess, self._tails.excess)
-        return judge(flown, self._seen, self._limits.estimates(flown), self._without_automatic(excess, flown))
+        return judge(flown, self._seen, self._limits.shown(flown), self._without_automatic(excess, flown))
 
     def _without_automatic(self, excess: np.ndarray, flown: FinalFlights) -> np.ndarray:
         """Return the excess, without automatic limits where these alone decide.

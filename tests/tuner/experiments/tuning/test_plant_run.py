@@ -10,6 +10,7 @@ import pytest
 from plant.own_code import HAVE_RUN
 from tests.tuner.experiments.own_motor import PLANT, STUDY, write_motor
 from tests.tuner.in_process import called, tuner
+from tuner.api import gains as tuner_api
 from tuner.api import results as api
 from tuner.documents.opening import open_results
 from tuner.study.kinds import load_any
@@ -49,7 +50,13 @@ def test_the_library_gives_its_points_as_values_by_address(run):
     results, written = api.open_results(run, kind=api.TuningResults), open_results(run)
     assert results.recommended == {address: entry.value for address, entry in written.gains_document.gains.items()}
     assert results.gains(written.tuned) == pytest.approx(results.recommended)
-    assert results.default == written.resolved.gains != results.recommended
+    assert results.default == written.resolved.gains
+    # Every named point has its gains, the same as the file in points/; the best in an objective beats the default there.
+    files = {name: tuner_api.read_gains(run / "points" / f"{name}.json") for name in results.points}
+    assert {"least-itae.angle", "least-travel"} <= set(files) == {file.stem for file in (run / "points").iterdir()}
+    for name, gains in results.points.items():
+        assert dict(files[name]) == pytest.approx(dict(gains))
+    assert results.points["least-itae.angle"] != results.default
 
 
 def test_a_point_can_be_chosen_by_what_is_limited(run):

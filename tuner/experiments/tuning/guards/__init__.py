@@ -68,7 +68,8 @@ def _lenient(outcome: Outcome) -> list[str]:
 
 
 def _duplicate_knees(outcome: Outcome) -> list[str]:
-    rows = np.flatnonzero(outcome.finalists.non_dominated).tolist()
+    # Where the default stays there is no other point to take.
+    rows = np.flatnonzero(outcome.finalists.non_dominated).tolist() if outcome.tuned else []
     gaps = differences_to(outcome.finalists.flown, outcome.tuned)
     reference = outcome.finalists.evaluation.values[outcome.tuned]
     words = {
