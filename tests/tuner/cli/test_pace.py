@@ -4,6 +4,7 @@ import io
 import shutil
 import time
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -85,12 +86,10 @@ def test_compiling_shows_the_time_on_a_terminal_and_is_one_line_in_a_pipe():
     assert len(piped.getvalue().splitlines()) == 1
 
 
-class Search:
+def generation(number, flights, seconds) -> Any:
     """A generation as the display reads it: its flights and the time that they took."""
-
-    def __init__(self, number, flights, seconds):
-        self.number, self.hypervolume, self.feasible_share = number, 0.25, 0.5
-        self.evaluation = SimpleNamespace(flights=flights, flight_seconds=seconds)
+    evaluation = SimpleNamespace(flights=flights, flight_seconds=seconds)
+    return SimpleNamespace(number=number, hypervolume=0.25, feasible_share=0.5, evaluation=evaluation)
 
 
 PLAN = {"Searching": 200, "Refining": 100, "Held-out check": 700}
@@ -108,7 +107,7 @@ def test_the_time_left_holds_the_stages_after_the_search_and_the_report(clock):
         watcher.on_flights_done(0 if number else 1)
         clock.now += 10.0 if not number else 0.0
         watcher.on_flights_done(100 - (not number))
-        watcher.on_generation(Search(number, 100, 1.0), 2)
+        watcher.on_generation(generation(number, 100, 1.0), 2)
         lines = told.getvalue().splitlines()
     assert lines[0] == "Stage 1 of 4: Searching, up to 200 flights"
     first, last = (float(line.split()[-3]) for line in lines[1:])
@@ -124,6 +123,7 @@ def test_the_bar_of_a_run_never_walks_back_and_says_the_stage(clock):
 
     def look():
         (task,) = watcher._progress.tasks
+        assert task.total
         shown.append(task.completed / task.total)
         return task.description
 
@@ -153,5 +153,5 @@ def test_the_best_feasible_value_stands_beside_the_defaults(clock):
     best = [BestValue("mean(travel)", "1/s", 3.25, 4.5, True), BestValue("rms", "m", None, 0.5, False)]
     clock.now += 1.0
     watcher.on_flights_done(10)
-    watcher.on_generation(Search(0, 10, 1.0), 4, best)
+    watcher.on_generation(generation(0, 10, 1.0), 4, best)
     assert "mean(travel) 3.25 1/s (default 4.5)  rms none feasible (default 0.5, breaks limits)" in told.getvalue()
