@@ -11,6 +11,7 @@ from objectives.fmu.system import PATIENCE
 from objectives.risk import RELEVANT
 from tuner.gains.channels import StudyChannelTable
 from tuner.study import schema
+from tuner.study.certainty import CONFIDENCE, Confidence, Relevant
 from tuner.study.size import MOST_FLIGHTS
 from tuner.text.strict_table import StrictTable
 
@@ -171,9 +172,9 @@ class PlantStudyTable(StrictTable):
     """Gains by address, CHANNEL.GAIN: a number fixes one, a table gives its range."""
     description: str = ""
     """Text for the report."""
-    confidence: schema.Confidence = schema.CONFIDENCE
+    confidence: Confidence = CONFIDENCE
     """Confidence of the interval whose upper end keeps each limit on flights; 0: the value alone keeps it."""
-    relevant: schema.Relevant = RELEVANT
+    relevant: Relevant = RELEVANT
     """Share of a value from which a difference matters: better and worse differ by more, no practical difference by less."""
     law: schema.OwnCodeTable | None = None
     metric: schema.OwnCodeTable | None = None

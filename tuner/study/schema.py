@@ -21,6 +21,7 @@ from plant.quadrotor.scenarios import Bands, Spread
 from plant.quadrotor.sensors import SensorSpec
 from tuner.search.names import GENERATIONS
 from tuner.study import meanings
+from tuner.study.certainty import CONFIDENCE, Confidence, Relevant
 from tuner.study.size import MOST_FLIGHTS
 from tuner.text.strict_table import StrictTable
 
@@ -359,12 +360,6 @@ class PickTable(StrictTable):
     one with the smaller first objective is taken."""
     weights: dict[str, Any] = Field(default={})
     """Weight of each objective, where the rule is "weights"."""
-
-
-Confidence = Annotated[float, Field(ge=0.0, lt=1.0)]
-CONFIDENCE = 0.95
-"""Confidence that limits on flights are kept with where a study does not say it: that of every interval that is shown."""
-Relevant = Annotated[float, Field(ge=0.0, lt=1.0)]
 
 
 class StudyTable(StrictTable):

@@ -19,7 +19,7 @@ from plant.input_files import read_input_text
 from plant.texts import PlainTable, PlainValue
 from tuner.search.convergence import StoppingRule
 from tuner.search.names import ALGORITHMS, CONVERGED, GENERATIONS
-from tuner.study.schema import CONFIDENCE
+from tuner.study.certainty import CONFIDENCE
 from tuner.study.shipped_fronts import ShippedFront
 from tuner.study.starts import EarlierGains, StartSet, start_sets
 from tuner.text.input_errors import located

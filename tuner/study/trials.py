@@ -22,12 +22,13 @@ from objectives.risk import RELEVANT
 from plant.errors import InputError, UnknownNameError
 from plant.seeds import generator
 from plant.texts import PlainTable, PlainValue, check_name, check_texts, check_title
+from tuner.study.certainty import CONFIDENCE, Confidence, Relevant
 from tuner.study.earlier_front import read_variables
 from tuner.study.judged_reading import held_with, pick_rule, refuse_probability, risk_of, unique
 from tuner.study.layers import Layer
 from tuner.study.messages import translated
 from tuner.study.reading import put
-from tuner.study.schema import CONFIDENCE, Confidence, PickTable, Relevant, SearchTable
+from tuner.study.schema import PickTable, SearchTable
 from tuner.study.search_reading import least_tail, search_of, with_reference
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords
 from tuner.study.size import CHECKED, MOST_FLIGHTS, check_candidates

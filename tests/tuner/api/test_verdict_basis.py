@@ -171,7 +171,7 @@ def test_another_vehicle_of_ardupilot_is_refused_by_its_name(text, words, tmp_pa
 
 def test_a_remark_with_a_slash_is_no_version(tmp_path):
     text = BETAFLIGHT + "# P/D ratio 1.2 is better\n"
-    assert judged(tmp_path, text, BETAFLIGHT).verdict == "not distinguishable"
+    assert judged(tmp_path, text, BETAFLIGHT).verdict == "no practical difference"
 
 
 @pytest.mark.parametrize(

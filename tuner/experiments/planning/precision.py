@@ -19,7 +19,7 @@ from objectives.risk import Risk, bound_rank, flights_to_bound, minimum_samples
 from plant.seeds import generator
 from tuner.documents.plan import PlannedBound, PlannedObjective, StreamFlights, StreamWidths
 from tuner.experiments.planning.pilot import Pilot
-from tuner.study.schema import CONFIDENCE
+from tuner.study.certainty import CONFIDENCE
 from tuner.study.study import TuningStudy
 
 Array = np.ndarray
