@@ -34,8 +34,10 @@ class Choice(NamedTuple):
 class Default(NamedTuple):
     """A default as the one to compare with.
 
-    keeps: whether it keeps every limit. is_worst: whether it is among the worst tried in an objective.
-    relevant: share of its values from which a difference matters.
+    Args:
+        keeps: Whether it keeps every limit.
+        is_worst: Whether it is among the worst tried in an objective.
+        relevant: Share of its values from which a difference matters.
     """
 
     keeps: bool
