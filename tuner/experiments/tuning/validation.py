@@ -8,6 +8,7 @@ import numpy as np
 
 from objectives.evaluator import Evaluation, Evaluator
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
+from plant.ties import first_smallest
 from tuner.analysis.air_losses import air_losses, air_of_finals, excused_evaluation, excused_finals
 from tuner.analysis.final_flights import FinalFlights
 from tuner.analysis.finals import Finals
@@ -171,7 +172,7 @@ class Validation:
             return None
         hoped, values = finalists.feasible | is_open, finalists.evaluation.values
         rows = np.flatnonzero(hoped)
-        named = [self._choice(finalists, hoped)[0], *[int(rows[np.argmin(column)]) for column in values[rows].T]]
+        named = [self._choice(finalists, hoped)[0], *[int(rows[first_smallest(column)]) for column in values[rows].T]]
         return next((row for row in named if is_open[row]), None)
 
     def _confirmation(self, tuned: int) -> Evaluation:
