@@ -121,7 +121,7 @@ class LimitFlights:
         low, high = objective.interval(seen, within(drawn, origin, objective.scenario), confidence)
         return value, float(low), float(high)
 
-    def open(self, flown: FinalFlights) -> np.ndarray:
+    def is_open(self, flown: FinalFlights) -> np.ndarray:
         """Return the mask (rows,) of those that may fly on.
 
         They keep every limit by value and not by interval.

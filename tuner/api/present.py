@@ -1,20 +1,26 @@
 """The opinion that ends a run for a firmware: the tuned gains against those that the vehicle flies at present."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from plant.errors import InputError
-from tuner.api.judging import Assessment, judge
 from tuner.api.results import AnyResults, TuningResults
 from tuner.documents.summary import GAINS
 from tuner.documents.tuning import DEFAULT
 from tuner.search.watcher import Watcher
 
+if TYPE_CHECKING:
+    from tuner.api.judging import Assessment
 
-def judge_against_present(results: AnyResults, threads: int | None, watcher: Watcher) -> Assessment | None:
+
+def judge_against_present(results: AnyResults, threads: int | None, watcher: Watcher) -> "Assessment | None":
     """Return the opinion of `tuner judge` on a run's gains; None without present ones."""
     present = present_gains(results)
     if present is None:
         return None
+    # Judging imports every target; a run without a firmware's file leaves them out.
+    from tuner.api.judging import judge
+
     try:
         return judge(results.home / GAINS, present, threads=threads, watcher=watcher)
     except InputError as error:

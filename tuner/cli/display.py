@@ -132,6 +132,7 @@ class TerminalWatcher(Watcher):
         )
         self._task: TaskID | None = None
         self._new = self._before = 0
+        self._best: Sequence[BestValue] = ()
         self._pace = Pace()
         self._course, self._stage = Course({}), ""
 
@@ -220,13 +221,17 @@ class TerminalWatcher(Watcher):
             done = min(task.completed + flights, task.fields["end"])
             self._progress.update(self._task, completed=max(done, task.completed))
 
-    def on_generation(self, record: Generation, total: int, best: Sequence[BestValue] = ()) -> None:
+    def on_best_values(self, best: Sequence[BestValue]) -> None:
+        """Keep the values for the line of the generation."""
+        self._best = best
+
+    def on_generation(self, record: Generation, total: int) -> None:
         """Show generation, hypervolume, feasible share and the best values so far."""
         note = "  ".join(
             [
                 f"generation {record.number + 1}/{total}  hypervolume {record.hypervolume:.4f}",
                 f"feasible {100 * record.feasible_share:.0f} %",
-                *[best_text(each) for each in best],
+                *[best_text(each) for each in self._best],
             ]
         )
         evaluation = record.evaluation

@@ -62,6 +62,11 @@ class HeldOutFront:
         """Return the rows with a role, one or none."""
         return [i for i, entry in enumerate(self.roles) if entry == role]
 
+    @property
+    def recommended(self) -> int:
+        """The row of the recommended point: the default if that is the answer."""
+        return [*self.of("tuned"), *self.of("default")][0]
+
     def role(self, point: str) -> str:
         """Return "default", "tuned" or "" for a point by name."""
         return self.roles[self.points.index(point)] if point in self.points else ""

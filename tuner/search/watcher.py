@@ -87,8 +87,11 @@ class Watcher:
         """Called when so many more flights need not be made: they are on record, or not worth it."""
         self.on_flights_done(flights)
 
-    def on_generation(self, record: "Generation", total: int, best: Sequence[BestValue] = ()) -> None:
-        """Called after each generation of a search; total: of generations; best: of each objective, where they have names."""
+    def on_best_values(self, best: Sequence[BestValue]) -> None:
+        """Called before `on_generation` with the best feasible value of each objective."""
+
+    def on_generation(self, record: "Generation", total: int) -> None:
+        """Called after each generation of a search; total: of generations."""
 
     def on_answer(self, folder: "Path", flights_made: int | None) -> None:
         """Called when the documents of a run are in its folder.

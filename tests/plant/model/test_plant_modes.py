@@ -73,7 +73,7 @@ def test_what_takes_too_many_steps_is_refused_with_a_step_that_works():
 
 STUDY = {
     "title": "A kiln", "seed": 1,
-    "channel": [{"name": "heat", "law": "pid", "output": "chamber", "to": "power", "limit": 100.0}],
+    "channel": [{"name": "heat", "law": "pid", "output": "chamber", "to": "power", "lost_beyond": 100.0}],
     "gains": {"heat.kp": {"low": 1.0, "high": 500.0, "default": 60.0}, "heat.ki": 0.05, "heat.kd": 0.0, "heat.t_f": 0.0},
     "scenario": [{"name": "still", "duration": 4.0, "search": 2, "held_out": 2}], "objective": [{"metric": "iae.heat"}],
 }  # fmt: skip

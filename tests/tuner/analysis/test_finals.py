@@ -20,7 +20,7 @@ MEAN = Risk("mean")
 
 def measured(text, is_binary=False) -> Any:
     """A metric by its name."""
-    return SimpleNamespace(text=text, metric=SimpleNamespace(is_binary=is_binary))
+    return SimpleNamespace(text=text, metric=SimpleNamespace(is_binary=is_binary, highest=np.inf))
 
 
 class Made(Problem):

@@ -69,7 +69,7 @@ def normal_scores(distance, key, rows=2, count=FLIGHTS * MOST):
 def decided(distance, key) -> tuple[bool, int]:
     """Whether row 1 is found to keep the limit, and by how many flights."""
     limits, flown = looking(Given(normal_scores(distance, key), Constraint(OVERSHOOT, 10.0, confidence=0.95)))
-    while limits.open(flown)[1]:
+    while limits.is_open(flown)[1]:
         limits.fly(flown, 1)
     return bool(limits.excess(flown)[1, 0] <= 0.0), FLIGHTS + limits.flights
 
@@ -97,7 +97,7 @@ def test_what_is_far_from_a_limit_flies_no_further():
 def test_the_budget_bounds_the_flights_of_all_together():
     scores = normal_scores(0.7, 3, rows=12)
     limits, flown = looking(Given(scores, Constraint(OVERSHOOT, 10.0, confidence=0.95)))
-    while (rows := np.flatnonzero(limits.open(flown))).size:
+    while (rows := np.flatnonzero(limits.is_open(flown))).size:
         limits.fly(flown, int(rows[0]))
     assert 0 < limits.flights <= BUDGET * FLIGHTS and limits.problem.flights_made == limits.flights
     assert sum(count - FLIGHTS for count in limits.looked_at().values()) == limits.flights
@@ -118,7 +118,7 @@ def test_a_limit_on_losses_flies_what_it_needs(most):
     flights = 2048
     scores = np.zeros((2, 2, flights))
     limits, flown = looking(Given(scores, Constraint(FAILURE, most, confidence=0.95)), 256)
-    while limits.open(flown)[1]:
+    while limits.is_open(flown)[1]:
         limits.fly(flown, 1)
     assert limits.excess(flown)[1, 0] == 0.0
     made = 256 + limits.flights
@@ -131,7 +131,7 @@ def test_an_automatic_limit_asks_for_no_more_than_the_default_does():
     scores[:, 1] = np.array([0.62, 0.625, 0.60, 0.9])[:, None]
     limits, flown = looking(Given(scores, Constraint(FOLLOWED, 0.606, floor="mission.followed", confidence=0.95)))
     assert (limits.excess(flown)[:, 0] > 0.0).tolist() == [False, False, False, True]
-    assert not limits.open(flown).any()
+    assert not limits.is_open(flown).any()
 
 
 def test_another_programs_trials_are_judged_as_they_are():

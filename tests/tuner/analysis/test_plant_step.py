@@ -99,7 +99,7 @@ def sway(**plant):
         "seed": 1,
         "plant": {"control_period": 0.04, "parameters": {"second_frequency": 1.0}, **plant},
         "actuator": [{"name": "force", "low": -1e3, "high": 1e3}],
-        "channel": [{"name": "place", "law": "pid", "output": "place", "to": "force", "limit": 1e3}],
+        "channel": [{"name": "place", "law": "pid", "output": "place", "to": "force", "lost_beyond": 1e3}],
         "gains": {
             "place.kp": {"low": 1.0, "high": 8.0, "default": 4.0},
             "place.ki": 0.0,

@@ -153,5 +153,6 @@ def test_the_best_feasible_value_stands_beside_the_defaults(clock):
     best = [BestValue("mean(travel)", "1/s", 3.25, 4.5, True), BestValue("rms", "m", None, 0.5, False)]
     clock.now += 1.0
     watcher.on_flights_done(10)
-    watcher.on_generation(generation(0, 10, 1.0), 4, best)
+    watcher.on_best_values(best)
+    watcher.on_generation(generation(0, 10, 1.0), 4)
     assert "mean(travel) 3.25 1/s (default 4.5)  rms none feasible (default 0.5, breaks limits)" in told.getvalue()

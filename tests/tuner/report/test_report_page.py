@@ -196,7 +196,7 @@ def test_default_may_remain_the_recommendation(tmp_path):
     (folder / "summary.json").write_text(json.dumps(summary))
     write_report(folder)
     text = read(folder).text
-    assert "The default gains remain recommended" in text and "default: Nothing was better." in text
+    assert "Keep the default gains: Nothing was better." in text
 
 
 def test_same_folder_same_bytes(folder):

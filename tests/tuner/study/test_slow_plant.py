@@ -40,7 +40,7 @@ def tables(
         "seed": 1,
         "plant": {"control_period": period, **({} if plant_step is None else {"plant_step": plant_step})},
         "actuator": [{"name": "power", "low": 0.0, "high": 1e4}],
-        "channel": [{"name": "heat", "law": "pid", "output": "chamber", "to": "power", "limit": 100.0}],
+        "channel": [{"name": "heat", "law": "pid", "output": "chamber", "to": "power", "lost_beyond": 100.0}],
         "gains": {
             "heat.kp": {"low": 1.0, "high": 500.0, "default": KP},
             "heat.ki": KI,

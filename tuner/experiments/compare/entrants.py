@@ -9,7 +9,7 @@ from plant.errors import InputError, StoreError, UnnamedCodeError
 from tuner.documents.opening import kind_in
 from tuner.documents.summary import GAINS as GAINS_FILE
 from tuner.documents.summary import INFEASIBLE, is_recommended
-from tuner.documents.tuning import TUNED, TuningFolder
+from tuner.documents.tuning import TuningFolder
 from tuner.gains import Controller, TunedLoops, read_gains, read_loops
 from tuner.gains.parsing import parsed
 from tuner.gains.sections import PLANT_FORMAT
@@ -110,12 +110,11 @@ def read_folder(path: Path, name: str) -> Entrant:
         raise StoreError(f"{path}: the run is not finished; go on with it: tuner resume {path}")
     results = TuningFolder(path)
     front = results.held_out_front
-    tuned = front.of(TUNED)[0]
     rows = rows_of(study, front.gains)
     best = np.flatnonzero(front.non_dominated & front.feasible)
     points = tuple(front.points[k] for k in best)
     picked = front.held_out[best]
-    controller, point = study.controller(rows[tuned]), front.points[tuned]
+    controller, point = study.controller(rows[front.recommended]), front.points[front.recommended]
     return Entrant(name, path, controller, study.flies, point, study, points, rows[best], picked, results.feasible)
 
 

@@ -120,7 +120,8 @@ def search(
             for entry in written
         }
         folder.write_tables({**tables, "history.csv": history_table(generations)})
-        watcher.on_generation(record, budget.generations, best_values(study, archive(generations)))
+        watcher.on_best_values(best_values(study, archive(generations)))
+        watcher.on_generation(record, budget.generations)
     if len(generations) < budget.generations:
         watcher.on_message(
             f"The search has converged after {len(generations)} of at most {budget.generations} generations."

@@ -130,7 +130,9 @@ class Validation:
 
         Its flights come with it; where there is none, the row that is least beyond.
         """
-        rows = [row for row in range(1, len(self.gains)) if not self._struck[row].any()]
+        # Held-out flights settle no limit on a rare event.
+        out = self._struck.any(axis=1) | (False if self._tails is None else self._tails.excess.any(axis=1))
+        rows = (1 + np.flatnonzero(~out[1:])).tolist()
         flights = {row: self._limits.flights_to_settle(flown, row) for row in rows}
         settled = {row: count for row, count in flights.items() if count is not None}
         return min(settled.items(), key=lambda entry: entry[1]) if settled else (least, None)
@@ -167,7 +169,7 @@ class Validation:
 
     def _next_open(self, flown: FinalFlights, finalists: Finalists) -> int | None:
         """Return the row whose limits decide the answer: it would be recommended, or best in an objective, if it kept them."""
-        is_open = self._limits.open(flown) & ~finalists.feasible & ~self._struck.any(axis=1)
+        is_open = self._limits.is_open(flown) & ~finalists.feasible & ~self._struck.any(axis=1)
         if not is_open.any():
             return None
         hoped, values = finalists.feasible | is_open, finalists.evaluation.values

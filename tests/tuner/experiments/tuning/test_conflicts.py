@@ -132,7 +132,7 @@ def test_a_relaxed_constraint_holds_at_the_upper_end_of_its_interval_and_the_com
 
 def test_the_upper_end_of_a_constraint_is_what_satisfies_it_at_its_confidence():
     samples = np.random.default_rng(3).normal(5.0, 1.0, size=64)
-    constraint = Constraint(Objective(parse("saturation"), Risk("mean")), 0.02, confidence=0.95)
+    constraint = Constraint(Objective(parse("travel"), Risk("mean")), 0.02, confidence=0.95)
     high = upper_end_of(constraint, samples, 1)
     assert samples.mean() + 1.5 * samples.std() / 8.0 < high < samples.mean() + 4.0 * samples.std() / 8.0
     assert upper_end_of(replace(constraint, confidence=0.0), samples, 1) == samples.mean()
