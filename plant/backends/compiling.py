@@ -13,6 +13,23 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
+NUMBERS = "numba7cpython7numbers"
+"""Mangled name of numba's module of arithmetic."""
+
+
+class _KernelLibrary(JITCodeLibrary):
+    """Code of a kernel: numba's arithmetic of complex numbers is inlined too, however large its caller is.
+
+    With the longer code of Python 3.14 LLVM left their product a function of its own, which another kernel has too.
+    """
+
+    def _optimize_final_module(self) -> None:
+        for part in self._final_module.functions:
+            if NUMBERS in part.name and not part.is_declaration:
+                part.add_function_attribute("alwaysinline")
+        super()._optimize_final_module()
+
+
 class KernelCompiler(Compiler):
     """Numba's compiler, with Python's garbage collector at rest.
 
@@ -21,6 +38,10 @@ class KernelCompiler(Compiler):
 
     def compile_extra(self, func: Callable[..., Any]) -> Any:
         """Compile a function."""
+        if self.state.library is None:
+            self.state.library = _KernelLibrary(self.state.targetctx.codegen(), func.__qualname__)
+            # As numba does with a library of its own; else nothing is kept.
+            self.state.library.enable_object_caching()
         if not gc.isenabled():
             return super().compile_extra(func)
         gc.disable()

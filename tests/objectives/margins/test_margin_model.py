@@ -386,7 +386,8 @@ def test_the_hybrid_law_is_ladrc_with_gains_that_depend_on_amplitude(amplitude):
     ladrc = gains_with("pid", "ladrc", yaw__omega_c=wc, yaw__zeta=(4.0 + k) / (2.0 * wc), yaw__omega_o=14.0)
     one = model_of("pid", "hybrid", cases=(Case(amplitude),)).evaluate(hybrid)
     other = model_of("pid", "ladrc").evaluate(ladrc)
-    np.testing.assert_allclose(values(one)[:, 0, 5], values(other)[:, 0, 5], rtol=1e-8)
+    # A gain of 0.008 dB is the logarithm of a number near 1, whose rounding differs by 4e-10 between versions of Python.
+    np.testing.assert_allclose(values(one)[:, 0, 5], values(other)[:, 0, 5], rtol=1e-8, atol=1e-9)
 
 
 def test_the_published_gains_fail_45_degrees_at_every_amplitude():

@@ -22,7 +22,9 @@ NUMBERS = [pytest.param(i, marks=[] if i in QUICK else pytest.mark.slow) for i i
 
 def study_of(draw):
     """A study of a drawn plant: a step, a push that wanders and a noisy sensor, at the default plant step."""
-    channels = [{"name": "place", "law": "pid", "output": "place", "to": "force", "every": draw.every, "lost_beyond": 1e6}]
+    channels = [
+        {"name": "place", "law": "pid", "output": "place", "to": "force", "every": draw.every, "lost_beyond": 1e6}
+    ]
     if draw.kind == "cascade":
         channels[0]["to"] = "speed"
         channels += [{"name": "speed", "law": "pid", "output": "speed", "to": "force", "lost_beyond": 1e6}]

@@ -179,7 +179,9 @@ def test_run_fly_report_one_after_the_other(tmp_path, tuner):
     assert done.returncode == 0, done.stderr
     assert "generation 2/2" in done.stdout
     # Two generations from nothing find nothing better: 16 candidates have 4 flights each.
-    assert "Keep the default gains: " in done.stdout and f"Results in {folder}: report.html, gains.json (" in done.stdout
+    assert (
+        "Keep the default gains: " in done.stdout and f"Results in {folder}: report.html, gains.json (" in done.stdout
+    )
     assert "exists already" in refused(tuner("run", QUICKSTART, "--out", folder, *small))
     picture = tmp_path / "fly.png"
     flown = tuner("fly", folder / "gains.json", "--seeds", 16, "--plot", picture, "--json")

@@ -157,6 +157,7 @@ def test_the_library_that_keeps_step_warns_of_nothing(tmp_path):
 
 
 def test_a_path_that_no_loader_takes_is_refused(tmp_path):
+    program("gcc")
     folder = tmp_path / "a b"
     folder.mkdir()
     with pytest.raises(InputError, match="set TMPDIR to another"):

@@ -18,6 +18,7 @@ from plant.quadrotor.gains import default_row
 from plant.quadrotor.piloted import angle, pilot_of
 from plant.quadrotor.rigid_body import rotor_torque
 from plant.vectors import Rotors
+from tests.clients import program
 from tests.clients.crazyflie_firmware import build
 from tests.clients.firmware_sources import checkout
 from tests.tuner.exchange.controllers import controller
@@ -111,6 +112,7 @@ def test_a_period_of_its_loops_is_named_where_it_is_impossible(entry):
 
 @EVERY
 def test_a_program_that_is_none_is_refused_in_one_line(entry, tmp_path):
+    program("gcc")
     plain = flown(entry)
     rotors = actuation(plain.airframe.vehicle, entry.curve)
     bench = Bench(entry.program(tmp_path / "missing"), tmp_path / "bench", rotors, plain.control_period)
@@ -136,9 +138,9 @@ def test_where_it_is_present_it_turns_as_it_is_asked_and_again_the_same(entry, t
     """With the gains of our file: towards a tilt and a heading, and a second flight is the first to the last bit."""
     if entry.name not in PRESENT:
         pytest.skip("its sticks and motors have steps as large as this; the tests of its board fly it")
-    program, plain = entry.program(PRESENT[entry.name]()), flown(entry)
+    binary, plain = entry.program(PRESENT[entry.name]()), flown(entry)
     vehicle, rotors = plain.airframe.vehicle, actuation(plain.airframe.vehicle, entry.curve)
-    power_up = entry.install(Bench(program, tmp_path, rotors, plain.control_period), exported(entry).files[entry.file])
+    power_up = entry.install(Bench(binary, tmp_path, rotors, plain.control_period), exported(entry).files[entry.file])
     hover = rotors.hover_command
     for axis, wish in enumerate(WISHES):
         flights = []

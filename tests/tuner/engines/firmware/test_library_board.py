@@ -118,6 +118,7 @@ def test_a_parameter_that_is_missing_is_told(played):
 
 
 def test_a_parameter_that_nothing_reads_is_told(tmp_path):
+    program("g++")
     text = (LIBRARIES.source).read_text().replace("bench::unread.clear();", "")
     source = tmp_path / "loops.cpp"
     source.write_text(text)
