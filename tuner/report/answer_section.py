@@ -87,16 +87,22 @@ def _changes(results: TuningFolder) -> list[str]:
 
 
 def _margins_text(results: TuningFolder) -> str:
-    """Return two margins before and after; "" where none are known."""
+    """Return two margins before and after, once if the default stays; "" where none are known."""
+    stays = results.tuned == DEFAULT
     margins = [
         (plain_margin(entry.label), entry.default.value, entry.tuned.value, _degrees(plain(entry.unit)))
         for entry in results.requirements
     ] or _worst_margins(results)
     return listing(
-        f"{name} {significant(before, 3)} → {significant(after, 3)}{'' if unit == '°' else ' '}{unit}".rstrip()
+        f"{name} {significant(before, 3)}{'' if stays else f' → {significant(after, 3)}'}{_behind_number(unit)}"
         for name, before, after, unit in margins[:2]
         if before is not None and after is not None
     )
+
+
+def _behind_number(unit: str) -> str:
+    """Return a unit behind a number: a degree without a space."""
+    return unit if unit in ("", "°") else f" {unit}"
 
 
 def _evidence(results: TuningFolder) -> str:

@@ -36,7 +36,12 @@ def _name(entry: NamedPoint) -> Markup:
 
 def _cell(stored: PointValue) -> Markup:
     entry = row_in_degrees(stored, "held_out", "difference")
-    return join((estimate_cell(entry.held_out), element("small", change_text(entry.held_out, entry.difference))))
+    return join(
+        (
+            estimate_cell(entry.held_out),
+            element("small", change_text(entry.held_out, entry.difference).replace("-", "−")),
+        )
+    )
 
 
 def change_text(value: Estimate, difference: Estimate) -> str:

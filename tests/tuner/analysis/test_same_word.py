@@ -80,6 +80,9 @@ def test_the_intervals_of_a_table_end_where_a_metric_does():
     scores = np.stack([default, tuned])[:, None]
     problem: Any = SimpleNamespace(objectives=(settling,), constraints=(), quantities=(settling,))
     flown: Any = SimpleNamespace(origin=np.full(FLIGHTS, "steps"), samples=lambda i, _: scores[:, i])
+    free: Any
+    held: Any
+    lost: Any
     (free,), (held,) = compare(problem, flown, 1), compare(problem, flown, 1, costs=np.array([600.0]))
     assert free.default.high > 300.0 == held.default.high
     assert held.tuned == free.tuned and held.difference.low >= -300.0

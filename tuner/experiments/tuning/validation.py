@@ -131,7 +131,8 @@ class Validation:
         Its flights come with it; where there is none, the row that is least beyond.
         """
         # Held-out flights settle no limit on a rare event.
-        out = self._struck.any(axis=1) | (False if self._tails is None else self._tails.excess.any(axis=1))
+        rare = np.zeros_like(self._struck) if self._tails is None else self._tails.excess
+        out = np.any(self._struck + rare > 0.0, axis=1)
         rows = (1 + np.flatnonzero(~out[1:])).tolist()
         flights = {row: self._limits.flights_to_settle(flown, row) for row in rows}
         settled = {row: count for row, count in flights.items() if count is not None}
