@@ -77,7 +77,7 @@ def test_the_shipped_studies_are_known_by_name(use, unpacked):
     assert set(rows) == STUDIES
     assert all(Path(row["file"]).is_relative_to(unpacked) and row["shipped"] for row in rows.values())
     figures = json.loads(use("check", "quickstart", "--json").stdout)
-    assert figures["search_flights"] == 24 * 2 * 8
+    assert figures["search_flights"] == 12 * 12 * 8
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ FLIGHTS, POINTS = 256, 16
 LOSS, COST = 0.002, 40.0
 LABELS = [Objective(parse("itae.position"), Risk("cvar", 0.8)), Objective(parse("travel"), Risk("mean"))]
 LIMIT = Constraint(Objective(parse("failure"), Risk("mean")), 0.0)
-STUDY: Any = SimpleNamespace(pick="knee", objectives=LABELS)
+STUDY: Any = SimpleNamespace(pick="knee", objectives=LABELS, table=SimpleNamespace(relevant=0.02))
 
 
 class Family(Problem):
