@@ -21,7 +21,7 @@ from collections.abc import Collection
 from typing import NamedTuple
 
 RELEVANT = 0.02
-"""Share of the reference's value from which a difference matters where nothing else is said."""
+"""Default share of the reference's value from which a difference matters."""
 BETTER, WORSE = "better", "worse"
 NO_PRACTICAL_DIFFERENCE, NOT_DISTINGUISHABLE = "no practical difference", "not distinguishable"
 MIXED = "mixed"
@@ -30,7 +30,7 @@ MIXED = "mixed"
 class DifferenceWord(NamedTuple):
     """Forms of a word on a difference.
 
-    sign: beside the word, so that nothing is said by color alone. phrase: of a sentence, {0} the other one, {1} the quantities.
+    sign: sign beside the word, for readers who see no color. phrase: part of a sentence, {0} the other one, {1} the quantities.
     """
 
     sign: str

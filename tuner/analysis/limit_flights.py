@@ -30,7 +30,7 @@ REPLICATES = 2000
 
 
 class LimitFlights:
-    """Looks at limits. flights: number of further flights; decided: rows that made any, with the flights of each.
+    """Looks at the limits of finalists; flights: number of further flights.
 
     Args:
         problem: Makes the flights; another program's trials are not asked for more.

@@ -28,7 +28,7 @@ MOST_CONFIRMED = 5
 
 @dataclass(frozen=True)
 class Validated:
-    """What held-out and confirmation flights say.
+    """Result of held-out and confirmation flights.
 
     Attributes:
         finalists: Judged by held-out flights.
