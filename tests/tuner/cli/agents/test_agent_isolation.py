@@ -83,9 +83,9 @@ def test_the_modules_of_the_root_would_run_without_isolation(trapped):
     (encodings,) = root.glob("encodings*")
     encodings.rename(root / "none")
     subprocess.run([sys.executable, "-c", "import typing"], cwd=root, check=False, capture_output=True)
-    # Which of them typing imports hangs on the version of Python: 3.14 leaves functools out, 3.13 warnings.
+    # Which of them Python imports first hangs on its version and on what is installed: functools, warnings, pathlib or re.
     ran = set(notes.read_text().split())
-    assert ran & {"functools", "warnings"} and ran <= set(MODULES)
+    assert ran and ran <= set(MODULES)
 
 
 def test_processes_of_libraries_import_nothing_from_the_working_folder(tmp_path, monkeypatch):
