@@ -96,7 +96,7 @@ def alternatives(
     better = front[is_improvement(values[front], values[0], default.relevant)]
     everywhere = better[np.all(values[better] < values[0], axis=1)]
     if default.is_worst and (not default.keeps or is_far_behind(values[0], values[front])):
-        is_enough = has_compromise(values[front], np.isin(front, everywhere))
+        is_enough = has_balanced_point(values[front], np.isin(front, everywhere))
         return (everywhere, EVERYWHERE) if is_enough else (front, "")
     if len(everywhere):
         return everywhere, EVERYWHERE
@@ -128,8 +128,11 @@ def is_far_behind(default: np.ndarray, front: np.ndarray) -> bool:
     return bool(np.any(np.prod(np.maximum(ahead, 0.0) / default, axis=1) <= FAR ** len(default)))
 
 
-def has_compromise(front: np.ndarray, mask: np.ndarray) -> bool:
-    """Return True where a masked point (k,) of a front (k, m) is nearly as good a compromise as the front's best."""
+def has_balanced_point(front: np.ndarray, mask: np.ndarray) -> bool:
+    """Return True for a masked point nearly as balanced as any.
+
+    front (k, m), mask (k,).
+    """
     sums = scaled(front).sum(axis=1)
     return bool(np.any(sums[mask] <= sums.min(initial=np.inf) + NEARLY))
 
