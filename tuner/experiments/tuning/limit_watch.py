@@ -25,6 +25,8 @@ N_TIMES = 4
 """Fresh flights of a point, in those of the search; the held-out check's at most."""
 MOST_WATCHED = 3
 """Points of a front that make them at a time."""
+NEAR = 0.1
+"""Share of a limit from which on a point stands at it: an interval of four flights may be next to nothing."""
 
 
 class Fresh(NamedTuple):
@@ -120,6 +122,7 @@ class LimitWatch:
         reach = np.zeros((len(front), len(self.problem.constraints)))
         for i in self._limited:
             above = widths(evaluation, self.problem.constraints, i, self.study.seed)[1][front]
+            above = np.maximum(above, NEAR * abs(self.problem.constraints[i].most))
             reach[:, i] = above if np.isnan(back_off.width[i]) else back_off.width[i]
         return front[np.any(excess[front, : reach.shape[1]][:, self._limited] + reach[:, self._limited] > 0.0, axis=1)]
 

@@ -63,6 +63,10 @@ def test_points_at_the_limit_make_fresh_flights_once_and_no_others_do():
     idle = Harsh(1.2)
     watch_of(idle).measure(far, points_of(far), np.arange(2))
     assert not idle.made
+    # Flights that are nearly alike say nothing of others.
+    alike, problem = evaluated([1.0, 2.0], [14.0, 1.0], spread=1e-9), Harsh(1.2)
+    watch_of(problem).measure(alike, points_of(alike), np.arange(2))
+    assert problem.made == [[14.0]]
 
 
 def test_another_programs_trials_are_not_asked_for_more():
