@@ -1,7 +1,10 @@
 """Finalists of a search: its front, thinned, and candidates on both sides of a limit that binds."""
 
+from math import ceil
+
 import numpy as np
 
+from objectives.evaluator import Evaluation
 from plant.ties import increasing_order
 from tuner.experiments.tuning.active_limits import BackOff, beside_limits, shifted_excess
 from tuner.experiments.tuning.guards import warnings_before_run
@@ -30,12 +33,21 @@ def finalists_of(
         front = feasible_front(seen.values, seen.violations)
     if len(front):
         front = front[select_subset(seen.values[front], seen.values[front].max(axis=0), most_on_front(study))]
-    at_limits = beside_limits(seen, study.constraints, front, study.seed, most_beside(study), back_off)
-    rows = np.concatenate([front, at_limits])
+    rows = np.concatenate([front, around_limits(seen, study, front, back_off)])
     if len(rows) == 0:
         least, why = nothing_feasible(tried, study.requirements)
         return np.array([least]), [*warnings, *why]
     return survivors.candidates[rows[increasing_order(seen.values[rows, 0])]], warnings
+
+
+def around_limits(seen: Evaluation, study: SearchedStudy, front: np.ndarray, back_off: BackOff | None) -> np.ndarray:
+    """Return rows (k,) on both sides of limits that bind, beside a front."""
+    most, first = most_beside(study), np.array([], dtype=int)
+    if back_off is not None and np.any(back_off.width > 0.0):
+        # What fresh flights of some points say need not hold for others: half go by it, the others by the search's own flights.
+        first = beside_limits(seen, study.constraints, front, study.seed, ceil(most / 2), back_off)
+    chosen = np.concatenate([front, first])
+    return np.concatenate([first, beside_limits(seen, study.constraints, chosen, study.seed, most - len(first))])
 
 
 def most_on_front(study: SearchedStudy) -> int:
