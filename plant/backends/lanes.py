@@ -17,7 +17,9 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numba
 import numpy as np
@@ -25,7 +27,7 @@ from numba.np.numpy_support import carray
 
 from plant import primitives, records
 from plant.backends import branch_free, compiling, vector_math, workspace
-from plant.backends.cache import load_kernel
+from plant.backends.cache import is_compiled, load_kernel
 from plant.backends.compiling import inliner, kernel
 from plant.backends.identity import identity
 from plant.backends.lane_layout import LANES, layout, result_rows
@@ -229,10 +231,20 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
     return names, bind.sources | kernel_sources | loop.sources
 
 
+_MODULES: WeakKeyDictionary[ClosedLoop, ModuleType] = WeakKeyDictionary()
+"""Modules of kernels by their loops: to find one anew takes 12 ms, and a run does so for each of its problems."""
+
+
 def kernel_of(loop: ClosedLoop) -> Kernel:
     """Return the kernel of a loop: from the cache, or compiled by its first call."""
+    module = _MODULES.get(loop)
+    if module is None:
+        module = _MODULES[loop] = _module_of(loop)
+    return Kernel(module.run, is_compiled(module.run))
+
+
+def _module_of(loop: ClosedLoop) -> ModuleType:
     names, sources = kernel_names(loop)
     names |= {"carray": carray, "workspace": workspace.on_stack(layout(loop).total * LANES)}
     source = kernel_source(loop, names)
-    module, cached = load_kernel(loop.name, source, names, sources | {Path(workspace.__file__)}, identity(loop))
-    return Kernel(module.run, cached)
+    return load_kernel(loop.name, source, names, sources | {Path(workspace.__file__)}, identity(loop))[0]

@@ -6,6 +6,7 @@ import shlex
 import subprocess
 import sys
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -78,6 +79,7 @@ def with_session(file: Path, now: Environment) -> Environment:
     return first.model_copy(update={"resumed": [*first.resumed, now]})
 
 
+@cache
 def processor() -> str:
     """Return the processor's name as the system tells it."""
     info = Path("/proc/cpuinfo")
@@ -100,6 +102,7 @@ def simd() -> str:
     return "neon" if features.get("neon") else "sse2"
 
 
+@cache
 def _version(name: str) -> str | None:
     try:
         return version(name)
@@ -107,8 +110,12 @@ def _version(name: str) -> str | None:
         return None
 
 
+@cache
 def commit() -> str | None:
-    """Return the revision of a clone, marked where files differ from it; None elsewhere."""
+    """Return the revision of a clone, marked where files differ from it; None elsewhere.
+
+    It is that of the first call in a process, which is nearer to the code that the process runs than a later one.
+    """
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None

@@ -42,7 +42,7 @@ CHANNELS = [pid("angle", "angle", "voltage", limit=10.0)]
 ACTUATORS = [Actuator("voltage", -12.0, 12.0, delay=0.001)]
 TIMING = Timing(0.001, 0.0005)
 GAINS = np.array([[3.0, 2.0, 0.06, 0.001], [8.0, 5.0, 0.1, 0.001]])
-FLIGHTS = 20
+FLIGHTS = 6
 FAULTS = ("CRASH", "HANG", "NOT_A_NUMBER", "AN_ERROR")
 each_version = pytest.mark.parametrize("version", [2, 3])
 

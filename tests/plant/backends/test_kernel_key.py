@@ -29,6 +29,7 @@ from plant.backends import lanes
 from tests.plant.harness import loop_of
 
 def key():
+    lanes._MODULES.clear()  # as in a new process
     return lanes.kernel_of(loop_of("ladrc", "hybrid")).run.__module__
 
 unedited = key()

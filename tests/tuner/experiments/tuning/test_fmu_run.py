@@ -27,8 +27,8 @@ SHORT = {
     "search.algorithm": "nsga2",
     "search.population": 8,
     "search.generations": 2,
-    "scenario.0.search": 4,
-    "scenario.0.held_out": 8,
+    "scenario.0.search": 2,
+    "scenario.0.held_out": 4,
 }
 SET = [word for key, value in SHORT.items() for word in ("--set", f"{key}={value}")]
 
