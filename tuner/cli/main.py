@@ -10,7 +10,7 @@ from typing import Any
 
 from tuner.cli import agent, autotune, begin, identify, judge, read, tails, trials, tune, vehicle
 from tuner.cli.app import app, with_code_first
-from tuner.text.errors import guarded, leave
+from tuner.text.errors import guarded, leave, seldom_collected
 from tuner.text.signals import end_at_interrupts
 
 FAMILIES = (begin, identify, tune, trials, read, judge, tails, vehicle, autotune, agent)
@@ -25,7 +25,8 @@ def main() -> None:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     # Before and after the command's own work.
     end_at_interrupts()
-    leave(guarded(_invoke))
+    with seldom_collected():
+        leave(guarded(_invoke))
 
 
 def _invoke() -> Any:

@@ -40,7 +40,7 @@ def guarded(run: Callable[[], Any]) -> int:
     debug = "--debug" in sys.argv
     if debug:
         sys.argv.remove("--debug")
-    with inert_streams(), warnings_in_lines(), code_announced(), seldom_collected():
+    with inert_streams(), warnings_in_lines(), code_announced():
         return _guarded(run, debug)
 
 
@@ -85,10 +85,6 @@ def seldom_collected() -> Iterator[None]:
     try:
         yield
     finally:
-        # New objects count as old, else Python would look through all of them at once. Objects that the caller froze stay so.
-        if gc.get_freeze_count() == 0:
-            gc.freeze()
-            gc.unfreeze()
         gc.set_threshold(*usual)
 
 
