@@ -116,6 +116,15 @@ def test_a_point_beyond_a_limit_moves_to_the_nearest_that_keeps_it():
     assert np.linalg.norm(moved[1] - points[1]) < 0.05
 
 
+def test_points_at_ends_of_their_ranges_move_within_them():
+    corners = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+    anywhere = np.ones(len(corners) * starts.DRAWS, dtype=bool)
+    moved = nearest_passing(corners, np.zeros(8, dtype=bool), np.random.default_rng(2), lambda drawn: anywhere)
+    assert (
+        moved.shape == corners.shape and np.all((moved >= 0.0) & (moved <= 1.0)) and np.abs(moved - corners).max() < 0.1
+    )
+
+
 def test_points_that_cannot_be_moved_are_replaced_by_others_and_said(monkeypatch):
     study = load_study(QUICKSTART, {**SMALL, "search.starts": [{"points": POINTS}]})
     default, given = study.space.point(study.default_row)[None], merged_points(study.search.starts, study.space)

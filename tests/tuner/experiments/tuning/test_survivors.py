@@ -14,7 +14,7 @@ from tests.tuner.conftest import run_small
 from tests.tuner.in_process import tuner
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.problem import batches
-from tuner.experiments.tuning.survivors import MOST_SURVIVORS, layers, surviving
+from tuner.experiments.tuning.survivors import MOST_SURVIVORS, joined, layers, surviving
 from tuner.search.front import evenly, feasible_front, hypervolume, non_dominated
 
 FIRST, ALL = 4, 6
@@ -49,6 +49,17 @@ def test_survivors_are_judged_on_all_flights(staged):
         np.testing.assert_allclose(getattr(survivors.evaluation, name), getattr(again, name), rtol=1e-12, atol=1e-15)
     front = survivors.candidates[feasible_front(again.values, again.violations)]
     assert set(outcome.candidates) <= set(front)
+
+
+def test_each_flight_counts_once_in_the_share_of_those_that_are_lost(staged):
+    """Of four flights first and two later the later ones are lost: 2 of 6."""
+    seen = staged[0].generations[0].evaluation
+    none, later = np.zeros(len(seen.values)), slice(ALL - FIRST)
+    first = replace(seen, failures=none)
+    rest = replace(seen, failures=none + 1.0, scores=seen.scores[..., later], origin=seen.origin[later])
+    both = joined(staged[0].problem, first, rest)
+    np.testing.assert_allclose(both.failures, 2.0 / 6.0, rtol=1e-12)
+    assert both.scores.shape[-1] == ALL and both.lost.tolist() == [2 * flown for flown in seen.flown]
 
 
 def test_the_front_survives_and_what_is_surely_beaten_does_not(staged):
