@@ -6,6 +6,7 @@ from this folder.
 
 from functools import cache
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 SIZE = 0.1
@@ -49,6 +50,9 @@ def _printer(figure: Any, canvas: Any, name: str) -> Any:
         return file.getvalue()
 
     def write(_: Any, file: Any, **__: Any) -> None:
-        file.write(empty())
+        if isinstance(file, str | Path):
+            Path(file).write_bytes(empty())
+        else:
+            file.write(empty())
 
     return write

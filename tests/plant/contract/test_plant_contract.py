@@ -9,7 +9,13 @@ from tests.plant.model.plants import FILES
 RATE = "torque = p.constant * current - p.friction * state.speed + disturbance.torque"
 
 
-@pytest.mark.parametrize("name", FILES)
+# Of each second of theirs most is compiling; the others are checked by .ci/run, and fly in tests of their own.
+QUICK = ("dc_motor", "modal")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=() if name in QUICK else pytest.mark.slow) for name in FILES]
+)
 def test_plants_that_fly_keep_it(name):
     assert violations_of_plant(run_own_code(FILES[name]).names, name, str(FILES[name])) == []
 
