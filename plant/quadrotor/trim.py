@@ -5,7 +5,7 @@ at once. Flights that hold a place start here, and loops are linearised here.
 """
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -75,8 +75,18 @@ def steady_flight(rows: Array, wind: Array, yaw: float = 0.0) -> SteadyFlight:
 
 
 def trim_of(vehicle: Vehicle, wind: Sequence[float], yaw: float = 0.0) -> SteadyFlight:
-    """Balance one vehicle in one wind [m/s], world ENU: rows of one."""
-    return steady_flight(np.array([flatten(dynamics(vehicle))]), np.array([wind], dtype=float), yaw)
+    """Balance one vehicle in one wind [m/s], world ENU: read-only rows of one."""
+    return _balanced(np.array(flatten(dynamics(vehicle))).tobytes(), np.array([*wind, yaw], dtype=float).tobytes())
+
+
+@lru_cache(maxsize=64)
+def _balanced(row: bytes, air: bytes) -> SteadyFlight:
+    """Balance the vehicle of a dynamics row in an air (wind and yaw): half of a study's loading, which a process repeats."""
+    *wind, yaw = np.frombuffer(air).tolist()
+    flight = steady_flight(np.frombuffer(row)[None], np.array([wind]), yaw)
+    for part in flight:
+        part.flags.writeable = False
+    return flight
 
 
 def within_limits(flight: SteadyFlight, nominal: Nominal) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ from plant.quadrotor.rigid_body import Body
 from plant.quadrotor.sensors import Noise, measure
 from plant.records import flatten
 from plant.vectors import Quaternion, Rotors, Vec3
-from tests.tuner.exchange.c99.conftest import CASES
+from tests.tuner.exchange.c99.conftest import CASES, is_variant
 from tests.tuner.exchange.c99.signals import (
     attitude_inputs,
     expected_attitude_step,
@@ -29,7 +29,12 @@ def assert_same_bits(run, outputs, states):
 
 
 def floats(*names):
-    return [name for name in CASES if CASES[name][1] in names and name != "exact"]
+    """Cases in these types; those of variants are slow."""
+    return [
+        pytest.param(name, marks=pytest.mark.slow) if is_variant(name) else name
+        for name in CASES
+        if CASES[name][1] in names and name != "exact"
+    ]
 
 
 @pytest.mark.parametrize("case", floats("float"))
