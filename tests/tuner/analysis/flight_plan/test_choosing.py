@@ -1,6 +1,7 @@
 """Choice of excitations: amplitudes that fill the room within limits, and durations that end where more data harm."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,18 @@ def test_an_amplitude_fills_the_room_within_its_limits(peak, largest, monkeypatc
     task: Any = type("Task", (), {"limits": {"rate": 10.0}})
     amplitude = maximize_amplitude(task, YAW).amplitude
     assert 0.85 * largest <= amplitude <= largest
+
+
+def test_an_amplitude_at_which_a_flight_is_lost_is_too_large_however_small_its_peaks():
+    """A flight that ends early has hardly begun to turn."""
+
+    def flown(excitations, stream, count):
+        (excitation,) = excitations
+        return SimpleNamespace(completed=excitation.amplitude < 1.2, peaks={"rate": 0.1 * excitation.amplitude})
+
+    simulated = SimpleNamespace(flown=flown)
+    task: Any = SimpleNamespace(simulated=simulated, still={"rate": 0.0}, limits={"rate": 10.0})
+    assert 0.85 * 1.2 <= maximize_amplitude(task, YAW).amplitude < 1.2
 
 
 def test_durations_end_where_more_of_an_axis_carries_in_more_error_than_it_tells():

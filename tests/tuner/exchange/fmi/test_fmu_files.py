@@ -12,10 +12,15 @@ import pytest
 import tuner.exchange.fmi.export as exporter
 from plant.law_registry import LAWS
 from plant.quadrotor.gains import gain_addresses
+from plant.quadrotor.sensors import Measurement
+from plant.records import flatten, paths
+from plant.references.track import Reference
+from plant.vectors import Quaternion, Vec3
 from tests.clients import ask, program
 from tests.tuner.exchange.fmi.fmus import STEP_INPUTS, STEP_OUTPUTS, request
+from tuner.exchange.c99.entries import measurement_of
 from tuner.exchange.fmi.export import TARGET, fmu
-from tuner.exchange.fmi.variables import base_unit, exponents
+from tuner.exchange.fmi.variables import base_unit, exponents, variables
 from tuner.exchange.registry import settings_of
 from tuner.gains import content_hash, to_document
 
@@ -176,3 +181,17 @@ def test_the_bundle_holds_what_was_asked_and_goes_back_to_the_defaults(monkeypat
     ):
         text = content(single.files["gainproof.fmu"])[name].decode()
         assert asked.digest in text and "hummingbird" in text and "hybrid" in text and "gainproof" in text
+
+
+def test_inputs_that_nobody_sets_are_those_of_a_vehicle_that_holds_its_place_at_rest():
+    origin = Vec3(0.0, 0.0, 0.0)
+    level = measurement_of(origin, origin, Quaternion(1.0, 0.0, 0.0, 0.0), origin)
+    held = Reference(origin, origin, origin, 0.0, 0.0, 0.0, 0.0, hold=1.0)
+    parts = (("reference", Reference, held), ("measurement", Measurement, level))
+    expected = {
+        f"{name}.{path}": leaf
+        for name, kind, record in parts
+        for path, leaf in zip(paths(kind), flatten(record), strict=True)
+    }
+    inputs = [each for each in variables(request().controller) if each.kind == "input"]
+    assert {each.name: each.start for each in inputs} == expected
