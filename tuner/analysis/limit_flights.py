@@ -9,6 +9,7 @@ the error that the study allows, a half, a quarter, an eighth and an eighth of i
 from collections.abc import Callable
 from dataclasses import replace
 from math import ceil
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,6 +30,24 @@ MOST_FOR_SHARE = 20_000
 REPLICATES = 2000
 
 
+class Look(NamedTuple):
+    """A look at the limits of all rows.
+
+    Attributes:
+        value: Values (rows, constraints).
+        low: Lower ends of intervals; those that rest on their value have it thrice.
+        upper: Upper ends.
+        excess: Excess (rows, constraints), 0 where a limit is kept in this look or was in an earlier one.
+        is_open: Mask (rows,) of those that may fly on: they keep every limit by value and not by interval.
+    """
+
+    value: np.ndarray
+    low: np.ndarray
+    upper: np.ndarray
+    excess: np.ndarray
+    is_open: np.ndarray
+
+
 class LimitFlights:
     """Looks at the limits of finalists; flights: number of further flights.
 
@@ -38,6 +57,7 @@ class LimitFlights:
         batches: Held-out flights of the study.
         root: Of resamples.
         on_flights_done: Called with n as n more flights have ended.
+        relevant: Share of the default's value from which a difference matters.
     """
 
     def __init__(
@@ -47,8 +67,9 @@ class LimitFlights:
         batches: tuple[FlightBatch, ...],
         root: int,
         on_flights_done: Callable[[int], None] | None = None,
+        relevant: float = RELEVANT,
     ) -> None:
-        self.problem, self.gains, self.batches, self.root = problem, gains, batches, root
+        self.problem, self.gains, self.batches, self.root, self.relevant = problem, gains, batches, root, relevant
         self.on_flights_done, self.may_fly = on_flights_done, isinstance(problem, Problem)
         self.flights = 0
         self._budget = BUDGET * sum(batch.count for batch in batches)
@@ -62,21 +83,20 @@ class LimitFlights:
         """Return the confidence of an interval at a look."""
         return spent_confidence(entry.confidence, look) if self.may_fly else entry.confidence
 
-    def excess(self, flown: FinalFlights) -> np.ndarray:
-        """Return the excess (rows, constraints), 0 where a limit is kept.
-
-        Each look has a confidence of its own.
-        """
-        value, _, upper = self.estimates(flown)
-        most = self._most(value)
+    def look(self, flown: FinalFlights) -> Look:
+        """Return the look at all flights made so far; a limit once kept by its interval stays kept while its value keeps it."""
+        value, low, upper = self._estimates(flown)
+        entries = self.problem.constraints
+        most = np.array([bound(entry, value[0, i], self.relevant) for i, entry in enumerate(entries)])
         self._passed = (self._passed | (upper <= most)) & (value <= most)
-        return np.maximum(np.where(self._passed, value, upper) - most, 0.0)
+        excess = np.maximum(np.where(self._passed, value, upper) - most, 0.0)
+        required = flown.evaluation.violations[:, len(entries) :]
+        by_value = np.all(value <= most, axis=1) & np.all(required <= 0.0, axis=1)
+        may = self.may_fly & (self._looks + 1 < len(SPENT)) & ~np.isin(np.arange(len(value)), list(self._closed))
+        return Look(value, low, upper, excess, by_value & np.any(excess > 0.0, axis=1) & may)
 
-    def _most(self, value: np.ndarray) -> np.ndarray:
-        return np.array([bound(entry, value[0, i]) for i, entry in enumerate(self.problem.constraints)])
-
-    def estimates(self, flown: FinalFlights) -> np.ndarray:
-        """Return values with both ends of their intervals (3, rows, constraints); three times what rests on its value."""
+    def _estimates(self, flown: FinalFlights) -> np.ndarray:
+        """Return values with both ends of their intervals (3, rows, constraints)."""
         first = len(self.problem.objectives)
         parts = np.empty((3, len(self.gains), len(self.problem.constraints)))
         for i, entry in enumerate(self.problem.constraints):
@@ -88,9 +108,12 @@ class LimitFlights:
                 parts[:, row, i] = self.interval(*self.samples(flown, row), i, confidence)
         return parts
 
-    def shown(self, flown: FinalFlights) -> np.ndarray:
-        """Return `estimates` with the usual intervals where values decide."""
-        parts, first = self.estimates(flown), len(self.problem.objectives)
+    def shown(self, look: Look, flown: FinalFlights) -> np.ndarray:
+        """Return values and intervals (3, rows, constraints) to show.
+
+        Where values decide, the interval is the usual one.
+        """
+        parts, first = np.array([look.value, look.low, look.upper]), len(self.problem.objectives)
         for i, entry in enumerate(self.problem.constraints):
             if rests_on_value(entry):
                 parts[:, :, i] = flown.estimate(first + i)
@@ -121,22 +144,11 @@ class LimitFlights:
         low, high = objective.interval(seen, within(drawn, origin, objective.scenario), confidence)
         return value, float(low), float(high)
 
-    def is_open(self, flown: FinalFlights) -> np.ndarray:
-        """Return the mask (rows,) of those that may fly on.
-
-        They keep every limit by value and not by interval.
-        """
-        value = self.estimates(flown)[0]
-        required = flown.evaluation.violations[:, value.shape[1] :]
-        by_value = np.all(value <= self._most(value), axis=1) & np.all(required <= 0.0, axis=1)
-        may = self.may_fly & (self._looks + 1 < len(SPENT)) & ~np.isin(np.arange(len(value)), list(self._closed))
-        return by_value & np.any(self.excess(flown) > 0.0, axis=1) & may
-
-    def fly(self, flown: FinalFlights, row: int) -> None:
+    def fly(self, look: Look, row: int) -> None:
         """Have a row make the flights up to its next look; none where the budget has no room for them."""
         assert isinstance(self.problem, Problem), "only such a problem has open rows"
-        look, made = int(self._looks[row]) + 1, self._counts.get(row, [batch.count for batch in self.batches])
-        wanted = self._wanted(flown, row, look)
+        number, made = int(self._looks[row]) + 1, self._counts.get(row, [batch.count for batch in self.batches])
+        wanted = self._wanted(look.excess[row], number)
         flights = sum(wanted) - sum(made)
         if flights > self._budget - self.flights or flights <= 0:
             self._closed.add(row)
@@ -149,16 +161,16 @@ class LimitFlights:
         before = [self._further[row]] if row in self._further else []
         scores, origins = zip(*before, *parts, strict=True)
         self._further[row] = np.concatenate(scores, axis=-1), np.concatenate(origins)
-        self._looks[row], self._counts[row] = look, wanted
+        self._looks[row], self._counts[row] = number, wanted
         self.flights += flights
 
-    def _wanted(self, flown: FinalFlights, row: int, look: int) -> list[int]:
-        """Return the numbers of flights, by batch, of a row's look."""
-        wanted = [batch.count * 2**look for batch in self.batches]
-        for i in np.flatnonzero(self.excess(flown)[row] > 0.0):
+    def _wanted(self, excess: np.ndarray, number: int) -> list[int]:
+        """Return the numbers of flights, by batch, of a further look; excess (constraints,)."""
+        wanted = [batch.count * 2**number for batch in self.batches]
+        for i in np.flatnonzero(excess > 0.0):
             entry = self.problem.constraints[i]
             if entry.objective.is_binary and entry.objective.risk.is_mean and entry.most > 0.0:
-                enough = flights_to_show(entry.most, self.confidence(entry, look))
+                enough = flights_to_show(entry.most, self.confidence(entry, number))
                 scenarios = [entry.objective.scenario in (None, batch.spec.name) for batch in self.batches]
                 each = ceil(min(enough, MOST_FOR_SHARE) / max(sum(scenarios), 1))
                 wanted = [max(n, each) if counts else n for n, counts in zip(wanted, scenarios, strict=True)]
@@ -183,16 +195,16 @@ class LimitFlights:
         """Return the number of flights by row that made further ones."""
         return {row: sum(counts) for row, counts in self._counts.items()}
 
-    def flights_to_settle(self, flown: FinalFlights, row: int) -> int | None:
+    def flights_to_settle(self, look: Look, flown: FinalFlights, row: int) -> int | None:
         """Return the approximate number of flights that settles a row's limits.
 
         None where its values break one.
         """
         if np.any(flown.evaluation.violations[row, len(self.problem.constraints) :] > 0.0):
             return None
-        value, _, upper = (part[row] for part in self.estimates(flown))
+        value, upper = look.value[row], look.upper[row]
         made, flights = sum(self._counts.get(row, [batch.count for batch in self.batches])), list[float]()
-        for i in np.flatnonzero(self.excess(flown)[row] > 0.0):
+        for i in np.flatnonzero(look.excess[row] > 0.0):
             entry = self.problem.constraints[i]
             slack = entry.most - value[i]
             if slack <= 0.0:
@@ -213,6 +225,6 @@ def rests_on_value(entry: Constraint) -> bool:
     return entry.rests_on_value or bool(entry.floor)
 
 
-def bound(entry: Constraint, default: float) -> float:
-    """Return the largest value that keeps a limit: an automatic one asks for no more than the default does."""
-    return max(entry.most, (1.0 + RELEVANT) * default) if entry.floor else entry.most
+def bound(entry: Constraint, default: float, relevant: float = RELEVANT) -> float:
+    """Return the largest value that keeps a limit: an automatic one allows all but a relevant loss to the default."""
+    return max(entry.most, (1.0 + relevant) * default) if entry.floor else entry.most

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import numpy as np
+
 from objectives.decisions import DecisionSpace
 from plant.errors import InputError, UnknownNameError
 from plant.quadrotor.gains import GainAddress
@@ -56,15 +58,19 @@ def with_target(table: Mapping[str, PlainValue], path: Path) -> Mapping[str, Pla
     return {**table, "controller": {**usual, **controller}}
 
 
-def check_target(space: DecisionSpace, every_gain: tuple[GainAddress, ...]) -> None:
-    """Raise InputError for gains of a study beyond its target's usual ranges."""
+def check_target(space: DecisionSpace, every_gain: tuple[GainAddress, ...], present: np.ndarray | None = None) -> None:
+    """Raise InputError for gains of a study beyond its target's usual ranges.
+
+    present: gains row (g,) that a vehicle flies. Its firmware takes all of them, such as 0 Hz for a filter that is off.
+    """
     spans = {gain.address: gain for gain in every_gain if not (gain.info.airframe or gain.info.firmware)}
     for variable in space.variables:
         for address in variable.addresses:
             _check_inside(spans[address], variable.name, variable.low, variable.high)
     searched = {column for group in space.columns for column in group}
     for gain in spans.values():
-        if gain.column not in searched:
+        is_flown = present is not None and space.base[gain.column] == present[gain.column]
+        if gain.column not in searched and not is_flown:
             _check_inside(gain, gain.address, space.base[gain.column], space.base[gain.column])
 
 

@@ -14,7 +14,7 @@ from objectives.risk import Risk, flights_to_show
 from plant.seeds import generator
 from tuner.analysis import air_losses as air
 from tuner.analysis.final_flights import FinalFlights
-from tuner.analysis.limit_flights import BUDGET, SPENT, LimitFlights
+from tuner.analysis.limit_flights import BUDGET, SPENT, LimitFlights, Look
 
 FLIGHTS, MOST = 32, 8
 ERROR = Objective(parse("itae.position"), Risk("mean"))
@@ -69,9 +69,15 @@ def normal_scores(distance, key, rows=2, count=FLIGHTS * MOST):
 def decided(distance, key) -> tuple[bool, int]:
     """Whether row 1 is found to keep the limit, and by how many flights."""
     limits, flown = looking(Given(normal_scores(distance, key), Constraint(OVERSHOOT, 10.0, confidence=0.95)))
-    while limits.is_open(flown)[1]:
-        limits.fly(flown, 1)
-    return bool(limits.excess(flown)[1, 0] <= 0.0), FLIGHTS + limits.flights
+    look = fly_on(limits, flown)
+    return bool(look.excess[1, 0] <= 0.0), FLIGHTS + limits.flights
+
+
+def fly_on(limits, flown) -> Look:
+    """Return the look after which row 1 flies no further."""
+    while (look := limits.look(flown)).is_open[1]:
+        limits.fly(look, 1)
+    return look
 
 
 def test_looks_together_spend_what_the_study_allows():
@@ -97,20 +103,21 @@ def test_what_is_far_from_a_limit_flies_no_further():
 def test_the_budget_bounds_the_flights_of_all_together():
     scores = normal_scores(0.7, 3, rows=12)
     limits, flown = looking(Given(scores, Constraint(OVERSHOOT, 10.0, confidence=0.95)))
-    while (rows := np.flatnonzero(limits.is_open(flown))).size:
-        limits.fly(flown, int(rows[0]))
+    while (rows := np.flatnonzero((look := limits.look(flown)).is_open)).size:
+        limits.fly(look, int(rows[0]))
     assert 0 < limits.flights <= BUDGET * FLIGHTS and limits.problem.flights_made == limits.flights
     assert sum(count - FLIGHTS for count in limits.looked_at().values()) == limits.flights
 
 
 def test_flights_that_would_settle_it_are_those_at_which_the_interval_ends_at_the_limit():
     limits, flown = looking(Given(normal_scores(1.0, 8), Constraint(OVERSHOOT, 10.0, confidence=0.95)))
-    value, _, upper = limits.estimates(flown)[:, 1, 0]
-    wanted = limits.flights_to_settle(flown, 1)
+    look = limits.look(flown)
+    value, upper = look.value[1, 0], look.upper[1, 0]
+    wanted = limits.flights_to_settle(look, flown, 1)
     assert wanted is not None and value < 10.0 < upper
     assert value + (upper - value) * np.sqrt(FLIGHTS / wanted) == pytest.approx(10.0, abs=1e-2)
     beyond, flown = looking(Given(normal_scores(-9.0, 7), Constraint(OVERSHOOT, 10.0, confidence=0.95)))
-    assert beyond.flights_to_settle(flown, 1) is None
+    assert beyond.flights_to_settle(beyond.look(flown), flown, 1) is None
 
 
 @pytest.mark.parametrize("most", [0.0, 0.01, 0.005])
@@ -118,9 +125,7 @@ def test_a_limit_on_losses_flies_what_it_needs(most):
     flights = 2048
     scores = np.zeros((2, 2, flights))
     limits, flown = looking(Given(scores, Constraint(FAILURE, most, confidence=0.95)), 256)
-    while limits.is_open(flown)[1]:
-        limits.fly(flown, 1)
-    assert limits.excess(flown)[1, 0] == 0.0
+    assert fly_on(limits, flown).excess[1, 0] == 0.0
     made = 256 + limits.flights
     # None of those flown is lost; a share takes so many that the interval of none ends within it.
     assert made == 256 if most == 0.0 else flights_to_show(most, 0.95) <= made < 4.0 * flights_to_show(most, 0.95)
@@ -130,8 +135,12 @@ def test_an_automatic_limit_asks_for_no_more_than_the_default_does():
     scores = np.zeros((4, 2, FLIGHTS))
     scores[:, 1] = np.array([0.62, 0.625, 0.60, 0.9])[:, None]
     limits, flown = looking(Given(scores, Constraint(FOLLOWED, 0.606, floor="mission.followed", confidence=0.95)))
-    assert (limits.excess(flown)[:, 0] > 0.0).tolist() == [False, False, False, True]
-    assert not limits.is_open(flown).any()
+    look = limits.look(flown)
+    assert (look.excess[:, 0] > 0.0).tolist() == [False, False, False, True]
+    assert not look.is_open.any()
+    # 0.625 is 0.8 % more than the default, which a study may hold to be relevant.
+    limits.relevant = 0.005
+    assert (limits.look(flown).excess[:, 0] > 0.0).tolist() == [False, True, False, True]
 
 
 def test_another_programs_trials_are_judged_as_they_are():
@@ -157,5 +166,5 @@ def test_a_further_flight_that_everyone_loses_counts_for_nobody(monkeypatch):
             lost=lost,
         )
         limits, flown = looking(given)
-        limits.fly(flown, 1)
-        assert (limits.excess(flown)[1, 1] == 0.0) == kept
+        limits.fly(limits.look(flown), 1)
+        assert (limits.look(flown).excess[1, 1] == 0.0) == kept

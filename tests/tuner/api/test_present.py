@@ -86,3 +86,23 @@ def test_a_study_of_a_firmware_judges_the_attitude_that_its_rate_loops_hold(name
     study = load_study(QUICKSTART.parent / f"{name}.toml")
     judged = [*study.objectives, *[entry.objective for entry in study.constraints if not entry.floor]]
     assert any(entry.metric.text == "rms.tilt" and entry.scenario in (None, "small steps") for entry in judged)
+
+
+def test_a_filter_that_the_vehicle_flies_without_is_in_no_search_and_not_refused(tmp_path):
+    path = QUICKSTART.parent / "ardupilot.toml"
+    plain = load_study(path)
+    row, (column,) = (
+        plain.default_row.copy(),
+        [gain.column for gain in plain.system.gains if gain.address == "yaw.d_cutoff"],
+    )
+    row[column] = 0.0
+    gains_of(plain.controller(row), {}).write(tmp_path / "present.json")
+    settings = {"controller.default": str(tmp_path / "present.json")}
+    study = load_study(path, settings)
+    assert study.default_row[column] == 0.0
+    for typed, words in (
+        ({**settings, "gains": {"yaw.d_cutoff": 0.5}}, "given 0.5 Hz"),
+        ({"gains": {"yaw.d_cutoff": 0.0}}, "given 0 Hz"),
+    ):
+        with pytest.raises(InputError, match=words):
+            load_study(path, typed)

@@ -2,8 +2,8 @@
 
 A default is what an engineer has. Where points are better than it, by a relevant share in an objective without losing as much in
 another, only they are asked; where none is and the default keeps the limits, it stays. A default that is among the worst of a
-first generation in an objective, and breaks a limit or is far behind the front, says nothing about the points wanted: the pick
-rule then has the whole front.
+first generation in an objective, and breaks a limit or is far behind the front, says little about the points wanted: the pick
+rule then has the whole front, unless a point that is better in everything is nearly as good a compromise as its best.
 """
 
 from collections.abc import Sequence
@@ -14,13 +14,15 @@ import numpy as np
 from objectives.evaluator import Evaluation
 from objectives.risk import RELEVANT
 from plant.ties import first_smallest
-from tuner.search.front import PICKS, non_dominated, pick
+from tuner.search.front import PICKS, non_dominated, pick, scaled
 from tuner.study.searched import SearchedStudy
 
 FAR = 0.8
 """Geometric mean of the objectives in those of the default up to which a point that is no worse in any is far ahead of it."""
 WORST = 0.9
 """Share of the candidates that are no worse than the default in an objective from which on it is among the worst in it."""
+NEARLY = 0.1
+"""Sum of the scaled objectives by which a point may exceed the smallest of its front and is nearly as good a compromise."""
 EVERYWHERE = "better on held-out flights than the default in every objective"
 
 
@@ -91,10 +93,11 @@ def alternatives(
 
     weighs_all: whether the pick rule weighs the objectives itself, and names none of them.
     """
-    if default.is_worst and (not default.keeps or is_far_behind(values[0], values[front])):
-        return front, ""
     better = front[is_improvement(values[front], values[0], default.relevant)]
     everywhere = better[np.all(values[better] < values[0], axis=1)]
+    if default.is_worst and (not default.keeps or is_far_behind(values[0], values[front])):
+        is_enough = has_balanced_point(values[front], np.isin(front, everywhere))
+        return (everywhere, EVERYWHERE) if is_enough else (front, "")
     if len(everywhere):
         return everywhere, EVERYWHERE
     if len(better):
@@ -123,6 +126,15 @@ def is_far_behind(default: np.ndarray, front: np.ndarray) -> bool:
     if not len(ahead) or np.any(default <= 0.0):
         return False
     return bool(np.any(np.prod(np.maximum(ahead, 0.0) / default, axis=1) <= FAR ** len(default)))
+
+
+def has_balanced_point(front: np.ndarray, mask: np.ndarray) -> bool:
+    """Return True for a masked point nearly as balanced as any.
+
+    front (k, m), mask (k,).
+    """
+    sums = scaled(front).sum(axis=1)
+    return bool(np.any(sums[mask] <= sums.min(initial=np.inf) + NEARLY))
 
 
 def best_row(study: SearchedStudy, is_worst: bool, values: np.ndarray, feasible: np.ndarray) -> int:

@@ -13,7 +13,7 @@ from tuner.analysis.air_losses import air_losses, air_of_finals, excused_evaluat
 from tuner.analysis.final_flights import FinalFlights
 from tuner.analysis.finals import Finals
 from tuner.analysis.held_out import Finalists, SearchEstimate, judge
-from tuner.analysis.limit_flights import LimitFlights
+from tuner.analysis.limit_flights import LimitFlights, Look
 from tuner.analysis.lost_flights import named_losses
 from tuner.experiments.tails.limits import FinalistTails
 from tuner.experiments.tuning.problem import batches
@@ -75,7 +75,7 @@ class Validation:
         self.problem, self.study, self.gains, self.names = problem, study, gains, names
         self._seen, self._tails, self._say, self._is_worst = seen, tails, watcher.on_flights_done, is_worst
         self._flown, self._confirmed = batches(study, HELD_OUT), batches(study, CONFIRMATION)
-        self._limits = LimitFlights(problem, gains, self._flown, study.seed, self._say)
+        self._limits = LimitFlights(problem, gains, self._flown, study.seed, self._say, study.table.relevant)
         self._struck = np.zeros((len(gains), len(problem.constraints)))
         self._warnings: dict[str, None] = {}
 
@@ -107,25 +107,26 @@ class Validation:
     def _judged(self, finals: Finals, raw: FinalFlights) -> tuple[FinalFlights, Validated]:
         while True:
             flown = self._excused(raw)
-            finalists = self._finalists(flown)
+            look = self._limits.look(flown)
+            finalists = self._finalists(look, flown)
             tuned, why = self._choice(finalists, finalists.feasible)
             rows = np.flatnonzero(~raw.complete & unsettled(finalists, tuned))
             if len(rows):
                 raw = finals.complete(raw, rows)
-            elif (row := self._next_open(flown, finalists)) is not None:
-                self._limits.fly(flown, row)
+            elif (row := self._next_open(look, finalists)) is not None:
+                self._limits.fly(look, row)
             elif self._tails is None or not finalists.feasible[tuned] or not self._tails.judge(tuned):
                 break
         settle = None
         if not finalists.feasible[tuned]:
-            tuned, settle = self._nearest(flown, tuned)
+            tuned, settle = self._nearest(look, flown, tuned)
         confirmation = self._confirmation(tuned)
         broken = self._broken(flown, tuned, confirmation) if finalists.feasible[tuned] else np.array([], dtype=int)
         texts = [*self._warnings, *self._open_texts(finalists)]
         further = self._limits.flights
         return raw, Validated(finalists, tuned, why, confirmation, broken, texts, settle, further)
 
-    def _nearest(self, flown: FinalFlights, least: int) -> tuple[int, int | None]:
+    def _nearest(self, look: Look, flown: FinalFlights, least: int) -> tuple[int, int | None]:
         """Return the row within the limits by value that settles first.
 
         Its flights come with it; where there is none, the row that is least beyond.
@@ -134,7 +135,7 @@ class Validation:
         rare = np.zeros_like(self._struck) if self._tails is None else self._tails.excess
         out = np.any(self._struck + rare > 0.0, axis=1)
         rows = (1 + np.flatnonzero(~out[1:])).tolist()
-        flights = {row: self._limits.flights_to_settle(flown, row) for row in rows}
+        flights = {row: self._limits.flights_to_settle(look, flown, row) for row in rows}
         settled = {row: count for row, count in flights.items() if count is not None}
         return min(settled.items(), key=lambda entry: entry[1]) if settled else (least, None)
 
@@ -143,11 +144,11 @@ class Validation:
         self._warn_of_air(air, self._flown)
         return excused_finals(flown, air)
 
-    def _finalists(self, flown: FinalFlights) -> Finalists:
-        excess = self._limits.excess(flown) + self._struck
+    def _finalists(self, look: Look, flown: FinalFlights) -> Finalists:
+        excess = look.excess + self._struck
         if self._tails is not None:
             excess = np.maximum(excess, self._tails.excess)
-        return judge(flown, self._seen, self._limits.shown(flown), self._without_automatic(excess, flown))
+        return judge(flown, self._seen, self._limits.shown(look, flown), self._without_automatic(excess, flown))
 
     def _without_automatic(self, excess: np.ndarray, flown: FinalFlights) -> np.ndarray:
         """Return the excess, without automatic limits where these alone decide.
@@ -168,9 +169,9 @@ class Validation:
         default = Default(bool(feasible[0]), self._is_worst, self.study.table.relevant)
         return choose_finalist(self.study, values, default, front, finalists.excess, self.names)
 
-    def _next_open(self, flown: FinalFlights, finalists: Finalists) -> int | None:
+    def _next_open(self, look: Look, finalists: Finalists) -> int | None:
         """Return the row whose limits decide the answer: it would be recommended, or best in an objective, if it kept them."""
-        is_open = self._limits.is_open(flown) & ~finalists.feasible & ~self._struck.any(axis=1)
+        is_open = look.is_open & ~finalists.feasible & ~self._struck.any(axis=1)
         if not is_open.any():
             return None
         hoped, values = finalists.feasible | is_open, finalists.evaluation.values

@@ -242,7 +242,7 @@ def test_limits_are_kept_with_confidence_unless_the_study_says_otherwise(tmp_pat
     excess = {}
     for confidence in (0.0, 0.5, 0.95):
         problem.constraints = (replace(problem.constraints[0], most=limit, confidence=confidence), *others)
-        excess[confidence] = LimitFlights(problem, outcome.finalist_rows, (), 1).excess(replace(flown))[:, 0]
+        excess[confidence] = LimitFlights(problem, outcome.finalist_rows, (), 1).look(replace(flown)).excess[:, 0]
     # The first look spends half of what the study allows to err.
     high = flown.estimate(2, 0.975)[2]
     np.testing.assert_array_equal(excess[0.95], np.maximum(high - limit, 0.0))
@@ -316,4 +316,4 @@ def test_lost_flights_that_leave_nothing_feasible_are_named_with_the_commands_th
     problem = outcome.problem
     problem.constraints = (replace(problem.constraints[0], most=share), *problem.constraints[1:])
     limits = LimitFlights(problem, outcome.finalist_rows, (), 1)
-    assert limits.excess(replace(flown))[row, 0] == 0.0 and share < 1.2 * (flown.estimate(column, 0.975)[2][row])
+    assert limits.look(replace(flown)).excess[row, 0] == 0.0 and share < 1.2 * (flown.estimate(column, 0.975)[2][row])

@@ -86,6 +86,17 @@ def test_a_poor_default_does_not_restrict_the_pick():
     )
 
 
+# A default of stiff gains: hardly any error, and a travel that shakes the amplifier (a motor).
+MOTOR = [(0.63, 0.15), (0.75, 0.12), (0.9, 0.1), (1.0, 0.087), (1.09, 0.08), (1.36, 0.063), (2.0, 0.043)]
+
+
+def test_points_better_in_everything_are_taken_where_the_front_has_hardly_a_better_compromise():
+    point, why = recommended(*MOTOR, default=(0.95, 1.0), keeps=False, is_worst=True)
+    assert point in ("p2", "p3") and why.endswith(BETTER)
+    # By itself the rule would go further, to more error than the default has.
+    assert recommended(*MOTOR, default=(0.1, 1.0), keeps=False, is_worst=True) == ("p4", "knee of the held-out front")
+
+
 def test_who_breaks_a_limit_restricts_the_pick_to_what_is_better_everywhere_and_no_further():
     assert recommended((9.0, 9.0), (1.0, 30.0), (2.0, 12.0), keeps=False)[0] == "p1"
     assert recommended((1.0, 30.0), (2.0, 12.0), (20.0, 1.0), keeps=False) == ("p2", "knee of the held-out front")
