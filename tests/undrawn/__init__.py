@@ -5,18 +5,17 @@ Figures are blank in all of `tests/tuner/` but `tests/tuner/report/`: the fixtur
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
-from matplotlib.figure import Figure
-
+from tests.undrawn.blank import replacements
 from tuner.report import write_figures
-from tuner.report.charts import printer
+from tuner.report.charts import paper, printer
 
 HERE = str(Path(__file__).parent)
-DRAW: Any = Figure.draw
+BLANK = replacements(paper)
+DRAWN = [(owner, name, getattr(owner, name)) for owner, name, _ in BLANK]
 CODE = printer.CODE
 """Program of the process that draws, which is isolated: no folder of PYTHONPATH changes it."""
 
@@ -50,20 +49,26 @@ def search_path(*first: str) -> str:
 @contextmanager
 def undrawn() -> Iterator[None]:
     """Leave figures blank, here and in processes that are started here."""
-    here = patch("tuner.report.start_figures", DrawnHere), patch.object(Figure, "draw", lambda *_: None)
-    with (
-        here[0],
-        here[1],
-        patch.object(printer, "CODE", f"import sys; sys.path.insert(0, {HERE!r}); import sitecustomize; {CODE}"),
-        patch("tuner.report.charts.printer.early", nullcontext),
-        patch.dict(os.environ, PYTHONPATH=search_path(HERE)),
-    ):
+    with ExitStack() as patched:
+        for each in (
+            patch("tuner.report.start_figures", DrawnHere),
+            *(patch.object(*replaced) for replaced in BLANK),
+            patch.object(printer, "CODE", f"import sys; sys.path.insert(0, {HERE!r}); import sitecustomize; {CODE}"),
+            patch("tuner.report.charts.printer.early", nullcontext),
+            patch.dict(os.environ, PYTHONPATH=search_path(HERE)),
+        ):
+            patched.enter_context(each)
         yield
 
 
 @contextmanager
 def drawn() -> Iterator[None]:
     """Draw figures within `undrawn`, in processes that are started here too."""
-    blank_no_more = patch.object(Figure, "draw", DRAW), patch.object(printer, "CODE", CODE)
-    with blank_no_more[0], blank_no_more[1], patch.dict(os.environ, PYTHONPATH=search_path()):
+    with ExitStack() as patched:
+        for each in (
+            *(patch.object(*replaced) for replaced in DRAWN),
+            patch.object(printer, "CODE", CODE),
+            patch.dict(os.environ, PYTHONPATH=search_path()),
+        ):
+            patched.enter_context(each)
         yield

@@ -16,14 +16,17 @@ BLANK = f"import sys; sys.path.insert(0, {HERE!r}); import sitecustomize; "
 
 
 def _leave_blank(module) -> None:
-    module.Figure.draw = lambda *_: None
+    from blank import replacements  # of this folder
+
+    for owner, name, blank in replacements(module):
+        setattr(owner, name, blank)
 
 
 def _start_blank(module) -> None:
     module.CODE = BLANK + module.CODE
 
 
-CHANGES: dict[str, Callable] = {"matplotlib.figure": _leave_blank, "tuner.report.charts.printer": _start_blank}
+CHANGES: dict[str, Callable] = {"tuner.report.charts.paper": _leave_blank, "tuner.report.charts.printer": _start_blank}
 
 
 class BlankFigures(MetaPathFinder):

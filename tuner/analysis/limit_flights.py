@@ -144,15 +144,23 @@ class LimitFlights:
         low, high = objective.interval(seen, within(drawn, origin, objective.scenario), confidence)
         return value, float(low), float(high)
 
-    def fly(self, look: Look, row: int) -> None:
-        """Have a row make the flights up to its next look; none where the budget has no room for them."""
-        assert isinstance(self.problem, Problem), "only such a problem has open rows"
+    def confidence_of(self, entry: Constraint, row: int) -> float:
+        """Return the confidence of a row's interval: that of its latest look, of the study without further flights."""
+        return self.confidence(entry, int(self._looks[row])) if row in self._further else entry.confidence
+
+    def fly(self, row: int, excess: np.ndarray) -> bool:
+        """Have a row make the flights up to its next look.
+
+        False where it has made all looks, or the budget has no room for them. excess (constraints,): that of the row.
+        """
         number, made = int(self._looks[row]) + 1, self._counts.get(row, [batch.count for batch in self.batches])
-        wanted = self._wanted(look.excess[row], number)
+        if not self.may_fly or number >= len(SPENT):
+            return False
+        wanted = self._wanted(excess, number)
         flights = sum(wanted) - sum(made)
         if flights > self._budget - self.flights or flights <= 0:
             self._closed.add(row)
-            return
+            return False
         parts = [
             self._flown(row, replace(batch, start=begin, count=end))
             for batch, begin, end in zip(self.batches, made, wanted, strict=True)
@@ -163,6 +171,7 @@ class LimitFlights:
         self._further[row] = np.concatenate(scores, axis=-1), np.concatenate(origins)
         self._looks[row], self._counts[row] = number, wanted
         self.flights += flights
+        return True
 
     def _wanted(self, excess: np.ndarray, number: int) -> list[int]:
         """Return the numbers of flights, by batch, of a further look; excess (constraints,)."""

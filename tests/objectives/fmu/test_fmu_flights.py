@@ -1,13 +1,17 @@
 """Flights of an FMU are those of the same plant in Python, on any number of workers; one that it breaks is lost and no other."""
 
+import re
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from objectives.fmu.flyer import FmuFlyer
+from objectives.fmu.messages import Refused
+from objectives.fmu.process import WorkerLostError
 from objectives.fmu.system import FmuSystem
 from objectives.margins.plant_margins import PlantMargins
 from objectives.margins.quantities import QUANTITIES
@@ -139,6 +143,30 @@ def test_a_failure_costs_its_flight_and_no_other(fault):
     }
     for line in said:
         assert line.startswith("The FMU") and "in 3 of 6 flights" in line and told[fault] in line and "\n" not in line
+
+
+class Failing:
+    """A worker whose FMU fails in every flight: in one way under the first gains, in another under others."""
+
+    def ask(self, request, patience):
+        if np.array_equal(request.gains, GAINS[0]):
+            return Refused("it refused")
+        raise WorkerLostError(f"gave no answer for {patience:g} s")
+
+    def close(self):
+        pass
+
+
+def test_each_way_to_fail_is_told_once_with_its_own_number_of_flights():
+    said, system = [], fmu(2)
+    flyer = FmuFlyer(system, cast(Any, Failing), 7.0, 2)
+    flyer.say = said.append
+    inputs = system.sample(SPEC, 7, "search", range(2))
+    for _ in range(2):
+        results = flyer.fly(np.array([GAINS[0], GAINS[1], GAINS[1]]), system.nominal, inputs)
+        assert result_parts(results)[1].tolist() == [[Status.NON_FINITE.code] * 2] * 3
+    ways = [re.findall(r"failed in (\d) of (\d) flights: ([^.]*)\.", line) for line in said]
+    assert sorted(ways) == [[("2", "6", "it refused")], [("4", "6", "it gave no answer for 7 s")]]
 
 
 def test_a_failed_flight_costs_more_than_any_other():

@@ -9,16 +9,21 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from objectives.margins.describing import Case
+from objectives.margins.linearise import one_period
 from objectives.margins.margins import MarginModel
+from objectives.margins.period import period_map
 from objectives.margins.quantities import LIMITABLE
 from objectives.margins.requirement import MarginRequirement
-from objectives.margins.trim import Trim
+from objectives.margins.slow_position import slow_position
+from objectives.margins.trim import Trim, balanced_plant, setting_of
 from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.quadrotor.airframes import load
 from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.features import vehicle_features
 from plant.quadrotor.gains import default_row, gain_addresses
 from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
+from plant.vectors import Vec3
 from tests.objectives.margins.designs import HUMMINGBIRD, ideal_vehicle
 from tests.objectives.margins.python_control import Loop, classical
 
@@ -244,6 +249,25 @@ def test_turned_by_yaw_the_loops_are_the_same() -> None:
     for what in ("phase", "gain_up", "sensitivity", "delay"):
         one, two = (getattr(model.evaluate(row), what).value[0, :2] for model in (ahead, turned))
         np.testing.assert_allclose(two, one, rtol=1e-6)
+
+
+def test_a_common_period_of_steady_flight_in_wind_ends_where_it_began() -> None:
+    """Flown period by period, the position loops step once and wait; an observer that is handed another effect would drift."""
+    every, timing = 4, Timing(0.002, 0.002)
+    cascade, known = close_cascade(LAWS["ladrc"], LAWS["pid"], every), nominal(HUMMINGBIRD, ControlOptions(), 0.002)
+    fitted = vehicle_features(HUMMINGBIRD, timing.control_period)
+    trim = Trim(wind=Vec3(4.0, 2.0, 0.0))
+    setting = setting_of(trim, known, HUMMINGBIRD)
+    plant = balanced_plant(period_map(cascade.at_one_rate, timing, fitted), trim, known, setting)
+    slow, gains = slow_position(cascade, timing, fitted), np.array(default_row(cascade))[None]
+    terms = np.zeros((1, len(slow.flown.terms)))
+    flight = slow.at(gains, setting, plant, lambda: terms)
+    state = flight.state
+    for _ in range(every):
+        state = one_period(slow.flown, state, terms, gains, setting, plant).state
+    tilt = flight.state[0, 7:9]
+    assert flight.steady.all() and np.hypot(*tilt) > 0.02, "the wind tilts it"
+    np.testing.assert_allclose(state, flight.state, rtol=1e-7, atol=1e-7)
 
 
 @pytest.mark.slow

@@ -76,7 +76,7 @@ def decided(distance, key) -> tuple[bool, int]:
 def fly_on(limits, flown) -> Look:
     """Return the look after which row 1 flies no further."""
     while (look := limits.look(flown)).is_open[1]:
-        limits.fly(look, 1)
+        limits.fly(1, look.excess[1])
     return look
 
 
@@ -104,9 +104,18 @@ def test_the_budget_bounds_the_flights_of_all_together():
     scores = normal_scores(0.7, 3, rows=12)
     limits, flown = looking(Given(scores, Constraint(OVERSHOOT, 10.0, confidence=0.95)))
     while (rows := np.flatnonzero((look := limits.look(flown)).is_open)).size:
-        limits.fly(look, int(rows[0]))
+        limits.fly(int(rows[0]), look.excess[rows[0]])
     assert 0 < limits.flights <= BUDGET * FLIGHTS and limits.problem.flights_made == limits.flights
     assert sum(count - FLIGHTS for count in limits.looked_at().values()) == limits.flights
+
+
+def test_a_row_makes_no_look_beyond_its_last_and_then_says_so():
+    limits, flown = looking(Given(normal_scores(0.7, 3), Constraint(OVERSHOOT, 10.0, confidence=0.95)))
+    entry = limits.problem.constraints[0]
+    assert limits.confidence_of(entry, 1) == 0.95
+    made = [limits.fly(1, limits.look(flown).excess[1]) for _ in range(len(SPENT))]
+    assert made == [True] * (len(SPENT) - 1) + [False] and limits.looked_at() == {1: FLIGHTS * MOST}
+    assert limits.confidence_of(entry, 1) == 1.0 - 0.05 * SPENT[-1] and limits.confidence_of(entry, 0) == 0.95
 
 
 def test_flights_that_would_settle_it_are_those_at_which_the_interval_ends_at_the_limit():
@@ -166,5 +175,5 @@ def test_a_further_flight_that_everyone_loses_counts_for_nobody(monkeypatch):
             lost=lost,
         )
         limits, flown = looking(given)
-        limits.fly(limits.look(flown), 1)
+        limits.fly(1, limits.look(flown).excess[1])
         assert (limits.look(flown).excess[1, 1] == 0.0) == kept

@@ -23,17 +23,20 @@ MORE_CASES = [
     ("sobol", 1),
 ]
 # No number of Das-Dennis directions in three objectives or more; small, for a model's points cost more the more there are.
-POPULATION = 12
+POPULATION = 8
 # Such a number too, for what is compared with chance.
 LARGE_POPULATION = 26
+# A model is told one and asked for the others.
+GENERATIONS, FEW_GENERATIONS = 5, 3
 
 
 def started(dimensions, population=POPULATION, seed=1):
     return initial_design(np.full((1, dimensions), 0.5), population, generator(seed, "first", 0))
 
 
-def run(name, objectives, problem, dimensions=4, population=POPULATION, generations=5, seed=1, first=None):
+def run(name, objectives, problem, dimensions=4, population=POPULATION, generations=None, seed=1, first=None):
     """Return points, values and violations of all generations (generations, n, ...)."""
+    generations = generations or (FEW_GENERATIONS if name == "gaussian_process" else GENERATIONS)
     first = started(dimensions, population) if first is None else first
     n_constraints = problem(first)[1].shape[1]
     return run_generations(SEARCHES[name](first, objectives, n_constraints, seed), problem, len(first), generations)
@@ -77,9 +80,13 @@ def stepped(objectives):
     return problem
 
 
-if __name__ == "__main__":
-    np.random.seed(int(sys.argv[1]))  # noqa: NPY002
+def digests(seed):
+    """Return a line with the digest of a run for each case; seed: of NumPy's own generator, which no search uses."""
+    np.random.seed(seed)  # noqa: NPY002
     np.random.uniform(size=7)  # noqa: NPY002
-    for case in CASES:
-        points = run(*case, stepped(case[1]), dimensions=12, generations=7)[0]
-        print(*case, hashlib.sha256(points.tobytes()).hexdigest())
+    runs = ((case, run(*case, stepped(case[1]), dimensions=12)[0]) for case in CASES)
+    return [f"{case} {hashlib.sha256(points.tobytes()).hexdigest()}" for case, points in runs]
+
+
+if __name__ == "__main__":
+    print(*digests(int(sys.argv[1])), sep="\n")

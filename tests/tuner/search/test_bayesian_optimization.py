@@ -341,7 +341,8 @@ def test_nothing_is_asked_for_that_is_known_to_break_a_limit():
     assert np.all(half_known(points) <= 0.0)
     # At random one point in five keeps both, and the front presses against them; 48 are asked at a time, for batches of 8.
     assert asked < 3 * 48 / 8 * len(points)
-    assert np.array_equal(points, screened()[0])
+    again = screened(generations=3)[0]
+    assert np.array_equal(points[: len(again)], again)
 
 
 def test_where_everything_breaks_what_is_known_it_goes_on():

@@ -6,33 +6,57 @@ beyond, or all of it too far inside. So its excess over the limits, in halves of
 who is better for being a little outside is a finalist too, and so is who is a little worse and safely inside.
 """
 
-from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from objectives.evaluator import Constraint, Evaluation, concatenate_evaluations
+from objectives.evaluator import Constraint, Evaluation
 from plant.seeds import generator
 from plant.ties import increasing_order
 from tuner.analysis.final_flights import FRONT_REPLICATES
-from tuner.search.front import feasible_front, non_dominated, select_subset
-from tuner.search.loop import Generation
+from tuner.search.front import non_dominated, select_subset
 
 CONFIDENCE = 0.95
 """Of the intervals of a search's values, where a study asks for none: its few flights err all the same."""
-AIMS = (0.0, 0.25, 0.5)
-"""Parts of that interval by which generations, one after the other, aim further inside."""
+DEEPEST = 2.0
+"""Half-widths inside a limit up to which being further inside counts: flights of other streams err alike about neighbors."""
 
 
-def standard_excess(evaluation: Evaluation, constraints: tuple[Constraint, ...], root: int) -> np.ndarray:
+class BackOff(NamedTuple):
+    """Distances inside limits, NaN where none was measured.
+
+    Attributes:
+        shift: Distances (limits,) from the search's value to the upper end of the interval of as many flights as are held out.
+        width: Half-widths (limits,) of that interval.
+    """
+
+    shift: np.ndarray
+    width: np.ndarray
+
+
+def shifted_excess(evaluation: Evaluation, back_off: BackOff | None) -> np.ndarray:
+    """Return the excess (n, limits and requirements) behind a back-off."""
+    excess = evaluation.excess.copy()
+    if back_off is not None:
+        excess[:, : len(back_off.shift)] += np.nan_to_num(back_off.shift)
+    return excess
+
+
+def standard_excess(
+    evaluation: Evaluation, constraints: tuple[Constraint, ...], root: int, back_off: BackOff | None = None
+) -> np.ndarray:
     """Return the largest excess (n,) over a limit, in half-widths of intervals.
 
     -1 and below: the whole interval is within every limit; above 1: beyond one. Limits on known values, on shares and on worst
-    cases, and automatic ones, have no tolerance: infinite where they are broken.
+    cases, and automatic ones, have no tolerance: infinite where they are broken. Behind a back-off the whole interval
+    is within at 0.
     """
-    excess = evaluation.excess
+    excess = shifted_excess(evaluation, back_off)
     worst = np.where(np.any(excess[:, len(constraints) :] > 0.0, axis=1) | ~evaluation.flown, np.inf, -np.inf)
     for i in range(len(constraints)):
         below, above = widths(evaluation, constraints, i, root)
+        if back_off is not None and not np.isnan(back_off.width[i]):
+            below = above = np.full(len(excess), back_off.width[i])
         width, certain = np.where(excess[:, i] > 0.0, below, above), np.where(excess[:, i] > 0.0, np.inf, -np.inf)
         worst = np.maximum(worst, np.where(width > 0.0, excess[:, i] / np.where(width > 0.0, width, 1.0), certain))
     return worst
@@ -61,7 +85,12 @@ def has_tolerance(entry: Constraint) -> bool:
 
 
 def beside_limits(
-    evaluation: Evaluation, constraints: tuple[Constraint, ...], chosen: np.ndarray, root: int, most: int
+    evaluation: Evaluation,
+    constraints: tuple[Constraint, ...],
+    chosen: np.ndarray,
+    root: int,
+    most: int,
+    back_off: BackOff | None = None,
 ) -> np.ndarray:
     """Return rows (k,) around the limits that bind.
 
@@ -73,12 +102,13 @@ def beside_limits(
         chosen: Rows of finalists, which are not returned.
         root: Root seed.
         most: Largest number of rows.
+        back_off: Measured by fresh flights.
     """
-    excess = standard_excess(evaluation, constraints, root)
+    excess = standard_excess(evaluation, constraints, root, back_off)
     hopeful = np.flatnonzero((excess <= 1.0) & evaluation.complete)
     rows = np.array([], dtype=int)
     if np.any(excess[hopeful] > -1.0):
-        sides = np.column_stack([evaluation.values[hopeful], np.clip(excess[hopeful], -1.0, 1.0) + 1.0])
+        sides = np.column_stack([evaluation.values[hopeful], np.clip(excess[hopeful], -DEEPEST, 1.0) + DEEPEST])
         front = hopeful[non_dominated(sides)]
         sides = sides[np.searchsorted(hopeful, front)]
         fresh = ~np.isin(front, chosen)
@@ -89,31 +119,3 @@ def beside_limits(
         next_best = left[increasing_order(evaluation.values[left, 0])][: most - len(rows)]
         rows = np.concatenate([rows, next_best])
     return rows
-
-
-class LimitAim:
-    """Distance inside binding limits at which generations aim, see `AIMS`.
-
-    Args:
-        constraints: Limits on flights.
-        root: Root seed.
-    """
-
-    def __init__(self, constraints: tuple[Constraint, ...], root: int) -> None:
-        self._constraints, self._root = constraints, root
-
-    def __call__(self, generations: Sequence[Generation]) -> np.ndarray | None:
-        """Return the addition to the excess (limits,) of all candidates, if any.
-
-        It is that of the next generation.
-        """
-        part = AIMS[len(generations) % len(AIMS)]
-        if part == 0.0 or not any(map(has_tolerance, self._constraints)):
-            return None
-        seen = concatenate_evaluations([entry.evaluation for entry in generations])
-        front, shift = feasible_front(seen.values, seen.violations), np.zeros(seen.excess.shape[1])
-        for i in range(len(self._constraints)):
-            _, above = widths(seen, self._constraints, i, self._root)
-            if np.any(seen.excess[front, i] + above[front] > 0.0):
-                shift[i] = part * np.median(above[front])
-        return shift if shift.any() else None

@@ -7,6 +7,7 @@ from typing import cast
 
 import numpy as np
 
+from objectives.evaluator import concatenate_evaluations
 from objectives.problem import Evaluator, Problem
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.held_out import compare, compare_known
@@ -26,11 +27,12 @@ from tuner.experiments.tuning.ending import obstacles_of
 from tuner.experiments.tuning.finalists import finalists_of
 from tuner.experiments.tuning.flight_growth import grown_study
 from tuner.experiments.tuning.guards import warnings_after_run
+from tuner.experiments.tuning.limit_watch import LimitWatch
 from tuner.experiments.tuning.next_commands import rejudge_command, upper_ends
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.recommendation import is_among_worst
-from tuner.experiments.tuning.survivors import survivors_of
+from tuner.experiments.tuning.survivors import Survivors, survivors_of
 from tuner.experiments.tuning.validation import Validation
 from tuner.report.tail_words import tail_words
 from tuner.search.loop import Archive, Generation, archive, point_name
@@ -46,8 +48,7 @@ def conclude(
 ) -> Outcome[S, P]:
     """Fly default and front on held-out scenarios and pick the recommended point; first_warnings: those so far."""
     tried = archive(generations)
-    survivors = survivors_of(problem, grown_study(study, generations), generations, watcher)
-    candidates, warnings = finalists_of(survivors, tried, study)
+    survivors, candidates, warnings = selected(problem, study, generations, watcher)
     gains = finalist_gains(problem, study, tried, candidates)
     watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in batches(study, HELD_OUT)))
     names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
@@ -94,6 +95,21 @@ def conclude(
     )
     warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
+
+
+def selected(
+    problem: Evaluator, study: SearchedStudy, generations: list[Generation], watcher: Watcher
+) -> tuple[Survivors, np.ndarray, list[str]]:
+    """Return survivors, archive indices of finalists, and warnings."""
+    tried, watch = archive(generations), LimitWatch(problem, study, watcher.on_flights_done)
+    seen, every = concatenate_evaluations([entry.evaluation for entry in generations]), np.arange(len(tried.points))
+    watch.measure(seen, tried.points, every)
+    back_off = watch.back_off(seen, every)
+    survivors = survivors_of(problem, grown_study(study, generations), generations, watcher, back_off)
+    # On all flights of the search other points stand at the limit.
+    watch.measure(survivors.evaluation, tried.points[survivors.candidates], survivors.candidates)
+    back_off = watch.back_off(survivors.evaluation, survivors.candidates)
+    return survivors, *finalists_of(survivors, tried, study, back_off)
 
 
 def tails_of(problem: Evaluator, study: SearchedStudy, gains: np.ndarray, watcher: Watcher) -> FinalistTails | None:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from plant.ties import increasing_order
-from tuner.experiments.tuning.active_limits import beside_limits
+from tuner.experiments.tuning.active_limits import BackOff, beside_limits, shifted_excess
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.experiments.tuning.survivors import Survivors
 from tuner.search.front import feasible_front, select_subset
@@ -20,13 +20,18 @@ BESIDE_ONE, BESIDE_FRONT = 15, 8
 """Finalists at most beside the best candidate of one objective, and beside a front."""
 
 
-def finalists_of(survivors: Survivors, tried: Archive, study: SearchedStudy) -> tuple[np.ndarray, list[str]]:
-    """Return the archive indices to re-fly and what to warn of."""
+def finalists_of(
+    survivors: Survivors, tried: Archive, study: SearchedStudy, back_off: BackOff | None = None
+) -> tuple[np.ndarray, list[str]]:
+    """Return the archive indices to re-fly and what to warn of; back_off: from limits, measured by fresh flights."""
     warnings, seen = warnings_before_run(study), survivors.evaluation
-    front = feasible_front(seen.values, seen.violations)
+    front = feasible_front(seen.values, np.maximum(shifted_excess(seen, back_off), 0.0))
+    if not len(front):
+        front = feasible_front(seen.values, seen.violations)
     if len(front):
         front = front[select_subset(seen.values[front], seen.values[front].max(axis=0), most_on_front(study))]
-    rows = np.concatenate([front, beside_limits(seen, study.constraints, front, study.seed, most_beside(study))])
+    at_limits = beside_limits(seen, study.constraints, front, study.seed, most_beside(study), back_off)
+    rows = np.concatenate([front, at_limits])
     if len(rows) == 0:
         least, why = nothing_feasible(tried, study.requirements)
         return np.array([least]), [*warnings, *why]

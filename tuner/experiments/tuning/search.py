@@ -12,8 +12,9 @@ from objectives.racing import Champions, race
 from plant.errors import StoreError
 from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
-from tuner.experiments.tuning.active_limits import LimitAim
 from tuner.experiments.tuning.flight_growth import FlightGrowth
+from tuner.experiments.tuning.limit_aim import LimitAim
+from tuner.experiments.tuning.limit_watch import LimitWatch
 from tuner.experiments.tuning.problem import first_batches
 from tuner.experiments.tuning.starts import earlier_points, starting_points, surrounding_points
 from tuner.experiments.tuning.tables import generation_table, history_table
@@ -164,7 +165,7 @@ def study_generations(
         default = np.arange(len(points)) == 0 if not done else False
         return evaluated(growth.problem, growth.study, points, done, growth.on_flights_done, default)
 
-    aim = LimitAim(growth.problem.constraints, growth.study.seed)
+    aim = LimitAim(LimitWatch(growth.problem, growth.study, growth.on_flights_done))
     for done in search_generations(algorithm, evaluate, budget, now, complete, review or growth.review, aim):
         yield done
 

@@ -13,7 +13,7 @@ from objectives.evaluator import OF_CANDIDATES, Evaluation, Evaluator, concatena
 from objectives.racing import beaten_by
 from plant.ties import first_smallest
 from tuner.analysis.held_out import SearchEstimate
-from tuner.experiments.tuning.active_limits import beside_limits
+from tuner.experiments.tuning.active_limits import BackOff, beside_limits
 from tuner.experiments.tuning.problem import remaining_batches
 from tuner.search.front import feasible_front, non_dominated, select_subset
 from tuner.search.infeasible import nothing_feasible
@@ -53,7 +53,11 @@ class Survivors:
 
 
 def survivors_of(
-    problem: Evaluator, study: SearchedStudy, generations: list[Generation], watcher: Watcher
+    problem: Evaluator,
+    study: SearchedStudy,
+    generations: list[Generation],
+    watcher: Watcher,
+    back_off: BackOff | None = None,
 ) -> Survivors:
     """Fly what survives the search through the rest of its flights; where every candidate flew all of them, all survive."""
     seen = concatenate_evaluations([entry.evaluation for entry in generations])
@@ -61,7 +65,7 @@ def survivors_of(
         return Survivors(np.arange(len(seen.values)), seen, 0)
     tried, flown = archive(generations), remaining_batches(study)
     feasible = surviving(problem, seen, study.seed)
-    around = beside_limits(seen, problem.constraints, feasible, study.seed, MOST_BESIDE)
+    around = beside_limits(seen, problem.constraints, feasible, study.seed, MOST_BESIDE, back_off)
     hopeful = np.concatenate([feasible, around])
     candidates = np.union1d([0], hopeful if len(hopeful) else [nothing_feasible(tried, study.requirements)[0]])
     watcher.on_stage(REFINING, len(candidates) * sum(batch.count - batch.start for batch in flown))

@@ -114,7 +114,7 @@ class Validation:
             if len(rows):
                 raw = finals.complete(raw, rows)
             elif (row := self._next_open(look, finalists)) is not None:
-                self._limits.fly(look, row)
+                self._limits.fly(row, look.excess[row])
             elif self._tails is None or not finalists.feasible[tuned] or not self._tails.judge(tuned):
                 break
         settle = None
@@ -192,16 +192,22 @@ class Validation:
     def _broken(self, flown: FinalFlights, tuned: int, confirmation: Evaluation) -> np.ndarray:
         """Return the constraints that a row breaks on confirmation flights.
 
-        It breaks them by their value, and by the interval of all its flights together.
+        It breaks them by their value, and by the interval of all its flights together, for which it flies on while their
+        value keeps the limit.
         """
-        broken = list[int]()
+        broken, excess = list[int](), confirmation.excess[1]
+        fresh = confirmation.scores[1], confirmation.origin
         for i, entry in enumerate(self.problem.constraints):
-            if confirmation.excess[1, i] <= 0.0 or entry.floor or entry.is_tail:
+            if excess[i] <= 0.0 or entry.floor or entry.is_tail:
                 continue
-            fresh = confirmation.scores[1], confirmation.origin
-            *_, upper = self._limits.interval(*self._limits.samples(flown, tuned, fresh), i, entry.confidence)
-            if upper > entry.most:
-                broken.append(i)
+            while True:
+                confidence = self._limits.confidence_of(entry, tuned)
+                value, _, upper = self._limits.interval(*self._limits.samples(flown, tuned, fresh), i, confidence)
+                if upper <= entry.most:
+                    break
+                if value > entry.most or not self._limits.fly(tuned, excess):
+                    broken.append(i)
+                    break
         return np.array(broken, dtype=int)
 
     def _warn_of_air(self, air: np.ndarray, flown: tuple) -> None:

@@ -26,17 +26,18 @@ from tuner.study import load_study
 EVENTS = ["peak.position > 1.35"]
 MORE = "peak.position > 1.1"
 """So frequent that no design point is sought."""
-SETTINGS = {"to": 1e-3, "width": 2.0, "most": 200_000}
+SETTINGS = {"to": 1e-3, "width": 5.0, "most": 200_000}
 
 
 @pytest.fixture(scope="module", autouse=True)
 def few_replicas_and_failures():
-    """Have a fifth of the replicas and a quarter of the failures.
+    """Have a fifth of the replicas, a third of their states and a quarter of the failures.
 
     Coverage is tested where they are made, and searches of design points from each failure took three quarters of the time.
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("objectives.tails.estimate.FIRST", 4)
+        patch.setattr("objectives.tails.planning.LEAST_CHAINS", 8)
         patch.setattr("objectives.tails.planning.FAILURES", 2)
         yield
 
@@ -142,7 +143,7 @@ def test_an_interrupted_run_says_how_it_goes_on(study, tmp_path, monkeypatch):
     [
         ({"events": MORE}, r"events changed \(0 peak.position > 1.35 -> peak.position > 1.1\)"),
         ({"to": 1e-4}, r"options changed \(to 0.001 -> 0.0001\)"),
-        ({"width": 1.0}, r"options changed \(width 2.0 -> 1.0\)"),
+        ({"width": 1.0}, r"options changed \(width 5.0 -> 1.0\)"),
         ({"most": 10}, r"options changed \(most 200000 -> 10\)"),
         ({"worst": "air"}, r"options changed \(worst none -> air\)"),
         ({"gains": {"scenario.0.duration": 0.7}}, "flights changed"),

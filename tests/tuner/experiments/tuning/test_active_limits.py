@@ -1,8 +1,6 @@
 """Finalists on both sides of a limit that binds, and a search that aims inside it, on made-up evaluations."""
 
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +10,8 @@ from objectives.metrics import parse
 from objectives.problem import Constraint, Objective
 from objectives.risk import Risk
 from plant.seeds import generator
-from tuner.experiments.tuning.active_limits import AIMS, LimitAim, beside_limits, standard_excess
+from tuner.experiments.tuning.active_limits import BackOff, beside_limits, standard_excess
 from tuner.search.front import feasible_front
-from tuner.search.loop import search_generations
 
 MEAN, FLIGHTS = Risk("mean"), 8
 ERROR, TRAVEL = Objective(parse("itae.position"), MEAN), Objective(parse("travel"), MEAN)
@@ -58,6 +55,14 @@ def test_a_limit_without_an_error_of_its_own_has_no_tolerance(constraint):
     assert excess.tolist() == [-np.inf, np.inf]
 
 
+def test_behind_a_back_off_excess_counts_from_where_a_whole_interval_keeps_the_limit():
+    seen = evaluated([1.0, 2.0, 3.0], [15.0, 14.0, 16.0])
+    back_off = BackOff(np.array([2.0]), np.array([0.5]))
+    assert standard_excess(seen, (OVERSHOOT,), 1, back_off).tolist() == [4.0, 2.0, 6.0]
+    unknown = BackOff(np.array([np.nan]), np.array([np.nan]))
+    assert np.array_equal(standard_excess(seen, (OVERSHOOT,), 1, unknown), standard_excess(seen, (OVERSHOOT,), 1))
+
+
 def test_requirements_have_no_tolerance():
     assert standard_excess(evaluated([1.0], [10.0], known=[1e-9]), (OVERSHOOT,), 1)[0] == np.inf
 
@@ -93,43 +98,3 @@ def test_what_only_a_race_ended_is_no_finalist():
     seen = along_a_limit()
     raced = replace(seen, counted=np.where(np.arange(41) % 2, 4, FLIGHTS))
     assert np.all(beside_limits(raced, (OVERSHOOT,), np.array([], dtype=int), 1, 20) % 2 == 0)
-
-
-def generations(seen, count) -> Any:
-    return [SimpleNamespace(evaluation=seen)] * count
-
-
-def test_generations_aim_further_inside_a_limit_that_binds_one_after_the_other():
-    seen, aim = along_a_limit(), LimitAim((OVERSHOOT,), 1)
-    shifts = [aim(generations(seen, count)) for count in range(1, 7)]
-    parts = [0.0 if shift is None else float(shift[0]) for shift in shifts]
-    assert parts[2] == parts[5] == 0.0 and parts[0] > 0.0
-    assert parts[1] / parts[0] == pytest.approx(AIMS[2] / AIMS[1])
-    # Nothing moves where the front is far inside.
-    assert LimitAim((OVERSHOOT,), 1)(generations(evaluated([1.0, 2.0], [1.0, 1.0]), 1)) is None
-
-
-class Heard:
-    """A search that keeps what it is told."""
-
-    def __init__(self):
-        self.told, self.retold = [], []
-
-    def ask(self):
-        return np.zeros((1, 1))
-
-    def tell(self, values, violations):
-        self.told.append(violations.copy())
-
-    def retell(self, values, violations):
-        self.retold.append(violations.copy())
-
-
-def test_a_search_is_told_all_anew_where_the_aim_moves():
-    seen = evaluated([1.0], [15.0])
-    rule: Any = SimpleNamespace(is_met=lambda volumes: len(volumes) == 3)
-    heard, shifts = Heard(), [None, np.array([0.5]), None]
-    for _ in search_generations(heard, lambda _: seen, rule, aim=lambda done: shifts[len(done)]):
-        pass
-    assert [told[0, 0] for told in heard.told] == [0.0, 0.5, 0.0]
-    assert [retold[:, 0].tolist() for retold in heard.retold] == [[0.5], [0.0, 0.0]]

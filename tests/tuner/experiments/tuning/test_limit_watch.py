@@ -1,0 +1,130 @@
+"""Fresh flights say how far inside a limit a search has to stay, and it looks there."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from objectives.problem import Problem
+from tests.tuner.experiments.tuning.test_active_limits import FLIGHTS, OVERSHOOT, along_a_limit, evaluated
+from tuner.experiments.tuning.limit_aim import AIMS, WATCH_EVERY, LimitAim
+from tuner.experiments.tuning.limit_watch import MOST_WATCHED, N_TIMES, LimitWatch, scales
+from tuner.search.loop import search_generations
+
+HELD_OUT = 64
+
+
+class Harsh(Problem):
+    """A problem whose fresh flights have so many times the overshoot (n,) of the search, which is a point's only coordinate."""
+
+    def __init__(self, times, spread=1.0):
+        self.constraints, self.times, self.spread, self.made = (OVERSHOOT,), times, spread, []
+
+    def evaluate(self, points, batches, on_flights_done=None, fly_all: Any = False, complete=False):
+        (batch,) = batches
+        assert (batch.start, batch.count) == (FLIGHTS, FLIGHTS * (1 + N_TIMES)) and batch.stream == "search"
+        self.made.append(points[:, 0].tolist())
+        return evaluated(np.ones(len(points)), self.times * points[:, 0], spread=self.spread, flights=N_TIMES * FLIGHTS)
+
+
+def watch_of(problem, population=8) -> LimitWatch:
+    scenario = SimpleNamespace(spec=SimpleNamespace(name="gusts"), search=FLIGHTS, held_out=HELD_OUT)
+    study: Any = SimpleNamespace(seed=1, scenarios=(scenario,), search=SimpleNamespace(population=population))
+    return LimitWatch(problem, study)
+
+
+def points_of(seen) -> np.ndarray:
+    return seen.excess[:, :1] + OVERSHOOT.most
+
+
+def test_the_back_off_is_the_distance_at_which_an_interval_of_held_out_flights_ends_at_the_limit():
+    seen, problem = along_a_limit(), Harsh(1.2)
+    candidates, watch = np.arange(41), watch_of(problem)
+    for _ in range(8):
+        watch.measure(seen, points_of(seen), candidates)
+    shift, width = (part[0] for part in watch.back_off(seen, candidates))
+    # A mean of 64 flights with a deviation of 1 has a two-sided interval of 1.96 / 8 on each side.
+    upper = 1.2 * (15.0 - shift) + width / (15.0 - shift) * 1.2 * (15.0 - shift)
+    assert width == pytest.approx(1.96 / 8.0 / 1.2, rel=0.15)
+    assert upper == pytest.approx(15.0, abs=0.3)
+
+
+def test_points_at_the_limit_make_fresh_flights_once_and_no_others_do():
+    seen, problem = along_a_limit(), Harsh(1.2)
+    watch, candidates = watch_of(problem), np.arange(41)
+    for _ in range(12):
+        watch.measure(seen, points_of(seen), candidates)
+    flown = [point for made in problem.made for point in made]
+    assert len(set(flown)) == len(flown) <= 12 * MOST_WATCHED
+    # They end where 1.2 times the overshoot and its interval keep the limit, at about 12.3.
+    assert min(abs(point - 12.3) for point in flown) < 0.3
+    far = evaluated([1.0, 2.0], [1.0, 1.0])
+    idle = Harsh(1.2)
+    watch_of(idle).measure(far, points_of(far), np.arange(2))
+    assert not idle.made
+
+
+def test_another_programs_trials_are_not_asked_for_more():
+    seen, trials = along_a_limit(), SimpleNamespace(constraints=(OVERSHOOT,))
+    watch = watch_of(trials)
+    watch.measure(seen, points_of(seen), np.arange(41))
+    assert np.isnan(watch.back_off(seen, np.arange(41)).shift).all()
+
+
+def test_the_ratio_of_a_quantity_to_its_upper_end_needs_both_to_be_positive():
+    before, upper = np.array([-5.0, 0.0, -11.0, -2.0]), np.array([0.0, 5.0, 1.0, -10.0])
+    assert scales(10.0, before, upper).tolist() == pytest.approx([0.5, 10.0 / 15.0, np.nan, np.nan], nan_ok=True)
+    assert np.isnan(scales(0.0, np.array([1.0]), np.array([1.0]))).all()
+
+
+def generations(seen, count) -> Any:
+    return [SimpleNamespace(evaluation=seen, points=points_of(seen))] * count
+
+
+def test_generations_aim_further_inside_a_limit_that_binds_one_after_the_other():
+    """Before any fresh flights the interval of the search's own flights counts."""
+    seen, aim = along_a_limit(), LimitAim(watch_of(Harsh(1.2), population=1))
+    shifts = [aim(generations(seen, count)) for count in range(1, 7)]
+    parts = [0.0 if shift is None else float(shift[0]) for shift in shifts]
+    assert parts[2] == parts[5] == 0.0 and parts[0] > 0.0
+    assert parts[1] / parts[0] == pytest.approx(AIMS[2] / AIMS[1])
+    # Nothing moves where the front is far inside.
+    assert LimitAim(watch_of(Harsh(1.2)))(generations(evaluated([1.0, 2.0], [1.0, 1.0]), 1)) is None
+
+
+def test_after_fresh_flights_generations_aim_at_the_value_and_at_the_end_of_its_interval():
+    seen, problem = along_a_limit(), Harsh(1.2)
+    aim = LimitAim(watch_of(problem, population=WATCH_EVERY))
+    shifts = [shift for count in range(1, 10) if (shift := aim(generations(seen, count))) is not None]
+    assert len(shifts) == 9 and len(problem.made) >= 2
+    assert np.ptp([shift[0] for shift in shifts[3::3]]) < 0.2
+    at_end, halfway, at_value = (float(shifts[i][0]) for i in (5, 6, 7))
+    # 15 - 15 / 1.2 = 2.5 inside by value, and more by interval.
+    assert at_value == pytest.approx(2.5, abs=0.2) and at_end > halfway > at_value
+
+
+class Heard:
+    """A search that keeps what it is told."""
+
+    def __init__(self):
+        self.told, self.retold = [], []
+
+    def ask(self):
+        return np.zeros((1, 1))
+
+    def tell(self, values, violations):
+        self.told.append(violations.copy())
+
+    def retell(self, values, violations):
+        self.retold.append(violations.copy())
+
+
+def test_a_search_is_told_all_anew_where_the_aim_moves():
+    seen = evaluated([1.0], [15.0])
+    rule: Any = SimpleNamespace(is_met=lambda volumes: len(volumes) == 3)
+    heard, shifts = Heard(), [None, np.array([0.5]), None]
+    for _ in search_generations(heard, lambda _: seen, rule, aim=lambda done: shifts[len(done)]):
+        pass
+    assert [told[0, 0] for told in heard.told] == [0.0, 0.5, 0.0]
+    assert [retold[:, 0].tolist() for retold in heard.retold] == [[0.5], [0.0, 0.0]]
