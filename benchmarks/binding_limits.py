@@ -209,17 +209,13 @@ def run(name: str, case: Case) -> Row:
         aim = case.most + float(np.median(own.limited - found.limited))
         rows, fresh = np.concatenate([rows, near]), fresh.and_(found)
     best = first_smallest(np.where(fresh.merit(case.most)[1] <= 0.0, fresh.objective, np.inf))
-    names = [gain.address for gain in study.system.gains]
     return {
         **{"case": name, "exit": 0 if feasible else NOTHING_FEASIBLE, "point": point, "limit": case.most},
         **{"value": float(fresh.limited[tuned]), "keeps": bool(fresh.limited[tuned] <= case.most)},
         **{"keeps_others": bool(fresh.others[tuned] <= 0.0), "objective": float(fresh.objective[tuned])},
         **{"best": float(fresh.objective[best]), "best_value": float(fresh.limited[best])},
         "gap_percent": 100.0 * float(fresh.objective[tuned] / fresh.objective[best] - 1.0),
-        **{
-            "gains": dict(zip(names, rows[tuned], strict=True)),
-            "best_gains": dict(zip(names, rows[best], strict=True)),
-        },
+        **{"gains": rows[tuned].tolist(), "best_gains": rows[best].tolist()},
     }
 
 
@@ -232,9 +228,8 @@ def markdown(runs: list[Row]) -> str:
         lines.append(f"| {one['case']} | {one['exit']} | {one['point']} | {kept} | {judged} |")
     ended, kept = sum(not one["exit"] for one in runs), sum(one["keeps"] for one in runs)
     near = sum(one["gap_percent"] <= ASKED_GAP for one in runs)
-    return "\n".join(
-        [*lines, f"\n{ended} of {len(runs)} recommend, {kept} keep the limit, {near} within {ASKED_GAP:g} %.\n"]
-    )
+    counts = f"{ended} of {len(runs)} recommend, {kept} keep the limit, {near} within {ASKED_GAP:g} %."
+    return "\n".join([*lines, "", counts, ""])
 
 
 def main() -> None:
