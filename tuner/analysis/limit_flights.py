@@ -207,7 +207,10 @@ class LimitFlights:
         return {row: sum(counts) for row, counts in self._counts.items()}
 
     def may_settle(self, look: Look, flown: FinalFlights) -> np.ndarray:
-        """Return the mask (rows,) of those that some `DOUBT` times the flights of the last look would settle."""
+        """Return the mask (rows,) of those likely to settle.
+
+        They take at most `DOUBT` times the flights of the last look, by values and intervals so far.
+        """
         last = 2 ** (len(SPENT) - 1) * sum(batch.count for batch in self.batches)
         most = np.full(len(self.gains), DOUBT * last)
         shares = [entry.objective.is_binary for entry in self.problem.constraints]
