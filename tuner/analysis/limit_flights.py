@@ -27,6 +27,8 @@ BUDGET = 16
 """Further flights of all points together, in held-out flights of the study."""
 MOST_FOR_SHARE = 20_000
 """Flights of a point at most to show that a share of events is within its limit."""
+DOUBT = 2
+"""Ratio of foreseen flights to those of the last look up to which a row is worth them: few skewed flights foresee too many."""
 REPLICATES = 2000
 
 
@@ -203,6 +205,18 @@ class LimitFlights:
     def looked_at(self) -> dict[int, int]:
         """Return the number of flights by row that made further ones."""
         return {row: sum(counts) for row, counts in self._counts.items()}
+
+    def may_settle(self, look: Look, flown: FinalFlights) -> np.ndarray:
+        """Return the mask (rows,) of those likely to settle.
+
+        They take at most `DOUBT` times the flights of the last look, by values and intervals so far.
+        """
+        last = 2 ** (len(SPENT) - 1) * sum(batch.count for batch in self.batches)
+        most = np.full(len(self.gains), DOUBT * last)
+        shares = [entry.objective.is_binary for entry in self.problem.constraints]
+        most[np.any(look.excess[:, shares] > 0.0, axis=1)] = MOST_FOR_SHARE
+        settled = [self.flights_to_settle(look, flown, row) for row in range(len(self.gains))]
+        return np.array([count is not None and count <= allowed for count, allowed in zip(settled, most, strict=True)])
 
     def flights_to_settle(self, look: Look, flown: FinalFlights, row: int) -> int | None:
         """Return the approximate number of flights that settles a row's limits.

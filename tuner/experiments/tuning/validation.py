@@ -113,7 +113,7 @@ class Validation:
             rows = np.flatnonzero(~raw.complete & unsettled(finalists, tuned))
             if len(rows):
                 raw = finals.complete(raw, rows)
-            elif (row := self._next_open(look, finalists)) is not None:
+            elif (row := self._next_open(look, flown, finalists)) is not None:
                 self._limits.fly(row, look.excess[row])
             elif self._tails is None or not finalists.feasible[tuned] or not self._tails.judge(tuned):
                 break
@@ -169,9 +169,13 @@ class Validation:
         default = Default(bool(feasible[0]), self._is_worst, self.study.table.relevant)
         return choose_finalist(self.study, values, default, front, finalists.excess, self.names)
 
-    def _next_open(self, look: Look, finalists: Finalists) -> int | None:
+    def _next_open(self, look: Look, flown: FinalFlights, finalists: Finalists) -> int | None:
         """Return the row whose limits decide the answer: it would be recommended, or best in an objective, if it kept them."""
         is_open = look.is_open & ~finalists.feasible & ~self._struck.any(axis=1)
+        likely = is_open & self._limits.may_settle(look, flown)
+        # Rows that the last look would hardly settle spend the flights of those behind them.
+        if likely.any() or finalists.feasible[1:].any():
+            is_open = likely
         if not is_open.any():
             return None
         hoped, values = finalists.feasible | is_open, finalists.evaluation.values

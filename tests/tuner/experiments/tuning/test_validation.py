@@ -89,6 +89,15 @@ def test_who_straddles_the_limit_flies_on_and_the_best_that_keeps_it_is_recommen
     assert any("p2 keeps every limit by" in text for text in found.warnings)
 
 
+def test_points_that_no_look_would_settle_leave_the_flights_to_those_behind_them(monkeypatch):
+    # The budget is 1,024 flights. p1 and p2 would take some 6,000 and 2,000, and each may make 512; p3 takes 256.
+    problem = made([20.0, 8.0, 8.1, 8.2, 12.0], [20.0, 14.97, 14.95, 14.85, 14.0])
+    found = validated(problem, monkeypatch)
+    assert (found.tuned, found.keeps) == (3, True) and found.further_flights == 3 * FLIGHTS
+    # Where nothing else keeps the limit, they fly all the same.
+    assert validated(made([20.0, 8.0], [20.0, 14.95]), monkeypatch).further_flights == MOST - FLIGHTS
+
+
 def test_nobody_flies_on_who_would_not_be_recommended(monkeypatch):
     assert validated(made([20.0, 8.0, 9.0], [20.0, 14.0, 14.8]), monkeypatch).further_flights == 0
 
