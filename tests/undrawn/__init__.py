@@ -53,7 +53,7 @@ def undrawn() -> Iterator[None]:
         for each in (
             patch("tuner.report.start_figures", DrawnHere),
             *(patch.object(*replaced) for replaced in BLANK),
-            patch.object(printer, "CODE", f"import sys; sys.path.insert(0, {HERE!r}); import sitecustomize; {CODE}"),
+            patch.object(printer, "CODE", f"import sys; sys.path.insert(0, {HERE!r}); import leave_blank; {CODE}"),
             patch("tuner.report.charts.printer.early", nullcontext),
             patch.dict(os.environ, PYTHONPATH=search_path(HERE)),
         ):
