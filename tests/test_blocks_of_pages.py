@@ -45,6 +45,7 @@ GIVEN = {
 """Files of a reader before a page begins, by a word of the page: a log, files of a clone, parameter files of vehicles."""
 SLOW = {
     "README.md",
+    "docs/ask_and_tell.md",
     "docs/examples/dc_motor.md",
     "docs/examples/dead_time.md",
     "docs/examples/fixed_wing.md",
@@ -55,21 +56,24 @@ SLOW = {
     "docs/from_file_and_back.md",
     "docs/how_to/add_a_law.md",
     "docs/how_to/add_a_metric.md",
+    "docs/how_to/add_a_number.md",
     "docs/how_to/compare.md",
     "docs/how_to/confirm.md",
     "docs/how_to/infeasible.md",
     "docs/how_to/judge.md",
     "docs/how_to/limits.md",
     "docs/how_to/model_accuracy.md",
+    "docs/how_to/objectives.md",
     "docs/how_to/period_and_delay.md",
     "docs/how_to/plan_a_flight.md",
+    "docs/how_to/start_from_a_run.md",
     "docs/identify.md",
     "docs/log_to_gains.md",
     "docs/own_plant.md",
     "docs/tails.md",
     "docs/tutorial.md",
 }
-"""Pages whose blocks take more than two seconds; .ci/run types them after the quick tests."""
+"""Pages whose blocks take more than a second; .ci/run types them after the quick tests."""
 
 
 def slug(heading):

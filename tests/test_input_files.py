@@ -2,6 +2,7 @@
 
 import ast
 import os
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -174,40 +175,45 @@ def reads(node):
     return not any(text in ast.unparse(node).replace("'", '"') for text in HARMLESS)
 
 
-def test_nothing_else_opens_a_file_for_reading():
-    found = []
-    for file in [path for part in ("plant", "objectives", "tuner") for path in (ROOT / part).rglob("*.py")]:
-        if (name := file.relative_to(ROOT).as_posix()) in OWN:
-            continue
-        found += [
-            f"{name}:{node.lineno}"
-            for node in ast.walk(ast.parse(file.read_text()))
-            if isinstance(node, ast.Call) and reads(node)
+@cache
+def calls():
+    """Name of a source file -> its calls."""
+    files = [path for part in ("plant", "objectives", "tuner") for path in (ROOT / part).rglob("*.py")]
+    return {
+        file.relative_to(ROOT).as_posix(): [
+            node for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)
         ]
+        for file in files
+    }
+
+
+def test_nothing_else_opens_a_file_for_reading():
+    found = [
+        f"{name}:{node.lineno}" for name, nodes in calls().items() if name not in OWN for node in nodes if reads(node)
+    ]
     assert not found
 
 
 def lacks_encoding(node):
     """Whether a call turns bytes into text, or text into bytes, by the encoding of this machine."""
-    options = {keyword.arg: ast.unparse(keyword.value) for keyword in node.keywords}
+    options = {keyword.arg for keyword in node.keywords}
     name = ast.unparse(node.func)
     if name.endswith((".read_text", ".write_text")):
         # Folders of the project write UTF-8 alone.
         return "encoding" not in options and name != "self.write_text" and not name.endswith("older.write_text")
     if name.startswith("subprocess."):
-        return bool({"text", "universal_newlines"} & set(options)) and not {"encoding", "errors"} <= set(options)
+        return bool({"text", "universal_newlines"} & options) and not {"encoding", "errors"} <= options
     # Files with an opener are opened in binary, with the mode that the caller gives.
     is_text = name in ("open", "io.open") and not any("b" in ast.unparse(each) for each in node.args[1:2])
-    return is_text and not {"encoding", "opener"} & set(options)
+    return is_text and not {"encoding", "opener"} & options
 
 
 def test_no_text_hangs_on_the_encoding_of_the_machine():
     found = [
-        f"{file.relative_to(ROOT)}:{node.lineno} {ast.unparse(node)[:60]}"
-        for part in ("plant", "objectives", "tuner")
-        for file in (ROOT / part).rglob("*.py")
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Call) and lacks_encoding(node)
+        f"{name}:{node.lineno} {ast.unparse(node)[:60]}"
+        for name, nodes in calls().items()
+        for node in nodes
+        if lacks_encoding(node)
     ]
     assert not found
 

@@ -84,10 +84,11 @@ def test_looks_together_spend_what_the_study_allows():
     assert sum(SPENT) == pytest.approx(1.0) and 2 ** (len(SPENT) - 1) == MOST
 
 
-def test_what_just_breaks_a_limit_passes_in_no_look_more_often_than_allowed():
-    passed = [decided(0.0, key)[0] for key in range(200)]
-    # One-sided 2.5 %; three standard errors of that from 200 are 3.3 %.
-    assert np.mean(passed) <= 0.025 + 0.033
+@pytest.mark.parametrize("count", [40, pytest.param(200, marks=pytest.mark.slow)])
+def test_what_just_breaks_a_limit_passes_in_no_look_more_often_than_allowed(count):
+    passed = [decided(0.0, key)[0] for key in range(count)]
+    # One-sided 2.5 %, and three standard errors of that: 3.3 % from 200.
+    assert np.mean(passed) <= 0.025 + 3.0 * np.sqrt(0.025 * 0.975 / count)
 
 
 def test_what_keeps_a_limit_narrowly_is_found_by_flying_on():

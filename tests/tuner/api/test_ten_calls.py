@@ -33,8 +33,8 @@ SHORT = {
     "scenario.0.held_out": 8,
 }
 FMU = ('file = "dc_motor.py"', 'fmu = "motor.fmu"\ndisturbances = ["torque"]')
-SLOW = [pytest.param(kind, marks=pytest.mark.slow) for kind in ("heater", "fmu", "notebook")]
-KINDS = ("quickstart", "dc_motor", *SLOW)
+SLOW = [pytest.param(kind, marks=pytest.mark.slow) for kind in ("dc_motor", "heater", "fmu", "notebook")]
+KINDS = ("quickstart", *SLOW)
 
 
 @dataclass(frozen=True)

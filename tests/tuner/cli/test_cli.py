@@ -42,26 +42,22 @@ def test_help_has_every_command_below_one_heading():
     assert all(f"\n{heading}:\n" in text for heading in GROUPS)
 
 
-def test_help_does_not_import_the_heavy_libraries():
-    code = (
-        "import sys\nfrom typer.testing import CliRunner\nfrom tuner.cli.main import app\n"
-        "assert CliRunner().invoke(app, ['--help']).exit_code == 0\n"
-        "print([m for m in ('numpy', 'numba', 'casadi', 'pandas', 'plotly', 'matplotlib', 'pymoo', 'pydantic') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+NO_NUMBERS = ("numpy", "numba", "casadi", "pandas", "plotly", "matplotlib", "pymoo", "pydantic")
+NO_COMPILER = ("numba", "casadi", "scipy", "pandas")
 
 
-@pytest.mark.parametrize("what", [[], ["targets"], ["firmwares"]])
-def test_a_listing_imports_no_compiler(what):
-    """Numba takes 0.4 s of processor time to import, and lists compile nothing."""
+def test_help_does_not_import_the_heavy_libraries_and_a_listing_no_compiler():
+    """Numba takes 0.4 s of processor time to import, and lists compile nothing; one process for all, which takes as long."""
+    listings = [(("list", *what), NO_COMPILER) for what in ((), ("targets",), ("firmwares",))]
+    said = [(("--help",), NO_NUMBERS), *listings]
     code = (
         "import sys\nfrom typer.testing import CliRunner\nfrom tuner.cli.main import app\n"
-        f"assert CliRunner().invoke(app, ['list', *{what}]).exit_code == 0\n"
-        "print([m for m in ('numba', 'casadi', 'scipy', 'pandas') if m in sys.modules])"
+        f"for words, heavy in {said}:\n"
+        "    assert CliRunner().invoke(app, list(words)).exit_code == 0, words\n"
+        "    print(words, [name for name in heavy if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
+    assert done.stdout.splitlines() == [f"{words} []" for words, _ in said]
 
 
 PLAIN_RUN = """

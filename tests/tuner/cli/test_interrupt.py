@@ -241,14 +241,8 @@ def interrupt_early(command, alone, folder, instant):
 @pytest.mark.parametrize(
     "command",
     [
-        "show",
         "resume",
-        "check",
-        *(
-            pytest.param(word, marks=pytest.mark.slow)
-            for word in list(EARLY)
-            if word not in ("show", "resume", "check")
-        ),
+        *(pytest.param(word, marks=pytest.mark.slow) for word in list(EARLY) if word != "resume"),
     ],
 )
 def test_a_signal_in_the_first_moments_is_one_line(command, alone, tmp_path):

@@ -49,13 +49,16 @@ def test_an_example_comes_out_byte_for_byte(name, tmp_path):
     assert DOCUMENTS[name].read(file).text() == file.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if '"sense"' in schema_of(name)])
-def test_limits_in_the_words_of_earlier_versions_are_read_as_min_and_max(name, tmp_path):
-    now = json_text(example_of(DOCUMENTS[name]))
-    for word, old in (("max", "most"), ("min", "least")):
-        text = now.replace('"sense": "max"', f'"sense": "{word}"')
-        (tmp_path / old).write_text(text.replace(f'"sense": "{word}"', f'"sense": "{old}"'), encoding="utf-8")
-        assert DOCUMENTS[name].read(tmp_path / old).text() == text
+def test_limits_in_the_words_of_earlier_versions_are_read_as_min_and_max(tmp_path):
+    # Here, since every worker would make all schemas to name the cases.
+    names = [name for name in NAMES if '"sense"' in schema_of(name)]
+    assert names
+    for name in names:
+        now = json_text(example_of(DOCUMENTS[name]))
+        for word, old in (("max", "most"), ("min", "least")):
+            text = now.replace('"sense": "max"', f'"sense": "{word}"')
+            (tmp_path / old).write_text(text.replace(f'"sense": "{word}"', f'"sense": "{old}"'), encoding="utf-8")
+            assert DOCUMENTS[name].read(tmp_path / old).text() == text, name
 
 
 @pytest.mark.parametrize("name", NAMES)

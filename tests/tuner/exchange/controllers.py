@@ -1,11 +1,16 @@
 """Controllers for the tests of exports."""
 
+from functools import cache
+
 from plant.law_registry import law
 from plant.quadrotor.airframes import load
 from plant.quadrotor.cascade import close_cascade
 from plant.quadrotor.gains import default_row, gain_addresses
 from plant.quadrotor.nominal import ControlOptions
 from tuner.gains import Controller
+
+# Every worker makes two hundred controllers where cases are collected.
+airframe_called = cache(load)
 
 
 def controller(
@@ -17,7 +22,7 @@ def controller(
     columns = {gain.address: gain.column for gain in gain_addresses(cascade)}
     for name, value in gains.items():
         row[columns[name.replace("__", ".")]] = float(value)
-    frame = airframe if not isinstance(airframe, str) else load(airframe, allow_unphysical=True)
+    frame = airframe if not isinstance(airframe, str) else airframe_called(airframe, allow_unphysical=True)
     return Controller(frame, cascade, options or ControlOptions(), period, period / 4.0, tuple(row))
 
 

@@ -48,8 +48,10 @@ def test_every_command_refuses_it_in_one_line(command, spoiled, monkeypatch, cap
     ("name", "part"),
     [
         ("run.json", '{"a":1},'),
-        ("summary.json", '"\\u0001",'),
-        *(pytest.param(*each, marks=pytest.mark.slow) for each in (("summary.json", "[],"), ("run.json", "1e5,"))),
+        *(
+            pytest.param(*each, marks=pytest.mark.slow)
+            for each in (("summary.json", '"\\u0001",'), ("summary.json", "[],"), ("run.json", "1e5,"))
+        ),
     ],
 )
 def test_a_huge_document_takes_little_memory_and_time(name, part, small_run, tmp_path):

@@ -39,11 +39,15 @@ NAMES = (
 )
 # Studies whose laws the others do not fly: each pair of laws takes 10 to 20 s of compilation, so they are slow proofs.
 OWN_KERNELS = ("ardupilot", "betaflight", "crazyflie_firmware", "f450", "motor_lag", "px4")
-FLOWN = [pytest.param(name, marks=pytest.mark.slow) if name in OWN_KERNELS else name for name in NAMES]
+# The study of most scenarios takes longest, and flies by the laws of the quickstart.
+FLOWN = [
+    pytest.param(name, marks=pytest.mark.slow) if name in (*OWN_KERNELS, "payload_and_battery") else name
+    for name in NAMES
+]
 each = pytest.mark.parametrize("name", NAMES)
 flown = pytest.mark.parametrize("name", FLOWN)
 # Studies of other scenarios alone, all the same until the report.
-ALIKE = ("payload_and_battery", "figure_eight", "step_response")
+ALIKE = ("payload_and_battery", "figure_eight", "gust_rejection", "step_response")
 # Draws of each scenario that the default flies, and random candidates of which this share at least must keep the margins: the
 # first generation replaces those that do not, and finds enough where 3 % do.
 FEW, RANDOM, SHARE = 4, 512, 0.003

@@ -3,6 +3,7 @@
 import json
 import tomllib
 from copy import deepcopy
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -26,21 +27,29 @@ STUDIES = sorted(
     path for path in SHIPPED.rglob("*.toml") if "plant" in path.read_text() or "scenario" in path.read_text()
 )
 PROGRAMS = sorted((SHIPPED.parent / "docs" / "ask_and_tell").glob("*.toml"))
-SCHEMAS = {name: make() for name, make in STUDY_SCHEMAS.items()}
-VALIDATORS = {name: Draft202012Validator(schema) for name, schema in SCHEMAS.items()}
+
+
+@cache
+def schema_called(name: str) -> dict[str, Any]:
+    return STUDY_SCHEMAS[name]()
+
+
+@cache
+def validator_called(name: str) -> Draft202012Validator:
+    return Draft202012Validator(schema_called(name))
 
 
 def read(path: Path) -> tuple[dict[str, Any], Draft202012Validator]:
     """The content of a study file, and the validator of its kind."""
     kind = kind_of_layers(read_layers(path)).name
-    return tomllib.loads(path.read_text(encoding="utf-8")), VALIDATORS[SCHEMA_OF[kind]]
+    return tomllib.loads(path.read_text(encoding="utf-8")), validator_called(SCHEMA_OF[kind])
 
 
 @pytest.mark.parametrize("name", STUDY_SCHEMAS)
 def test_a_schema_is_one_and_the_command_prints_it(name, monkeypatch, capsys):
     code, out, _ = tuner(monkeypatch, capsys, "schema", name)
-    assert code == 0 and json.loads(out) == {"$schema": DIALECT, **SCHEMAS[name]}
-    Draft202012Validator.check_schema(SCHEMAS[name])
+    assert code == 0 and json.loads(out) == {"$schema": DIALECT, **schema_called(name)}
+    Draft202012Validator.check_schema(schema_called(name))
 
 
 def test_every_kind_of_study_has_files_here():
@@ -108,7 +117,7 @@ def objects(schema):
 
 @pytest.mark.parametrize("name", STUDY_SCHEMAS)
 def test_every_key_has_its_meaning(name):
-    tables = [table for table in objects(SCHEMAS[name]) if "kind" not in table["properties"]]
+    tables = [table for table in objects(schema_called(name)) if "kind" not in table["properties"]]
     bare = [
         key
         for table in tables

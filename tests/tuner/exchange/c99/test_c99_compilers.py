@@ -51,6 +51,7 @@ def test_gcc_has_nothing_to_say(folder, real):
     assert undefined <= {"memcpy", "_GLOBAL_OFFSET_TABLE_"}
 
 
+@pytest.mark.slow
 def test_arm_gcc_has_nothing_to_say_and_floats_stay_floats(folder):
     target = compile_all(folder, "arm-none-eabi-gcc", *CPU, *FLAGS, *STRICT, into="arm")
     found = symbols("arm-none-eabi-nm", target)

@@ -94,7 +94,8 @@ def fuzzed(law, folder, seconds):
     return int(run.stderr.partition("stat::number_of_executed_units:")[2].split()[0])
 
 
-def test_a_fuzzer_finds_nothing(tmp_path):
+@pytest.mark.slow
+def test_a_fuzzer_finds_nothing_in_a_second(tmp_path):
     assert fuzzed("hybrid", tmp_path, 1) > 1000
 
 
