@@ -13,6 +13,7 @@ from tests.tuner.report.fabricate import fabricate
 from tuner.report import opened, start_figures, write_figures
 from tuner.report.charts import printer
 from tuner.report.charts.printer import early
+from tuner.report.drawing import FigureProcess
 
 
 def draw(folder):
@@ -49,6 +50,20 @@ def test_what_stands_in_the_way_is_told_in_one_line(tmp_path):
     with pytest.raises(StoreError, match="AttributeError: 'str' object") as told:
         drawing.wait()
     assert "\n" not in str(told.value)
+
+
+def test_files_of_a_process_that_failed_are_not_taken(tmp_path, monkeypatch):
+    """It handed over one file, whole, and then ended with an error: others may be missing."""
+    program = (
+        """import sys; sys.stdout.write('{"figures/a.svg": 1}\\na'); sys.stdout.flush(); sys.exit('out of memory')"""
+    )
+    pipes: Any = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    monkeypatch.setattr(
+        "tuner.report.drawing.taken", lambda: subprocess.Popen([sys.executable, "-I", "-c", program], **pipes)
+    )
+    with pytest.raises(StoreError, match="out of memory"):
+        FigureProcess(tmp_path).wait()
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_process_that_died_is_told_of_when_it_is_waited_for(tmp_path):

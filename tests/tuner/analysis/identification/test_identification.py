@@ -25,9 +25,11 @@ from tuner.analysis.identification.checks import check_flight, is_silent
 from tuner.analysis.identification.document import identification_document, verdict
 from tuner.analysis.identification.flights import flights_of, longest_flight
 from tuner.analysis.identification.identifiability import GIVEN, OF_OUTPUT, wider_than_prior
-from tuner.analysis.identification.identify import identify_vehicle
+from tuner.analysis.identification.identify import identify_vehicle, resample_segments
 from tuner.analysis.identification.onward import identified_text, identified_values, uncertainty_of
-from tuner.analysis.identification.parameters import EarlierPosterior
+from tuner.analysis.identification.parameters import EarlierPosterior, space_of
+from tuner.analysis.identification.prediction import settled_masks
+from tuner.analysis.identification.regression import initial_estimate
 from tuner.analysis.identification.white_noise import gyro_density, gyro_noise
 from tuner.api.gains import default_gains
 from tuner.api.identifying import check_logs, refusals_of
@@ -47,6 +49,21 @@ def test_the_truth_lies_within_the_intervals(flights, identified):
     # 30 distances of unit size: none beyond 4, and hardly more than a tenth beyond the 95 % interval.
     assert np.abs(found).max() < 4.0
     assert np.mean(np.abs(found) > 1.96) < 0.14
+
+
+def test_a_fit_is_the_optimum_under_the_noise_that_it_leaves(flights):
+    """Residuals of the start are larger and of another colour: one fit under their noise ends half a deviation away."""
+    samples = resample_segments([flights[0].log.between(0.0, 5.0)])
+    space = space_of(AIRFRAME.vehicle, ["1"])
+    problem = fit.Problem(space, AIRFRAME.vehicle, samples, settled_masks(samples))
+    free = np.array([name not in GIVEN for name in space.names])
+    start = initial_estimate(space, samples, AIRFRAME.vehicle)
+    found = fit.fit_parameters(problem, start, free)
+    std = np.sqrt(np.diag(found.covariance))
+    once = fit.fit_with_noise(problem, start, free, fit.noise_of(problem, start))
+    assert np.abs((once.estimate - found.estimate) / std).max() > 0.2
+    again = fit.fit_with_noise(problem, found.estimate, free, found.noise)
+    np.testing.assert_allclose((again.estimate - found.estimate) / std, 0.0, atol=0.05)
 
 
 def test_intervals_are_narrower_than_the_prior_and_the_given_stays(identified):
