@@ -24,7 +24,7 @@ from tuner.experiments.tuning.conflicts import (
     limits_of,
 )
 from tuner.experiments.tuning.ending import obstacles_of
-from tuner.experiments.tuning.finalists import finalists_of
+from tuner.experiments.tuning.finalists import finalists_in_all_states
 from tuner.experiments.tuning.flight_growth import grown_study
 from tuner.experiments.tuning.guards import warnings_after_run
 from tuner.experiments.tuning.limit_watch import LimitWatch
@@ -109,7 +109,7 @@ def selected(
     # On all flights of the search other points stand at the limit.
     watch.measure(survivors.evaluation, tried.points[survivors.candidates], survivors.candidates)
     back_off = watch.back_off(survivors.evaluation, survivors.candidates)
-    return survivors, *finalists_of(survivors, tried, study, back_off)
+    return survivors, *finalists_in_all_states(problem, survivors, tried, study, back_off)
 
 
 def tails_of(problem: Evaluator, study: SearchedStudy, gains: np.ndarray, watcher: Watcher) -> FinalistTails | None:

@@ -1,14 +1,16 @@
 """Finalists of a search: its front, thinned, and candidates on both sides of a limit that binds."""
 
+from dataclasses import replace
 from math import ceil
 
 import numpy as np
 
-from objectives.evaluator import Evaluation
+from objectives.evaluator import Evaluation, Evaluator
+from objectives.requirements import known_values, requirement_excess
 from plant.ties import increasing_order
 from tuner.experiments.tuning.active_limits import BackOff, beside_limits, shifted_excess
 from tuner.experiments.tuning.guards import warnings_before_run
-from tuner.experiments.tuning.survivors import Survivors
+from tuner.experiments.tuning.survivors import Survivors, picked
 from tuner.search.front import feasible_front, select_subset
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive
@@ -21,6 +23,36 @@ from tuner.study.searched import SearchedStudy
 MOST_ON_FRONT, OF_TWO, TRIED = 48, 16, 6
 BESIDE_ONE, BESIDE_FRONT = 15, 8
 """Finalists at most beside the best candidate of one objective, and beside a front."""
+MOST_CHOICES, LOOKED_AT = 4, 4
+"""Choices of finalists at most, and finalists of a choice whose limits known without flying are looked at in all states."""
+
+
+def finalists_in_all_states(
+    problem: Evaluator, survivors: Survivors, tried: Archive, study: SearchedStudy, back_off: BackOff | None = None
+) -> tuple[np.ndarray, list[str]]:
+    """Return `finalists_of` of which some keep known limits in all states.
+
+    A search looks at some of the steady states. Where its best all stand at a margin, all may break it in another one, by about
+    as much; then those are left out that would break it too.
+    """
+    first = chosen = finalists_of(survivors, tried, study, back_off)
+    limits = len(study.constraints)
+    for _ in range(MOST_CHOICES if problem.requirements else 0):
+        some = chosen[0][:: -(-len(chosen[0]) // LOOKED_AT)]
+        values = known_values(problem.screens, problem.space.gains(tried.points[some]), complete=True)
+        excess, rows = requirement_excess(problem.requirements, values), np.searchsorted(survivors.candidates, some)
+        if np.any(np.all(excess <= 0.0, axis=1)):
+            return chosen
+        seen = survivors.evaluation.excess[:, limits:]
+        further = np.maximum(np.median(excess - seen[rows], axis=0), 0.0)
+        keeps = np.flatnonzero(np.all(seen + further <= 0.0, axis=1) & ~np.isin(np.arange(len(seen)), rows))
+        if not len(keeps):
+            break
+        survivors = replace(
+            survivors, candidates=survivors.candidates[keeps], evaluation=picked(survivors.evaluation, keeps)
+        )
+        chosen = finalists_of(survivors, tried, study, back_off)
+    return first
 
 
 def finalists_of(
