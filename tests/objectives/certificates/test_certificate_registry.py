@@ -41,10 +41,10 @@ def test_entries(name: str) -> None:
 
 
 # Matrices of x, which tilts, are the largest.
-AXES = ("roll", "z", pytest.param("x", marks=pytest.mark.slow))
+CASES = ("roll", "z", pytest.param("x", marks=pytest.mark.slow))
 
 
-@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("axis", CASES)
 @pytest.mark.parametrize("name", CERTIFICATES)
 def test_every_law_gets_an_answer(name: str, axis: str) -> None:
     """A number with proof and reason, or none with a reason; never an exception, never not a number."""
@@ -90,7 +90,7 @@ def test_what_they_apply_to() -> None:
     assert spread.applies_to(vertical)
 
 
-@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("axis", CASES)
 def test_an_axis_has_the_gains_of_its_addresses(axis: str) -> None:
     cascade = CASCADES["ladrc"]
     row = np.arange(1.0, 1.0 + len(default_row(cascade)))
