@@ -90,7 +90,7 @@ def test_what_they_apply_to() -> None:
     assert spread.applies_to(vertical)
 
 
-@pytest.mark.parametrize("axis", CASES)
+@pytest.mark.parametrize("axis", AXES)
 def test_an_axis_has_the_gains_of_its_addresses(axis: str) -> None:
     cascade = CASCADES["ladrc"]
     row = np.arange(1.0, 1.0 + len(default_row(cascade)))
