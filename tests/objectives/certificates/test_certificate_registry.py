@@ -41,10 +41,10 @@ def test_entries(name: str) -> None:
 
 
 # Matrices of x, which tilts, are the largest.
-AXES = ("roll", "z", pytest.param("x", marks=pytest.mark.slow))
+CASES = ("roll", "z", pytest.param("x", marks=pytest.mark.slow))
 
 
-@pytest.mark.parametrize("axis", AXES)
+@pytest.mark.parametrize("axis", CASES)
 @pytest.mark.parametrize("name", CERTIFICATES)
 def test_every_law_gets_an_answer(name: str, axis: str) -> None:
     """A number with proof and reason, or none with a reason; never an exception, never not a number."""

@@ -42,11 +42,9 @@ def other_process():
     names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
     environment = os.environ | dict.fromkeys(names, "2")
     command = [sys.executable, "-m", "tests.tuner.search.search_runs", "2"]
-    child = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True)
-    yield child
-    child.kill()
-    child.wait()
-    child.stdout.close()
+    with subprocess.Popen(command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, text=True) as child:
+        yield child
+        child.kill()
 
 
 def test_the_registry_has_what_the_names_promise():
