@@ -82,6 +82,7 @@ def test_a_filter_by_coherence_is_refused_for_its_noise(tmp_path):
     assert opinion.document.comparison == "worse" and "; in flight: worse: rms.tilt" in opinion.page
 
 
+@pytest.mark.slow
 def test_published_failures_are_refused_on_the_class_too(tmp_path):
     opinion = judged(tmp_path, DOUBLED, airframe=None, flights=64)
     assert opinion.verdict == "do not fly" and "class of a 5 inch racer" in opinion.document.sentence

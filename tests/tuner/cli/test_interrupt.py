@@ -99,6 +99,7 @@ def test_a_command_without_a_resume_promises_none(tmp_path):
     assert ended(process) == (130, f"Interrupted; remove {folder} and give the command again.\n")
 
 
+@pytest.mark.slow
 def test_a_command_without_a_folder_just_ends():
     process = started("fly", "--law", "hybrid", "--seeds", 200_000, "--threads", 1)
     # Behind the import of the compiler, where the flights begin.

@@ -81,6 +81,7 @@ def test_rank_indices_are_those_of_the_distribution_function():
     near(found.total, 0, np.array([1.0 - first, 1.0 - first]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", [128])
 def test_intervals_cover_the_truth_where_the_samples_are_independent(base):
     weights, runs, hits = np.array([1.0, 2.0, 3.0]), 300, np.zeros((2, 3))
@@ -97,6 +98,7 @@ def test_intervals_cover_the_truth_where_the_samples_are_independent(base):
     assert np.all(np.abs(hits / runs - 0.95) < 0.06), hits / runs
 
 
+@pytest.mark.slow
 def test_intervals_of_a_sobol_sequence_are_not_too_narrow():
     truth, hits, runs = np.array([0.1, 0.9]), np.zeros((2, 2)), 100
     for run in range(runs):

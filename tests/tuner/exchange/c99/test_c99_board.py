@@ -33,7 +33,9 @@ def test_golden_vectors_of_the_other_laws_on_a_cortex_m4f(law, tmp_path):
     assert "the same bits" in same_bits(law, tmp_path)
 
 
-@pytest.mark.parametrize("law", BUDGETS)
+@pytest.mark.parametrize(
+    "law", ["hybrid", *(pytest.param(law, marks=pytest.mark.slow) for law in BUDGETS if law != "hybrid")]
+)
 def test_instructions_of_the_attitude_loops(law):
     cost = measure_cost(uneven(law, law))
     assert cost.most_attitude <= BUDGETS[law]

@@ -74,6 +74,7 @@ def test_make_test_passes_for_every_law(law, tmp_path):
     assert made(folder, "test").returncode == 0
 
 
+@pytest.mark.slow
 def test_the_golden_vectors_hold_for_a_cpp_build(tmp_path):
     written(tmp_path, usual("hybrid", "hybrid").files)
     flags = ["-x", "c++", "-std=c++11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"]
