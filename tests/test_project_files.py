@@ -65,6 +65,20 @@ def test_bootstrap_installs_locked_packages_once(tmp_path, monkeypatch):
     assert len(calls) == 6
 
 
+def test_the_project_is_installed_anew_where_it_or_its_lock_changes_and_for_no_other_file(tmp_path, monkeypatch):
+    """Entry points and extras stand in pyproject.toml."""
+    files = [tmp_path / name for name in ("pyproject.toml", "requirements/core.txt", "requirements/develop.txt")]
+    files[1].parent.mkdir()
+    for file in files:
+        file.write_text("as it was", encoding="utf-8")
+    monkeypatch.setattr(bootstrap, "ROOT", tmp_path)
+    seen = [bootstrap.digest("core.txt")]
+    for file in files:
+        file.write_text("changed", encoding="utf-8")
+        seen.append(bootstrap.digest("core.txt"))
+    assert len(set(seen)) == 3 and seen[3] == seen[2]
+
+
 def test_bootstrap_names_the_versions_of_the_project():
     classified = re.findall(r":: Python :: 3\.(\d+)", "\n".join(PROJECT["classifiers"]))
     minors = range(bootstrap.OLDEST[1], bootstrap.NEWEST[1] + 1)
