@@ -92,7 +92,7 @@ def _build(path: Path, table: StudyTable) -> Study:
             row = default_row(cascade, airframe.vehicle) if default is None else default.gains
             space = decision_space(table.gains, cascade, timing.control_period, row)
             if table.target is not None:
-                check_target(space, system.gains, None if default is None else row)
+                check_target(space, system.gains, None if default is None else np.asarray(row))
         judging = judging_of(path, table, system, lambda entry: _scenario(entry, timing, path, airframe))
         system, specs = judging.system, [entry.spec for entry in judging.scenarios]
         # Behind what each number's own limits have to say, before anything is worked out from them.

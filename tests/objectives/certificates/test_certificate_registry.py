@@ -13,7 +13,7 @@ from objectives.certificates.channel_model import MODELLED, closed_loop
 from objectives.certificates.lmi import MARGIN, coordinates, is_negative, is_positive
 from plant.law_registry import LAWS
 from plant.loop import Timing
-from plant.quadrotor.cascade import close_cascade
+from plant.quadrotor.cascade import AXES, close_cascade
 from plant.quadrotor.gains import default_row, gain_addresses
 from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
 from tests.plant.harness import VEHICLES

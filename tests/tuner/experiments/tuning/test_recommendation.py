@@ -56,8 +56,10 @@ def test_a_default_that_keeps_its_limits_stays_where_nothing_is_better_by_a_rele
 
 
 def test_a_loss_of_less_than_a_relevant_share_is_none():
-    point, why = recommended((5.0, 10.1), (1.0, 30.0))
+    point, why = recommended((5.0, 10.1), (1.0, 30.0), keeps=False)
     assert point == "p1" and "without losing as much in another" in why
+    # A default that keeps its limits stays: run after run such steps would lead along the front.
+    assert recommended((5.0, 10.1), (1.0, 30.0))[0] == "default"
     # What is better everywhere goes first.
     assert recommended((5.0, 10.1), (9.0, 9.0))[0] == "p2"
 
@@ -128,7 +130,7 @@ def test_tuned_gains_tuned_again_stay_or_are_bettered_everywhere():
         point, _ = recommended(*kept, default=tuple(default), is_worst=bool(draw.integers(2)))
         stays += point == "default"
         ratio = np.ones(2) if point == "default" else kept[int(point[1:]) - 1] / default
-        assert np.all(ratio <= 1.02)
+        assert np.all(ratio <= 1.0)
     assert stays > 25
 
 
