@@ -25,7 +25,6 @@ class Panel(NamedTuple):
     default: tuple[float, float]
     keeps: bool
     is_worst: bool
-    front: tuple[float, float] = (0.5, 4.0)
     exponent: float = 1.0
 
 
@@ -40,16 +39,20 @@ PANELS = (
 )
 
 
+def study_of(labels: tuple[str, ...]) -> Any:
+    """Return the parts of a study that the rule reads."""
+    return SimpleNamespace(pick="knee", objectives=[SimpleNamespace(label=name) for name in labels])
+
+
 def draw_panel(axes: Axes, panel: Panel) -> None:
     """Draw the front, the points that are eligible, the default and the recommended point."""
-    error = np.geomspace(*panel.front, 15)
+    error = np.geomspace(0.5, 4.0, 15)
     values = np.vstack([panel.default, np.stack([error, error**-panel.exponent], axis=1)])
     rows = 1 + np.flatnonzero(non_dominated(values[1:]))
-    study: Any = SimpleNamespace(pick="knee", objectives=[SimpleNamespace(label=name) for name in LABELS])
     default, names = Default(panel.keeps, panel.is_worst), [str(row) for row in range(len(values))]
     excess = np.zeros((len(values), 1))
     among, _ = alternatives(values, default, rows)
-    chosen = choose_finalist(study, values, default, rows, excess, names).row
+    chosen = choose_finalist(study_of(LABELS), values, default, rows, excess, names).row
     axes.scatter(*values[rows].T, s=26, color=GRAY, label="front")
     axes.scatter(*values[among].T, s=26, color=BLUE, label="may be picked")
     axes.scatter(*values[0], s=60, marker="x", color=BLACK, label="default")
@@ -63,9 +66,13 @@ def draw_panel(axes: Axes, panel: Panel) -> None:
 def draw_limit(axes: Axes) -> None:
     """Draw one objective over a limited quantity with its intervals."""
     overshoot = np.linspace(6.0, 22.0, 9)
-    error, limit = 2.2 - 0.35 * np.sqrt(overshoot - 5.0), 15.0
-    half, chosen = 0.7, int(np.flatnonzero(overshoot + 0.7 <= limit)[-1])
+    error, limit, half = 2.2 - 0.35 * np.sqrt(overshoot - 5.0), 15.0, 0.7
     within = overshoot + half <= limit
+    values, excess = np.array([[3.0], *error[:, None]]), np.maximum(np.array([20.0, *overshoot]) + half - limit, 0.0)
+    rows = 1 + np.flatnonzero(within)
+    best = rows[non_dominated(values[rows])]
+    names = [str(row) for row in range(len(values))]
+    chosen = choose_finalist(study_of(LABELS[:1]), values, Default(False, False), best, excess[:, None], names).row - 1
     for mask, color, label in ((within, BLUE, "keeps the limit"), (~within, GRAY, "does not")):
         axes.errorbar(overshoot[mask], error[mask], xerr=half, fmt="o", markersize=4, color=color, label=label)
     axes.scatter(overshoot[chosen], error[chosen], s=170, facecolors="none", edgecolors=ORANGE, linewidths=2.2)

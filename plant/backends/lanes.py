@@ -232,7 +232,7 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
 
 
 _MODULES: WeakKeyDictionary[ClosedLoop, ModuleType] = WeakKeyDictionary()
-"""Modules of kernels by their loops: to find one anew takes 12 ms, and a run does so for each of its problems."""
+"""Modules of kernels by their loops: a run has several problems with one loop, and each lookup on disk takes 12 ms."""
 
 
 def kernel_of(loop: ClosedLoop) -> Kernel:

@@ -106,8 +106,7 @@ class LimitFlights:
             if not rests_on_value(entry):
                 parts[:, :, i] = flown.estimate(first + i, self.confidence(entry, 0))
             for row in self._further:
-                confidence = self.confidence(entry, int(self._looks[row]))
-                parts[:, row, i] = self.interval(*self.samples(flown, row), i, confidence)
+                parts[:, row, i] = self.interval(*self.samples(flown, row), i, self.confidence_of(entry, row))
         return parts
 
     def shown(self, look: Look, flown: FinalFlights) -> np.ndarray:

@@ -48,7 +48,7 @@ def conclude(
 ) -> Outcome[S, P]:
     """Fly default and front on held-out scenarios and pick the recommended point; first_warnings: those so far."""
     tried = archive(generations)
-    survivors, candidates, warnings = selected(problem, study, generations, watcher)
+    survivors, candidates, warnings = selected(problem, study, generations, tried, watcher)
     gains = finalist_gains(problem, study, tried, candidates)
     watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in batches(study, HELD_OUT)))
     names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
@@ -98,10 +98,10 @@ def conclude(
 
 
 def selected(
-    problem: Evaluator, study: SearchedStudy, generations: list[Generation], watcher: Watcher
+    problem: Evaluator, study: SearchedStudy, generations: list[Generation], tried: Archive, watcher: Watcher
 ) -> tuple[Survivors, np.ndarray, list[str]]:
     """Return survivors, archive indices of finalists, and warnings."""
-    tried, watch = archive(generations), LimitWatch(problem, study, watcher.on_flights_done)
+    watch = LimitWatch(problem, study, watcher.on_flights_done)
     seen, every = concatenate_evaluations([entry.evaluation for entry in generations]), np.arange(len(tried.points))
     watch.measure(seen, tried.points, every)
     back_off = watch.back_off(seen, every)

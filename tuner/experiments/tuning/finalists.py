@@ -38,7 +38,7 @@ def finalists_in_all_states(
     first = chosen = finalists_of(survivors, tried, study, back_off)
     limits = len(study.constraints)
     for _ in range(MOST_CHOICES if problem.requirements else 0):
-        some = chosen[0][:: -(-len(chosen[0]) // LOOKED_AT)]
+        some = chosen[0][:: ceil(len(chosen[0]) / LOOKED_AT)]
         values = known_values(problem.screens, problem.space.gains(tried.points[some]), complete=True)
         excess, rows = requirement_excess(problem.requirements, values), np.searchsorted(survivors.candidates, some)
         if np.any(np.all(excess <= 0.0, axis=1)):

@@ -55,7 +55,7 @@ class FlightGrowth:
     def review(self, generations: Sequence[Generation]) -> list[Evaluation] | None:
         """Return evaluations of all generations on more flights; None where those so far are enough or all are made."""
         further = self._further()
-        every = ceil(CHECK_EVERY / self.study.search.population)
+        every = generations_between_checks(self.study)
         if not further or len(generations) % every or len(generations) >= self.study.search.generations:
             return None
         tried = archive(list(generations))
@@ -101,6 +101,11 @@ class FlightGrowth:
         other = self.problem.evaluate(generation.points, further, self.on_flights_done, fly_all=one.flown)
         both = joined(self.problem, one, other)
         return replace(both, flight_seconds=one.flight_seconds + other.flight_seconds)
+
+
+def generations_between_checks(study: SearchedStudy) -> int:
+    """Return the number of generations from check to check."""
+    return ceil(CHECK_EVERY / study.search.population)
 
 
 def value_ratios(before: np.ndarray, fresh: np.ndarray) -> np.ndarray:

@@ -1,24 +1,22 @@
 """Distance inside binding limits at which the generations of a search aim.
 
-A model-based search is told the excess over each limit. Told a little more of it, it looks for points further inside, and the
-held-out check finds points on both sides of the limit that it judges by.
+A model-based search models the excess over each limit. With an addition to all of it the search proposes points further inside,
+and the held-out check has points on both sides of the limit that it judges by.
 """
 
 from collections.abc import Sequence
-from math import ceil
 
 import numpy as np
 
 from objectives.evaluator import Evaluation, concatenate_evaluations
 from tuner.experiments.tuning.active_limits import has_tolerance, widths
+from tuner.experiments.tuning.flight_growth import generations_between_checks
 from tuner.experiments.tuning.limit_watch import LimitWatch
 from tuner.search.front import feasible_front
 from tuner.search.loop import Generation
 
 AIMS = (0.0, 0.25, 0.5)
 """Parts of an interval by which generations, one after the other, aim further inside, or further outside of a back-off."""
-WATCH_EVERY = 32
-"""Candidates from one look at fresh flights to the next."""
 
 
 class LimitAim:
@@ -30,7 +28,7 @@ class LimitAim:
 
     def __init__(self, watch: LimitWatch) -> None:
         self._watch, self._constraints = watch, watch.problem.constraints
-        self._every = ceil(WATCH_EVERY / watch.study.search.population)
+        self._every = generations_between_checks(watch.study)
 
     def __call__(self, generations: Sequence[Generation]) -> np.ndarray | None:
         """Return the addition to the excess (limits,) of all candidates, if any.
@@ -39,19 +37,17 @@ class LimitAim:
         """
         if not generations or not any(map(has_tolerance, self._constraints)):
             return None
-        seen, part = (
-            concatenate_evaluations([entry.evaluation for entry in generations]),
-            AIMS[len(generations) % len(AIMS)],
-        )
-        candidates = np.arange(len(seen.values))
+        seen = concatenate_evaluations([entry.evaluation for entry in generations])
+        candidates, part = np.arange(len(seen.values)), AIMS[len(generations) % len(AIMS)]
         if len(generations) % self._every == 0:
             self._watch.measure(seen, np.concatenate([entry.points for entry in generations]), candidates)
         back_off = self._watch.back_off(seen, candidates)
-        shift = np.concatenate(
-            [back_off.shift - 2.0 * part * back_off.width, np.zeros(seen.excess.shape[1] - len(back_off.shift))]
-        )
-        for i in np.flatnonzero(np.isnan(back_off.shift)):
-            shift[i] = part * self._own_width(seen, int(i)) if part else 0.0
+        shift = np.zeros(seen.excess.shape[1])
+        for i, distance in enumerate(back_off.shift):
+            if not np.isnan(distance):
+                shift[i] = distance - 2.0 * part * back_off.width[i]
+            elif part:
+                shift[i] = part * self._own_width(seen, i)
         return shift if shift.any() else None
 
     def _own_width(self, seen: Evaluation, i: int) -> float:

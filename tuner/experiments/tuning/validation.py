@@ -196,23 +196,30 @@ class Validation:
     def _broken(self, flown: FinalFlights, tuned: int, confirmation: Evaluation) -> np.ndarray:
         """Return the constraints that a row breaks on confirmation flights.
 
-        It breaks them by their value, and by the interval of all its flights together, for which it flies on while their
-        value keeps the limit.
+        It breaks them by their value, and by the interval of all its flights together.
         """
-        broken, excess = list[int](), confirmation.excess[1]
-        fresh = confirmation.scores[1], confirmation.origin
-        for i, entry in enumerate(self.problem.constraints):
-            if excess[i] <= 0.0 or entry.floor or entry.is_tail:
-                continue
-            while True:
-                confidence = self._limits.confidence_of(entry, tuned)
-                value, _, upper = self._limits.interval(*self._limits.samples(flown, tuned, fresh), i, confidence)
-                if upper <= entry.most:
-                    break
-                if value > entry.most or not self._limits.fly(tuned, excess):
-                    broken.append(i)
-                    break
+        broken = [
+            i
+            for i, entry in enumerate(self.problem.constraints)
+            if confirmation.excess[1, i] > 0.0 and not (entry.floor or entry.is_tail)
+            if self._is_refuted(flown, tuned, i, confirmation)
+        ]
         return np.array(broken, dtype=int)
+
+    def _is_refuted(self, flown: FinalFlights, tuned: int, i: int, confirmation: Evaluation) -> bool:
+        """Return True for a row whose flights together break a constraint.
+
+        Their interval counts, and the row flies on while their value keeps the limit.
+        """
+        entry, fresh = self.problem.constraints[i], (confirmation.scores[1], confirmation.origin)
+        while True:
+            confidence = self._limits.confidence_of(entry, tuned)
+            value, _, upper = self._limits.interval(*self._limits.samples(flown, tuned, fresh), i, confidence)
+            if upper <= entry.most:
+                return False
+            excess = confirmation.excess[1, : len(self.problem.constraints)]
+            if value > entry.most or not self._limits.fly(tuned, excess):
+                return True
 
     def _warn_of_air(self, air: np.ndarray, flown: tuple) -> None:
         for lost in named_losses(self.problem, self.gains[0], flown, air, "") if air.any() else []:
