@@ -131,7 +131,6 @@ def _is_chain(text: str, names: list[str]) -> bool:
 
 
 @cache
-@cache
 def places_by_room() -> dict[tuple[str, str], list[str]]:
     """Return the places of the product by rule and room (`tuner/search`, or `plant` for its loose files)."""
     out: dict[tuple[str, str], list[str]] = {}

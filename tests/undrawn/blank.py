@@ -1,4 +1,4 @@
-"""What stands for a figure that no test looks at: axes that take anything, and files of an empty figure of a tenth of an inch.
+"""Stand-ins of figures that no test looks at: axes that take any call, and files of an empty figure 0.1 inch wide.
 
 Axes take half of the time of a figure, its files as much again, whatever is drawn. A process that draws imports this module too,
 from this folder.

@@ -49,15 +49,15 @@ NO_COMPILER = ("numba", "casadi", "scipy", "pandas")
 def test_help_does_not_import_the_heavy_libraries_and_a_listing_no_compiler():
     """Numba takes 0.4 s of processor time to import, and lists compile nothing; one process for all, which takes as long."""
     listings = [(("list", *what), NO_COMPILER) for what in ((), ("targets",), ("firmwares",))]
-    said = [(("--help",), NO_NUMBERS), *listings]
+    calls = [(("--help",), NO_NUMBERS), *listings]
     code = (
         "import sys\nfrom typer.testing import CliRunner\nfrom tuner.cli.main import app\n"
-        f"for words, heavy in {said}:\n"
+        f"for words, heavy in {calls}:\n"
         "    assert CliRunner().invoke(app, list(words)).exit_code == 0, words\n"
         "    print(words, [name for name in heavy if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines() == [f"{words} []" for words, _ in said]
+    assert done.stdout.splitlines() == [f"{words} []" for words, _ in calls]
 
 
 PLAIN_RUN = """

@@ -26,7 +26,7 @@ MORE_CASES = [
 POPULATION = 8
 # Such a number too, for what is compared with chance.
 LARGE_POPULATION = 26
-# A model is told one and asked for the others.
+# A model learns from one generation and proposes the others.
 GENERATIONS, FEW_GENERATIONS = 5, 3
 
 

@@ -7,7 +7,7 @@ import weakref
 
 from tuner.text.errors import NEW_OBJECTS, seldom_collected
 
-# A process of its own: here lie millions of frozen objects of other tests, which nobody should thaw.
+# A process of its own: this one has millions of frozen objects of other tests, which stay frozen.
 SHORT = """
 import gc
 import weakref

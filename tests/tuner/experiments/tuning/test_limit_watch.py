@@ -8,7 +8,8 @@ import pytest
 
 from objectives.problem import Problem
 from tests.tuner.experiments.tuning.test_active_limits import FLIGHTS, OVERSHOOT, along_a_limit, evaluated
-from tuner.experiments.tuning.limit_aim import AIMS, WATCH_EVERY, LimitAim
+from tuner.experiments.tuning.flight_growth import CHECK_EVERY
+from tuner.experiments.tuning.limit_aim import AIMS, LimitAim
 from tuner.experiments.tuning.limit_watch import MOST_WATCHED, N_TIMES, LimitWatch, scales
 from tuner.search.loop import search_generations
 
@@ -99,7 +100,7 @@ def test_generations_aim_further_inside_a_limit_that_binds_one_after_the_other()
 
 def test_after_fresh_flights_generations_aim_at_the_value_and_at_the_end_of_its_interval():
     seen, problem = along_a_limit(), Harsh(1.2)
-    aim = LimitAim(watch_of(problem, population=WATCH_EVERY))
+    aim = LimitAim(watch_of(problem, population=CHECK_EVERY))
     shifts = [shift for count in range(1, 10) if (shift := aim(generations(seen, count))) is not None]
     assert len(shifts) == 9 and len(problem.made) >= 2
     assert np.ptp([shift[0] for shift in shifts[3::3]]) < 0.2
@@ -109,7 +110,7 @@ def test_after_fresh_flights_generations_aim_at_the_value_and_at_the_end_of_its_
 
 
 class Heard:
-    """A search that keeps what it is told."""
+    """A search that records the violations that it gets."""
 
     def __init__(self):
         self.told, self.retold = [], []
