@@ -3,7 +3,7 @@
 BEFORE is a worktree of the earlier revision. Each study is run by three variants: "before", tool and file of that revision; "its
 search", this tool and file, searched as that revision does; "now". All fronts are flown by this revision's model on one and the
 same stream, which no run of them has seen. The second tells what the search is worth where the file's air changed too. Runs that
-the document has are kept; a study that fixes all gains, or infers a paper's, has times only.
+the document has are kept; a study that fixes all gains has times only.
 """
 
 import argparse
@@ -138,7 +138,7 @@ def revision(root: Path) -> str:
 
 def flights_of(out: Path) -> int | None:
     """Return the number of flights of a run as its documents tell it."""
-    for file in ("contest.json", "inference.json", "summary.json"):
+    for file in ("contest.json", "summary.json"):
         if (out / file).exists():
             return json.loads((out / file).read_text(encoding="utf-8")).get("flights")
     return None

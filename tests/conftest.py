@@ -43,7 +43,6 @@ TOGETHER = (
     "tests/tuner/analysis/identification/",
     "tests/tuner/experiments/contest/",
     "tests/tuner/experiments/compare/",
-    "tests/tuner/experiments/inference/",
     "tests/tuner/report/contest/",
 )
 

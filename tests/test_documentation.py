@@ -62,7 +62,6 @@ def test_every_key_of_a_study_file_has_a_meaning_and_a_row(generator, site):
         "[scenario.air.gust]",
         "[[margin]]",
         "[[contender]]",
-        "[[unknown]]",
         "[plant]",
         "[[actuator]]",
         "[[channel]]",

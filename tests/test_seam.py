@@ -21,7 +21,6 @@ KINDS = {
     "PlantStudy",
     "TrialStudy",
     "Contest",
-    "Inference",
     "Controller",
     "TunedLoops",
     "PlantMargins",

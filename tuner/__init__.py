@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from tuner.api.results import (
         ComparisonResults,
         ContestResults,
-        InferenceResults,
         Results,
         TuningResults,
         open_results,
@@ -52,7 +51,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "PlantStudy", "Results", "StoreError",
+    "ComparisonResults", "ContestResults", "Gains", "InputError", "PlantStudy", "Results", "StoreError",
     "Study", "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "autotune", "catalogue",
     "check", "check_logs", "check_requirements", "compare", "compare_logs", "confirm", "cost", "default_gains", "design",
     "estimate_airframe", "export", "fly", "identify", "import_gains", "judge", "load_study", "make_study", "margins",
@@ -82,7 +81,6 @@ _HOMES = {
     "tuner.api.results": (
         "ComparisonResults",
         "ContestResults",
-        "InferenceResults",
         "Results",
         "TuningResults",
         "open_results",

@@ -11,7 +11,7 @@ from schema_tables import Document, Row, Section, attribute_docstrings, cell, wr
 from typer.testing import CliRunner
 
 from tuner.cli.main import app
-from tuner.study.contest_schema import ChoicesTable, ContestTable, InferenceTable
+from tuner.study.contest_schema import ChoicesTable, ContestTable
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StrictTable, StudyTable
 from tuner.study.trials import TrialStudyTable
@@ -21,7 +21,6 @@ KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Plant of one's own", PlantStudyTable),
     ("Contest", ContestTable),
     ("Choices", ChoicesTable),
-    ("Inference", InferenceTable),
     ("Trials of another program", TrialStudyTable),
 )
 MEANINGS = {table.__name__: attribute_docstrings(table) for table in StrictTable.__subclasses__()}
@@ -46,7 +45,7 @@ keys change between versions.
 meanings and ranges, and marks what is misspelt while it is written:
 
 ```sh
-tuner schema study > study.schema.json      # or plant-study, contest-study, choices-study, inference-study, trials-study
+tuner schema study > study.schema.json      # or plant-study, contest-study, choices-study, trials-study
 ```
 
 Editors with Taplo, such as VS Code with *Even Better TOML*, Helix and Neovim, take it from the first line of the study:

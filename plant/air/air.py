@@ -81,11 +81,6 @@ def steady_wind(spec: AirSpec, generator: Generator) -> Array:
     return spec.wind_speed * np.array([cos(angle), sin(angle), 0.0])
 
 
-def injection_normals(steps: int, generator: Generator) -> Array:
-    """Return the normals (steps, 6) of `draw_air` for the injection, from a fresh generator."""
-    return generator.spawn(3)[2].standard_normal((steps, 6))
-
-
 def summary(spec: AirSpec) -> dict[str, float | str]:
     """Return the numbers of the turbulence for a report, in SI units.
 

@@ -48,7 +48,6 @@ EXPORTS = {
 
 STEPS = (
     step("check contest", "check contest.toml"),
-    step("check inference", "check inference.toml"),
     step("plan", "plan tuning.toml"),
     step("plan contest", "plan contest.toml"),
     step("run", "run tuning.toml --out {out} --threads 2", "run"),
@@ -56,11 +55,9 @@ STEPS = (
     step("check study", "check tuning.toml"),
     step("run infeasible", "run tuning.toml --out {out} --threads 2 --set constraint.1.max=0.001", "infeasible"),
     step("run contest", "run contest.toml --out {out} --threads 2", "contest"),
-    step("run inference", "run inference.toml --out {out} --threads 2", "inference"),
     step("show", "show run"),
     step("show infeasible", "show infeasible"),
     step("show contest", "show contest"),
-    step("show inference", "show inference"),
     step("verify", "verify run --sample 2 --threads 2"),
     step("verify contest", "verify contest --sample 2 --threads 2"),
     step("compare", f"compare run {PID_GAINS} --out {{out}} --threads 2", "comparison"),

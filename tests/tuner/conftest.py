@@ -1,7 +1,7 @@
 """Shared by the tests of the tool, which keeps them cheap: one small run, blank figures, the command line without a process.
 
 A run takes a second, its figures as much again, a process two for its imports. So a test that only reads what a run leaves
-behind takes `small_run` (or `small_contest`, or a comparison or an inference from the `conftest.py` of its folder), and copies
+behind takes `small_run` (or `small_contest`, or a comparison from the `conftest.py` of its folder), and copies
 the folder where it spoils something. Commands run in this process by the fixture `tuner`; a process of its own is for tests of
 the process itself: its streams, signals, environment or memory. Figures are blank but in `tests/tuner/report/`; `no_figures`
 leaves them out. Bundles of C hold few golden vectors by `few_golden_vectors`. Folders whose files share such a fixture belong

@@ -90,7 +90,7 @@ def test_the_examples_of_the_help_name_what_there_is(use):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("study", ["paper_inference", "own_law"])
+@pytest.mark.parametrize("study", ["paper_table3", "own_law"])
 def test_a_copy_of_a_study_with_a_base_or_with_code_asks_the_same(study, use):
     assert use("new", "mine", "--from", study).returncode == 0
     said = [json.loads(use("check", which, "--json").stdout) for which in ("mine", study)]

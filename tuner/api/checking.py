@@ -43,7 +43,7 @@ class Checked(Documented):
     """Everything known of a file without flying.
 
     Attributes:
-        kind: Kind of the file: "study", "contest", "inference", "trials", "airframe", "gains", "law", "metric", "reference",
+        kind: Kind of the file: "study", "contest", "trials", "airframe", "gains", "law", "metric", "reference",
             "plant" or "fmu".
         document: What it holds: the preview of a study of any kind; plain data of the other kinds.
         hopeless: Whether a study asks for what nothing can reach, a gains file is wrong, or code of your own breaks its contract.
@@ -77,7 +77,7 @@ def check(
     """Check a file of any kind without flying.
 
     Args:
-        file: A study, contest, inference or airframe (TOML), gains or a gains.json, a law, metric, reference or plant of your own
+        file: A study, contest or airframe (TOML), gains or a gains.json, a law, metric, reference or plant of your own
             (Python, which is run), an FMU (which is not), or the name of a shipped study.
         changes: Values that replace those of a study, by dotted key.
         watcher: Callbacks that hear of compilation.

@@ -13,7 +13,6 @@ from tuner.report.contest.figures import FIGURES, values_figure
 from tuner.report.figures import flown_figure, front_figure, progress_figure, scenario_figures
 from tuner.report.flight_plan_page import excitation_figure
 from tuner.report.identification_charts import prediction_figure
-from tuner.report.inference_figure import inference_figure
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sensitivity_figure import sensitivity_figure
 from tuner.report.sheets import tail_sheet
@@ -74,7 +73,6 @@ DRAWN: dict[str, Callable[..., Drawers]] = {
     "tuning": of_tuning,
     "contest": of_contest,
     "comparison": lambda results: {**of_contest(results), "values": lambda: values_figure(results)},
-    "inference": lambda results: {"inference": lambda: inference_figure(results.document)},
     "margins": of_margins,
     "flights": lambda responses, scenario: {"responses": lambda: flown_figure(responses, scenario)},
     "sensitivity": lambda study, analysis: {"sensitivity": lambda: sensitivity_figure(study, analysis)},

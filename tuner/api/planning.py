@@ -72,7 +72,7 @@ def plan(
         Flights, time [s], memory and disk [byte], and expected interval widths.
 
     Raises:
-        InputError: The study is wrong, or an inference.
+        InputError: The study is wrong, or one whose trials another program makes.
 
     Examples:
         >>> planned = tuner.plan(study)

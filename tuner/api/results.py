@@ -13,8 +13,6 @@ from tuner.documents.contest import C, ComparedFolder, ComparisonFolder, Contest
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.documents.folder import D, OpenedFolder
-from tuner.documents.inference_document import InferenceDocument
-from tuner.documents.opening import InferenceFolder
 from tuner.documents.summary import Summary
 from tuner.documents.tables import read_frame
 from tuner.documents.tuning import TuningFolder
@@ -70,7 +68,7 @@ class Results(OpenedFolder[D]):
 
     @property
     def words(self) -> list[str]:
-        """Sentences that a contest's, comparison's or inference's numbers allow."""
+        """Sentences that a contest's or comparison's numbers allow."""
         return list(getattr(self.document, "words", []))
 
     @property
@@ -353,36 +351,6 @@ class ComparisonResults(ComparedResults[ComparisonDocument], ComparisonFolder):
     """Results of a comparison: given controllers on the same flights, each against the first."""
 
 
-class InferenceResults(InferenceFolder, Results[InferenceDocument]):
-    """Results of an inference: settings at which published numbers come out."""
-
-    @cached_property
-    def summary(self) -> "pd.DataFrame":
-        """The unknowns: inferred value, the span that does nearly as well, and how well each is told."""
-        return self.unknowns
-
-    @cached_property
-    def unknowns(self) -> "pd.DataFrame":
-        """A row for each unknown: unit, default, inferred, near_low, near_high, low68, high68, verdict."""
-        return frame(self.document.unknowns, "name")
-
-    @cached_property
-    def cells(self) -> "pd.DataFrame":
-        """A row for each published number: contender, metric, unit, the number, and our flights beside it."""
-        rows = [
-            {
-                **{key: getattr(row, key) for key in ("contender", "metric", "scenario", "unit", "published")},
-                **{key: getattr(row.ours, key) for key in ("median", "low95", "high95", "inside")},
-            }
-            for row in self.document.cells
-        ]
-        return frame(rows)
-
-    def figure(self, name: str = "inference") -> "Figure":
-        """Draw a figure; see `Results.figure`."""
-        return super().figure(name)
-
-
 def read_table(file: str | Path) -> "pd.DataFrame":
     """Read a table of a results folder.
 
@@ -404,9 +372,9 @@ def read_table(file: str | Path) -> "pd.DataFrame":
 
 
 R = TypeVar("R")
-AnyResults: TypeAlias = TuningResults | ContestResults | InferenceResults | ComparisonResults
-KINDS: tuple[type[AnyResults], ...] = (ContestResults, InferenceResults, ComparisonResults, TuningResults)
-"""Kinds of results, each told by its main document; a contest's folder may hold an inference."""
+AnyResults: TypeAlias = TuningResults | ContestResults | ComparisonResults
+KINDS: tuple[type[AnyResults], ...] = (ContestResults, ComparisonResults, TuningResults)
+"""Kinds of results, each recognised by its main document."""
 
 
 @overload
@@ -421,7 +389,7 @@ def open_results(folder: str | Path, *, kind: type[R] | None = None) -> AnyResul
         kind: Class that the results must have, such as `TuningResults`, so that type checkers know it; by default any.
 
     Returns:
-        `TuningResults`, `ContestResults`, `InferenceResults` or `ComparisonResults`.
+        `TuningResults`, `ContestResults` or `ComparisonResults`.
 
     Raises:
         StoreError: The folder is missing, not finished, damaged, or of another kind.

@@ -104,7 +104,7 @@ class RunReport:
 
 
 def report_run(folder: Path) -> RunReport:
-    """Report a run, finished or not, a contest, inference or comparison.
+    """Report a run, finished or not, a contest or comparison.
 
     Raises StoreError where it is none.
     """

@@ -51,7 +51,7 @@ def run(
         **options: As of the command line.
 
     Returns:
-        `TuningResults`, `ContestResults` or `InferenceResults`, as the study is. A run for a firmware with a file of present
+        `TuningResults` or `ContestResults`, as the study is. A run for a firmware with a file of present
         gains, `controller.default`, ends with the opinion of `judge` against them, `results.opinion`.
 
     Raises:

@@ -39,8 +39,7 @@ def load_study(
         kind: Class that the study must have, such as `tuner.Study`, so that type checkers know it; by default any.
 
     Returns:
-        A `Study`, or a `PlantStudy` where the file has a plant; where it has contenders a contest, and where it has unknowns an
-        inference. `run` takes them all.
+        A `Study`, or a `PlantStudy` where the file has a plant; where it has contenders a contest. `run` takes them all.
 
     Raises:
         InputError: The study is missing, wrong or of another kind; the message names file, key and what is allowed.

@@ -117,7 +117,7 @@ def check(
     file: Annotated[
         Path,
         typer.Argument(
-            help="Study, contest, inference, airframe (TOML), gains.json, or a law, metric or reference of your own (Python).",
+            help="Study, contest, airframe (TOML), gains.json, or a law, metric or reference of your own (Python).",
             show_default=False,
             callback=found_study,
             autocompletion=STUDY,

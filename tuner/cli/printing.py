@@ -27,7 +27,6 @@ PRINTERS = {
     "Flights": "gains:print_flights",
     "Identification": "identification:print_identification",
     "Imported": "export:print_import",
-    "InferenceResults": "inference:print_inference",
     "Judgement": "check:print_judgement",
     "LogComparison": "identification:print_log_comparison",
     "LogCheck": "identification:print_log_check",

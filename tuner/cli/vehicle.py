@@ -146,7 +146,7 @@ def schema(
     name: Annotated[
         str,
         typer.Argument(
-            help="A file that is read (study, plant-study, contest-study, inference-study, trials-study) or written "
+            help="A file that is read (study, plant-study, contest-study, trials-study) or written "
             "(gains, summary, contest, ...).",
             show_default=False,
             autocompletion=SCHEMA,

@@ -16,7 +16,6 @@ from tuner.documents.contest_document import (
     QuantityRow,
 )
 from tuner.documents.folder import OpenedFolder
-from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.parts import ENDS, Estimate, Row, ShareCount, row_in_degrees, scaled
 from tuner.documents.tables import Columns, Fan, groups, read_fans
 from tuner.store.document import refuse
@@ -192,12 +191,6 @@ class ComparedFolder(OpenedFolder[C]):
     def scenarios(self) -> list[str]:
         """Scenarios with responses, in the order of the files."""
         return list(dict.fromkeys(entry.scenario for entry in [*self.fans, *self.traces]))
-
-    @cached_property
-    def inference(self) -> InferenceDocument | None:
-        """An inference that lies in the folder, in degrees."""
-        file = self.home / "inference.json"
-        return InferenceDocument.read(file).in_degrees() if file.exists() else None
 
 
 class ContestFolder(ComparedFolder[ContestDocument]):

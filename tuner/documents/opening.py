@@ -8,16 +8,9 @@ from plant.errors import InputError, StoreError
 from tuner.documents.contest import ComparisonFolder, ContestFolder
 from tuner.documents.export import ExportDocument
 from tuner.documents.folder import OpenedFolder, existing
-from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.tuning import TuningFolder
-
-
-class InferenceFolder(OpenedFolder[InferenceDocument]):
-    """Results of an inference."""
-
-    kind, noun, main, model = "inference", "an inference", "inference.json", InferenceDocument
 
 
 class SensitivityFolder(OpenedFolder[SensitivityDocument]):
@@ -38,11 +31,10 @@ class ExportFolder(OpenedFolder[ExportDocument]):
     kind, noun, main, model = "export", "an export", "export.json", ExportDocument
 
 
-# A folder is of the first kind whose document it holds: a contest may hold its inference, a run its sensitivity.
+# A folder is of the first kind whose document it holds: a run may hold its sensitivity.
 KINDS: tuple[type[OpenedFolder[Any]], ...] = (
     ComparisonFolder,
     ContestFolder,
-    InferenceFolder,
     TuningFolder,
     SensitivityFolder,
     MarginsFolder,

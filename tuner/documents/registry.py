@@ -12,7 +12,6 @@ from tuner.documents.estimate import EstimateDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.flight_plan import FlightPlanDocument
 from tuner.documents.identification import IdentificationDocument, LogCheckDocument
-from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.judgement import JudgementDocument
 from tuner.documents.log_comparison import LogComparisonDocument
 from tuner.documents.margins import MarginsDocument
@@ -35,7 +34,6 @@ DOCUMENTS: dict[str, type[Document]] = {
     "summary": Summary,
     "contest": ContestDocument,
     "comparison": ComparisonDocument,
-    "inference": InferenceDocument,
     "sensitivity": SensitivityDocument,
     "margins": MarginsDocument,
     "plan": PlanDocument,

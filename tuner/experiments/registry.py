@@ -11,7 +11,7 @@ from tuner.engines.cuda import LANES, check
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.options import OPTIONS, RunOptions, reused
 from tuner.search.watcher import Watcher
-from tuner.store.advice import CONTEST, INFERENCE, JUDGEMENT, PLANT, TRIALS, TUNING, kind_of
+from tuner.store.advice import CONTEST, JUDGEMENT, PLANT, TRIALS, TUNING, kind_of
 from tuner.store.folder import Folder
 from tuner.store.inputs import compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy
@@ -52,7 +52,6 @@ EXPERIMENTS = {
         ),
         ExperimentKind(JUDGEMENT, "tuning", "JudgementRun", "summary.json", "a judgement"),
         ExperimentKind(CONTEST, "contest", "ContestRun", "contest.json", "a contest"),
-        ExperimentKind(INFERENCE, "inference", "InferenceRun", "inference.json", "an inference"),
         ExperimentKind("comparison", "compare", "ComparisonRun", "comparison.json", "a comparison"),
         ExperimentKind(TRIALS, "trials", "TrialRun", "summary.json", "a run of trials"),
     )

@@ -7,7 +7,7 @@ import numpy as np
 
 from plant.errors import InputError, UnknownNameError
 from plant.texts import PlainTable, PlainValue
-from plant.ties import TIE, first_largest, first_smallest, increasing_order
+from plant.ties import TIE, first_largest, first_smallest
 
 # The reference point of the hypervolume, in units of the default gains' values.
 REFERENCE = 1.1
@@ -30,14 +30,6 @@ def non_dominated(values: np.ndarray) -> np.ndarray:
     from moocore import is_nondominated
 
     return np.asarray(is_nondominated(values, keep_weakly=True))
-
-
-def evenly(values: np.ndarray, most: int) -> np.ndarray:
-    """Return at most so many rows: spaced evenly in increasing order of values (n,)."""
-    order = increasing_order(values)
-    if len(order) <= most:
-        return order
-    return order[np.unique(np.linspace(0, len(order) - 1, most).round().astype(int))]
 
 
 def feasible_front(values: np.ndarray, violations: np.ndarray) -> np.ndarray:

@@ -11,11 +11,11 @@ from plant.input_files import parse_json, read_input_text
 from plant.texts import toml_table
 
 RECORD = "run.json"
-TUNING, CONTEST, INFERENCE, JUDGEMENT = "tuning", "contest", "inference", "judgement"
+TUNING, CONTEST, JUDGEMENT = "tuning", "contest", "judgement"
 PLANT, TRIALS = "plant", "trials"
 FLOWN_AGAIN = (TUNING, PLANT)
 """Kinds of runs that `tuner verify` flies again."""
-RESUMED = (TUNING, PLANT, CONTEST, INFERENCE)
+RESUMED = (TUNING, PLANT, CONTEST)
 """Kinds of run that `tuner resume` goes on with."""
 STEPS = "stages.json"
 """File of a tail's or an autotune's folder: its steps with their inputs."""
@@ -91,6 +91,6 @@ def repair_hint(path: Path, name: str) -> str:
 
 def restart_hint(path: Path) -> str:
     """Return the advice for a run that cannot be continued."""
-    if kind_of(path) in (CONTEST, INFERENCE):
+    if kind_of(path) == CONTEST:
         return "run the study again into a new folder"
     return f"run the study again with `--reuse {shlex.quote(str(path))}`, which takes over the flights that are there"

@@ -14,7 +14,7 @@ from plant.quadrotor.gains import GROUPS
 from plant.texts import PlainTable, PlainValue
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import checked_tables, contest_from_table, put_in_contest
-from tuner.study.contest_schema import CONTEST_TABLES, INFERENCE_TABLES, ChoicesTable
+from tuner.study.contest_schema import CONTEST_TABLES, ChoicesTable
 from tuner.study.contest_terms import terms_of
 from tuner.study.layers import Layer, merged, merged_layers
 from tuner.study.own_code import use_files_of
@@ -43,7 +43,7 @@ def choices_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mappin
 
 def contest_of_choices(table: PlainTable, path: Path) -> PlainTable:
     """Return the content of the contest between all combinations."""
-    for other in (*CONTEST_TABLES, *INFERENCE_TABLES):
+    for other in CONTEST_TABLES:
         if other in table and other != HALVING:
             raise InputError(
                 "cannot stand beside [choices], whose combinations are the contenders; leave one out", key=other

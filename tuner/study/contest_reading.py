@@ -16,7 +16,6 @@ from plant.texts import PlainTable, PlainValue
 from tuner.study.contest import Claim, Contender, Contest, Published
 from tuner.study.contest_schema import (
     CONTEST_TABLES,
-    INFERENCE_TABLES,
     ClaimTable,
     ContenderTable,
     ContestTable,
@@ -52,7 +51,7 @@ def contest_from_table(path: Path, table: PlainTable, layers: tuple[Layer, ...] 
     terms = terms_of(table)
     _refuse_shared(path, table, terms.individual, terms.shared)
     added = checked_tables(ContestTable, table, path)
-    shared = {key: value for key, value in table.items() if key not in (*CONTEST_TABLES, *INFERENCE_TABLES)}
+    shared = {key: value for key, value in table.items() if key not in CONTEST_TABLES}
     contenders = evenly_started([_contender(i, entry, shared, path, layers) for i, entry in enumerate(added.contender)])
     with located(path, ""):
         _check_names(contenders)

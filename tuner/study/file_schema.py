@@ -23,7 +23,7 @@ from plant.quadrotor import airframes
 from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES
 from tuner.search.names import ALGORITHMS, AUTOMATIC, CONVERGED, GENERATIONS
-from tuner.study.contest_schema import ChoicesTable, ContestTable, InferenceTable
+from tuner.study.contest_schema import ChoicesTable, ContestTable
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StudyTable
 from tuner.study.targets import TARGETS
@@ -93,12 +93,10 @@ def _choices() -> dict[str, dict[str, Schema]]:
         "PublishedTable": {"contender": {"anyOf": [{"type": "string"}, TEXTS]}},
         "ScenarioTable": {"reference": kind},
         "SearchTable": search,
-        "SettingsTable": {"contenders": {"anyOf": [{"type": "string"}, TEXTS]}},
         "StudyTable": {"target": _closed(TARGETS)},
         "TrialConstraintTable": {"risk": risk},
         "TrialObjectiveTable": {"risk": risk},
         "TrialSearchTable": search,
-        "UnknownTable": {"scale": scale},
         "VariableTable": {"scale": scale},
     }
 
@@ -180,7 +178,6 @@ STUDY_SCHEMAS: dict[str, Callable[[], Schema]] = {
     "plant-study": lambda: table_schema(PlantStudyTable),
     "contest-study": lambda: contest_schema(ContestTable),
     "choices-study": lambda: contest_schema(ChoicesTable),
-    "inference-study": lambda: contest_schema(ContestTable, InferenceTable),
     "trials-study": lambda: table_schema(TrialStudyTable),
 }
 """Name of `tuner schema` -> schema of that kind of study file."""

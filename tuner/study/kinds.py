@@ -1,4 +1,4 @@
-"""Kinds of study files, told apart by their tables: tuning, plant, contest, inference, trials."""
+"""Kinds of study files, told apart by their tables: tuning, plant, contest, trials."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -12,15 +12,13 @@ from tuner.study.choices import CHOICES, choices_from_layers
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import contest_from_layers
 from tuner.study.files import check_file_name
-from tuner.study.inference import Inference
-from tuner.study.inference_reading import inference_from_layers
 from tuner.study.layers import Layer, read_layers
 from tuner.study.plant_study import PlantStudy, plant_study_from_table
 from tuner.study.reading import put
 from tuner.study.study import Study, TuningStudy
 from tuner.study.trials import TrialStudy, trials_from_layers
 
-AnyStudy = Study | Contest | Inference | PlantStudy | TrialStudy
+AnyStudy = Study | Contest | PlantStudy | TrialStudy
 Overrides = Mapping[str, PlainValue]
 
 
@@ -55,7 +53,6 @@ def _of_one_file(build: Callable[[Path, Mapping[str, PlainValue]], AnyStudy]) ->
 
 
 STUDY_KINDS = (
-    StudyKind(Inference.kind, "an inference", "unknown", inference_from_layers),
     StudyKind(CHOICES, "a study with choices", CHOICES, choices_from_layers),
     StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
     StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", _of_one_file(plant_study_from_table)),

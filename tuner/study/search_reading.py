@@ -1,4 +1,4 @@
-"""Reading of a [search] table, of studies and inferences."""
+"""Reading of a [search] table, of a study of any kind."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -105,9 +105,8 @@ def test_what_a_notebook_shows_is_text_that_may_be_a_strangers():
     page = study._repr_html_()
     assert "&lt;script&gt;x" in page and "<script>" not in page and "hummingbird" in page
     assert "<td" in tuner.default_gains("pid")._repr_html_()
-    for name in ("contest", "paper_inference"):
-        study = tuner.load_study(name)
-        assert study.title in study._repr_html_() and "<td" in study._repr_html_()
+    study = tuner.load_study("contest")
+    assert study.title in study._repr_html_() and "<td" in study._repr_html_()
 
 
 def test_a_study_of_tables_runs_like_one_of_a_file_and_leaves_its_text(tmp_path, monkeypatch):

@@ -94,7 +94,6 @@ NOT_FOR_A_RUN = (
     "PIL",
     "tuner.report.charts.paper",
     "tuner.experiments.contest.run",
-    "tuner.experiments.inference.run",
     "tuner.experiments.trials.run",
     "tuner.exchange.registry",
 )

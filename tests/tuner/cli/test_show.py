@@ -145,14 +145,6 @@ def test_a_contest_shows_its_tables(tmp_path, width, monkeypatch, capsys):
     assert code == 0 and json.loads(out) == found
 
 
-def test_an_inference_shows_its_sentences(tmp_path, capsys):
-    folder = ROOT / "results" / "paper" / "inference"
-    found = json.loads((folder / "inference.json").read_text())
-    text = flat(shown(folder, 60, capsys))
-    assert all(flat(sentence) in text for sentence in found["words"])
-    assert found["unknowns"][0]["name"] in text
-
-
 @pytest.mark.parametrize("make", [lambda folder: None, lambda folder: folder.mkdir()])
 def test_what_is_no_results_folder_is_refused(make, tmp_path):
     make(tmp_path / "nothing")

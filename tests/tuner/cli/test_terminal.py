@@ -128,9 +128,9 @@ def test_show_a_run(objectives, tmp_path, monkeypatch, capsys):
     check_widths(command(monkeypatch, capsys, "show", folder), monkeypatch, lost=ends)
 
 
-def test_show_a_contest_and_an_inference(tmp_path, monkeypatch, capsys):
-    for folder in (fabricate_contest(tmp_path / "made-up", Made()), ROOT / "results" / "paper" / "inference"):
-        check_widths(command(monkeypatch, capsys, "show", folder), monkeypatch, lost={"quantity", "cell"})
+def test_show_a_contest(tmp_path, monkeypatch, capsys):
+    folder = fabricate_contest(tmp_path / "made-up", Made())
+    check_widths(command(monkeypatch, capsys, "show", folder), monkeypatch, lost={"quantity", "cell"})
 
 
 def test_margins(small_run, monkeypatch, capsys):
@@ -150,7 +150,7 @@ def test_theory_and_cost(small_run, monkeypatch, capsys):
 def test_check(small_run, monkeypatch, capsys):
     for name in ("check", "judge"):
         remembered(monkeypatch, name)
-    for name in ("quickstart", "contest", "paper_inference"):
+    for name in ("quickstart", "contest"):
         check_widths(command(monkeypatch, capsys, "check", name), monkeypatch)
     judged = ("check", small_run[1] / "gains.json", "--requirements", QUICKSTART, "--seeds", "8")
     check_widths(command(monkeypatch, capsys, *judged, codes=(0, 1)), monkeypatch, (60, 80))

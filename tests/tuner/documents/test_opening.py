@@ -4,9 +4,8 @@ import pytest
 
 from plant.errors import StoreError
 from tests.tuner.documents.examples import example_of
-from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import fabricate
-from tuner.documents.opening import KINDS, ContestFolder, TuningFolder, kind_in, open_results
+from tuner.documents.opening import KINDS, TuningFolder, open_results
 from tuner.store.document import json_text
 
 
@@ -32,13 +31,6 @@ def test_documents_and_tables_of_a_run(tmp_path):
     (folder / "front.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(StoreError, match="front.csv: not a readable table"):
         opened.table("front.csv")
-
-
-def test_a_contest_with_an_inference_is_a_contest(tmp_path):
-    folder = fabricate_contest(tmp_path / "made-up")
-    (folder / "inference.json").write_text("{}")
-    assert kind_in(folder) is ContestFolder
-    assert open_results(folder).document.contenders[0].name == "PID"
 
 
 def test_what_is_no_results_folder_is_refused(tmp_path):

@@ -80,7 +80,7 @@ def test_an_interrupted_experiment_tells_once_what_to_do(tmp_path):
     Folder.open(tmp_path / "out").close()
 
 
-@pytest.mark.parametrize("name", ["quickstart", "contest", "paper_inference"])
+@pytest.mark.parametrize("name", ["quickstart", "contest"])
 def test_a_preview_needs_no_flight(name):
     study = load_any(shipped_studies()[name])
     assert preview(study).title == study.title

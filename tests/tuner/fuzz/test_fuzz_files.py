@@ -1,4 +1,4 @@
-"""Any study, contest, inference, airframe or gains file is either read or refused in one line that names a place in it.
+"""Any study, contest, airframe or gains file is either read or refused in one line that names a place in it.
 
 Hypothesis changes good files in their structure and breaks them as text. Here a short share of it; 2,600 files:
 pytest -m slow tests/tuner/fuzz.
@@ -21,13 +21,12 @@ from tuner.gains import read_gains, to_document
 from tuner.study import load_study
 from tuner.study.kinds import load_any
 
-CONTESTS, INFERENCES = ["contest.toml", "paper_table3.toml"], ["paper_inference.toml"]
-TUNINGS = sorted(file.name for file in STUDIES.glob("*.toml") if file.name not in CONTESTS + INFERENCES)
+CONTESTS = ["contest.toml", "paper_table3.toml"]
+TUNINGS = sorted(file.name for file in STUDIES.glob("*.toml") if file.name not in CONTESTS)
 # Files of each kind: in the short profile, in the long one, and the least share of them that is read and that is refused.
 PROFILES = {
     "study": (80, 1000, 0.05, 0.5),
     "contest": (30, 300, 0.05, 0.5),
-    "inference": (4, 100, 0.0, 0.3),
     "study text": (50, 400, 0.1, 0.3),
     "airframe": (30, 300, 0.02, 0.3),
     "gains": (60, 400, 0.03, 0.3),
@@ -61,7 +60,7 @@ def hostile_file(data, kind, desk):
     if kind == "airframe":
         path.write_text(toml_of(data.draw(mutated(airframe))), encoding="utf-8")
         return load, path
-    names = {"contest": CONTESTS, "inference": INFERENCES}.get(kind, TUNINGS)
+    names = CONTESTS if kind == "contest" else TUNINGS
     source = STUDIES / data.draw(st.sampled_from(names))
     if kind == "study text":
         path.write_bytes(data.draw(broken(source.read_bytes())))

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError, UnknownNameError
-from tests.tuner.experiments.inference import asked as inference
 from tests.tuner.study.study_text import changed, write
 from tuner.api.catalogue import LISTINGS
 from tuner.experiments.tuning.problem import problem_of
 from tuner.experiments.tuning.search import algorithm_of
 from tuner.search.names import ALGORITHMS, check_algorithm
 from tuner.study import load_study
-from tuner.study.kinds import load_any
 
 SECOND = '\n[[objective]]\nmetric = "travel"\n'
 
@@ -37,14 +35,6 @@ def test_a_study_gets_a_search_for_its_number_of_objectives(tmp_path, name, obje
         assert f"write one of {', '.join(sorted(allowed))}" in message
     else:
         assert asked(tmp_path, name, objectives).search.algorithm == name
-
-
-def test_an_inference_has_an_objective_for_each_metric_of_its_cells(tmp_path):
-    text = changed("[search]", '[search]\nalgorithm = "cmaes"', inference.STUDY) + inference.CELLS
-    path = inference.write(tmp_path, text)
-    with pytest.raises(InputError, match="'cmaes' takes 1 objective, and here are 2") as caught:
-        load_any(path)
-    assert caught.value.key == "search.algorithm" and caught.value.file == str(path)
 
 
 def test_an_unknown_search_is_named():

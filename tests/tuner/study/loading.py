@@ -1,11 +1,10 @@
-"""Contests and inferences by their kind, for tests that know which they have written."""
+"""Contests by their kind, for tests that have written one."""
 
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from tuner.study.contest import Contest
-from tuner.study.inference import Inference
 from tuner.study.kinds import load_any
 
 
@@ -13,11 +12,4 @@ def load_contest(path: Path, overrides: Mapping[str, Any] | None = None) -> Cont
     """Load a file that holds a contest."""
     study = load_any(path, overrides)
     assert isinstance(study, Contest)
-    return study
-
-
-def load_inference(path: Path, overrides: Mapping[str, Any] | None = None) -> Inference:
-    """Load a file that holds an inference."""
-    study = load_any(path, overrides)
-    assert isinstance(study, Inference)
     return study

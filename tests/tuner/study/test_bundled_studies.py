@@ -74,7 +74,7 @@ def problem_of(study):
 
 def test_no_tuning_study_is_left_out_and_all_are_listed(monkeypatch):
     tables = {path.stem: tomllib.loads(path.read_text()) for path in QUICKSTART.parent.glob("*.toml")}
-    # Contests and inferences; studies of plants and of laws of one's own, which have tests of their own.
+    # Contests; studies of plants and of laws of one's own, which have tests of their own.
     others = {"base", "contender", "plant", "law"}
     assert {name for name, table in tables.items() if not others & set(table)} == set(NAMES)
     monkeypatch.chdir(QUICKSTART.parents[1])

@@ -20,7 +20,6 @@ SCHEMA_OF = {
     "tuning": "study",
     "plant": "plant-study",
     "contest": "contest-study",
-    "inference": "inference-study",
     "trials": "trials-study",
 }
 STUDIES = sorted(

@@ -8,20 +8,19 @@ from tests.tuner.study.study_text import STUDY, write
 from tuner.study import layers
 from tuner.study.contest import Contest
 from tuner.study.files import shipped_studies
-from tuner.study.inference import Inference
 from tuner.study.kinds import STUDY_KINDS, kind_of_layers, load_any, load_tuning
 from tuner.study.layers import read_layers
 from tuner.study.study import Study
 
-TYPES = {"tuning": Study, "contest": Contest, "inference": Inference}
+TYPES = {"tuning": Study, "contest": Contest}
 
 
 def test_every_kind_has_a_name_of_its_own_and_the_last_takes_all_files():
-    assert [kind.name for kind in STUDY_KINDS] == ["inference", "choices", "contest", "plant", "trials", "tuning"]
-    assert [kind.table for kind in STUDY_KINDS] == ["unknown", "choices", "contender", "plant", "trials", None]
+    assert [kind.name for kind in STUDY_KINDS] == ["choices", "contest", "plant", "trials", "tuning"]
+    assert [kind.table for kind in STUDY_KINDS] == ["choices", "contender", "plant", "trials", None]
 
 
-@pytest.mark.parametrize("name", ["quickstart", "contest", "paper_table3", "paper_inference"])
+@pytest.mark.parametrize("name", ["quickstart", "contest", "paper_table3"])
 def test_a_shipped_study_becomes_what_its_tables_say_and_is_parsed_once(name, monkeypatch):
     path, parsed = shipped_studies()[name], []
     parse = layers.parse_toml

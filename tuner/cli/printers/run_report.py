@@ -7,7 +7,6 @@ from rich.text import Text
 from tuner.api.run_report import UnfinishedContest, UnfinishedRun, next_commands
 from tuner.cli.printers.compare import print_comparison
 from tuner.cli.printers.contest import print_estimates
-from tuner.cli.printers.inference import print_tables
 from tuner.cli.printers.tuning import finding_texts, print_ending, print_points, print_tables_of_run
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, digits, unit_text, width
@@ -20,7 +19,7 @@ from tuner.report.words import gap_words, laws_of
 from tuner.store.manifest import NONE_YET
 
 if TYPE_CHECKING:
-    from tuner.api.results import ComparisonResults, ContestResults, InferenceResults, TuningResults
+    from tuner.api.results import ComparisonResults, ContestResults, TuningResults
     from tuner.api.run_report import RunReport
     from tuner.documents.tuning import TuningFolder
 
@@ -29,7 +28,7 @@ MOST_POINTS = 12
 
 
 def print_run_report(report: "RunReport", console: Console) -> None:
-    """Print a run, finished or not, a contest, inference or comparison."""
+    """Print a run, finished or not, a contest or comparison."""
     if report.progress is not None:
         print_unfinished(report.progress, console)
     elif report.results is not None:
@@ -50,14 +49,6 @@ def show_contest(results: "ContestResults", console: Console) -> None:
     print_estimates(results.document, console)
     page = results.home / "report.html"
     say_files(console, **({"Report": page} if page.exists() else {"Results": results.home}))
-
-
-def show_inference(results: "InferenceResults", console: Console) -> None:
-    """Print an inference."""
-    console.print(results.title, style="bold")
-    print_tables(results.document, console)
-    console.print(f"{results.document.flights:,} flights.")
-    say_files(console, Study=results.home / "inferred.toml")
 
 
 def show_tuning(results: "TuningResults", console: Console) -> None:
@@ -83,7 +74,6 @@ PRINTERS = {
     "tuning": show_tuning,
     "contest": show_contest,
     "comparison": show_comparison,
-    "inference": show_inference,
 }
 """Kind of results -> what prints them."""
 

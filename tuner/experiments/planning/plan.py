@@ -34,7 +34,7 @@ Plan = PlanDocument | ContestPlanDocument
 def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads: int | None = None) -> Plan:
     """Return the plan of a study or contest; share: of the default's values, a difference that is to be told.
 
-    Raises InputError for an inference, which has no plan.
+    Raises InputError for a study whose trials another program makes.
     """
     planned = PLANS.get(study.kind)
     if planned is None:

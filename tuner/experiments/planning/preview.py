@@ -7,7 +7,6 @@ from tuner.experiments.planning.counts import comparison_flights, contest_search
 from tuner.experiments.planning.study_preview import PreviewPart, StudyPreview, plant_preview, study_preview
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.study.contest import Contender, Contest
-from tuner.study.inference import Inference
 from tuner.study.kinds import AnyStudy
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
@@ -28,17 +27,6 @@ class ContestPreview(PreviewPart):
     halving: list[str] = []
 
 
-class InferencePreview(PreviewPart):
-    """An inference before anything flies."""
-
-    kind: Literal["inference"]
-    title: str
-    contenders: list[str]
-    unknowns: list[str]
-    cells: list[str]
-    search_flights: int
-
-
 class TrialsPreview(PreviewPart):
     """A study whose trials another program makes; the numbers of trials are the most that may be asked for."""
 
@@ -55,7 +43,7 @@ class TrialsPreview(PreviewPart):
     warnings: list[str]
 
 
-Preview = StudyPreview | ContestPreview | InferencePreview | TrialsPreview
+Preview = StudyPreview | ContestPreview | TrialsPreview
 
 
 def preview(study: AnyStudy) -> Preview:
@@ -83,20 +71,6 @@ def _described(contender: Contender) -> str:
     return f"{contender.name} ({f'{searched} searched' if searched else 'as given'})"
 
 
-def inference_preview(inference: Inference) -> InferencePreview:
-    """Return an inference's preview."""
-    search = inference.search
-    flown = {(cell.contender, cell.scenario) for cell in inference.cells}
-    return InferencePreview(
-        kind="inference",
-        title=inference.title,
-        contenders=[contender.name for contender in inference.contest.contenders],
-        unknowns=[unknown.variable.name for unknown in inference.unknowns],
-        cells=[cell.label for cell in inference.cells],
-        search_flights=search.population * search.generations * len(flown) * inference.flights,
-    )
-
-
 def trials_preview(study: TrialStudy) -> TrialsPreview:
     """Return the preview of a study whose trials another program runs."""
     flights = flights_of(study)
@@ -119,7 +93,6 @@ PREVIEWS: dict[str, Callable[[Any], Preview]] = {
     Study.kind: study_preview,
     PlantStudy.kind: plant_preview,
     Contest.kind: contest_preview,
-    Inference.kind: inference_preview,
     TrialStudy.kind: trials_preview,
 }
 """Previews by the kind of study."""

@@ -98,19 +98,6 @@ def pinned(shown: StripScale, central: Estimate, printed: float, look: Look, ins
     return _drawing(parts, shown.width, ROW + 2.0)
 
 
-def ranged(
-    shown: StripScale, near: tuple[float, float], resampled: tuple[float, float], before: float, inferred: float
-) -> Markup:
-    """Draw a searched range with what fits about as well, what other draws would give, and both values."""
-    y = ROW / 2
-    parts = [_line(INSET, y, shown.width - INSET, y, "track")]
-    parts += [_line(x, y - 5, x, y + 5, "track") for x in (INSET, shown.width - INSET)]
-    parts.append(_line(shown.place(near[0]), y, shown.place(near[1]), y, "near"))
-    parts.append(_line(shown.place(resampled[0]), y + 6, shown.place(resampled[1]), y + 6, "again"))
-    parts += [drawn_mark(DEFAULT, shown.place(before), y, 14.0), drawn_mark(TUNED, shown.place(inferred), y, 14.0)]
-    return _drawing(parts, shown.width, ROW)
-
-
 def placed(shown: StripScale, default: float, value: float) -> Markup:
     """Draw where default and value lie in a range."""
     y = ROW / 2

@@ -1,4 +1,4 @@
-"""The reports of a contest and of an inference: an offline HTML page, figures for a paper; they read nothing but the folder."""
+"""The report of a contest: an offline HTML page, figures for a paper; they read nothing but the folder."""
 
 from pathlib import Path
 
@@ -24,22 +24,3 @@ def write_comparison_figures(folder: Path) -> list[Path]:
     from tuner.report.contest.figures import write_all
 
     return write_all(folder, values=True)
-
-
-def write_inference_figures(folder: Path) -> list[Path]:
-    """Write figures/*.png and *.pdf into the folder of an inference and return their paths; StoreError as in the report."""
-    from tuner.report import inference_figure
-
-    return inference_figure.write_inference_figures(folder)
-
-
-def write_inference_report(folder: Path) -> Path:
-    """Write report.html into the folder of an inference and return its path; StoreError names what is missing."""
-    from tuner.documents.opening import InferenceFolder
-    from tuner.report.contest.inference_page import inference_page
-    from tuner.report.page import put_page
-
-    inference = InferenceFolder(folder)
-    return put_page(
-        folder, inference_page(inference.document.in_degrees(), inference.environment, inference.study_text)
-    )

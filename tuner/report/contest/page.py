@@ -11,7 +11,6 @@ from tuner.report.contest.controls import contender_switches, interval_switch, r
 from tuner.report.contest.differences_section import forests
 from tuner.report.contest.distribution_panels import distribution_panels
 from tuner.report.contest.fronts_panels import fronts_panels
-from tuner.report.contest.inference_page import inference_parts
 from tuner.report.contest.prose import claims, key_figures, lead_text, words
 from tuner.report.contest.provenance import definitions, document_text, facts
 from tuner.report.contest.published_section import printed_tables, strips
@@ -94,7 +93,6 @@ def _sections(
         Section("published", "Printed numbers", _published(contest)),
         Section("responses", "Responses", _responses(contest, responses)),
         Section("gains", "Gains", _with_aid("gains", gains_cards(contest))),
-        *_inference(contest),
         Section("provenance", "Provenance", _provenance(contest)),
     ]
 
@@ -133,15 +131,6 @@ def _responses(contest: ComparedFolder, panels: Sequence[Panel]) -> Markup:
         for form in ("air", "axis", "rotor")
     ]
     return join((aid(AIDS["responses"]), response_choices(contest), *grids))
-
-
-def _inference(contest: ComparedFolder) -> list[Section]:
-    if contest.inference is None:
-        return []
-    sentences = element("ul", *[element("li", sentence) for sentence in contest.inference.words], class_="words")
-    parts = inference_parts(contest.inference)
-    shown = [element("section", element("h3", part.title), part.content, id=f"inference-{part.key}") for part in parts]
-    return [Section("inference", "Open values inferred", join((sentences, *shown)))]
 
 
 def _provenance(contest: ComparedFolder) -> Markup:

@@ -229,9 +229,8 @@ def test_without_the_package_one_line(monkeypatch, capsys, tmp_path):
 
 
 def test_only_tuning_studies_fly_on_a_cluster(monkeypatch, capsys):
-    for study in ("contest", "paper_inference"):
-        code, _, said = tuner(monkeypatch, capsys, "run", f"studies/{study}.toml", "--dask", "local:2")
-        assert code == 2 and "--dask: only a tuning study flies on a cluster" in said
+    code, _, said = tuner(monkeypatch, capsys, "run", "studies/contest.toml", "--dask", "local:2")
+    assert code == 2 and "--dask: only a tuning study flies on a cluster" in said
 
 
 @pytest.mark.slow

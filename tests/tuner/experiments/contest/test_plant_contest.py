@@ -125,7 +125,6 @@ def test_other_channels_meet_the_same_motors_loads_and_noise(tmp_path):
         ('name = "ADRC"', 'name = "ADRC"\nscenario = []', "'scenario' is the same for all contenders"),
         ('name = "ADRC"', 'name = "ADRC"\ncontroller.attitude = "pid"', "contender[1].controller"),
         ('in = "itae.angle"', 'in = "itae.roll"', "unknown metric address 'itae.roll'"),
-        ("[[claim]]", '[[unknown]]\nname = "x"\n\n[[claim]]', "an inference is of quadrotors"),
     ],
 )
 def test_what_does_not_fit_is_one_line_with_its_key(tmp_path, monkeypatch, capsys, old, new, said):

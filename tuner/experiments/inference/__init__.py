@@ -1,1 +1,0 @@
-"""Inference: which values of what a paper leaves open reproduce its published cells, and which cells nothing reproduces."""
