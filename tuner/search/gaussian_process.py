@@ -27,6 +27,8 @@ MAX_FIT_POINTS, MAX_FIRST_EVALUATIONS, MAX_EVALUATIONS = 128, 60, 20
 MAX_STEP, TOLERANCE = 1.5, 1e-5
 # Share of the variance added on the diagonal of joint samples: points of a pool may nearly coincide.
 NUGGET = 1e-7
+# Points of a posterior at a time: 250 rows of them stay in the nearer caches, and 4096 points take a third of the time.
+N_COLUMNS = 512
 
 
 class Hyperparameters:
@@ -160,9 +162,14 @@ class GaussianProcess:
     def posterior(self, points: Array) -> "Posterior":
         """Return the posterior at points (p, d)."""
         scaled = points * self._hyperparameters.scales
-        explained = covariance.solve_triangular(self._upper, covariance.correlations(self._scaled, scaled))
+        parts = [scaled[first : first + N_COLUMNS] for first in range(0, max(len(scaled), 1), N_COLUMNS)]
+        explained = np.hstack([self._solve(part) for part in parts])
         mean = self._mean + self._std * (explained * self._half[:, None]).sum(axis=0)
         return Posterior(mean, self._variance, explained, scaled)
+
+    def _solve(self, scaled: Array) -> Array:
+        """Return U^-T times the correlations (n, p) of the data with points (p, d) in length scales."""
+        return covariance.solve_triangular(self._upper, covariance.correlations(self._scaled, scaled))
 
 
 class Posterior:
