@@ -142,10 +142,11 @@ def test_a_surrogate_is_the_conditioned_normal_distribution(data):
 
 @pytest.mark.parametrize("count", [511, 513, 1100])
 def test_a_posterior_of_many_points_is_one_solution_to_the_bit(data, count):
-    shape, points = Hyperparameters(np.array([0.5, -0.3, 0.1, -6.0])), np.random.default_rng(3).random((count, 3))
-    found = GaussianProcess(*data, shape).posterior(points)
-    upper = cholesky_correlation(data[0] * shape.scales, shape.noise)
-    half = solve_triangular(upper, correlations(data[0] * shape.scales, points * shape.scales))
+    points, targets = data
+    shape, others = Hyperparameters(np.array([0.5, -0.3, 0.1, -6.0])), np.random.default_rng(3).random((count, 3))
+    found = GaussianProcess(points, targets, shape).posterior(others)
+    upper = cholesky_correlation(points * shape.scales, shape.noise)
+    half = solve_triangular(upper, correlations(points * shape.scales, others * shape.scales))
     assert np.array_equal(found._explained, half)
 
 
