@@ -25,26 +25,39 @@ class DifferentialEvolution:
         assert n_objectives == 1, "differential evolution searches for one objective"
         self._seed = seed
         self._total = TotalViolation(n_constraints)
-        self._generation = 0
-        self._pending = first.copy()
-        self._points = first.copy()
-        # Standing of each point: total violation, then value. Infinite: any first generation replaces it.
-        self._totals = self._values = np.full(len(first), np.inf)
+        self._pending: np.ndarray | None = first.copy()
+        # All rivals for each place of the population (generations, n), and their results.
+        self._rivals = np.empty((0, *first.shape))
+        self._totals = self._values = np.empty((0, len(first)))
 
     def ask(self) -> np.ndarray:
         """Return the next generation (n, d), points of the unit cube: a rival for each point of the population."""
+        if self._pending is None:
+            rng = generator(self._seed, "search/differential_evolution", len(self._rivals))
+            self._pending = trials(winners(self._rivals, self._totals, self._values), rng)
         return self._pending.copy()
 
     def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
         """Record the objective (n, 1) and constraint violations (n, c) of the pending generation."""
-        totals = self._total.of(violations)
-        wins = (totals < self._totals) | ((totals == self._totals) & (values[:, 0] <= self._values))
-        self._points = np.where(wins[:, None], self._pending, self._points)
-        self._totals = np.where(wins, totals, self._totals)
-        self._values = np.where(wins, values[:, 0], self._values)
-        self._generation += 1
-        rng = generator(self._seed, "search/differential_evolution", self._generation)
-        self._pending = trials(self._points, rng)
+        self._rivals = np.concatenate([self._rivals, self.ask()[None]])
+        self._totals = np.concatenate([self._totals, self._total.of(violations)[None]])
+        self._values = np.concatenate([self._values, values.T])
+        self._pending = None
+
+    def retell(self, values: np.ndarray, violations: np.ndarray) -> None:
+        """Replace the objective (n, 1) and constraint violations (n, c) of all points so far: each place has its best rival."""
+        self._totals = self._total.of(violations).reshape(self._totals.shape)
+        self._values = values.reshape(self._values.shape)
+
+
+def winners(rivals: np.ndarray, totals: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the best point (n, d) for each place of a population: of rivals (k, n, d), the last of equal ones.
+
+    totals, values (k, n): violation, and objective where that is equal.
+    """
+    last_first = np.broadcast_to(-np.arange(len(rivals))[:, None], totals.shape)
+    best = np.lexsort((last_first, values, totals), axis=0)[0]
+    return rivals[best, np.arange(rivals.shape[1])]
 
 
 def trials(points: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 import numpy as np
 
@@ -26,13 +26,11 @@ class Search(Protocol):
         """
         ...
 
-
-@runtime_checkable
-class RevisableSearch(Search, Protocol):
-    """A search whose past points may get other values."""
-
     def retell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Replace the objectives (n, m) and constraint violations (n, c) of all points so far."""
+        """Replace the objectives (n, m) and constraint violations (n, c) of all points so far.
+
+        No points are pending. The next ones follow from the new results alone where a search keeps any.
+        """
         ...
 
 
@@ -95,8 +93,17 @@ def archive(generations: list[Generation]) -> Archive:
 Review = Callable[[Sequence[Generation]], list[Evaluation] | None]
 """All generations so far -> evaluations in place of theirs, on more flights; None where theirs stay."""
 
-Aim = Callable[[Sequence[Generation]], np.ndarray | None]
-"""All generations so far -> what the next one adds to the excess (limits,) of all candidates; None for nothing."""
+
+class Aim(Protocol):
+    """Distances inside limits at which a search looks, None at limits."""
+
+    def addition(self, generations: Sequence[Generation]) -> np.ndarray | None:
+        """Return the next generation's addition (limits,) to every excess."""
+        ...
+
+    def back_off(self, generations: Sequence[Generation]) -> np.ndarray | None:
+        """Return the distances (limits,) by which the front has to be inside."""
+        ...
 
 
 def search_generations(
@@ -119,15 +126,15 @@ def search_generations(
         now: Seconds since the start of the search, measured here unless given.
         complete: Evaluation of a whole generation -> the one that is recorded, itself unless given.
         review: Evaluates all generations anew where it has to; the search goes on from these.
-        aim: Distance inside the limits at which the next generation is looked for; of a search that can be told anew alone.
+        aim: Distances inside the limits at which the search looks; the front that keeps its back-off has to converge.
     """
     begin = perf_counter()
     clock = now or (lambda: perf_counter() - begin)
     done: list[Generation] = []
     shift = None
-    while not rule.is_met([record.hypervolume for record in done]):
-        before, shift = shift, aim(done) if aim and isinstance(search, RevisableSearch) else None
-        if isinstance(search, RevisableSearch) and (before is not None or shift is not None):
+    while not rule.is_met(hypervolumes(done, aim.back_off(done) if aim and rule.converges else None)):
+        before, shift = shift, aim.addition(done) if aim else None
+        if before is not None or shift is not None:
             seen = [entry.evaluation for entry in done]
             search.retell(np.concatenate([one.values for one in seen]), _shifted(seen, shift))
         points, evaluation = ask_generation(search, evaluate, len(done[0].points) if done else 1, shift)
@@ -135,7 +142,6 @@ def search_generations(
         done = [*done, record_of(done, points, evaluation, clock())]
         anew = review(done) if review else None
         if anew is not None:
-            assert isinstance(search, RevisableSearch), "only such a search is reviewed"
             search.retell(np.concatenate([one.values for one in anew]), _shifted(anew, shift))
             done = recorded_anew(done, anew)
         yield done
@@ -183,6 +189,14 @@ def _baseline(before: list[Generation], so_far: Archive) -> np.ndarray:
     end = next((int(end) for end in ends if first < end), len(so_far.values))
     values = so_far.values[:end]
     return values[feasible_front(values, so_far.violations[:end])].max(axis=0)
+
+
+def hypervolumes(generations: list[Generation], back_off: np.ndarray | None) -> list[float]:
+    """Return the hypervolumes, one a generation, behind a back-off (limits,)."""
+    if back_off is not None:
+        seen = [entry.evaluation for entry in generations]
+        generations = recorded_anew(generations, [replace(one, excess=one.excess + back_off) for one in seen])
+    return [record.hypervolume for record in generations]
 
 
 def recorded_anew(generations: list[Generation], evaluations: list[Evaluation]) -> list[Generation]:

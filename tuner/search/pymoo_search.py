@@ -50,6 +50,7 @@ class PymooSearch:
         self._algorithm.setup(self._problem, termination=NoTermination(), seed=seed, verbose=False)
         self._population = len(first)
         self._pending: Population | None = None
+        self._points = np.empty((0, first.shape[1]))
 
     def ask(self) -> np.ndarray:
         """Return the next generation (n, d), points of the unit cube."""
@@ -62,12 +63,27 @@ class PymooSearch:
     def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
         """Record the objectives (n, m) and constraint violations (n, c) of the pending generation."""
         assert self._pending is not None, "ask before tell"
+        self._points = np.concatenate([self._points, self._pending.get("X")])
+        self._evaluate(self._pending, values, violations)
+        # NSGA-III turns warnings off, and for the whole process.
+        with warnings.catch_warnings():
+            self._algorithm.tell(infills=self._pending)
+        self._pending = None
+
+    def retell(self, values: np.ndarray, violations: np.ndarray) -> None:
+        """Replace the objectives (n, m) and constraint violations (n, c) of all points so far: the best of them survive."""
+        every = Population.new(X=self._points)
+        self._evaluate(every, values, violations)
+        one = self._algorithm
+        assert one.survival is not None, "a genetic algorithm selects survivors"
+        with warnings.catch_warnings():
+            one.pop = one.survival.do(
+                self._problem, every, n_survive=self._population, algorithm=one, random_state=one.random_state
+            )
+
+    def _evaluate(self, population: Population, values: np.ndarray, violations: np.ndarray) -> None:
         total = self._total.of(violations)
         outcome = {"F": values if self._scaling is None else self._scaling.of(values, total <= 0.0)}
         if self._problem.n_ieq_constr:
             outcome["G"] = total[:, None]
-        # NSGA-III turns warnings off, and for the whole process.
-        with warnings.catch_warnings():
-            Evaluator().eval(StaticProblem(self._problem, **outcome), self._pending)
-            self._algorithm.tell(infills=self._pending)
-        self._pending = None
+        Evaluator().eval(StaticProblem(self._problem, **outcome), population)

@@ -231,11 +231,11 @@ def test_two_convex_objectives_better_than_luck(name):
     assert np.ptp(along[inside]) > 0.125
 
 
-def srinivas(points):
+def srinivas(points, square=225.0):
     """N. Srinivas, K. Deb, Evolutionary Computation 2(3):221-248, 1994: best at x = -2.5, y from 2.5 to sqrt(218.75)."""
     x, y = (40.0 * points - 20.0).T
     values = np.stack([2.0 + (x - 2.0) ** 2 + (y - 1.0) ** 2, 9.0 * x - (y - 1.0) ** 2], axis=1)
-    return values, np.maximum(np.stack([x**2 + y**2 - 225.0, x - 3.0 * y + 10.0], axis=1), 0.0)
+    return values, np.maximum(np.stack([x**2 + y**2 - square, x - 3.0 * y + 10.0], axis=1), 0.0)
 
 
 @pytest.mark.parametrize("name", ["nsga2", "nsga3", "age_moea"])
@@ -272,6 +272,48 @@ def test_a_known_best_on_a_constraint(name):
         _, values, violations = run(name, 1, halfspace, generations=generations, first=first, seed=seed)
         feasible = values[..., 0][violations[..., 0] <= 0.0]
         assert best - 1e-12 < feasible.min(axis=0) < best + near
+
+
+# Share of late candidates that keep a limit; where a population stays at the former one, 0 to 0.44 of them do.
+KEEPING = 0.55
+
+
+def toward(points, limit):
+    """`halfspace` with another limit: best value limit^2 / |SLOPE|^2."""
+    return np.square(points).sum(axis=1)[:, None], (limit - points @ SLOPE)[:, None]
+
+
+@pytest.mark.parametrize("name", ["nsga2", "cmaes", "differential_evolution"])
+def test_a_search_retold_of_another_limit_ends_at_the_best_behind_it(name):
+    # By 20 generations the first limit, 1, has drawn the search to it; all candidates there break the second one, 1.5.
+    best = 1.5**2 / (SLOPE @ SLOPE)
+    search = SEARCHES[name](started(4, LARGE_POPULATION), 1, 1, 1)
+    before = np.concatenate(run_generations(search, lambda points: toward(points, 1.0), LARGE_POPULATION, 20)[0])
+    drawn = before[-LARGE_POPULATION:]
+    assert np.median(drawn @ SLOPE) < 1.25
+    search.retell(*toward(before, 1.5))
+    values, violations = (
+        part.ravel() for part in run_generations(search, lambda points: toward(points, 1.5), LARGE_POPULATION, 40)[1:]
+    )
+    assert best - 1e-12 < values[violations <= 0.0].min() < 1.05 * best
+    assert np.mean(violations[-5 * LARGE_POPULATION :] <= 0.0) > KEEPING
+
+
+@pytest.mark.parametrize("name", ["nsga2", "nsga3", "age_moea"])
+def test_a_front_retold_of_another_limit_ends_behind_it(name):
+    # The first circle is left by x = -2.5 at y = 14.8, the second one at 10.3; below both the front begins at 2.5.
+    search = SEARCHES[name](started(2, LARGE_POPULATION), 2, 2, 1)
+    before = np.concatenate(run_generations(search, srinivas, LARGE_POPULATION, 20)[0])
+    search.retell(*srinivas(before, square=112.5))
+    points, values, violations = (
+        part.reshape(-1, 2)
+        for part in run_generations(search, lambda points: srinivas(points, square=112.5), LARGE_POPULATION, 20)
+    )
+    x, y = (40.0 * points[feasible_front(values, violations)] - 20.0).T
+    good = np.abs(x + 2.5) < 0.1
+    assert np.sum(good) >= 10
+    assert y[good].min() < 4.0 and 9.3 < y[good].max() < 10.4
+    assert np.mean(np.all(violations[-5 * LARGE_POPULATION :] <= 0.0, axis=1)) > KEEPING
 
 
 def test_cmaes_begins_elsewhere_when_it_has_converged():

@@ -1,7 +1,7 @@
 """Distance inside binding limits at which the generations of a search aim.
 
-A model-based search models the excess over each limit. With an addition to all of it the search proposes points further inside,
-and the held-out check has points on both sides of the limit that it judges by.
+With an addition to the excess of all candidates over a limit a search proposes points further inside, and the held-out check has
+points on both sides of the limit that it judges by.
 """
 
 from collections.abc import Sequence
@@ -30,18 +30,27 @@ class LimitAim:
         self._watch, self._constraints = watch, watch.problem.constraints
         self._every = generations_between_checks(watch.study)
 
-    def __call__(self, generations: Sequence[Generation]) -> np.ndarray | None:
+    def back_off(self, generations: Sequence[Generation]) -> np.ndarray | None:
+        """Return the distances (limits,) by fresh flights so far, if any."""
+        return self._added(generations, 0.0) if self._watch.has_flown else None
+
+    def addition(self, generations: Sequence[Generation]) -> np.ndarray | None:
         """Return the addition to the excess (limits,) of all candidates, if any.
 
         It is that of the next generation.
         """
         if not generations or not any(map(has_tolerance, self._constraints)):
             return None
-        seen = concatenate_evaluations([entry.evaluation for entry in generations])
-        candidates, part = np.arange(len(seen.values)), AIMS[len(generations) % len(AIMS)]
         if len(generations) % self._every == 0:
-            self._watch.measure(seen, np.concatenate([entry.points for entry in generations]), candidates)
-        back_off = self._watch.back_off(seen, candidates)
+            seen = concatenate_evaluations([entry.evaluation for entry in generations])
+            points = np.concatenate([entry.points for entry in generations])
+            self._watch.measure(seen, points, np.arange(len(points)))
+        return self._added(generations, AIMS[len(generations) % len(AIMS)])
+
+    def _added(self, generations: Sequence[Generation], part: float) -> np.ndarray | None:
+        """Return the addition (limits,) of a part of intervals, if any."""
+        seen = concatenate_evaluations([entry.evaluation for entry in generations])
+        back_off = self._watch.back_off(seen, np.arange(len(seen.values)))
         shift = np.zeros(seen.excess.shape[1])
         for i, distance in enumerate(back_off.shift):
             if not np.isnan(distance):

@@ -58,6 +58,11 @@ class LimitWatch:
         )
         self._held_out = {batch.spec.name: batch.count for batch in held_out}
 
+    @property
+    def has_flown(self) -> bool:
+        """Whether any point made fresh flights."""
+        return bool(self._fresh)
+
     def back_off(self, evaluation: Evaluation, candidates: np.ndarray) -> BackOff:
         """Return the back-off so far.
 

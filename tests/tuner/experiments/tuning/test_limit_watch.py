@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 
 from objectives.problem import Problem
+from plant.seeds import generator
 from tests.tuner.experiments.tuning.test_active_limits import FLIGHTS, OVERSHOOT, along_a_limit, evaluated
 from tuner.experiments.tuning.flight_growth import CHECK_EVERY
 from tuner.experiments.tuning.limit_aim import AIMS, LimitAim
 from tuner.experiments.tuning.limit_watch import MOST_WATCHED, N_TIMES, LimitWatch, scales
-from tuner.search.loop import search_generations
+from tuner.search.convergence import StoppingRule
+from tuner.search.initial_design import initial_design
+from tuner.search.loop import archive, search_generations
+from tuner.search.registry import SEARCHES
 
 HELD_OUT = 64
 
@@ -90,18 +94,18 @@ def generations(seen, count) -> Any:
 def test_generations_aim_further_inside_a_limit_that_binds_one_after_the_other():
     """Before any fresh flights the interval of the search's own flights counts."""
     seen, aim = along_a_limit(), LimitAim(watch_of(Harsh(1.2), population=1))
-    shifts = [aim(generations(seen, count)) for count in range(1, 7)]
+    shifts = [aim.addition(generations(seen, count)) for count in range(1, 7)]
     parts = [0.0 if shift is None else float(shift[0]) for shift in shifts]
     assert parts[2] == parts[5] == 0.0 and parts[0] > 0.0
     assert parts[1] / parts[0] == pytest.approx(AIMS[2] / AIMS[1])
     # Nothing moves where the front is far inside.
-    assert LimitAim(watch_of(Harsh(1.2)))(generations(evaluated([1.0, 2.0], [1.0, 1.0]), 1)) is None
+    assert LimitAim(watch_of(Harsh(1.2))).addition(generations(evaluated([1.0, 2.0], [1.0, 1.0]), 1)) is None
 
 
 def test_after_fresh_flights_generations_aim_at_the_value_and_at_the_end_of_its_interval():
     seen, problem = along_a_limit(), Harsh(1.2)
     aim = LimitAim(watch_of(problem, population=CHECK_EVERY))
-    shifts = [shift for count in range(1, 10) if (shift := aim(generations(seen, count))) is not None]
+    shifts = [shift for count in range(1, 10) if (shift := aim.addition(generations(seen, count))) is not None]
     assert len(shifts) == 9 and len(problem.made) >= 2
     assert np.ptp([shift[0] for shift in shifts[3::3]]) < 0.2
     at_end, halfway, at_value = (float(shifts[i][0]) for i in (5, 6, 7))
@@ -127,9 +131,87 @@ class Heard:
 
 def test_a_search_is_told_all_anew_where_the_aim_moves():
     seen = evaluated([1.0], [15.0])
-    rule: Any = SimpleNamespace(is_met=lambda volumes: len(volumes) == 3)
+    rule: Any = SimpleNamespace(is_met=lambda volumes: len(volumes) == 3, converges=True)
     heard, shifts = Heard(), [None, np.array([0.5]), None]
-    for _ in search_generations(heard, lambda _: seen, rule, aim=lambda done: shifts[len(done)]):
+    aim: Any = SimpleNamespace(addition=lambda done: shifts[len(done)], back_off=lambda done: None)
+    for _ in search_generations(heard, lambda _: seen, rule, aim=aim):
         pass
     assert [told[0, 0] for told in heard.told] == [0.0, 0.5, 0.0]
     assert [retold[:, 0].tolist() for retold in heard.retold] == [[0.5], [0.0, 0.0]]
+
+
+# The limited quantity of the search falls along SLOPE and is at its limit where SLOPE . p = 1; fresh flights have 1.2 times it.
+SLOPE, STEEP, TIMES = np.array([1.0, 2.0, 0.5, 1.5]), 15.0, 1.2
+BUDGET = {"nsga2": 40, "cmaes": 40, "differential_evolution": 40, "gaussian_process": 6}
+
+
+class Milder(Harsh):
+    """A problem in four coordinates whose fresh flights are harsher than the search's."""
+
+    def evaluate(self, points, batches, on_flights_done=None, fly_all: Any = False, complete=False):
+        self.made.append(points)
+        return evaluated(length(points), TIMES * quantity(points), flights=N_TIMES * FLIGHTS)
+
+
+def length(points):
+    return np.square(points).sum(axis=1)
+
+
+def quantity(points):
+    return OVERSHOOT.most + STEEP * (1.0 - points @ SLOPE)
+
+
+@pytest.mark.parametrize("name", BUDGET)
+def test_every_search_comes_near_the_best_that_keeps_the_limit_on_other_flights_than_its_own(name):
+    """Nearest to 0 where the quantity of fresh flights is at the limit; the search's own flights would have it 27 % nearer."""
+    first = initial_design(np.full((1, 4), 0.5), 26, generator(1, "test/milder", 0))
+    problem = Milder(TIMES)
+    aim = LimitAim(watch_of(problem, population=len(first)))
+    *_, done = search_generations(
+        SEARCHES[name](first, 1, 1, 1),
+        lambda points: evaluated(length(points), quantity(points)),
+        StoppingRule(BUDGET[name]),
+        aim=aim,
+    )
+    tried = archive(done)
+    keeps = TIMES * quantity(tried.points) <= OVERSHOOT.most
+    # The limit divided by 1.2 is 12.5, at SLOPE . p = 7 / 6.
+    best = (7.0 / 6.0) ** 2 / (SLOPE @ SLOPE)
+    assert best < tried.values[keeps, 0].min() < 1.02 * best
+    assert np.mean(keeps[-5 * len(first) :]) > 0.25
+
+
+class Behind:
+    """A search whose first point stands at the limit, and whose others improve further inside."""
+
+    def __init__(self, factor):
+        self.factor, self.asked = factor, 0
+
+    def ask(self):
+        self.asked += 1
+        return np.array([[float(self.asked)]])
+
+    def tell(self, values, violations):
+        """Nothing is learnt."""
+
+    def retell(self, values, violations):
+        """Nothing is learnt."""
+
+    def evaluate(self, points):
+        first = self.asked == 1
+        return evaluated([0.5 if first else 1.0 + self.factor**self.asked], [14.9 if first else 12.0])
+
+
+@pytest.mark.parametrize(
+    ("factor", "back_off", "ends"), [(0.95, 1.0, 40), (0.8, 1.0, 24), (0.95, None, 12), (0.95, 9.0, 40)]
+)
+def test_a_search_has_converged_where_the_front_that_keeps_the_back_off_has(factor, back_off, ends):
+    """Behind 1.0 the front is at 1 + factor^n in a box up to 1.1 (1 + factor^2): at 0.8 the last quarter of 24 first adds 2 %.
+
+    Without a back-off the point at the limit is best for good; no point keeps 9.0.
+    """
+    scripted = Behind(factor)
+    distance = None if back_off is None else np.array([back_off])
+    aim: Any = SimpleNamespace(addition=lambda done: None, back_off=lambda done: distance)
+    *_, done = search_generations(scripted, scripted.evaluate, StoppingRule(40, converges=True), aim=aim)
+    assert len(done) == ends
