@@ -7,7 +7,9 @@ from plant.errors import InputError
 from tuner.api.results import AnyResults, TuningResults
 from tuner.documents.summary import GAINS
 from tuner.documents.tuning import DEFAULT
+from tuner.report import write_report
 from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
 
 if TYPE_CHECKING:
     from tuner.api.judging import Assessment
@@ -22,11 +24,22 @@ def judge_against_present(results: AnyResults, threads: int | None, watcher: Wat
     from tuner.api.judging import judge
 
     try:
-        return judge(results.home / GAINS, present, threads=threads, watcher=watcher)
+        opinion = judge(results.home / GAINS, present, threads=threads, watcher=watcher)
     except InputError as error:
         # The run is complete; only its comparison is missing.
         watcher.on_message(f"Not judged against the present gains: {error}")
         return None
+    return opinion
+
+
+def add_opinion(results: TuningResults, opinion: "Assessment") -> None:
+    """Add an opinion to summary.json and to the report of a run that has ended."""
+    results.opinion = opinion
+    results.document = results.document.model_copy(update={"opinion": opinion.document})
+    with Folder.open(results.home) as folder:
+        folder.write_json(results.main, results.document)
+        write_report(folder.path, results)
+        folder.amend("report.html")
 
 
 def present_gains(results: AnyResults) -> Path | None:

@@ -217,6 +217,7 @@ def tuning_report(results: TuningFolder) -> dict[str, JsonValue]:
         },
         "warnings": list(summary.warnings),
         "remarks": list(summary.remarks),
+        **({} if summary.opinion is None else {"opinion": summary.opinion.content()}),
         "commands": list(next_commands(results)),
     }
 

@@ -61,13 +61,18 @@ def leave_with(code: int) -> None:
 
 
 class RunAnswer:
-    """The answer of a run: printed once, as soon as its documents are written."""
+    """The answer of a run: printed once, as soon as its documents are written.
 
-    def __init__(self, as_json: bool) -> None:
-        self._as_json, self._is_printed = as_json, False
+    has_opinion: whether an opinion joins the document at the end, for which JSON waits.
+    """
+
+    def __init__(self, as_json: bool, has_opinion: bool = False) -> None:
+        self._as_json, self._is_printed, self._waits = as_json, False, as_json and has_opinion
 
     def print_folder(self, folder: Path, flights_made: int | None, console: "Console | None" = None) -> None:
         """Print the answer of a folder whose report may still be missing."""
+        if self._waits:
+            return
         results = tuner.open_results(folder)
         results.flights_made = flights_made
         print_result(results, self._as_json, console)
@@ -82,5 +87,5 @@ class RunAnswer:
             from tuner.cli.printers.assessment import print_opinion
             from tuner.cli.terminal import Console
 
-            print_opinion(opinion, Console())
+            print_opinion(opinion.document, Console())
         leave_with(code)

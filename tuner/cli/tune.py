@@ -39,10 +39,10 @@ def run(
 
     Example: tuner run quickstart --out results/first --set search.generations=20
     """
-    answered = RunAnswer(as_json)
     with printer.early():
         named: PlainTable = {"search.starts": list(map(str, starts))} if starts else {}
         loaded = tuner.load_study(study, parse_changes(change) | named)
+        answered = RunAnswer(as_json, has_opinion=getattr(loaded, "present_gains", None) is not None)
         with progress(as_json, answer=answered) as watcher:
             result = tuner.run(loaded, out, watcher=watcher, threads=threads, **options)
     answered.end(result, 0 if result.feasible else NOTHING_FEASIBLE)

@@ -7,6 +7,7 @@ from pydantic import Field, model_validator
 
 from objectives.decisions import Variable
 from plant.input_files import parse_json, read_input_text
+from tuner.documents.assessment import AssessmentDocument
 from tuner.documents.obstacles import ConflictPart, ConstraintPrice, UnmetConstraint
 from tuner.documents.parts import Estimate, LostFlight, PlantStep, ShareCount
 from tuner.documents.tail import LimitedTail
@@ -287,7 +288,8 @@ class Summary(Document):
     it. search: which search it was, why, and what survived it where candidates first made few flights. settled: finalists that
     made a part of their held-out flights only. points: those of the front with names. uncertainty: what each objective loses
     where vehicles are drawn from what an airframe's file leaves open. unseen: losses that no flight showed, null where some did.
-    lost_flights: of default and the point shown, held out and confirmation.
+    lost_flights: of default and the point shown, held out and confirmation. opinion: that of `judge` on a firmware's tuned gains
+    against the present ones, added once the run has ended.
     """
 
     feasible: bool | None = None
@@ -321,6 +323,7 @@ class Summary(Document):
     uncertainty: list[UncertaintyCost] = []
     unseen: UnseenLosses | None = None
     lost_flights: list[LostFlight] = []
+    opinion: AssessmentDocument | None = None
 
     @model_validator(mode="after")
     def _names_a_point(self) -> Self:

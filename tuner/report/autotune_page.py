@@ -7,9 +7,9 @@ from tuner.documents.approach import ApproachDocument
 from tuner.documents.assessment import AssessmentDocument
 from tuner.documents.autotune import AutotuneDocument
 from tuner.documents.identification import IdentificationDocument
-from tuner.report.assessment_page import assessment_tables
-from tuner.report.page import Page, Section, wide
-from tuner.text.markup import Markup, element, join, table
+from tuner.report.opinion_section import opinion_section, shown_table, titled_tables
+from tuner.report.page import Page, Section
+from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import significant
 from tuner.text.tables import Table
 
@@ -35,9 +35,9 @@ def autotune_page(document: AutotuneDocument, folder: Path, choice: Sequence[Tab
             (element("p", "Pages: ", join(element("span", link, " ") for link in links)), element("ul", *lines))
         ),
         sections=[
-            Section("stages", "Stages", _shown(stage_table(document))),
+            Section("stages", "Stages", shown_table(stage_table(document))),
             Section("vehicle", "The vehicle", _vehicle(folder / "identification.json")),
-            Section("search", "The choice", _titled(choice)),
+            Section("search", "The choice", titled_tables(choice)),
             Section("opinion", "Present and tuned", _opinion(folder / "opinion" / "assessment.json")),
             Section("flights", "First flights", _flights(folder / "first_flights" / "approach.json")),
         ],
@@ -65,18 +65,11 @@ def _vehicle(file: Path) -> Markup:
         for row in fit.numbers
     ]
     head = ("number", "unit", "value", "95 % interval", "not identified, for")
-    return join((element("p", fit.verdict), _shown(Table("Numbers", head, rows, head))))
-
-
-def _titled(views: Sequence[Table]) -> Markup:
-    return join(join((element("h3", view.title), _shown(view))) for view in views)
+    return join((element("p", fit.verdict), shown_table(Table("Numbers", head, rows, head))))
 
 
 def _opinion(file: Path) -> Markup:
-    if not file.exists():
-        return Markup()
-    document = AssessmentDocument.read(file)
-    return join((element("p", document.sentence), _titled(assessment_tables(document))))
+    return opinion_section(AssessmentDocument.read(file)) if file.exists() else Markup()
 
 
 def _flights(file: Path) -> Markup:
@@ -90,8 +83,4 @@ def _flights(file: Path) -> Markup:
         for k, step in enumerate(document.steps)
     ]  # fmt: skip
     head = ("step", "share", "largest change", "loops", "margins that fall short", "flights lost")
-    return _shown(Table("Steps", head, rows, head))
-
-
-def _shown(view: Table) -> Markup:
-    return wide(table(view.head, view.rows))
+    return shown_table(Table("Steps", head, rows, head))

@@ -13,6 +13,7 @@ from tuner.report.explorer_data import explorer_data, limited_quantities
 from tuner.report.explorer_section import axis_choices, explorer_section, plane
 from tuner.report.labels import in_plain_words, names_of
 from tuner.report.named_points import points_table
+from tuner.report.opinion_section import opinion_section, opinion_text
 from tuner.report.page import Page, Section, neutral_page, wide
 from tuner.report.point_section import point_section
 from tuner.report.provenance import provenance_section
@@ -33,17 +34,19 @@ def tuning_page(results: TuningFolder) -> Page:
     tails = limited_panels(results)
     limited = limited_quantities(results)
     limits, _ = limited
+    opinion = results.document.opinion
     charts = {panel.key: to_web(panel, arrays) for panel in [*responses, *loops, *trust, *tails]}
     page = Page(
         kind="tuning report",
         title=results.document.title,
         ending=results.document.ending,
-        lead=join((answer(results), _description(results))),
+        lead=join((answer(results), _opinion_line(results), _description(results))),
         opening=_opening(results, limits),
         warnings=[in_plain_words(text, names_of(results)) for text in results.document.warnings],
         sections=(
             Section("front", "Explore the trade-off", explorer_section(results, len(limits))),
             Section("point", "Selected point", point_section(results, responses, loops)),
+            *([Section("opinion", "Against the present gains", opinion_section(opinion))] if opinion else []),
             Section(
                 "trust", "Reliability", trust_section(results, grid(trust, "trust-grid"), tail_section(results, tails))
             ),
@@ -61,6 +64,11 @@ def _user_names(results: TuningFolder) -> list[str]:
     signals = [fan.signal for fan in results.fans] + [loop.channel for loop in results.loops]
     titles = [results.document.title, *([plant.title, plant.name] if plant else [])]
     return [*titles, *scenarios, *signals, *[row.name for row in results.variables]]
+
+
+def _opinion_line(results: TuningFolder) -> Markup:
+    opinion = results.document.opinion
+    return Markup() if opinion is None else element("p", opinion_text(opinion).replace("`", ""), class_="lead")
 
 
 def _description(results: TuningFolder) -> Markup:

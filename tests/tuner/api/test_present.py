@@ -1,6 +1,8 @@
 """A run for a firmware ends with the opinion on its gains against the present ones; no other run does."""
 
+import json
 from pathlib import Path
+from shutil import copytree
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,8 +12,11 @@ from plant.errors import InputError
 from tests.tuner.conftest import QUICKSTART
 from tuner.api import present
 from tuner.api.gains import gains_of
-from tuner.api.results import TuningResults
+from tuner.api.judging import Assessment
+from tuner.api.results import TuningResults, open_results
 from tuner.cli.printing import RunAnswer
+from tuner.documents.assessment import AssessmentDocument
+from tuner.experiments.again.verify import verify
 from tuner.search.watcher import Watcher
 from tuner.study import load_study
 
@@ -24,6 +29,24 @@ def results_of(study, tuned="p0001", feasible=True, folder="run") -> Any:
         folder=Path(folder), document=SimpleNamespace(tuned=tuned, recommends=feasible), study=study
     )
     return results
+
+
+def an_opinion() -> AssessmentDocument:
+    """Return an opinion without loops, rules and changed gains."""
+    file = {"file": "present.params", "source": "px4", "version": "1.16", "sha256": "0"}
+    lost = {"events": 0, "flights": 16, "upper": 0.2}
+    flights = {"metric": "rms.tilt", "definition": "error", "unit": "rad", "before": 0.02, "after": 0.01}
+    content = {
+        "format": "gainproof-assessment", "version": "0.1", "verdict": "better", "comparison": "better",
+        "sentence": "Better: rms.tilt -50 % [-51, -49].", "reasons": [], "unmodeled": [], "unmodeled_changes": [],
+        "guessed": None, "after": {**file, "file": "gains.json"}, "before": file,
+        "airframe": {"name": "f450", "title": "F450", "is_known": True, "ranges": "given"},
+        "changes": [], "loops": [], "rules": [], "scenario": "small steps", "seed": 1, "flights": 16,
+        "gyro_noise": {"value": 1e-4, "unit": "rad/s"},
+        "metrics": [{**flights, "difference": {"value": -0.5, "low": -0.51, "high": -0.49}, "verdict": "better"}],
+        "lost_after": lost, "lost_before": lost, "rollback": None, "not_restored": [], "seconds": {},
+    }  # fmt: skip
+    return AssessmentDocument.parse(json.dumps(content))
 
 
 @pytest.fixture
@@ -40,7 +63,9 @@ def test_the_opinion_is_on_the_gains_of_the_run_against_the_file_of_the_study(st
     def judge(after, before, **options):
         asked.append((after, before, options["threads"]))
         document = SimpleNamespace(
-            before=SimpleNamespace(file="present.json"), sentence="Worse: rms.tilt 12 % [11, 13]."
+            before=SimpleNamespace(file="present.json"),
+            sentence="Worse: rms.tilt 12 % [11, 13].",
+            verdict="worse",
         )
         return SimpleNamespace(document=document, passed=False)
 
@@ -106,3 +131,34 @@ def test_a_filter_that_the_vehicle_flies_without_is_in_no_search_and_not_refused
     ):
         with pytest.raises(InputError, match=words):
             load_study(path, typed)
+
+
+def test_an_opinion_joins_the_document_the_page_and_the_terminal_and_leaves_a_whole_folder(small_run, tmp_path, tuner):
+    folder = tmp_path / "run"
+    copytree(small_run[1], folder)
+    document = an_opinion()
+    before = document.before
+    assert before is not None
+    present.add_opinion(TuningResults(folder), Assessment(document))
+
+    assert json.loads(open_results(folder).json)["opinion"] == document.content()
+    assert json.loads(tuner("show", folder, "--json").stdout)["opinion"] == document.content()
+    said = f"Against the present gains, {before.file}"
+    assert said in " ".join(tuner("show", folder).stdout.split())
+    page = (folder / "report.html").read_text()
+    assert said in page and page.index("Against the present gains</h2>") < page.index("<h3>Flights</h3>")
+    assert document.metrics and all(row.metric in page for row in document.metrics)
+    assert verify(folder, 1, None, Watcher()).same
+    # It is one of the files of a complete folder, so damage to it is noticed.
+    summary = folder / "summary.json"
+    summary.write_text(
+        summary.read_text().replace(document.verdict, "better" if document.verdict != "better" else "worse")
+    )
+    assert not verify(folder, 1, None, Watcher()).same
+
+
+def test_json_waits_for_the_opinion_and_a_person_does_not(small_run, capsys):
+    RunAnswer(True, has_opinion=True).print_folder(small_run[1], None)
+    assert capsys.readouterr().out == ""
+    RunAnswer(True).print_folder(small_run[1], None)
+    assert json.loads(capsys.readouterr().out)["title"]

@@ -4,7 +4,9 @@ from typing import TYPE_CHECKING
 
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console
+from tuner.documents.assessment import REFUSED, AssessmentDocument
 from tuner.report.assessment_page import assessment_tables, rollback_lines, subject_lines, unmodeled_lines
+from tuner.report.opinion_section import opinion_text
 
 if TYPE_CHECKING:
     from tuner.api.judging import Assessment, ReadBackComparison
@@ -24,12 +26,10 @@ def print_assessment(made: "Assessment", console: Console) -> None:
         say_files(console, Page=made.folder / "judge.md", Document=made.folder / "assessment.json")
 
 
-def print_opinion(made: "Assessment", console: Console) -> None:
+def print_opinion(document: AssessmentDocument, console: Console) -> None:
     """Print the sentence of an opinion that ends a run."""
-    document = made.document
-    assert document.before is not None, "a run is judged against present gains"
-    text = f"Against the present gains, {document.before.file}, in the flights of `tuner judge`: {document.sentence}"
-    console.print(text, style=None if made.passed else "bold red", markup=False)
+    style = "bold red" if document.verdict in REFUSED else None
+    console.print(opinion_text(document), style=style, markup=False)
 
 
 def print_read_back(made: "ReadBackComparison", console: Console) -> None:

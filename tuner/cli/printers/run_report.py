@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from tuner.api.run_report import UnfinishedContest, UnfinishedRun, next_commands
+from tuner.cli.printers.assessment import print_opinion
 from tuner.cli.printers.compare import print_comparison
 from tuner.cli.printers.contest import print_estimates
 from tuner.cli.printers.tuning import finding_texts, print_ending, print_points, print_tables_of_run
@@ -67,6 +68,8 @@ def show_tuning(results: "TuningResults", console: Console) -> None:
     console.warn(summary.warnings)
     for text in finding_texts(summary):
         console.print(text)
+    if summary.opinion is not None:
+        print_opinion(summary.opinion, console)
     section(console, "What to fly" if results.feasible else "What to look at; nothing to fly", next_commands(results))
 
 

@@ -61,6 +61,8 @@ CLOSE = 1e-6
 # What summary.json holds that rests on them; and of the time a run took.
 ON_MARGINS = ("conflict", "obstacles")
 TIMES = ("wall_seconds", "search_seconds")
+# What summary.json gets after the run has ended, from flights of its own.
+ADDED = {"opinion"}
 
 
 @dataclass(frozen=True)
@@ -339,11 +341,11 @@ def compare_front(
     try:
         stored = read_input_text(path / "front.csv")
         gains = parse_json(read_input_text(path / name))
-        summary = Summary.parse(read_input_text(path / "summary.json")).content()
+        recorded = Summary.parse(read_input_text(path / "summary.json"))
     except (OSError, ValueError) as error:
         raise MismatchError(f"front.csv, {name} or summary.json cannot be read ({error})") from None
     compare_csv("front.csv", stored, csv_text(front_table(outcome)), margin_columns(study), deviation)
-    made = summary_document(outcome)
+    summary, made = recorded.model_dump(by_alias=True, exclude_unset=True, exclude=ADDED), summary_document(outcome)
     now = json.loads(json.dumps(gains_document(outcome, made)))
     if not same_result(gains, with_requirements_of(gains, now, deviation)):
         raise MismatchError(f"{name} holds other values")
