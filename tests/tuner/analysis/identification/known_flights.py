@@ -131,16 +131,22 @@ def _flown(vehicles, shaken, air, noise, delays):
     """Fly all and return measured rates (steps, 3, n), lift (steps, n) and commands (steps, 4, n)."""
     constants = np.array([flatten(dynamics(vehicle)) for vehicle in vehicles]).T
     if len(vehicles) > FEW:
-        return _flown_steps(rebinder(), constants, shaken, air, noise, np.array(delays))
-    alone = [
-        _flown_steps(lambda model: model, *(part[..., i].tolist() for part in (constants, shaken, air, noise)), delay)
-        for i, delay in enumerate(delays)
-    ]
+        delays, each = np.array(delays), np.arange(len(vehicles))
+        late = lambda commands, k: commands[np.maximum(k - delays, 0), :, each].T  # noqa: E731
+        return _flown_steps(rebinder(), constants, shaken, air, noise, late)
+    alone = []
+    for i, delay in enumerate(delays):
+        late = lambda commands, k, delay=delay: commands[max(k - delay, 0)].tolist()  # noqa: E731
+        inputs = (part[..., i].tolist() for part in (constants, shaken, air, noise))
+        alone.append(_flown_steps(lambda model: model, *inputs, late))
     return [np.stack(part, axis=-1) for part in zip(*alone, strict=True)]
 
 
-def _flown_steps(bind, constants, shaken, air, noise, delay):
-    """Fly numbers or arrays side by side, for which `bind` makes functions of the model."""
+def _flown_steps(bind, constants, shaken, air, noise, late):
+    """Fly numbers or arrays side by side.
+
+    bind: makes functions of the model for them; late(commands, step): what reaches the rotors at a step.
+    """
     step, rate, angles, inside = (bind(f) for f in (runge_kutta_step, body_rate, euler_angles, to_body))
     bounded, root, whole = (bind(f) for f in (_bounded, _root, _whole))
     f = pack(Dynamics, constants)
@@ -148,19 +154,12 @@ def _flown_steps(bind, constants, shaken, air, noise, delay):
     mixer, inertia = np.linalg.inv(mixer_matrix(PRIOR)).tolist(), PRIOR.inertia
     calm = Disturbance(*[zeros(Vec3)] * 4)
     still = 0.0 * f.gravity
-    body = pack(
-        Body,
-        [
-            *[still] * 6,
-            1.0 + still,
-            *[still] * 6,
-            *[root(f.gravity / (4.0 * f.inverse_mass * f.thrust_coefficient))] * 4,
-        ],
-    )
+    start = root(f.gravity / (4.0 * f.inverse_mass * f.thrust_coefficient))
+    body = pack(Body, [*[still] * 6, 1.0 + still, *[still] * 6, *[start] * 4])
     rates, lifts, commands = (np.empty((len(shaken), *size, *np.shape(still))) for size in ((3,), (), (4,)))
     for k, (ask, gust, error) in enumerate(zip(shaken, air, noise, strict=True)):
         roll, pitch, _ = angles(body.attitude)
-        p, q, r = (true + off for true, off in zip(body.rate, error, strict=False))
+        p, q, r = body.rate.x + error[0], body.rate.y + error[1], body.rate.z + error[2]
         climb = PRIOR.mass * (PRIOR.gravity + ask[3] - 1.5 * body.velocity.z - 0.5 * body.position.z)
         turn_x = inertia.x * (64.0 * (ask[0] - roll) - 14.0 * p)
         turn_y = inertia.y * (64.0 * (ask[1] - pitch) - 14.0 * q)
@@ -170,10 +169,8 @@ def _flown_steps(bind, constants, shaken, air, noise, delay):
             whole(65535.0 * root(bounded((a * climb + b * turn_x + c * turn_y + d * turn_z) / full))) / 65535.0
             for a, b, c, d in mixer
         ]
-        late = np.maximum(k - delay, 0)
-        sent = commands[late] if np.ndim(late) == 0 else commands[late, :, np.arange(len(late))].T
+        speed = Rotors(*(PRIOR.speed_max * sent for sent in late(commands, k)))
         pushed = calm._replace(angular_acceleration=Vec3(*gust[:3]), acceleration=Vec3(*gust[3:]))
-        speed = Rotors(*(PRIOR.speed_max * one for one in (sent.tolist() if np.ndim(late) == 0 else sent)))
         now = rate(body, speed, pushed, f)
         free = Vec3(now.velocity.x, now.velocity.y, now.velocity.z + f.gravity)
         lifts[k] = inside(body.attitude, free).z + error[3]
