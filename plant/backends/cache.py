@@ -47,8 +47,9 @@ def fingerprint(source: str, files: Iterable[Path], of: str = "") -> str:
     digest.update(source.encode() + b"\0" + of.encode() + b"\0")
     digest.update(_compilers().encode())
     digest.update(sys.version.encode())
-    for file in sorted(file for file in files if file.is_file()):
-        digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    # In an order that no folder decides: a study that is copied flies the kernel that is there.
+    for name, content in sorted((file.name, file.read_bytes()) for file in files if file.is_file()):
+        digest.update(name.encode() + b"\0" + content)
     return digest.hexdigest()
 
 

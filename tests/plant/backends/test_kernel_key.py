@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from plant.backends.cache import fingerprint
+
 ROOT = Path(__file__).parents[3]
 
 # Functions of the closed loop, and the modules that only say which fields a record has and in which order: loads are
@@ -24,6 +26,8 @@ SOURCES = (
 KEYS = """
 import sys
 from pathlib import Path
+
+from plant.backends.cache import fingerprint
 sys.path.insert(0, ".")
 from plant.backends import lanes
 from tests.plant.harness import loop_of
@@ -52,3 +56,18 @@ def test_an_edit_of_any_source_of_the_kernel_changes_its_key(tmp_path: Path) -> 
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == []
+
+
+def test_a_source_has_the_same_key_in_any_folder(tmp_path: Path) -> None:
+    """A study that is copied, or reached by a relative path, flies the kernel that is there."""
+    keys = []
+    for folder in ("a", "c"):
+        files = {tmp_path / folder / "motor.py": "torque = 1", tmp_path / "b" / "meters.py": "peak = 2"}
+        for file, text in files.items():
+            file.parent.mkdir(exist_ok=True)
+            file.write_text(text, encoding="utf-8")
+        keys.append(fingerprint("", files))
+    assert keys[0] == keys[1]
+    (tmp_path / "c" / "motor.py").write_text("peak = 2", encoding="utf-8")
+    (tmp_path / "b" / "meters.py").write_text("torque = 1", encoding="utf-8")
+    assert fingerprint("", files) != keys[0]

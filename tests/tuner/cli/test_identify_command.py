@@ -16,7 +16,9 @@ LOG = Path(__file__).parents[1] / "logs" / "crazyflie" / "log15_70_to_85"
 PRIOR = ("--airframe", "crazyflie-pybullet")
 
 
-def test_a_flight_becomes_an_airframe_and_a_document(tmp_path):
+def test_a_flight_becomes_an_airframe_and_a_document(tmp_path, monkeypatch):
+    # Each further fit of the noise takes as long again, and moves no verdict here.
+    monkeypatch.setattr(fit, "MAX_NOISE_FITS", 2)
     out = tmp_path / "mine.toml"
     page = tmp_path / "mine.html"
     code, said, _ = called("identify", f"{LOG}@71:80", *PRIOR, "--out", str(out), "--report", page, "--json")

@@ -1,5 +1,7 @@
 """Figures as they are, and made-up results folders, one for each number of objectives, shared by the tests that only read them."""
 
+from functools import cache
+
 import pytest
 
 from tests.tuner.report.fabricate import fabricate
@@ -15,10 +17,21 @@ def drawn_figures():
         yield
 
 
+@pytest.fixture(scope="session")
+def folder_with(tmp_path_factory):
+    """A function that returns the results folder of so many objectives; two scenarios where there are three or more."""
+
+    @cache
+    def folder_with(objectives):
+        scenarios = ("gusts",) if objectives < 3 else ("gusts", "calm air")
+        path = fabricate(tmp_path_factory.mktemp("report") / "made-up", objectives=objectives, scenarios=scenarios)
+        write_report(path)
+        return path
+
+    return folder_with
+
+
 @pytest.fixture(scope="session", params=[1, 2, 3, 4])
-def folder(request, tmp_path_factory):
-    """A results folder with its report; two scenarios where there are three or more objectives."""
-    scenarios = ("gusts",) if request.param < 3 else ("gusts", "calm air")
-    path = fabricate(tmp_path_factory.mktemp("report") / "made-up", objectives=request.param, scenarios=scenarios)
-    write_report(path)
-    return path
+def folder(request, folder_with):
+    """A results folder with its report."""
+    return folder_with(request.param)

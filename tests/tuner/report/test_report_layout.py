@@ -85,8 +85,8 @@ def test_tables_of_answer_and_finalists_are_whole_on_a_wide_screen(shared, width
         assert box.evaluate("e => e.scrollWidth <= e.clientWidth"), box.inner_html()[:80]
 
 
-def test_nothing_overlaps_or_is_cut_on_paper(browser, report):
-    page = opened(browser, report, PAPER)
+def test_nothing_overlaps_or_is_cut_on_paper(shared):
+    page = widened(shared, PAPER)
     page.emulate_media(media="print")
     page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
     assert page.evaluate(OVERLAPS, BLOCKS) == []
@@ -94,7 +94,8 @@ def test_nothing_overlaps_or_is_cut_on_paper(browser, report):
     # A box that hides what overflows cuts a column without being wider itself.
     for box in page.query_selector_all(".wide:has(> .outcome)"):
         assert box.evaluate("e => e.scrollWidth <= e.clientWidth"), box.inner_html()[:80]
-    page.context.close()
+    page.evaluate("() => window.dispatchEvent(new Event('afterprint'))")
+    page.emulate_media(media="screen")
 
 
 def test_a_limited_quantity_selects_finalists_and_gets_a_column(browser, tmp_path):

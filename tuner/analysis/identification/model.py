@@ -49,19 +49,22 @@ def lagging(samples: LogSegment, actuators: Sequence[Actuator]) -> list[Array]:
     width = max(int(WINDOW / period), 1)
     count = -(-len(command) // width)
     index = np.clip(np.arange(before + width)[:, None] + width * np.arange(count) - before, 0, len(command) - 1)
-    # (time, actuators, windows, rotors)
-    delayed = np.stack([_delay(command, entry.dead_time / period)[index] for entry in actuators], axis=1)
+    late = np.stack([_delay(command, entry.dead_time / period) for entry in actuators], axis=1)
+    # (time, windows, actuators, rotors)
+    delayed = late.take(index, axis=0)
+    state, out = delayed[0].copy(), np.empty((width, *delayed.shape[1:]))
+    # As large as the state: to stretch them at each step takes half as long again.
     rise, fall = (
-        -np.expm1(-period / np.array([getattr(entry, name) for entry in actuators]))[:, None, None]
+        -np.expm1(-period / np.array([getattr(entry, name) for entry in actuators]))[:, None] * np.ones(state.shape)
         for name in ("lag_up", "lag_down")
     )
-    state, out = delayed[0].copy(), np.empty((width, *delayed.shape[1:]))
     for k in range(before + width):
         if k >= before:
             out[k - before] = state
         gap = delayed[k] - state
-        state += gap * np.where(gap > 0.0, rise, fall)
-    return [out[:, i].transpose(1, 0, 2).reshape(-1, 4)[: len(command)] for i in range(len(actuators))]
+        gap *= np.where(gap > 0.0, rise, fall)
+        state += gap
+    return [out[:, :, i].transpose(1, 0, 2).reshape(-1, 4)[: len(command)] for i in range(len(actuators))]
 
 
 def _delay(command: Array, periods: float) -> Array:
@@ -93,7 +96,8 @@ def turning(samples: LogSegment, lagged: Array, numbers: PhysicalParameters, veh
         numbers.torque_ratio * (thrust @ spin) + spun - (inertia.y - inertia.x) * p * q + numbers.yaw_bias[samples.log]
     )
     turned = np.column_stack([roll / inertia.x, pitch / inertia.y, yaw / inertia.z])
-    lift = thrust.sum(axis=1) / numbers.mass
+    # By columns: a sum along so short an axis takes eight times as long.
+    lift = (thrust[:, 0] + thrust[:, 1] + thrust[:, 2] + thrust[:, 3]) / numbers.mass
     return turned, climbing(lift, samples.period, numbers.climb_drag / numbers.mass) + numbers.lift_bias[samples.log]
 
 

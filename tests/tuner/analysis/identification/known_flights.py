@@ -1,6 +1,6 @@
 """Flights of vehicles whose numbers are known: the plant's own equations, a small controller, and what spoils a log.
 
-Many flights are integrated side by side. Each has its own vehicle, drawn about the airframe that is the prior, wind, noise of the
+Many flights are integrated side by side, few one by one. Each has its own vehicle, drawn about the airframe that is the prior, wind, noise of the
 gyro and the accelerometer, commands in 16 bits, a delay, a bias and samples that are lost.
 """
 
@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plant.backends.array import rebinder
+from plant.primitives import clip, floor, sqrt
 from plant.quadrotor.airframes import load
 from plant.quadrotor.attitude import euler_angles
 from plant.quadrotor.disturbance import Disturbance
@@ -24,6 +25,8 @@ PERIOD = 0.002
 AIRFRAME = load("crazyflie-pybullet")
 PRIOR = AIRFRAME.vehicle
 AXES = ("roll", "pitch", "yaw", "lift")
+FEW = 4
+"""Flights that are quicker one by one: an operation on arrays takes as long as one on so many numbers."""
 GYRO, LIFT = 0.02, 0.4
 """RMS of the sensors' noise: [rad/s], [m/s2]."""
 DAMPING = PRIOR.drag_linear.z * PRIOR.rotor_y.r1**2
@@ -126,38 +129,65 @@ def _air(draw, steps):
 
 def _flown(vehicles, shaken, air, noise, delays):
     """Fly all and return measured rates (steps, 3, n), lift (steps, n) and commands (steps, 4, n)."""
-    bind = rebinder()
+    constants = np.array([flatten(dynamics(vehicle)) for vehicle in vehicles]).T
+    if len(vehicles) > FEW:
+        delays, each = np.array(delays), np.arange(len(vehicles))
+        late = lambda commands, k: commands[np.maximum(k - delays, 0), :, each].T  # noqa: E731
+        return _flown_steps(rebinder(), constants, shaken, air, noise, late)
+    alone = []
+    for i, delay in enumerate(delays):
+        late = lambda commands, k, delay=delay: commands[max(k - delay, 0)].tolist()  # noqa: E731
+        inputs = (part[..., i].tolist() for part in (constants, shaken, air, noise))
+        alone.append(_flown_steps(lambda model: model, *inputs, late))
+    return [np.stack(part, axis=-1) for part in zip(*alone, strict=True)]
+
+
+def _flown_steps(bind, constants, shaken, air, noise, late):
+    """Fly numbers or arrays side by side.
+
+    bind: makes functions of the model for them; late(commands, step): what reaches the rotors at a step.
+    """
     step, rate, angles, inside = (bind(f) for f in (runge_kutta_step, body_rate, euler_angles, to_body))
-    f = pack(Dynamics, np.array([flatten(dynamics(vehicle)) for vehicle in vehicles]).T)
-    count, steps = len(vehicles), len(shaken)
-    mixer, full = np.linalg.inv(mixer_matrix(PRIOR)), PRIOR.thrust_coefficient * PRIOR.speed_max**2
+    bounded, root, whole = (bind(f) for f in (_bounded, _root, _whole))
+    f = pack(Dynamics, constants)
+    full = PRIOR.thrust_coefficient * PRIOR.speed_max**2
+    mixer, inertia = np.linalg.inv(mixer_matrix(PRIOR)).tolist(), PRIOR.inertia
     calm = Disturbance(*[zeros(Vec3)] * 4)
-    start = np.sqrt(np.array([v.mass * v.gravity / (4.0 * v.thrust_coefficient) for v in vehicles]))
-    body = pack(Body, [*np.zeros((6, count)), np.ones(count), *np.zeros((6, count)), *[start] * 4])
-    rates, lifts, commands = np.empty((steps, 3, count)), np.empty((steps, count)), np.empty((steps, 4, count))
-    commands_of = np.stack([np.arange(steps) - delay for delay in delays]).clip(0)
-    for k in range(steps):
+    still = 0.0 * f.gravity
+    start = root(f.gravity / (4.0 * f.inverse_mass * f.thrust_coefficient))
+    body = pack(Body, [*[still] * 6, 1.0 + still, *[still] * 6, *[start] * 4])
+    rates, lifts, commands = (np.empty((len(shaken), *size, *np.shape(still))) for size in ((3,), (), (4,)))
+    for k, (ask, gust, error) in enumerate(zip(shaken, air, noise, strict=True)):
         roll, pitch, _ = angles(body.attitude)
-        rates[k] = np.array(body.rate) + noise[k, :3]
-        turn = np.array(
-            [
-                64.0 * (shaken[k, 0] - roll) - 14.0 * rates[k, 0],
-                64.0 * (shaken[k, 1] - pitch) - 14.0 * rates[k, 1],
-                4.0 * (shaken[k, 2] - rates[k, 2]),
-            ]
-        )
-        climb = PRIOR.mass * (PRIOR.gravity + shaken[k, 3] - 1.5 * body.velocity.z - 0.5 * body.position.z)
-        asked = mixer @ np.vstack([climb, np.array(PRIOR.inertia)[:, None] * turn])
-        share = np.sqrt(np.clip(asked / full, 0.01, 1.0))
-        commands[k] = np.round(65535.0 * share) / 65535.0
-        late = commands[commands_of[:, k], :, np.arange(count)].T
-        pushed = calm._replace(angular_acceleration=Vec3(*air[k, :3]), acceleration=Vec3(*air[k, 3:]))
-        speed = Rotors(*(late * PRIOR.speed_max))
+        p, q, r = body.rate.x + error[0], body.rate.y + error[1], body.rate.z + error[2]
+        climb = PRIOR.mass * (PRIOR.gravity + ask[3] - 1.5 * body.velocity.z - 0.5 * body.position.z)
+        turn_x = inertia.x * (64.0 * (ask[0] - roll) - 14.0 * p)
+        turn_y = inertia.y * (64.0 * (ask[1] - pitch) - 14.0 * q)
+        turn_z = inertia.z * 4.0 * (ask[2] - r)
+        rates[k] = p, q, r
+        commands[k] = [
+            whole(65535.0 * root(bounded((a * climb + b * turn_x + c * turn_y + d * turn_z) / full))) / 65535.0
+            for a, b, c, d in mixer
+        ]
+        speed = Rotors(*(PRIOR.speed_max * sent for sent in late(commands, k)))
+        pushed = calm._replace(angular_acceleration=Vec3(*gust[:3]), acceleration=Vec3(*gust[3:]))
         now = rate(body, speed, pushed, f)
         free = Vec3(now.velocity.x, now.velocity.y, now.velocity.z + f.gravity)
-        lifts[k] = inside(body.attitude, free).z + noise[k, 3]
+        lifts[k] = inside(body.attitude, free).z + error[3]
         body = step(body, speed, pushed, f, PERIOD)
     return rates, lifts, commands
+
+
+def _bounded(share):
+    return clip(share, 0.01, 1.0)
+
+
+def _root(a):
+    return sqrt(a)
+
+
+def _whole(a):
+    return floor(a + 0.5)
 
 
 def truth_of(flight):
