@@ -1,4 +1,7 @@
-"""The opinion of `tuner judge` on a page: its sentence, and its tables of flights, margins, rules and gains."""
+"""The opinion of `tuner judge` on a page.
+
+It is a sentence, and tables of flights, margins, rules and gains.
+"""
 
 from collections.abc import Sequence
 

@@ -44,7 +44,10 @@ class CmaEs:
         self._points = np.stack([self._strategy.ask() for _ in range(self._population)], axis=0)
 
     def retell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Change nothing: a strategy keeps no candidates, and the next generation is ranked by its own results."""
+        """Change nothing.
+
+        A strategy keeps no candidates, and the next generation is ranked by its own results.
+        """
 
     def _started(self, mean: np.ndarray) -> CMA:
         """Return a strategy started around mean (d,), as wide as the cube."""

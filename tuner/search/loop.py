@@ -27,9 +27,9 @@ class Search(Protocol):
         ...
 
     def retell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Replace the objectives (n, m) and constraint violations (n, c) of all points so far.
+        """Replace the results of all points so far.
 
-        No points are pending. The next ones follow from the new results alone where a search keeps any.
+        Objectives (n, m) and constraint violations (n, c). No points are pending. The next ones follow from the new results alone where a search keeps any.
         """
         ...
 
