@@ -168,7 +168,7 @@ class GaussianProcess:
         return Posterior(mean, self._variance, explained, scaled)
 
     def _solve(self, scaled: Array) -> Array:
-        """Return U^-T times the correlations (n, p) of the data with points (p, d) in length scales."""
+        """Return the solution (n, p) for points (p, d) in length scales."""
         return covariance.solve_triangular(self._upper, covariance.correlations(self._scaled, scaled))
 
 
