@@ -100,7 +100,7 @@ def tool_steps(problem: Problem, study: TuningStudy, first: Array) -> Iterator[S
     """Search as the tool does, without a results folder."""
     done: list[Generation] = []
     algorithm = algorithm_of(problem, study, first)
-    growth = FlightGrowth(problem, study)
+    growth = FlightGrowth(problem, study, algorithm)
     for done in study_generations(growth, algorithm, study.search.budget):
         record = done[-1]
         yield Step(record.points, record.evaluation.values, record.evaluation.violations, record.flights)

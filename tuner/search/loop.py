@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -26,10 +26,15 @@ class Search(Protocol):
         """
         ...
 
+
+@runtime_checkable
+class RevisableSearch(Search, Protocol):
+    """A search whose points follow from results, which may be replaced."""
+
     def retell(self, values: np.ndarray, violations: np.ndarray) -> None:
         """Replace the results of all points so far.
 
-        Objectives (n, m) and constraint violations (n, c). No points are pending. The next ones follow from the new results alone where a search keeps any.
+        Objectives (n, m) and constraint violations (n, c) of all points so far; none are pending.
         """
         ...
 
@@ -126,23 +131,26 @@ def search_generations(
         now: Seconds since the start of the search, measured here unless given.
         complete: Evaluation of a whole generation -> the one that is recorded, itself unless given.
         review: Evaluates all generations anew where it has to; the search goes on from these.
-        aim: Distances inside the limits at which the search looks; the front that keeps its back-off has to converge.
+        aim: Distances inside the limits at which the search looks; the front that keeps its back-off has to converge. Points that
+            follow from no results have none.
     """
     begin = perf_counter()
     clock = now or (lambda: perf_counter() - begin)
     done: list[Generation] = []
-    shift = None
+    shift, revisable = None, search if isinstance(search, RevisableSearch) else None
+    aim = aim if revisable else None
     while not rule.is_met(hypervolumes(done, aim.back_off(done) if aim and rule.converges else None)):
         before, shift = shift, aim.addition(done) if aim else None
-        if before is not None or shift is not None:
+        if revisable and (before is not None or shift is not None):
             seen = [entry.evaluation for entry in done]
-            search.retell(np.concatenate([one.values for one in seen]), _shifted(seen, shift))
+            revisable.retell(np.concatenate([one.values for one in seen]), _shifted(seen, shift))
         points, evaluation = ask_generation(search, evaluate, len(done[0].points) if done else 1, shift)
         evaluation = complete(evaluation) if complete else evaluation
         done = [*done, record_of(done, points, evaluation, clock())]
         anew = review(done) if review else None
         if anew is not None:
-            search.retell(np.concatenate([one.values for one in anew]), _shifted(anew, shift))
+            assert revisable, "only such a search is reviewed"
+            revisable.retell(np.concatenate([one.values for one in anew]), _shifted(anew, shift))
             done = recorded_anew(done, anew)
         yield done
 

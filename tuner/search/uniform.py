@@ -25,9 +25,6 @@ class Uniform:
         self._generation += 1
         self._points = self.sample(len(self._points))
 
-    def retell(self, values: np.ndarray, violations: np.ndarray) -> None:
-        """Change nothing, see `tell`."""
-
     def sample(self, count: int) -> np.ndarray:
         """Return points (count, d) of the next generation."""
         return generator(self._seed, "search/random", self._generation).uniform(size=(count, self._points.shape[1]))

@@ -46,6 +46,10 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
     growth = (
         table.first is None and ALGORITHMS[algorithm].screens if table.flight_growth is None else table.flight_growth
     )
+    if growth and not ALGORITHMS[algorithm].screens:
+        raise InputError(
+            f'given true; the flights of "{algorithm}" do not grow, those of "{MODEL}" do', key="flight_growth"
+        )
     races = table.racing and not staged and not ALGORITHMS[algorithm].screens
     return SearchSpec(
         algorithm,

@@ -31,9 +31,6 @@ class Scripted:
     def tell(self, values, violations):
         """Learn nothing: the script is given."""
 
-    def retell(self, values, violations):
-        """Learn nothing: the script is given."""
-
 
 def evaluate(points):
     none, n = np.zeros((len(points), 0)), len(points)

@@ -18,7 +18,7 @@ from tuner.experiments.tuning.active_limits import has_tolerance
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import joined
 from tuner.search.front import select_subset
-from tuner.search.loop import Generation, archive
+from tuner.search.loop import Generation, RevisableSearch, Search, archive
 from tuner.study.searched import SearchedStudy
 
 # Candidates from one check to the next, and points of the front that make fresh flights. With 64 candidates one of five seeds of
@@ -37,6 +37,7 @@ class FlightGrowth:
     Args:
         problem: Evaluates the candidates.
         study: The study at its beginning.
+        algorithm: Its search: flights grow where it takes other values for points that it has asked for.
         on_flights_done: Called with n as n more flights have ended.
     """
 
@@ -44,11 +45,12 @@ class FlightGrowth:
         self,
         problem: Evaluator,
         study: SearchedStudy,
+        algorithm: Search,
         on_flights_done: Callable[[int], None] | None = None,
     ) -> None:
         self.study, self.text = study, ""
         self.problem, self.on_flights_done = problem, on_flights_done
-        self._may_grow = study.search.flight_growth
+        self._may_grow = isinstance(algorithm, RevisableSearch) and study.search.flight_growth
 
     def review(self, generations: Sequence[Generation]) -> list[Evaluation] | None:
         """Return evaluations of all generations on more flights; None where those so far are enough or all are made."""

@@ -89,7 +89,7 @@ def search(
     problem.spared = watcher.on_flights_skipped
     generations: list[Generation] = []
     flights_before = problem.flights_made
-    growth = FlightGrowth(problem, study, watcher.on_flights_done)
+    growth = FlightGrowth(problem, study, algorithm, watcher.on_flights_done)
 
     def review(done: Sequence[Generation]) -> list[Evaluation] | None:
         anew = growth.review(done)
@@ -219,4 +219,4 @@ def replayed(path: Path, study: SearchedStudy, problem: Evaluator, budget: Stopp
     if started is None:
         raise StoreError(f"{path / START} is missing or damaged; `tuner resume {path}` writes it again")
     algorithm = algorithm_of(problem, study, started[0])
-    yield from study_generations(FlightGrowth(problem, study), algorithm, budget)
+    yield from study_generations(FlightGrowth(problem, study, algorithm), algorithm, budget)

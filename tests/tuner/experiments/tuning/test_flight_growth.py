@@ -83,13 +83,6 @@ def test_a_number_that_the_study_gives_stays(tmp_path, monkeypatch):
     assert flights_each(run_small(tmp_path / "run", **changes)) == [8] * 6
 
 
-def test_the_flights_of_a_genetic_algorithm_grow_where_a_study_asks_for_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(flight_growth, "MAX_RATIO", 0.0)
-    asked = {"algorithm": "nsga2", "first": 8, "flight_growth": True}
-    outcome = run_small(tmp_path / "run", **{**GROWING, "search": {**GROWING["search"], **asked}})
-    assert flights_each(outcome) == [16] * 6
-
-
 @pytest.mark.slow
 def test_a_run_that_gets_more_flights_ends_as_one_that_had_them(tmp_path, monkeypatch):
     monkeypatch.setattr(flight_growth, "MAX_RATIO", 0.0)

@@ -12,6 +12,7 @@ from tests.tuner.experiments.tuning.test_active_limits import FLIGHTS, OVERSHOOT
 from tuner.experiments.tuning.flight_growth import CHECK_EVERY
 from tuner.experiments.tuning.limit_aim import AIMS, LimitAim
 from tuner.experiments.tuning.limit_watch import MOST_WATCHED, N_TIMES, LimitWatch, scales
+from tuner.experiments.tuning.run import Recorded
 from tuner.search.convergence import StoppingRule
 from tuner.search.initial_design import initial_design
 from tuner.search.loop import archive, search_generations
@@ -179,6 +180,16 @@ def test_every_search_comes_near_the_best_that_keeps_the_limit_on_other_flights_
     best = (7.0 / 6.0) ** 2 / (SLOPE @ SLOPE)
     assert best < tried.values[keeps, 0].min() < 1.02 * best
     assert np.mean(keeps[-5 * len(first) :]) > 0.25
+
+
+def test_points_that_follow_from_no_results_make_no_fresh_flights():
+    """Nor do candidates on record, which `tuner rejudge` evaluates again under a limit that binds."""
+    first = np.full((4, 4), 0.25)
+    for search in (SEARCHES["random"](first, 1, 1, 1), SEARCHES["sobol"](first, 1, 1, 1), Recorded(iter([first] * 12))):
+        problem, rule = Milder(TIMES), StoppingRule(12, converges=True)
+        aim = LimitAim(watch_of(problem, population=len(first)))
+        *_, done = search_generations(search, lambda points: evaluated(length(points), quantity(points)), rule, aim=aim)
+        assert len(done) == 12 and not problem.made
 
 
 class Behind:

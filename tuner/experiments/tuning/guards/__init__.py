@@ -25,6 +25,7 @@ from tuner.experiments.tuning.guards.before import (
 )
 from tuner.experiments.tuning.guards.leading_yaw import leading_yaw
 from tuner.experiments.tuning.outcome import Outcome
+from tuner.search.names import CONVERGED
 from tuner.study.plant_study import PlantStudy
 from tuner.study.searched import SearchedStudy
 
@@ -64,6 +65,16 @@ def _lenient(outcome: Outcome) -> list[str]:
     flights = [entry.search for entry in outcome.study.scenarios]
     return after.lenient_flights(
         _labels(outcome), outcome.finalists.search[rows], held_out, flights, outcome.study.is_resumable
+    )
+
+
+def _still_rising(outcome: Outcome) -> list[str]:
+    search, done = outcome.study.search, outcome.generations
+    # Such a search has converged, by the front behind its back-off from limits; the front without it counts for nothing.
+    if search.stop == CONVERGED and len(done) < search.generations:
+        return []
+    return after.still_rising(
+        [entry.hypervolume for entry in done], [entry.flights for entry in done], outcome.study.is_resumable
     )
 
 
@@ -151,11 +162,7 @@ GUARDS = {
     "still_rising": Guard(
         AFTER,
         "a search that ended before its front had come to rest",
-        lambda outcome: after.still_rising(
-            [entry.hypervolume for entry in outcome.generations],
-            [entry.flights for entry in outcome.generations],
-            outcome.study.is_resumable,
-        ),
+        _still_rising,
     ),
 }
 

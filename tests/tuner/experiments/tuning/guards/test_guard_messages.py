@@ -19,6 +19,7 @@ from tuner.experiments.tuning.guards.after import (
     lost_flights,
     still_rising,
 )
+from tuner.search.names import CONVERGED, GENERATIONS
 from tuner.study import load_study
 from tuner.study.kinds import load_gains_study
 
@@ -70,6 +71,16 @@ def test_lenient_flights_of_a_search_are_named_with_their_ratio():
     (text,) = lenient_flights(["itae", "travel"], search, held_out, [8, 4], resumable=False)
     assert "to 16 and run anew" in text
     assert lenient_flights(["itae"], search[:0, :1], held_out[:0, :1], [8]) == []
+
+
+@pytest.mark.parametrize(
+    ("stop", "most", "warns"), [(CONVERGED, 16, False), (CONVERGED, 15, True), (GENERATIONS, 15, True)]
+)
+def test_a_search_that_converged_behind_its_back_off_is_not_said_to_rise(stop, most, warns):
+    done = [SimpleNamespace(hypervolume=0.01 * n, flights=100 * n) for n in range(1, 16)]
+    study = SimpleNamespace(search=SimpleNamespace(stop=stop, generations=most), is_resumable=True)
+    said = GUARDS["still_rising"].message(SimpleNamespace(study=study, generations=done))
+    assert bool(said) is warns
 
 
 def test_a_search_that_still_gains_is_told_with_a_budget():
