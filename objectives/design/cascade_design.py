@@ -15,6 +15,7 @@ y where nothing is known of the attitude loop they act through.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -59,7 +60,6 @@ def design_axes(
     requirements = requirements or DesignRequirements()
     designs: dict[str, AxisDesign] = {}
     loops: dict[str, AxisLoop] = {}
-    by_axis: dict[DesignAxis, AxisDesign] = {}
     for axis in (*ATTITUDE_AXES, *POSITION_AXES):
         attitude = loops.get(TILTED_BY.get(axis, ""))
         loop = open_axis(cascade, nominal, timing, axis, 2, attitude)
@@ -72,12 +72,15 @@ def design_axes(
         elif law.family not in DESIGNERS:
             designs[axis] = fall_back(given, f"there is no designer for the law {law.name}")
         else:
-            # Axes that do not differ, such as roll and pitch of a symmetric frame, are designed once.
-            if given not in by_axis:
-                by_axis[given] = DESIGNERS[law.family](given, requirements)
-            designs[axis] = by_axis[given]
+            designs[axis] = _designed(law.family, given, requirements)
         loops[axis] = given.closed(designs[axis].gains)
     return designs
+
+
+@lru_cache(maxsize=64)
+def _designed(family: str, given: DesignAxis, requirements: DesignRequirements) -> AxisDesign:
+    """Return the design of an axis: once for axes that do not differ, and for the start and the end of a run."""
+    return DESIGNERS[family](given, requirements)
 
 
 def design(

@@ -1,6 +1,7 @@
 """Made-up documents, built from the schema of their model: a key that is added there is in every example at once."""
 
 import re
+from functools import cache
 from typing import Any
 
 from tuner.store.document import Document
@@ -12,8 +13,13 @@ IN_FOLDER = "inputs/study.toml"
 
 def example_of(model: type[Document]) -> dict[str, Any]:
     """Return the content of a document with every key that its model knows."""
-    schema = model.model_json_schema(by_alias=True)
+    schema = _schema(model)
     return filled(schema, schema.get("$defs", {}))
+
+
+@cache
+def _schema(model: type[Document]) -> dict[str, Any]:
+    return model.model_json_schema(by_alias=True)
 
 
 def filled(schema: Any, definitions: dict[str, Any], depth: int = 0) -> Any:

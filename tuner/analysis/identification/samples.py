@@ -86,5 +86,6 @@ def model_outputs(rates: Array, lift: Array, share: int) -> Array:
 
 def _means(series: Array, share: int) -> Array:
     count = series.shape[-2] // share
-    used = series[..., : count * share, :]
-    return used.reshape(*series.shape[:-2], count, share, series.shape[-1]).mean(axis=-2)
+    # Sample by sample: a mean along so short an axis takes four times as long.
+    first, *others = (series[..., k : count * share : share, :] for k in range(share))
+    return sum(others, start=first) / share

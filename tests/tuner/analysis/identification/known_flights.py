@@ -137,8 +137,8 @@ def _flown(vehicles, shaken, air, noise, delays):
     alone = []
     for i, delay in enumerate(delays):
         late = lambda commands, k, delay=delay: commands[max(k - delay, 0)].tolist()  # noqa: E731
-        inputs = (part[..., i].tolist() for part in (constants, shaken, air, noise))
-        alone.append(_flown_steps(lambda model: model, *inputs, late))
+        numbers, ask, gust, error = (part[..., i].tolist() for part in (constants, shaken, air, noise))
+        alone.append(_flown_steps(lambda model: model, numbers, ask, gust, error, late))
     return [np.stack(part, axis=-1) for part in zip(*alone, strict=True)]
 
 
