@@ -33,7 +33,7 @@ def judge_against_present(results: AnyResults, threads: int | None, watcher: Wat
 
 
 def add_opinion(results: TuningResults, opinion: "Assessment") -> None:
-    """Add an opinion to summary.json and to the report of a run that has ended."""
+    """Add an opinion to summary.json and report of a finished run."""
     results.opinion = opinion
     results.document = results.document.model_copy(update={"opinion": opinion.document})
     with Folder.open(results.home) as folder:

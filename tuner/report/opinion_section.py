@@ -1,4 +1,4 @@
-"""The opinion of `tuner judge` on a page: its sentence, and its tables of flights, margins, rules and gains."""
+"""The opinion of `tuner judge` on a page."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,7 @@ def opinion_text(document: AssessmentDocument) -> str:
 
 
 def opinion_section(document: AssessmentDocument) -> Markup:
-    """Return the verdict in a sentence, and the tables that it rests on."""
+    """Return the verdict in a sentence, and its tables."""
     return join((element("p", document.sentence), titled_tables(assessment_tables(document))))
 
 
