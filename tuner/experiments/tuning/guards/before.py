@@ -77,8 +77,8 @@ def default_elsewhere(study: Study) -> list[str]:
     others = differences(read_gains(study.path.parent / given), study)
     if others:
         texts.append(
-            f"What {given} holds differs from what this study flies: {'; '.join(others)}. So the Default column is not what "
-            "that vehicle does; change the study, or read the file for this airframe and period."
+            f"{given} differs from what this study flies: {'; '.join(others)}. So the Default column is not what that vehicle "
+            "does: write the file's values into [controller] and [airframe] of the study, or import the file with the study's."
         )
     return [*texts, *_merged(study)]
 
