@@ -310,3 +310,50 @@ def test_a_time_that_most_flights_do_not_come_to_is_named():
     assert seldom_reached(["settling"], [14.0], [[10.0, 20.0]]) and not seldom_reached(
         ["settling"], [13.0], [[10.0, 20.0]]
     )
+
+
+TWO_CHANNELS = """
+title = "Two tanks"
+seed = 1
+[plant]
+state_space = { A = [[-1.0, 0.0], [0.0, -1.0]], B = [[1.0, 0.0], [0.0, 1.0]], C = [[1.0, 0.0], [0.0, 1.0]] }
+inputs = ["left_valve", "right_valve"]
+outputs = ["left", "right"]
+control_period = 0.1
+[[channel]]
+name = "left"
+law = "pid"
+output = "left"
+to = "left_valve"
+lost_beyond = 10.0
+[[channel]]
+name = "right"
+law = "pid"
+output = "right"
+to = "right_valve"
+lost_beyond = 10.0
+[gains]
+"left.kp" = { low = 0.1, high = 2.0, default = 1.0 }
+"left.ki" = 0.5
+"left.kd" = 0.0
+"left.t_f" = 0.2
+"right.kp" = 1.0
+"right.ki" = 0.5
+"right.kd" = 0.0
+"right.t_f" = 0.2
+[[scenario]]
+name = "step"
+duration = 10.0
+search = 4
+held_out = 8
+reference.left = { kind = "step", size = 1.0, time = 3.0 }
+[[objective]]
+metric = "settling.left"
+"""
+
+
+def test_the_time_left_is_that_behind_the_step_of_the_objectives_own_channel(tmp_path):
+    """The other channel rests from the start of the flight on; 7 s are left behind the step at 3 s of 10 s."""
+    file = tmp_path / "tanks.toml"
+    file.write_text(TWO_CHANNELS)
+    assert load_gains_study(file, "run").censored_times() == [[pytest.approx(7.0)]]
