@@ -42,7 +42,9 @@ class Variable:
         if self.step and ceil(self.low / self.step) > floor(self.high / self.step):
             raise InputError(f"{given}; no multiple of {self.step:g} lies between: make the range wider", key=self.name)
         if self.scale == "log" and self.low <= 0.0:
-            raise InputError(f"{given}; a log scale needs a lower end above 0", key=self.name)
+            raise InputError(
+                f'{given}; a log scale needs a lower end above 0: raise it, or write scale = "linear"', key=self.name
+            )
 
     def value(self, unit: np.ndarray) -> np.ndarray:
         """Map unit-interval coordinates to values."""

@@ -79,7 +79,9 @@ def metrics() -> Rows:
             "metric": metric.name,
             "unit": metric.unit.format("m|rad"),
             "definition": metric.definition,
-            "address": f"{metric.name}.AXIS, AXIS: {', '.join(GROUPS)}" if metric.scope == "axis" else metric.name,
+            "address": f"{metric.name}.AXIS, AXIS: {', '.join(GROUPS)}, or a channel of a plant of one's own"
+            if metric.scope == "axis"
+            else metric.name,
         }
         for metric in METRICS.values()
     ]

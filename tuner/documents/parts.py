@@ -141,7 +141,8 @@ class PlantStep(DocumentPart):
         ]
         errors = [f"{significant(100.0 * error, 1)} % of {of}" for error, of in shares if error is not None]
         error = f"error up to {', '.join(errors)}" if errors else "error not estimated (`tuner plan` does)"
-        return f"{count} of {1000.0 * self.step:.4g} ms a control period{who}; {error}"
+        length = f"{1000.0 * self.step:.4g} ms" if self.step < 1.0 else f"{self.step:.4g} s"
+        return f"{count} of {length} a control period{who}; {error}"
 
 
 class GainValue(NumberWithUnit):

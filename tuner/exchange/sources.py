@@ -211,7 +211,11 @@ def check_versions(source: Source, before: Path, after: Path) -> None:
     """Refuse two files that state different versions; raises InputError that names both."""
     earlier, later = source.version(before), source.version(after)
     if earlier is not None and later is not None and earlier != later:
-        message = f"is of version {later}, and {before} of {earlier}: names, units and defaults differ; give files of one version"
+        # An export is of the version that it is written for; what it replaces lies beside it, in the same names.
+        rollback = after.parent / "rollback" / after.name
+        such = f", such as {rollback} for {before}" if rollback.exists() else ""
+        differ = "names, units and defaults differ; give files of one version"
+        message = f"is of version {later}, and {before} of {earlier}: {differ}{such}"
         raise InputError(message, file=after, key="version")
 
 

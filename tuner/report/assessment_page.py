@@ -69,7 +69,7 @@ def metric_table(document: AssessmentDocument) -> Table:
         change = NONE
         if row.difference is not None:
             value, low, high = map(per_cent, row.difference)
-            change = f"{value} [{low}, {high}]"
+            change = f"{'+' if row.difference.value > 0.0 else ''}{value} [{low}, {high}]"
         unit = "" if row.unit == "1" else f" [{row.unit}]"
         before = NONE if row.before is None else significant(row.before)
         rows.append([f"{row.metric}{unit}", before, significant(row.after), change, row.verdict])

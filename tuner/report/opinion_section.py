@@ -19,7 +19,7 @@ def opinion_text(document: AssessmentDocument) -> str:
 
 
 def opinion_section(document: AssessmentDocument) -> Markup:
-    """Return the verdict in a sentence, and the tables that it rests on."""
+    """Return the verdict in a sentence, and its tables."""
     return join((element("p", document.sentence), titled_tables(assessment_tables(document))))
 
 

@@ -12,6 +12,7 @@ from tuner.text.sentences import listing
 
 PHRASES = {**{word: forms.phrase for word, forms in WORDS.items()}, UNKNOWN: "not comparable with {0} in {1}"}
 """Verdict on an objective -> phrase."""
+ALL_LIMITS = {1: "the limit", 2: "both limits"}
 
 
 def verdict_text(results: TuningFolder) -> str:
@@ -61,7 +62,7 @@ def _limits_text(results: TuningFolder, limits: Sequence[ComparedRow | RequiredR
     text = (
         f"violates {len(broken)} of {count} limits: {listing(broken)}"
         if broken
-        else f"satisfies {'the limit' if count == 1 else f'all {count} limits'}"
+        else f"satisfies {ALL_LIMITS.get(count, f'all {count} limits')}"
     )
     if results.document.shown != DEFAULT:
         text += f" (the default violates {before or 'none'})"

@@ -65,7 +65,7 @@ class PlantStudy(TuningStudy):
     """A study of a plant of the user's own. code_digest: of its file and what that imports."""
 
     kind: ClassVar[str] = "plant"
-    guards: ClassVar[frozenset[str]] = frozenset(("unjudged", "signals_after_end"))
+    guards: ClassVar[frozenset[str]] = frozenset(("unjudged", "signals_after_end", "unlimited_margins"))
     plant_step_key: ClassVar[str] = "plant.plant_step"
     period_key: ClassVar[str] = "control_period"
     flies: ClassVar[str] = "a plant of one's own"

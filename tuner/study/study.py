@@ -53,7 +53,9 @@ class Study(TuningStudy):
     vehicle: record of the vehicle that the default gains were imported from.
     """
 
-    guards: ClassVar[frozenset[str]] = frozenset(("default_elsewhere", "rates_without_damping", "leading_yaw"))
+    guards: ClassVar[frozenset[str]] = frozenset(
+        ("default_elsewhere", "rates_without_damping", "leading_yaw", "unlimited_margins")
+    )
     has_designs: ClassVar[bool] = True
     airframe: Airframe
     options: ControlOptions

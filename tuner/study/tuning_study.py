@@ -163,8 +163,11 @@ class TuningStudy(SearchedStudy):
             metric = objective.metric.metric
             seen = [entry.spec for entry in self.scenarios if objective.scenario in (None, entry.spec.name)]
             windows = [
-                min(getattr(target, metric.window) if metric.window else 0.0 for target in self.system.targets(spec))
-                for spec in seen
+                min(
+                    getattr(getattr(targets, axis), metric.window) if metric.window else 0.0
+                    for axis in objective.metric.axes or targets._fields
+                )
+                for spec, targets in ((spec, self.system.targets(spec)) for spec in seen)
             ]
             left = [spec.duration - begin for spec, begin in zip(seen, windows, strict=True)]
             times.append(left if metric.censored is not None else [])

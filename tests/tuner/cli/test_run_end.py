@@ -9,7 +9,7 @@ import pytest
 from tests.tuner.report.fabricate import fabricate
 from tuner.api.results import TuningResults
 from tuner.api.run_report import report_run
-from tuner.cli.printers.run_end import limits_table
+from tuner.cli.printers.run_end import clear_text, limits_table
 from tuner.cli.printers.run_report import print_run_report
 from tuner.cli.printers.tuning import print_tuning
 from tuner.cli.terminal import Console
@@ -126,6 +126,39 @@ def margin(value, limit=35.0):
 def test_no_rounding_moves_a_value_over_its_limit(small_run, value, text):
     table = limits_table(TuningResults(small_run[1]), [margin(value)])
     assert str(next(iter(table.columns[1].cells))) == text
+
+
+def test_a_limit_that_both_satisfy_has_its_value(small_run, tmp_path):
+    row = {"default": {"value": 0.02, "low": 0.01, "high": 0.03}, "tuned": {"value": 0.1, "low": 0.09, "high": 0.11}}
+
+    def change(entry):
+        if entry["label"] == "mean(saturation)":
+            entry |= {**row, "limit": 0.5, "verdict": "kept", "unit": "rad"}
+
+    results = with_table(small_run[1], tmp_path / "copy", change)
+    (clear,) = [entry for entry in results.document.compared if entry.label == "mean(saturation)"]
+    # Angles are in degrees, as on the page: 0.1 rad of at most 0.5 rad.
+    assert clear_text(results, [clear]) == "Satisfied by both: saturation 5.7 ° (max 28.6479)."
+    assert clear_text(results, [margin(41.25)]) == "Satisfied by both: phase margin 41.2 deg (min 35)."
+
+
+def test_objectives_are_in_degrees_in_both_tables(small_run, tmp_path, capsys):
+    def change(entry):
+        if is_objective(entry, 0):
+            entry |= {"unit": "rad", "default": {"value": 0.1, "low": 0.09, "high": 0.11}}
+
+    text = printed(with_table(small_run[1], tmp_path / "copy", change), capsys, width=200)
+    (line,) = [line for line in text.splitlines() if line.startswith("position error (ITAE), worst 20 % [°]")]
+    assert " 5.7 " in line
+
+
+def test_named_points_are_left_out_where_the_recommended_one_is_all_there_is(small_run, tmp_path, capsys):
+    heading = "Points of the front"
+    assert heading in printed(TuningResults(small_run[1]), capsys)
+    results = with_table(small_run[1], tmp_path / "copy", lambda _: None)
+    alone = [entry.model_copy(update={"recommended": True}) for entry in results.document.points[:1]]
+    results.document = results.document.model_copy(update={"points": alone})
+    assert heading not in printed(results, capsys)
 
 
 def test_labels_come_from_the_registries_and_fall_back_to_names():

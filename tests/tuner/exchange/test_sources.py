@@ -113,6 +113,12 @@ def test_files_of_two_versions_are_refused(tmp_path):
     old, new = (write(tmp_path, BETAFLIGHT.format(v, 45), v) for v in ("2025.12", "2026.6"))
     with pytest.raises(InputError, match=r"2026\.6.*of 2025\.12"):
         check_versions(SOURCES["betaflight"], old, new)
+    # An export has what it replaces beside it, in names of its own version.
+    (tmp_path / "rollback").mkdir()
+    rollback = write(tmp_path / "rollback", new.read_text(), new.name)
+    with pytest.raises(InputError, match="such as .*rollback.* for "):
+        check_versions(SOURCES["betaflight"], old, new)
+    check_versions(SOURCES["betaflight"], rollback, new)
     silent = write(tmp_path, "set p_roll = 45\n", "silent")
     check_versions(SOURCES["betaflight"], old, silent)
 

@@ -214,7 +214,7 @@ BAD_GAINS = [
     ('"roll.lambda" = { low = 15, high = 1 }', "roll.lambda", "lower end must be below the upper end"),
     ('"roll.lambda" = { low = 2, high = 2 }', "roll.lambda", "fix the gain if you mean one value"),
     ('"roll.lambda" = { low = 25 }', "roll.lambda", "[25.0, 20.0]; the lower end must be below"),
-    ('"roll.lambda" = { low = 0, high = 2 }', "roll.lambda", "a log scale needs a lower end above 0"),
+    ('"roll.lambda" = { low = 0, high = 2 }', "roll.lambda", 'above 0: raise it, or write scale = "linear"'),
     ('"roll.lambda" = { scale = "lin" }', "roll.lambda", "allowed: 'linear', 'log'"),
     ('"roll.lambda" = { low = 0, scale = "linear" }', "roll.lambda", "must be above 0 s^-1"),
     ('"roll.k1" = { low = -1 }', "roll.k1", "must be at least 0 rad^(1/2) s^(-3/2)"),

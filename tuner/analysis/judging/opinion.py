@@ -155,7 +155,8 @@ def metric_text(row: AssessedMetric) -> str:
     if row.difference is None:
         return f"{row.metric} {significant(row.after)}"
     value, low, high = (significant(100.0 * part, 3) for part in row.difference)
-    return f"{row.metric} {value} % [{low}, {high}]"
+    sign = "+" if row.difference.value > 0.0 else ""
+    return f"{row.metric} {sign}{value} % [{low}, {high}]"
 
 
 def _peak(ms: float | None) -> float:

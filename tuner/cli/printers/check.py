@@ -1,6 +1,7 @@
 """Printers of checks without flights, and of verdicts on gains."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ from tuner.documents.parts import in_shown_units
 from tuner.experiments.planning.study_preview import DefaultRow, StudyPreview, TrimRow, VehicleRow
 from tuner.gains.sections import VERSIONS
 from tuner.search.names import CONVERGED
+from tuner.text.sentences import counted
 
 if TYPE_CHECKING:
     from tuner.api.checking import Checked, Judgement
@@ -28,6 +30,9 @@ FIGURES = (
     "search_flights",
     "digest",
 )
+NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?")
+CASE = re.compile(r",? in the \w+ loop(?: with the rate (?:measured|from an observer))?(?: and \w+ = [^;,]*)?")
+"""Case that a clause of a law's contract tried, in its message."""
 STYLES = {"fail": "bold red", "not certain": "yellow", "target missed": "yellow"}
 
 
@@ -48,10 +53,23 @@ def figures_of(content: Row) -> Row:
     return {key: value for key, value in content.items() if key != "automatic_limits"}
 
 
+def grouped_violations(breaches: Sequence[Row]) -> list[tuple[Row, int]]:
+    """Return the first violation of each kind, with the number of others.
+
+    Those of a kind differ in numbers and in the case that a clause tried.
+    """
+    kinds: dict[tuple[str, str, str], list[Row]] = {}
+    for breach in breaches:
+        message = NUMBER.sub("#", CASE.sub("", str(breach["message"])))
+        kinds.setdefault((breach["place"], breach["part"], message), []).append(breach)
+    return [(alike[0], len(alike) - 1) for alike in kinds.values()]
+
+
 def print_own(content: Row) -> None:
     """Print the contract violations of user code, one a line, or none."""
-    for breach in content["breaches"]:
-        print(": ".join(text for text in (breach["place"], breach["part"], breach["message"]) if text))
+    for first, others in grouped_violations(content["breaches"]):
+        more = f" (and in {counted(others, 'more case')} alike; --json has all)" if others else ""
+        print(": ".join(text for text in (first["place"], first["part"], first["message"]) if text) + more)
     if not content["breaches"]:
         print(
             f"{content['file']}: the {content['kind']} '{content['name']}' keeps its contract (digest {content['digest']})"

@@ -8,8 +8,9 @@ from rich.text import Text
 from objectives.margins.quantities import QUANTITIES
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, bound_text, estimate, unit_text
-from tuner.documents.parts import Estimate, in_shown_units
+from tuner.documents.parts import Estimate, on_page
 from tuner.documents.summary import ComparedRow, RequiredRow, UnseenLosses
+from tuner.documents.tuning import SHOWN
 from tuner.documents.verdicts import SATISFIED
 from tuner.report.labels import named
 from tuner.report.verdict_text import is_violated
@@ -59,12 +60,10 @@ def objectives_table(results: "TuningFolder") -> TerminalTable:
     """Return default, tuned and change of each objective."""
     summary = results.document
     table = head(f"{summary.held_out:,} confirmation {results.sample_noun}", summary.shown_as, "change, 95 % interval")
-    for row in summary.compared:
-        if row.kind == "objective":
-            change = estimate(row.difference, signed=True).replace("\n", " ")
-            table.add_row(
-                labeled(named(results, row, short=True), row.unit), *map(middle, (row.default, row.tuned)), change
-            )
+    for row in results.objectives:
+        change = estimate(row.difference, signed=True).replace("\n", " ")
+        values = map(middle, (row.default, row.tuned))
+        table.add_row(labeled(named(results, row, short=True), row.unit or "1"), *values, change)
     return table
 
 
@@ -86,10 +85,10 @@ def limits_table(results: "TuningFolder", rows: Sequence[ComparedRow | RequiredR
     has_loops = any(row.kind == "requirement" and row.label in QUANTITIES for row in rows)
     title = "Limits (margins: worst loop)" if has_loops else "Limits"
     table = head(title, results.document.shown_as, "limit", *(["worst in"] if has_states else []))
-    shown = [in_shown_units(row) for row in rows]
+    shown = [on_page(row, *SHOWN) for row in rows]
     columns = (marked([(row, row.default) for row in shown]), marked([(row, row.tuned) for row in shown]))
     for row, *values in zip(shown, *columns, strict=True):
-        name = labeled(named(results, row, short=True), row.unit) + (
+        name = labeled(named(results, row, short=True), row.unit or "1") + (
             f" (automatic: {row.automatic})" if row.automatic else ""
         )
         state = (row.tuned_state or "") if row.kind == "requirement" else ""
@@ -98,14 +97,22 @@ def limits_table(results: "TuningFolder", rows: Sequence[ComparedRow | RequiredR
 
 
 def clear_text(results: "TuningFolder", rows: Sequence[ComparedRow | RequiredRow]) -> str:
-    """Return the limits that both satisfy, automatic ones last."""
+    """Return the limits that both satisfy with their values, automatic ones last."""
     names: dict[str, list[str]] = {}
     for row in sorted(rows, key=lambda row: bool(row.automatic)):
-        _, evidence = row.evidence
-        bound = f" ({evidence})" if evidence else ""
-        names.setdefault(row.automatic, []).append(named(results, row, short=True) + bound)
+        names.setdefault(row.automatic, []).append(clear_limit_text(results, row))
     parts = [f"{f'automatic ({key}): ' if key else ''}{'; '.join(of_key)}" for key, of_key in names.items()]
     return f"Satisfied by both: {'; '.join(parts)}."
+
+
+def clear_limit_text(results: "TuningFolder", row: ComparedRow | RequiredRow) -> str:
+    """Return "level overshoot 7.3 % (max 15)", or the counts behind a share."""
+    _, evidence = row.evidence
+    name = named(results, row, short=True)
+    if evidence:
+        return f"{name} ({evidence})"
+    row = on_page(row, *SHOWN)
+    return f"{name} {limited(row, row.tuned)} {unit_text(row.unit or '1')}".rstrip() + f" ({bound_text(row)})"
 
 
 def gains_table(results: "TuningFolder") -> TerminalTable:

@@ -47,12 +47,12 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
 
 
 def print_points(results: "TuningResults", console: Console) -> None:
-    """Print the named points of the front, if any.
+    """Print the named points of the front, if other than recommended.
 
     Each value has its change from the default.
     """
     points = results.document.points
-    if not points:
+    if all(entry.recommended for entry in points):
         return
     labels = [labeled(named(results, row, short=True), row.unit or "1") for row in results.objectives]
     table = TerminalTable(box=None)
@@ -70,7 +70,8 @@ def print_points(results: "TuningResults", console: Console) -> None:
 def flights_text(results: "TuningResults") -> str:
     """Return flights and seconds of a run: "4,200 flights in 3.5 s"."""
     made, summary = results.flights_made, results.document
-    now = "" if made in (None, summary.flights) else f", {made:,} of them now,"
+    # Fresh flights of the points at a limit are made besides those that are counted.
+    now = "" if made is None or made >= summary.flights else f", {made:,} of them now,"
     took = "" if summary.wall_seconds is None else f" in {summary.wall_seconds:.1f} s"
     return f"{summary.flights:,} {results.sample_noun}{now}{took}"
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tuner.documents.contest_document import RungRow
-from tuner.experiments.contest.tuning import contender_study, place_of
+from tuner.experiments.contest.tuning import TunedContender, contender_study, place_of
 from tuner.experiments.tuning.run import TuningRun
 from tuner.experiments.tuning.search import search
 from tuner.search.constraint_ranking import TotalViolation
@@ -22,6 +22,11 @@ from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.study.contest import Contender, Contest
+
+LEAD = 0.1
+"""Share of an objective by which a front is ahead where the other's search is not carried on."""
+
+NO_FRONT = np.empty((0, 1))
 
 
 class RungRun(TuningRun):
@@ -72,10 +77,73 @@ def raced(contest: Contest, folder: Folder, watcher: Watcher, threads: int | Non
             standings.append(stand(contest, contender, generations, folder, watcher, threads))
         values, broken = shares(standings), least_violations(standings)
         order = sorted(range(len(left)), key=lambda i: (-values[i], broken[i], i))
-        remaining = sorted(order[:goes_on])
+        remaining = order[:goes_on]
+        if number == len(rungs) and not _names_contenders(contest):
+            remaining = contested([standings[i].front for i in remaining], remaining)
+        remaining.sort()
         rows += [rung_row(number, standings[i], values[i], i in remaining) for i in range(len(left))]
         left = [left[i] for i in remaining]
     return replace(contest, contenders=tuple(left)), rows
+
+
+def keep_feasible(
+    contest: Contest, tuned: Sequence[TunedContender], number: int
+) -> tuple[list[TunedContender], list[RungRow]]:
+    """Return the finalists within their limits; all if none, or all, are.
+
+    The whole searches are then a rung more, of this number, from which the others do not go on. Without halving a contest
+    compares what it names.
+    """
+    feasible = [entrant for entrant in tuned if entrant.feasible and entrant.offered]
+    if contest.halving is None or _names_contenders(contest) or len(feasible) in (0, len(tuned)):
+        return list(tuned), []
+    fronts = {entrant.contender.name: _picked(entrant) for entrant in feasible}
+    nadir = np.concatenate(list(fronts.values())).max(axis=0)
+    rows = [
+        RungRow(
+            rung=number,
+            contender=entrant.contender.name,
+            generations=entrant.contender.study.search.generations,
+            flights=entrant.search_flights,
+            feasible=entrant.contender.name in fronts,
+            share=hypervolume(fronts.get(entrant.contender.name, NO_FRONT), nadir),
+            goes_on=entrant.contender.name in fronts,
+        )
+        for entrant in tuned
+    ]
+    return feasible, rows
+
+
+def _names_contenders(contest: Contest) -> bool:
+    """Return True where claims or printed numbers are of contenders."""
+    return bool(contest.claims or contest.published)
+
+
+def _picked(entrant: TunedContender) -> np.ndarray:
+    """Return the held-out front (n, m) of a contender."""
+    return np.array([point.picked for point in entrant.offered or []])
+
+
+def contested(fronts: Sequence[np.ndarray], rows: Sequence[int]) -> list[int]:
+    """Return the finalists between which a comparison can decide.
+
+    Args:
+        fronts: Objectives (n, m) of each finalist, the best first.
+        rows: Rows of the finalists.
+    """
+    first = fronts[0]
+    if not len(first):
+        return list(rows)
+    return [row for row, front in zip(rows, fronts, strict=True) if front is first or not is_far_ahead(first, front)]
+
+
+def is_far_ahead(front: np.ndarray, other: np.ndarray) -> bool:
+    """Return True for a front ahead of another by `LEAD` everywhere.
+
+    Each point of the other (n, m) is worse than one of the front in every objective. A front without points is behind.
+    """
+    worse = other[:, None, :] - front[None, :, :] > LEAD * np.abs(other[:, None, :])
+    return bool(worse.all(axis=-1).any(axis=-1).all(axis=-1))
 
 
 def stand(

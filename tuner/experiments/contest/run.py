@@ -9,7 +9,7 @@ from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.resolved import Resolved
 from tuner.experiments.contest.document import contest_document
 from tuner.experiments.contest.flying import fly_groups
-from tuner.experiments.contest.halving import raced
+from tuner.experiments.contest.halving import keep_feasible, raced
 from tuner.experiments.contest.result import Result, groups_of, judge_contest
 from tuner.experiments.contest.tables import fronts_table, listed_table, response_tables, scores_table, wind_table
 from tuner.experiments.contest.tuning import TunedContender, prepare
@@ -54,13 +54,18 @@ class ContestRun(Experiment[Contest, Result]):
     def fly(self) -> Result:
         """Tune, fly all through the same scenarios and work out what follows; the number of threads changes nothing."""
         contest, rungs = self.race()
-        watcher, prepared = self.watcher, list(self.contenders(contest))
+        watcher, tuned = self.watcher, list(self.contenders(contest))
+        prepared, last = keep_feasible(contest, tuned, rungs[-1].rung + 1 if rungs else 1)
+        contest = replace(contest, contenders=tuple(entrant.contender for entrant in prepared))
+        names = {contender.name for contender in contest.contenders}
+        left_out = sum(each.flights - each.search_flights for each in tuned if each.contender.name not in names)
         for entrant in prepared:
             warm_up(entrant.entry.problem, entrant.contender.study, watcher)
         groups = groups_of(prepared)
         watcher.on_stage(self.stage, contest.flights_each * sum(map(len, groups)))
         flown = fly_groups(contest, groups, self.threads, watcher.on_flights_done)
-        return judge_contest(contest, prepared, flown, self.seconds, rungs)
+        result = judge_contest(contest, prepared, flown, self.seconds, [*rungs, *last])
+        return replace(result, flights=result.flights + left_out)
 
     @staticmethod
     def is_feasible(result: Result) -> bool:

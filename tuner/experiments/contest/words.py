@@ -6,6 +6,7 @@ from objectives.risk.differences import BETTER, NO_PRACTICAL_DIFFERENCE, NOT_DIS
 from plant.quadrotor.scenarios import CONFIRMATION
 from tuner.documents.contest_document import ClaimRow, PublishedRow, RungRow
 from tuner.documents.parts import SampledValue
+from tuner.experiments.contest.halving import LEAD
 from tuner.experiments.contest.judging import FAILS, SURVIVES, UNDECIDED
 from tuner.experiments.contest.result import Result
 from tuner.study.contest import Quantity
@@ -36,6 +37,13 @@ def rung_words(result: Result) -> Iterable[str]:
         rows = [row for row in result.rungs if row.rung == number]
         on, stopped = (listing(_standing(row) for row in rows if row.goes_on is goes_on) for goes_on in (True, False))
         yield f"Rung {number}, {max(row.generations for row in rows)} generations: {on} went on; stopped: {stopped}."
+    planned = result.contest.halving.finalists if result.contest.halving else 0
+    if numbers and len(result.names) < planned:
+        compared = "one finalist is" if len(result.names) == 1 else f"{len(result.names)} finalists are"
+        yield (
+            f"Of {planned} finalists {compared} compared: the others have nothing within the limits, or are behind by more than "
+            f"{per_cent(LEAD)} in every objective, so a comparison would decide nothing."
+        )
     if numbers:
         searches = sum(entrant.search_flights for entrant in result.prepared)
         dropped = sum(row.flights for row in result.rungs if not row.goes_on)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tuner.analysis.judging.opinion import Evidence, form_opinion, opinion_sentence
+from tuner.analysis.judging.opinion import Evidence, form_opinion, metric_text, opinion_sentence
 from tuner.documents.assessment import AssessedAirframe, AssessedLoop, AssessedMetric, LoopFigures, RuleRow
 from tuner.documents.parts import SampledValue, ShareCount
 from tuner.documents.verdicts import verdict_on_difference
@@ -130,7 +130,7 @@ def test_a_refusal_says_what_the_flights_do():
     given = evidence(loops=[loop(3.0, 1.5)], metrics=TRADE)
     sentence = opinion_sentence(given, *form_opinion(given))
     assert sentence.startswith(
-        "Do not fly: peak sensitivity Ms, roll: 3, max 2 (1.5 before); in flight: mixed: noise 30 %"
+        "Do not fly: peak sensitivity Ms, roll: 3, max 2 (1.5 before); in flight: mixed: noise +30 %"
     )
     assert sentence.endswith("lost 0 of 256: at most 1.2 % (before: 0 of 256: at most 1.2 %).")
     alone = evidence(**ALONE, loops=[loop(4.4, given=False)])
@@ -145,3 +145,15 @@ def test_a_sentence_names_changes_outside_of_the_model():
 def test_a_rule_and_the_loop_that_it_is_about_are_one_reason():
     _, reasons = form_opinion(evidence(loops=[loop(3.0, 1.5)], rules=[rule()]))
     assert len(reasons) == 1
+
+
+@pytest.mark.parametrize(
+    ("interval", "text"),
+    [
+        ((0.0948, 0.09, 0.1), "rms.position +9.48 % [9, 10]"),
+        ((-0.22, -0.225, -0.215), "rms.position −22 % [−22.5, −21.5]"),
+        ((0.0, -0.01, 0.01), "rms.position 0 % [−1, 1]"),
+    ],
+)
+def test_a_change_has_its_sign(interval, text):
+    assert metric_text(metric("rms.position", *interval)) == text

@@ -1,6 +1,8 @@
 """Successive halving: who goes on follows from fronts in one box, and a killed race ends in the same bits."""
 
 import json
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,7 +10,15 @@ import pytest
 from tests.tuner.experiments.again.killing import TIMES, assert_covered, finish, result_of
 from tests.tuner.study.loading import load_contest
 from tests.tuner.study.study_text import STUDY
-from tuner.experiments.contest.halving import RungRun, Standing, least_violations, shares
+from tuner.experiments.contest.halving import (
+    RungRun,
+    Standing,
+    contested,
+    is_far_ahead,
+    keep_feasible,
+    least_violations,
+    shares,
+)
 from tuner.experiments.contest.run import ContestRun
 from tuner.experiments.contest.tuning import TuningRun
 from tuner.search.watcher import Watcher
@@ -168,6 +178,91 @@ def test_more_finalists_are_compared(file, tmp_path):
     )
     words = " ".join(said.split())
     assert "Successive halving: 4 to 1 generations, 1 to 3." in words and "Not every search has starts" in words
+
+
+TRAVEL = [{"metric": "failure", "max": 0.0}, {"metric": "travel", "max": 20.0}]
+"""Limits that only the light vehicle keeps: the heavy rotors of the other one travel 72 1/s."""
+
+
+@pytest.mark.slow
+def test_a_finalist_with_nothing_within_the_limits_is_not_carried_on(file, tmp_path):
+    result = carried_out(file, tmp_path / "three", halving__finalists=3, constraint=TRAVEL)
+    assert result.names == ["hybrid / hummingbird", "ladrc / hummingbird"]
+    words = json.loads((tmp_path / "three" / "contest.json").read_text())["words"]
+    (said,) = [text for text in words if "would decide nothing" in text]
+    assert said.startswith("Of 3 finalists 2 finalists are compared: the others have nothing within the limits")
+
+
+@pytest.mark.slow
+def test_a_finalist_that_ends_with_nothing_feasible_is_no_opponent(file, tmp_path, monkeypatch):
+    """As where a search loses its feasible candidates on held-out flights: the race itself keeps all here."""
+    monkeypatch.setattr("tuner.experiments.contest.halving.contested", lambda _, rows: list(rows))
+    folder = tmp_path / "three"
+    result = carried_out(file, folder, halving__finalists=3, constraint=TRAVEL)
+    assert result.names == ["hybrid / hummingbird", "ladrc / hummingbird"] and ContestRun.is_feasible(result)
+    document = json.loads((folder / "contest.json").read_text())
+    last = [row for row in document["rungs"] if row["rung"] == 2]
+    assert [(row["goes_on"], row["feasible"]) for row in last].count((False, False)) == 1 and len(last) == 3
+    assert any(text.startswith("Of 3 finalists 2 finalists are compared") for text in document["words"])
+    runs = [json.loads(path.read_text())["flights"] for path in sorted(folder.glob("contenders/*/summary.json"))]
+    stopped = sum(row["flights"] for row in document["rungs"] if row["rung"] == 1 and not row["goes_on"])
+    points = sum(len(each.offered or []) for each in result.prepared) + len(result.prepared)
+    assert len(runs) == 3 and result.flights == sum(runs) + stopped + points * result.contest.flights_each
+
+
+def entrant(name, front, feasible=True, flights=10) -> Any:
+    study = SimpleNamespace(search=SimpleNamespace(generations=5))
+    points = [SimpleNamespace(picked=np.array(values)) for values in front]
+    return SimpleNamespace(
+        contender=SimpleNamespace(name=name, study=study), feasible=feasible, offered=points, search_flights=flights
+    )
+
+
+def a_contest(halving=True, claims=(), published=()) -> Any:
+    return SimpleNamespace(halving=object() if halving else None, claims=claims, published=published)
+
+
+def test_whole_searches_without_a_feasible_point_are_one_rung_more():
+    entrants: list[Any] = [entrant("a", [[1.0, 2.0]]), entrant("b", [[9.0, 9.0]], False), entrant("c", [[2.0, 1.0]])]
+    contest: Any = a_contest()
+    kept, rows = keep_feasible(contest, entrants, 3)
+    assert kept == [entrants[0], entrants[2]]
+    # The box of a and c ends at 2.2: a holds (2.2 - 1)(2.2 - 2) of it.
+    share = 1.2 * 0.2 / 2.2**2
+    assert [(row.rung, row.contender, row.goes_on) for row in rows] == [(3, "a", True), (3, "b", False), (3, "c", True)]
+    assert [row.share for row in rows] == pytest.approx([share, 0.0, share])
+    # All are compared where all or none are feasible, where the study names its contenders, and without a race.
+    for others, given in (
+        (entrants[::2], contest),
+        ([entrants[1]], contest),
+        (entrants, a_contest(halving=False)),
+        (entrants, a_contest(claims=("a",))),
+        (entrants, a_contest(published=("a",))),
+    ):
+        assert keep_feasible(given, others, 1) == (others, [])
+
+
+@pytest.mark.parametrize(
+    ("other", "ahead"),
+    [
+        ([[1.2, 2.3], [2.3, 1.2]], True),
+        # One point is within a tenth of the front's.
+        ([[1.2, 2.3], [2.3, 1.1]], False),
+        # Worse than either point in one objective alone.
+        ([[1.5, 1.5]], False),
+        ([], True),
+    ],
+)
+def test_a_front_is_far_ahead_where_each_point_is_a_tenth_worse_in_everything(other, ahead):
+    front = np.array([[1.0, 2.0], [2.0, 1.0]])
+    given = np.array(other, dtype=float).reshape(-1, 2)
+    assert is_far_ahead(front, given) is ahead
+    assert contested([front, given], [4, 1]) == ([4] if ahead else [4, 1])
+
+
+def test_where_nothing_is_feasible_every_finalist_goes_on():
+    nothing = np.empty((0, 2))
+    assert contested([nothing, nothing], [2, 0]) == [2, 0]
 
 
 def toml(value):

@@ -9,10 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from objectives.evaluator import Objective
+from objectives.margins.quantities import QUANTITIES
 from objectives.mission import is_of_mission
 from objectives.plant_mission import unjudged_places
 from objectives.risk import classify_difference
+from plant.errors import InputError
 from tuner.analysis.held_out import differences_to
+from tuner.analysis.margins.limits import LIMITS
 from tuner.experiments.tuning.bounds import on_bounds
 from tuner.experiments.tuning.guards import after
 from tuner.experiments.tuning.guards.before import (
@@ -22,12 +26,15 @@ from tuner.experiments.tuning.guards.before import (
     signals_after_end,
     unjudged_channels,
     unprovable_shares,
+    wrong_units,
 )
 from tuner.experiments.tuning.guards.leading_yaw import leading_yaw
-from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.search.names import CONVERGED
 from tuner.study.plant_study import PlantStudy
 from tuner.study.searched import SearchedStudy
+from tuner.text.numbers import significant
+from tuner.text.units import after_number
 
 __all__ = ["GUARDS", "Guard", "warnings_after_run", "warnings_before_run"]
 
@@ -125,9 +132,60 @@ def _unjudged(study: PlantStudy) -> list[str]:
     return unjudged_channels([place for place in places if place in held], free)
 
 
+def _worse_unjudged(outcome: Outcome) -> list[str]:
+    study, count = outcome.study, len(outcome.study.objectives)
+    if not outcome.feasible or not outcome.tuned:
+        return []
+    judged = [*study.objectives, *[entry.objective for entry in study.constraints if not entry.floor]]
+    rows = outcome.table[count : count + len(study.constraints)]
+    return after.worse_unjudged(
+        [
+            row
+            for row, entry in zip(rows, study.constraints, strict=True)
+            if is_of_mission(entry) and not any(_judges(other, entry.objective) for other in judged)
+        ]
+    )
+
+
+def _seldom_reached(outcome: Outcome) -> list[str]:
+    labels, flown = _labels(outcome), _flown_values(outcome)
+    values = [row.tuned.value for row in outcome.table[: len(labels)]]
+    # An objective that is the same for all candidates has a warning of its own.
+    varies = np.ptp(flown, axis=0) > after.SAME * np.abs(flown).max(axis=0)
+    never = [times if vary else [] for times, vary in zip(outcome.study.censored_times(), varies, strict=True)]
+    return after.seldom_reached(labels, values, never)
+
+
+def _judges(judging: Objective, quantity: Objective) -> bool:
+    """Return True for an objective on an axis of a quantity."""
+    is_seen = judging.scenario in (None, quantity.scenario)
+    return is_seen and bool(set(judging.metric.axes) & set(quantity.metric.axes))
+
+
+def _unlimited_margins(outcome: FlightOutcome) -> list[str]:
+    study = outcome.study
+    if not outcome.feasible or not outcome.tuned or study.requirements:
+        return []
+    try:
+        model = study.margin_model()
+    except InputError:
+        return []
+    margins = model.evaluate(outcome.gains(outcome.tuned)[None])
+    looped = list(dict.fromkeys(channel for block in model.blocks for channel in block))
+    broken = []
+    for limit in LIMITS:
+        quantity = QUANTITIES[limit.quantity]
+        value = float(quantity.worst(quantity.to_limit(quantity.values(margins)), looped, margins.channels)[0])
+        if not limit.is_satisfied(value):
+            unit = after_number(quantity.limit_unit)
+            broken.append(f"{quantity.label} {significant(value, 3)}{unit} (usual {limit.sense} {limit.limit:g})")
+    return after.unlimited_margins(broken)
+
+
 GUARDS = {
     "few_scenarios": Guard(BEFORE, "too few scenarios for the level of a risk", few_scenarios),
     "unprovable_shares": Guard(BEFORE, "limits on shares that the held-out flights cannot show", unprovable_shares),
+    "wrong_units": Guard(BEFORE, "limits that look like numbers of another unit", wrong_units),
     "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere, False),
     "rates_without_damping": Guard(
         BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping, False
@@ -150,6 +208,7 @@ GUARDS = {
             _labels(outcome), _flown_values(outcome), outcome.study.censored_times()
         ),
     ),
+    "seldom_reached": Guard(AFTER, "an objective that waits for what most flights do not come to", _seldom_reached),
     "correlated_objectives": Guard(
         AFTER,
         "two objectives that rank all candidates alike",
@@ -157,6 +216,10 @@ GUARDS = {
     ),
     "duplicate_knee": Guard(AFTER, "points that cannot be told from the recommended one", _duplicate_knees),
     "lost_flights": Guard(AFTER, "a recommended point that loses flights which nothing limits", _lost),
+    "worse_unjudged": Guard(AFTER, "quantities that nothing judges and that became much worse", _worse_unjudged),
+    "unlimited_margins": Guard(
+        AFTER, "usual margins that are broken where nothing limits margins", _unlimited_margins, False
+    ),
     "on_bound": Guard(AFTER, "recommended gains at an end of their range", _on_bounds),
     "lenient_flights": Guard(AFTER, "a search whose flights were more lenient than held-out ones", _lenient),
     "still_rising": Guard(

@@ -2,12 +2,15 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from itertools import combinations
+from statistics import mean
 
 import numpy as np
 
-from objectives.risk.differences import BETTER, WORSE
+from objectives.risk.differences import BETTER, WORSE, classify_difference
 from tuner.analysis.sensitivity.indices import places
 from tuner.documents.contest_document import BoundRow
+from tuner.documents.parts import row_in_degrees
+from tuner.documents.summary import ComparedRow
 from tuner.experiments.tuning.flight_growth import MAX_RATIO, value_ratios
 from tuner.search.convergence import (
     QUARTER,
@@ -16,6 +19,9 @@ from tuner.search.convergence import (
     last_quarter,
     last_quarter_improvement,
 )
+from tuner.text.numbers import significant
+from tuner.text.sentences import listing
+from tuner.text.units import after_number
 
 Times = Sequence[float]
 # Objectives that differ by less than this share of their size are constant; rank correlations from here on are perfect.
@@ -24,6 +30,11 @@ SAME, PERFECT = 1e-9, 0.999
 ENOUGH = 10
 # Share of all candidates from which on those that do not fly the mission are told of.
 MANY = 0.5
+# Share of the time left from which on a mean time says that most flights came to no event.
+SELDOM = 0.9
+NO_EVENT = "Make the flights longer or the band wider, or judge by an error instead of a time."
+# Rise over the default's value, as a share of it, from which on a quantity that nothing judges is told of.
+MUCH = 0.5
 
 
 def constant_objectives(labels: Sequence[str], values: np.ndarray, never: Sequence[Times]) -> list[str]:
@@ -43,11 +54,24 @@ def constant_objectives(labels: Sequence[str], values: np.ndarray, never: Sequen
 
 def _why_constant(value: float, never: Times) -> str:
     if never and min(never) * (1.0 - SAME) <= value <= max(never) * (1.0 + SAME):
-        return (
-            f"{value:.4g} s, the time left in a flight, because no flight comes to what it waits for. Make the flights longer or "
-            "the band wider, or judge by an error instead of a time."
-        )
+        return f"{value:.4g} s, the time left in a flight, because no flight comes to what it waits for. {NO_EVENT}"
     return "no gain that is searched moves it. Leave it out, or search a gain that does."
+
+
+def seldom_reached(labels: Sequence[str], values: Sequence[float | None], never: Sequence[Times]) -> list[str]:
+    """Warn of mean times near that of a flight without the event.
+
+    Args:
+        labels: Labels of the objectives.
+        values: Values on confirmation flights.
+        never: For each objective the times [s] that stand for no event, by scenario.
+    """
+    return [
+        f"{label} is {value:.4g} s, and {mean(times):.4g} s stands for a flight that does not come to what it waits for: most "
+        f"flights do not. {NO_EVENT}"
+        for label, value, times in zip(labels, values, never, strict=True)
+        if times and value is not None and value >= SELDOM * mean(times)
+    ]
 
 
 def correlated_objectives(labels: Sequence[str], values: np.ndarray) -> list[str]:
@@ -134,6 +158,40 @@ def lenient_flights(
                 f"median of the front: these flights were lenient, and more generations on them help little. {advice}"
             )
     return warnings
+
+
+def worse_unjudged(rows: Sequence[ComparedRow]) -> list[str]:
+    """Warn of quantities without a judge that became much worse.
+
+    rows: Quantities that an automatic limit alone holds.
+    """
+    texts = []
+    for row in rows:
+        numbers = [row.default.value, *row.difference.parts]
+        present = [number for number in numbers if number is not None]
+        if len(present) < len(numbers) or classify_difference(*present, relevant=MUCH) != WORSE:
+            continue
+        shown = row_in_degrees(row, "default", "tuned")
+        add = f'metric = "{row.metric}"' + (f', scenario = "{row.scenario}"' if row.scenario else "")
+        texts.append(
+            f"{row.label} rises from {significant(shown.default.value, 3)} to {significant(shown.tuned.value, 3)}"
+            f"{after_number(shown.unit or '1')}: no objective and no limit of the study judges it, only an automatic limit does. "
+            f"Add for instance [[objective]] {add}."
+        )
+    return texts
+
+
+def unlimited_margins(broken: Sequence[str]) -> list[str]:
+    """Warn of broken usual margins in a study that limits none.
+
+    broken: Limits in words, "gain_up 5.66 dB (usual min 6)".
+    """
+    if not broken:
+        return []
+    return [
+        f"No [[margin]] limits the loops, and the recommended gains break usual limits: {listing(broken)}. Add for instance "
+        '[[margin]] quantity = "ms", max = 2.'
+    ]
 
 
 def still_rising(volumes: Sequence[float], flights: Sequence[int], resumable: bool = True) -> list[str]:

@@ -1,6 +1,7 @@
 """Warnings before a run, some of them from the vehicle alone."""
 
 from collections.abc import Sequence
+from math import pi, radians
 
 from objectives.problem import Objective
 from objectives.risk import clopper_pearson, flights_to_show, minimum_samples
@@ -44,6 +45,24 @@ def unprovable_shares(study: SearchedStudy) -> list[str]:
     ]
 
 
+def wrong_units(study: SearchedStudy) -> list[str]:
+    """Warn of limits on metrics that look like numbers of another unit."""
+    return [
+        f"{entry.objective.label} at most {entry.most:g}: {text}."
+        for entry in study.constraints
+        if not entry.floor and (text := _unit_fault(entry.objective.metric.unit, entry.most))
+    ]
+
+
+def _unit_fault(unit: str, most: float) -> str:
+    """Return the fault of a limit in its unit, "" without one."""
+    if unit == "rad" and most > pi:
+        return f"no flight has so large an angle; limits are in rad, {most:g} deg is {radians(most):.4g}"
+    if unit == "%" and 0.0 < most < 1.0:
+        return f"the limit is in per cent; a share of {most:g} is {100.0 * most:g}"
+    return ""
+
+
 def _count(study: SearchedStudy, objective: Objective, stream: str) -> int:
     seen = [entry for entry in study.scenarios if objective.scenario in (None, entry.spec.name)]
     return sum(entry.search if stream == SEARCH else entry.held_out for entry in seen)
@@ -58,8 +77,8 @@ def default_elsewhere(study: Study) -> list[str]:
     others = differences(read_gains(study.path.parent / given), study)
     if others:
         texts.append(
-            f"What {given} holds differs from what this study flies: {'; '.join(others)}. So the Default column is not what "
-            "that vehicle does; change the study, or read the file for this airframe and period."
+            f"{given} differs from what this study flies: {'; '.join(others)}. So the Default column is not what that vehicle "
+            "does: write the file's values into [controller] and [airframe] of the study, or import the file with the study's."
         )
     return [*texts, *_merged(study)]
 

@@ -8,6 +8,8 @@ import pytest
 from objectives.metrics import METRICS
 from tests.tuner.conftest import QUICKSTART
 from tuner.documents.contest_document import BoundRow
+from tuner.documents.parts import Estimate
+from tuner.documents.summary import ComparedRow
 from tuner.experiments.tuning.guards import AFTER, BEFORE, GUARDS, warnings_before_run
 from tuner.experiments.tuning.guards.after import (
     constant_objectives,
@@ -17,7 +19,9 @@ from tuner.experiments.tuning.guards.after import (
     idle_candidates,
     lenient_flights,
     lost_flights,
+    seldom_reached,
     still_rising,
+    worse_unjudged,
 )
 from tuner.search.names import CONVERGED, GENERATIONS
 from tuner.study import load_study
@@ -183,6 +187,10 @@ def test_the_registry_knows_when_each_speaks():
         "lost_flights",
         "on_bound",
         "still_rising",
+        "seldom_reached",
+        "unlimited_margins",
+        "worse_unjudged",
+        "wrong_units",
     } == {*GUARDS}
     assert all(guard.what and not guard.what.endswith(".") for guard in GUARDS.values())
 
@@ -228,3 +236,135 @@ def test_a_share_that_the_flights_cannot_show_is_told_with_the_flights_that_it_t
         {"constraint": [{"metric": "failure", "max": 0.0}]},
     ):
         assert warnings_before_run(load_study(QUICKSTART, {**limit, **enough})) == []
+
+
+def test_a_limit_in_another_unit_is_named_with_what_was_meant():
+    def said(metric, most):
+        limit = {"metric": metric, "max": most}
+        study = load_study(QUICKSTART, {"constraint": [limit]})
+        return GUARDS["wrong_units"].message(study)
+
+    (degrees,) = said("peak.tilt", 10.0)
+    assert "10 deg is 0.1745" in degrees
+    (per_cent,) = said("overshoot.position", 0.15)
+    assert "a share of 0.15 is 15" in per_cent
+    for metric, most in (
+        ("peak.tilt", 0.17),
+        ("saturation", 0.02),
+        ("overshoot.position", 15.0),
+        ("rms.position", 10.0),
+    ):
+        assert said(metric, most) == []
+    # A limit of 0 is none in another unit.
+    assert said("overshoot.position", 0.0) == [] and said("failure", 0.0) == []
+
+
+def a_row(default, tuned, half, scenario: str | None = "gusts"):
+    return ComparedRow(
+        label="quantile50(rms.tilt)",
+        metric="rms.tilt",
+        definition="error",
+        risk="quantile",
+        scenario=scenario,
+        unit="rad",
+        kind="constraint",
+        limit=0.5,
+        default=Estimate(default, default, default),
+        tuned=Estimate(tuned, tuned, tuned),
+        difference=Estimate(tuned - default, tuned - default - half, tuned - default + half),
+        verdict="satisfied",
+        automatic="mission.held",
+    )
+
+
+def test_a_quantity_that_nothing_judges_is_named_where_it_became_much_worse():
+    (said,) = worse_unjudged([a_row(0.01, 0.02, 0.001)])
+    assert "rises from 0.573 to 1.15 °" in said and '[[objective]] metric = "rms.tilt", scenario = "gusts"' in said
+    (said,) = worse_unjudged([a_row(0.01, 0.02, 0.001, None)])
+    assert said.endswith('metric = "rms.tilt".')
+    # By less than half, not surely, or better.
+    for tuned, half in ((0.0149, 0.001), (0.02, 0.011), (0.005, 0.001)):
+        assert worse_unjudged([a_row(0.01, tuned, half)]) == []
+    assert worse_unjudged([]) == []
+
+
+def test_usual_margins_count_where_a_study_limits_none():
+    def said(changes, gains=None, tuned=1):
+        study = load_study(QUICKSTART, changes)
+        row = study.default_row if gains is None else gains
+        return GUARDS["unlimited_margins"].message(
+            SimpleNamespace(study=study, feasible=True, tuned=tuned, gains=lambda _: row)
+        )
+
+    free = load_study(QUICKSTART, {"margin": []})
+    model = free.margin_model()
+    margins = model.evaluate(free.default_row[None])
+    looped = [margins.channels.index(channel) for block in model.blocks for channel in block]
+    phase, peak = (np.asarray(entry.value)[0, looped] for entry in (margins.phase, margins.sensitivity))
+    (text,) = said({"margin": []})
+    assert f"phase margin {np.rad2deg(phase.min()):.3g}" in text.replace(" (usual", "") or phase.min() >= np.deg2rad(
+        35.0
+    )
+    assert ("Ms" in text.split("usual limits:")[1].split("Add")[0]) is bool(peak.max() > 2.0)
+    assert '[[margin]] quantity = "ms", max = 2' in text
+    # A study that limits a margin chose its own, and a default that stays was not found by the search.
+    assert said({}) == [] and said({"margin": []}, tuned=0) == []
+
+
+def test_a_time_that_most_flights_do_not_come_to_is_named():
+    labels, never = ["settling", "travel"], [[19.0], []]
+    (said,) = seldom_reached(labels, [18.7, 3.0], never)
+    assert said.startswith("settling is 18.7 s, and 19 s stands for a flight") and "error instead of a time" in said
+    assert seldom_reached(labels, [17.0, 3.0], never) == []
+    assert seldom_reached(labels, [None, 3.0], never) == []
+    # Of two scenarios of 10 and 20 s left, 14 s is more than nine tenths of their mean.
+    assert seldom_reached(["settling"], [14.0], [[10.0, 20.0]]) and not seldom_reached(
+        ["settling"], [13.0], [[10.0, 20.0]]
+    )
+
+
+TWO_CHANNELS = """
+title = "Two tanks"
+seed = 1
+[plant]
+state_space = { A = [[-1.0, 0.0], [0.0, -1.0]], B = [[1.0, 0.0], [0.0, 1.0]], C = [[1.0, 0.0], [0.0, 1.0]] }
+inputs = ["left_valve", "right_valve"]
+outputs = ["left", "right"]
+control_period = 0.1
+[[channel]]
+name = "left"
+law = "pid"
+output = "left"
+to = "left_valve"
+lost_beyond = 10.0
+[[channel]]
+name = "right"
+law = "pid"
+output = "right"
+to = "right_valve"
+lost_beyond = 10.0
+[gains]
+"left.kp" = { low = 0.1, high = 2.0, default = 1.0 }
+"left.ki" = 0.5
+"left.kd" = 0.0
+"left.t_f" = 0.2
+"right.kp" = 1.0
+"right.ki" = 0.5
+"right.kd" = 0.0
+"right.t_f" = 0.2
+[[scenario]]
+name = "step"
+duration = 10.0
+search = 4
+held_out = 8
+reference.left = { kind = "step", size = 1.0, time = 3.0 }
+[[objective]]
+metric = "settling.left"
+"""
+
+
+def test_the_time_left_is_that_behind_the_step_of_the_objectives_own_channel(tmp_path):
+    """The other channel rests from the start of the flight on; 7 s are left behind the step at 3 s of 10 s."""
+    file = tmp_path / "tanks.toml"
+    file.write_text(TWO_CHANNELS)
+    assert load_gains_study(file, "run").censored_times() == [[pytest.approx(7.0)]]
