@@ -24,6 +24,7 @@ from tests.tuner.search.search_runs import (
     stepped,
 )
 from tuner.search.front import feasible_front
+from tuner.search.loop import RevisableSearch
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
 from tuner.search.sobol import Sobol
@@ -288,6 +289,7 @@ def test_a_search_retold_of_another_limit_ends_at_the_best_behind_it(name):
     # By 20 generations the first limit, 1, has drawn the search to it; all candidates there break the second one, 1.5.
     best = 1.5**2 / (SLOPE @ SLOPE)
     search = SEARCHES[name](started(4, LARGE_POPULATION), 1, 1, 1)
+    assert isinstance(search, RevisableSearch)
     before = np.concatenate(run_generations(search, lambda points: toward(points, 1.0), LARGE_POPULATION, 20)[0])
     drawn = before[-LARGE_POPULATION:]
     assert np.median(drawn @ SLOPE) < 1.25
@@ -303,6 +305,7 @@ def test_a_search_retold_of_another_limit_ends_at_the_best_behind_it(name):
 def test_a_front_retold_of_another_limit_ends_behind_it(name):
     # The first circle is left by x = -2.5 at y = 14.8, the second one at 10.3; below both the front begins at 2.5.
     search = SEARCHES[name](started(2, LARGE_POPULATION), 2, 2, 1)
+    assert isinstance(search, RevisableSearch)
     before = np.concatenate(run_generations(search, srinivas, LARGE_POPULATION, 20)[0])
     search.retell(*srinivas(before, square=112.5))
     points, values, violations = (

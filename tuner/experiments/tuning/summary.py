@@ -1,5 +1,7 @@
 """summary.json of a run: what was found, in numbers that a person or a program can read."""
 
+from typing import Any
+
 import numpy as np
 
 from objectives.problem import Objective
@@ -40,6 +42,7 @@ def summary_document(outcome: Outcome) -> Summary:
     study, finalists, last = outcome.study, outcome.finalists, outcome.generations[-1]
     shown, feasible = outcome.names[outcome.tuned], outcome.feasible
     limits = limits_of(study.constraints, study.requirements)
+    uncertain: dict[str, Any] = {"uncertainty": rows} if (rows := uncertainty_costs(outcome)) else {}
     return Summary(
         feasible=feasible,
         ending=ending_of(outcome),
@@ -74,7 +77,7 @@ def summary_document(outcome: Outcome) -> Summary:
         table=[*outcome.table, *outcome.required_rows],
         air=[AirRow.model_validate(row) for row in study.air],
         plant_step=outcome.plant_step,
-        **({"uncertainty": rows} if (rows := uncertainty_costs(outcome)) else {}),
+        **uncertain,
         unseen=unseen_losses(outcome.problem, batches(study, CONFIRMATION), outcome.confirmation, 1),
         lost_flights=lost_flights(outcome),
     )

@@ -15,7 +15,7 @@ from tests.tuner.in_process import tuner
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import MOST_SURVIVORS, joined, layers, surviving
-from tuner.search.front import evenly, feasible_front, hypervolume, non_dominated
+from tuner.search.front import feasible_front, hypervolume, non_dominated
 
 FIRST, ALL = 4, 6
 
@@ -106,7 +106,8 @@ def test_a_front_of_many_is_thinned_by_hypervolume(staged):
     chosen = values[surviving(outcome.problem, crowd, 1)]
     assert len(chosen) == MOST_SURVIVORS
     dominated = hypervolume(chosen, values[0]) / hypervolume(values, values[0])
-    evenly_spaced = values[1:][evenly(values[1:, 0], MOST_SURVIVORS)]
+    along = values[1:][np.argsort(values[1:, 0])]
+    evenly_spaced = along[np.unique(np.linspace(0, len(along) - 1, MOST_SURVIVORS).round().astype(int))]
     assert dominated > 0.995 > hypervolume(evenly_spaced, values[0]) / hypervolume(values, values[0])
 
 
@@ -140,14 +141,6 @@ def test_the_words_say_up_to_where_the_front_counts(tmp_path):
     front, default = outcome.archive.values[outcome.archive.front()], outcome.archive.values[0]
     least = default + 0.1 * (default - front.min(axis=0))
     assert np.all(np.array([float(value) for value in values.groups()]) >= 0.99 * least)
-
-
-def test_a_front_of_many_is_thinned_evenly():
-    along = np.linspace(0.0, 1.0, 3 * MOST_SURVIVORS)
-    rows = evenly(along[::-1], MOST_SURVIVORS)
-    assert len(rows) == MOST_SURVIVORS and {0, len(along) - 1} <= set(rows.tolist())
-    assert np.all(np.diff(along[::-1][rows]) > 0.0)
-    assert len(evenly(along, 0)) == 0 and evenly(along, 1000).tolist() == list(range(len(along)))
 
 
 def test_layers_are_fronts_taken_away_one_after_the_other():
