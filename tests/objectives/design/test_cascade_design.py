@@ -115,3 +115,10 @@ def test_requirements_are_checked(key: str, value: float) -> None:
     with pytest.raises(InputError) as error:
         replace(DesignRequirements(), **{key: value})
     assert error.value.key == key
+
+
+def test_other_requirements_give_other_designs_of_the_same_axes():
+    cascade = close_cascade(LAWS["pid"], LAWS["pid"])
+    usual = design_axes(cascade, known(), TIMING)["roll"]
+    strict = design_axes(cascade, known(), TIMING, DesignRequirements(ms=1.4))["roll"]
+    assert strict.ms < 1.42 < usual.ms
