@@ -24,12 +24,11 @@ def judge_against_present(results: AnyResults, threads: int | None, watcher: Wat
     from tuner.api.judging import judge
 
     try:
-        opinion = judge(results.home / GAINS, present, threads=threads, watcher=watcher)
+        return judge(results.home / GAINS, present, threads=threads, watcher=watcher)
     except InputError as error:
         # The run is complete; only its comparison is missing.
         watcher.on_message(f"Not judged against the present gains: {error}")
         return None
-    return opinion
 
 
 def add_opinion(results: TuningResults, opinion: "Assessment") -> None:

@@ -54,8 +54,8 @@ class Console(console.Console):
 
 
 def unit_text(unit: str, form: str = "{}") -> str:
-    """Return a unit within other words, "" for a number without one."""
-    return "" if unit == "1" else form.format(unit)
+    """Return a unit within other words, "" for the units "1" and ""."""
+    return "" if unit in ("", "1") else form.format(unit)
 
 
 def bound_text(row: Any) -> str:
@@ -82,10 +82,9 @@ def estimate(entry: "Estimate | EstimateRow", signed: bool = False) -> str:
     if entry.value is None:
         return "unbounded"
     if entry.low is None or entry.high is None:
-        return f"{entry.value:{'+' if signed and entry.value > 0.0 else ''}.4g}"
+        return f"{numbers.plus(entry.value, signed)}{entry.value:.4g}"
     value, interval = numbers.estimate(entry.value, entry.low, entry.high)
-    sign = "+" if signed and entry.value > 0.0 else ""
-    return f"{sign}{value}\n{interval}".translate(PLAIN)
+    return f"{numbers.plus(entry.value, signed)}{value}\n{interval}".translate(PLAIN)
 
 
 def difference(entry: "Estimate") -> str:

@@ -15,7 +15,7 @@ from tuner.report.page import wide
 from tuner.report.verdict_text import verdict_text
 from tuner.report.words import law_title, laws_of
 from tuner.text.markup import Markup, cells, element, join, table
-from tuner.text.numbers import MISSING, count, duration, estimate, significant
+from tuner.text.numbers import MISSING, count, duration, estimate, plus, significant
 from tuner.text.sentences import bound_text, capitalized, listing
 from tuner.text.units import marked_up, plain
 
@@ -214,5 +214,4 @@ def estimate_cell(entry: Estimate, signed: bool = False) -> Markup:
 def _number(value: float | None, signed: bool = False) -> Markup:
     if value is None:
         return Markup(MISSING)
-    plus = "+" if signed and value > 0.0 else ""
-    return element("span", plus + significant(value), class_="number")
+    return element("span", plus(value, signed) + significant(value), class_="number")

@@ -1,10 +1,12 @@
-"""The page of a second opinion, judge.md: what the model lacks, the verdict, margins, flights, rules, changes."""
+"""A second opinion: its page judge.md with margins, flights, rules and changes, and its part in the page of a run."""
 
 from math import degrees
 
 from objectives.margins.quantities import QUANTITIES
 from tuner.documents.assessment import AssessmentDocument, LoopFigures
-from tuner.text.numbers import per_cent, significant
+from tuner.report.page import titled_tables
+from tuner.text.markup import Markup, element, join
+from tuner.text.numbers import per_cent, plus, significant
 from tuner.text.tables import Table
 
 NONE = "-"
@@ -25,6 +27,17 @@ def assessment_page(document: AssessmentDocument) -> str:
     ]
     # Texts of files are no markup: neither HTML nor links.
     return "\n\n".join(parts).replace("<", "&lt;").replace("](", "] (") + "\n"
+
+
+def opinion_text(document: AssessmentDocument) -> str:
+    """Return the sentence on tuned gains against the present ones."""
+    assert document.before is not None, "a run is judged against present gains"
+    return f"Against the present gains, {document.before.file}, in the flights of `tuner judge`: {document.sentence}"
+
+
+def opinion_section(document: AssessmentDocument) -> Markup:
+    """Return the verdict in a sentence, and its tables."""
+    return join((element("p", document.sentence), titled_tables(assessment_tables(document))))
 
 
 def unmodeled_lines(document: AssessmentDocument) -> list[str]:
@@ -69,7 +82,7 @@ def metric_table(document: AssessmentDocument) -> Table:
         change = NONE
         if row.difference is not None:
             value, low, high = map(per_cent, row.difference)
-            change = f"{'+' if row.difference.value > 0.0 else ''}{value} [{low}, {high}]"
+            change = f"{plus(row.difference.value)}{value} [{low}, {high}]"
         unit = "" if row.unit == "1" else f" [{row.unit}]"
         before = NONE if row.before is None else significant(row.before)
         rows.append([f"{row.metric}{unit}", before, significant(row.after), change, row.verdict])

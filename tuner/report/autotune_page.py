@@ -7,8 +7,8 @@ from tuner.documents.approach import ApproachDocument
 from tuner.documents.assessment import AssessmentDocument
 from tuner.documents.autotune import AutotuneDocument
 from tuner.documents.identification import IdentificationDocument
-from tuner.report.opinion_section import opinion_section, shown_table, titled_tables
-from tuner.report.page import Page, Section
+from tuner.report.assessment_page import opinion_section
+from tuner.report.page import Page, Section, titled_tables, wide_table
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import significant
 from tuner.text.tables import Table
@@ -35,7 +35,7 @@ def autotune_page(document: AutotuneDocument, folder: Path, choice: Sequence[Tab
             (element("p", "Pages: ", join(element("span", link, " ") for link in links)), element("ul", *lines))
         ),
         sections=[
-            Section("stages", "Stages", shown_table(stage_table(document))),
+            Section("stages", "Stages", wide_table(stage_table(document))),
             Section("vehicle", "The vehicle", _vehicle(folder / "identification.json")),
             Section("search", "The choice", titled_tables(choice)),
             Section("opinion", "Present and tuned", _opinion(folder / "opinion" / "assessment.json")),
@@ -65,7 +65,7 @@ def _vehicle(file: Path) -> Markup:
         for row in fit.numbers
     ]
     head = ("number", "unit", "value", "95 % interval", "not identified, for")
-    return join((element("p", fit.verdict), shown_table(Table("Numbers", head, rows, head))))
+    return join((element("p", fit.verdict), wide_table(Table("Numbers", head, rows, head))))
 
 
 def _opinion(file: Path) -> Markup:
@@ -83,4 +83,4 @@ def _flights(file: Path) -> Markup:
         for k, step in enumerate(document.steps)
     ]  # fmt: skip
     head = ("step", "share", "largest change", "loops", "margins that fall short", "flights lost")
-    return shown_table(Table("Steps", head, rows, head))
+    return wide_table(Table("Steps", head, rows, head))

@@ -10,8 +10,8 @@ from tuner.report.charts.look import Look, legend
 from tuner.report.charts.paper import Figure, figure_of
 from tuner.report.charts.web import grid, page_data
 from tuner.report.flight_plan_words import excitation_table, number_table, peak_table
-from tuner.report.page import Page, Section, aid, wide
-from tuner.text.markup import Markup, element, join, table
+from tuner.report.page import Page, Section, aid, wide_table
+from tuner.text.markup import Markup, element, join
 from tuner.text.tables import Table
 from tuner.text.units import in_degrees
 
@@ -85,4 +85,4 @@ def _flown(made: Experiment, entry: Excitation) -> Array:
 
 def _table(key: str, view: Table) -> Markup:
     about = aid(AIDS[key]) if key in AIDS else Markup()
-    return join((about, wide(table(view.head, view.rows))))
+    return join((about, wide_table(view)))

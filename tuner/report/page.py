@@ -10,8 +10,9 @@ from string import Template
 from typing import Any, NamedTuple
 
 from tuner.store.folder import put
-from tuner.text.markup import Markup, coded, element, join, safe
+from tuner.text.markup import Markup, coded, element, join, safe, table
 from tuner.text.neutral import Neutral
+from tuner.text.tables import Table
 
 IN_SPACE = 'id="space"'
 """Attribute of the one chart that is drawn in three dimensions."""
@@ -132,6 +133,16 @@ def ending_callout(ending: Sequence[str]) -> Markup:
 def wide(content: Markup, **attributes: str) -> Markup:
     """Return content in a box that scrolls sideways where it has to."""
     return element("div", content, class_="wide", **attributes)
+
+
+def wide_table(view: Table) -> Markup:
+    """Return a table that scrolls on narrow screens."""
+    return wide(table(view.head, view.rows))
+
+
+def titled_tables(views: Sequence[Table]) -> Markup:
+    """Return tables below their titles."""
+    return join(join((element("h3", view.title), wide_table(view))) for view in views)
 
 
 def aid(text: str) -> Markup:

@@ -46,8 +46,13 @@ def significant(value: float | None, digits: int = 4) -> str:
 def fixed(value: float, decimals: int, signed: bool = False) -> str:
     """Return a number to so many decimals."""
     value = round(value, decimals) + 0.0
-    text = f"{value:{'+' if signed and value > 0.0 else ''},.{decimals}f}"
+    text = f"{plus(value, signed)}{value:,.{decimals}f}"
     return text.replace("-", "−").replace(",", "\u202f" if abs(value) >= 1e4 else "")
+
+
+def plus(value: float, signed: bool = True) -> str:
+    """Return the sign of a positive number, if signed; a negative one has its own."""
+    return "+" if signed and value > 0.0 else ""
 
 
 def count(value: float) -> str:

@@ -34,8 +34,8 @@ def in_degrees(unit: str) -> Shown:
 
 
 def after_number(unit: str) -> str:
-    """Return a unit as it follows a number, " m"; nothing for "1"."""
-    return "" if unit == "1" else f" {unit}"
+    """Return a unit as it follows a number, " m"; nothing for "1" or ""."""
+    return "" if unit in ("", "1") else f" {unit}"
 
 
 def plain(unit: str) -> str:

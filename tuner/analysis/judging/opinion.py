@@ -25,7 +25,7 @@ from tuner.documents.assessment import (
 )
 from tuner.documents.margins import LimitRow
 from tuner.documents.parts import ShareCount, in_shown_units
-from tuner.text.numbers import significant
+from tuner.text.numbers import plus, significant
 
 FRAGILE_MS = 4.3
 """Largest peak sensitivity of any loop: Ms / (Ms - 1) = 1.3 is the gain margin that it guarantees."""
@@ -155,8 +155,7 @@ def metric_text(row: AssessedMetric) -> str:
     if row.difference is None:
         return f"{row.metric} {significant(row.after)}"
     value, low, high = (significant(100.0 * part, 3) for part in row.difference)
-    sign = "+" if row.difference.value > 0.0 else ""
-    return f"{row.metric} {sign}{value} % [{low}, {high}]"
+    return f"{row.metric} {plus(row.difference.value)}{value} % [{low}, {high}]"
 
 
 def _peak(ms: float | None) -> float:

@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console
 from tuner.documents.assessment import REFUSED, AssessmentDocument
-from tuner.report.assessment_page import assessment_tables, rollback_lines, subject_lines, unmodeled_lines
-from tuner.report.opinion_section import opinion_text
+from tuner.report.assessment_page import assessment_tables, opinion_text, rollback_lines, subject_lines, unmodeled_lines
 
 if TYPE_CHECKING:
     from tuner.api.judging import Assessment, ReadBackComparison

@@ -63,7 +63,7 @@ def objectives_table(results: "TuningFolder") -> TerminalTable:
     for row in results.objectives:
         change = estimate(row.difference, signed=True).replace("\n", " ")
         values = map(middle, (row.default, row.tuned))
-        table.add_row(labeled(named(results, row, short=True), row.unit or "1"), *values, change)
+        table.add_row(labeled(named(results, row, short=True), row.unit), *values, change)
     return table
 
 
@@ -88,7 +88,7 @@ def limits_table(results: "TuningFolder", rows: Sequence[ComparedRow | RequiredR
     shown = [on_page(row, *SHOWN) for row in rows]
     columns = (marked([(row, row.default) for row in shown]), marked([(row, row.tuned) for row in shown]))
     for row, *values in zip(shown, *columns, strict=True):
-        name = labeled(named(results, row, short=True), row.unit or "1") + (
+        name = labeled(named(results, row, short=True), row.unit) + (
             f" (automatic: {row.automatic})" if row.automatic else ""
         )
         state = (row.tuned_state or "") if row.kind == "requirement" else ""
@@ -112,7 +112,7 @@ def clear_limit_text(results: "TuningFolder", row: ComparedRow | RequiredRow) ->
     if evidence:
         return f"{name} ({evidence})"
     row = on_page(row, *SHOWN)
-    return f"{name} {limited(row, row.tuned)} {unit_text(row.unit or '1')}".rstrip() + f" ({bound_text(row)})"
+    return f"{name} {limited(row, row.tuned)} {unit_text(row.unit)}".rstrip() + f" ({bound_text(row)})"
 
 
 def gains_table(results: "TuningFolder") -> TerminalTable:

@@ -54,7 +54,7 @@ def print_points(results: "TuningResults", console: Console) -> None:
     points = results.document.points
     if all(entry.recommended for entry in points):
         return
-    labels = [labeled(named(results, row, short=True), row.unit or "1") for row in results.objectives]
+    labels = [labeled(named(results, row, short=True), row.unit) for row in results.objectives]
     table = TerminalTable(box=None)
     table.columns_of(POINTS, *labels, left=(POINTS,), wrap=(POINTS, *labels))
     for entry in points:

@@ -134,7 +134,7 @@ def contested(fronts: Sequence[np.ndarray], rows: Sequence[int]) -> list[int]:
     first = fronts[0]
     if not len(first):
         return list(rows)
-    return [row for row, front in zip(rows, fronts, strict=True) if front is first or not is_far_ahead(first, front)]
+    return [row for row, front in zip(rows, fronts, strict=True) if not is_far_ahead(first, front)]
 
 
 def is_far_ahead(front: np.ndarray, other: np.ndarray) -> bool:

@@ -33,7 +33,7 @@ MANY = 0.5
 # Share of the time left from which on a mean time says that most flights came to no event.
 SELDOM = 0.9
 NO_EVENT = "Make the flights longer or the band wider, or judge by an error instead of a time."
-# Rise over the default's value, as a share of it, from which on a quantity that nothing judges is told of.
+# Rise over the default's value, as a share of it, from which on a warning names a quantity that nothing judges.
 MUCH = 0.5
 
 
@@ -64,7 +64,7 @@ def seldom_reached(labels: Sequence[str], values: Sequence[float | None], never:
     Args:
         labels: Labels of the objectives.
         values: Values on confirmation flights.
-        never: For each objective the times [s] that stand for no event, by scenario.
+        never: Times [s] that a flight without the event counts as, by objective and scenario.
     """
     return [
         f"{label} is {value:.4g} s, and {mean(times):.4g} s stands for a flight that does not come to what it waits for: most "
@@ -175,7 +175,7 @@ def worse_unjudged(rows: Sequence[ComparedRow]) -> list[str]:
         add = f'metric = "{row.metric}"' + (f', scenario = "{row.scenario}"' if row.scenario else "")
         texts.append(
             f"{row.label} rises from {significant(shown.default.value, 3)} to {significant(shown.tuned.value, 3)}"
-            f"{after_number(shown.unit or '1')}: no objective and no limit of the study judges it, only an automatic limit does. "
+            f"{after_number(shown.unit)}: no objective and no limit of the study judges it, only an automatic limit does. "
             f"Add for instance [[objective]] {add}."
         )
     return texts
