@@ -54,7 +54,7 @@ class Console(console.Console):
 
 
 def unit_text(unit: str, form: str = "{}") -> str:
-    """Return a unit within other words, "" for the units "1" and ""."""
+    """Return a unit within other words; nothing for "1" or ""."""
     return "" if unit in ("", "1") else form.format(unit)
 
 
