@@ -44,14 +44,16 @@ class Folder:
         return self
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
-        if error is not None and self._removed():
-            return
-        if error is not None and not isinstance(error, StoreError):
-            note = resume_hint(self.path, self._made)
-            # The run of a contender lies in the folder of its contest: both say the same.
-            if note not in getattr(error, "__notes__", ()):
-                error.add_note(note)
-        self.close()
+        ending = _hidden_interrupt(error) or error
+        if ending is None or not self._removed():
+            if ending is not None and not isinstance(ending, StoreError):
+                note = resume_hint(self.path, self._made)
+                # The run of a contender lies in the folder of its contest: both say the same.
+                if note not in getattr(ending, "__notes__", ()):
+                    ending.add_note(note)
+            self.close()
+        if ending is not None and ending is not error:
+            raise ending
 
     def _removed(self) -> bool:
         """Release and remove a new folder with the lock alone; return success."""
@@ -223,6 +225,16 @@ def table_bytes(name: str, table: Columns) -> bytes:
     if name.endswith(".csv"):
         return csv_text(table).encode()
     return npz_bytes(table)
+
+
+def _hidden_interrupt(error: BaseException | None) -> KeyboardInterrupt | None:
+    """Return the Ctrl-C during whose handling an error came, if any.
+
+    One that lands while a thread starts leaves `threading` with a lock that it does not hold, and a RuntimeError about it.
+    """
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__context__
+    return error
 
 
 def _former(path: Path) -> Manifest | None:

@@ -4,6 +4,7 @@ import os
 import resource
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -67,6 +68,28 @@ def test_an_error_after_something_was_written_leaves_it(tmp_path):
         folder.write_text("notes.txt", "kept")
         raise InputError("the firmware died")
     assert (path / "notes.txt").read_text() == "kept"
+
+
+def test_a_ctrl_c_that_an_error_hides_is_raised_with_its_advice(tmp_path):
+    """`threading` raises a RuntimeError about its lock where Ctrl-C lands while a thread starts."""
+    with pytest.raises(KeyboardInterrupt) as raised, Folder.create(tmp_path / "out") as folder:
+        folder.write_text("notes.txt", "kept")
+        try:
+            raise KeyboardInterrupt
+        finally:
+            threading.Lock().release()
+    assert isinstance(raised.value.__context__, RuntimeError)
+    assert raised.value.__notes__ == [f"remove {tmp_path / 'out'} and give the command again"]
+
+
+def test_an_error_while_another_is_handled_stays_itself(tmp_path):
+    with pytest.raises(RuntimeError) as raised, Folder.create(tmp_path / "out") as folder:
+        folder.write_text("notes.txt", "kept")
+        try:
+            raise OSError("a read failed")
+        except OSError as error:
+            raise RuntimeError("so did its repair") from error
+    assert raised.value.__notes__ == [f"remove {tmp_path / 'out'} and give the command again"]
 
 
 def test_there_must_be_a_folder_to_open(tmp_path):
