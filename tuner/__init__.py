@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from tuner.api.identifying import check_logs, identify
     from tuner.api.judging import judge, read_back
     from tuner.api.margins import cost, margins, theory
-    from tuner.api.planning import plan, sensitivity
+    from tuner.api.planning import plan
     from tuner.api.results import (
         ComparisonResults,
         ContestResults,
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from tuner.api.studies import PlantStudy, Study, load_study, make_study
     from tuner.api.tails import tail
     from tuner.api.trials import ask, tell
+    from tuner.extensions.sensitivity.api import sensitivity
     from tuner.search.watcher import Watcher
     from tuner.study.own_code import use
 
@@ -77,7 +78,7 @@ _HOMES = {
     "tuner.api.identifying": ("check_logs", "identify"),
     "tuner.api.judging": ("judge", "read_back"),
     "tuner.api.margins": ("cost", "margins", "theory"),
-    "tuner.api.planning": ("plan", "sensitivity"),
+    "tuner.api.planning": ("plan",),
     "tuner.api.results": (
         "ComparisonResults",
         "ContestResults",
@@ -128,7 +129,13 @@ def __getattr__(name: str) -> Any:
             value = getattr(import_module(home), name)
             globals()[name] = value
             return value
-    raise AttributeError(f"module 'tuner' has no attribute '{name}'")
+    from tuner.extension import added, load
+
+    reference = added("api").get(name)
+    if reference is None:
+        raise AttributeError(f"module 'tuner' has no attribute '{name}'")
+    value = globals()[name] = load(reference)
+    return value
 
 
 def __dir__() -> list[str]:
