@@ -66,7 +66,7 @@ def extensions() -> dict[str, Extension]:
 
     Raises InputError where a record cannot be loaded, two have one name, or one requires another that is not installed.
     """
-    found: dict[str, Extension] = {}
+    records: dict[str, Extension] = {}
     for name, reference in entry_points(sys.path):
         try:
             record = load(reference)
@@ -74,13 +74,13 @@ def extensions() -> dict[str, Extension]:
             raise InputError(f"the extension {name} = {reference} cannot be loaded: {error}", file=GROUP) from error
         if not isinstance(record, Extension) or record.name != name:
             raise InputError(f"{reference} is no record of an extension with the name {name}", file=GROUP)
-        if found.setdefault(name, record) is not record:
+        if records.setdefault(name, record) is not record:
             raise InputError(f"two packages have an extension with the name {name}; remove one", file=GROUP)
-    for record in found.values():
+    for record in records.values():
         for needed in record.requires:
-            if needed not in found:
+            if needed not in records:
                 raise InputError(f"the extension {record.name} requires {needed}, which is not installed", file=GROUP)
-    return dict(sorted(found.items()))
+    return dict(sorted(records.items()))
 
 
 def entry_points(places: list[str]) -> Iterator[tuple[str, str]]:

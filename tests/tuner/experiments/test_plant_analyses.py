@@ -8,10 +8,11 @@ import pytest
 
 from tests.tuner.experiments.own_motor import STUDY, write_motor
 from tests.tuner.in_process import tuner
-from tuner.api.planning import plan, sensitivity
+from tuner.api.planning import plan
 from tuner.api.studies import load_study
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.run import TuningRun
+from tuner.extensions.sensitivity.api import sensitivity
 from tuner.extensions.sensitivity.indices import VALUE
 from tuner.extensions.sensitivity.run import study_problem
 from tuner.search.watcher import Watcher

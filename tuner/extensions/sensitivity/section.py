@@ -1,4 +1,4 @@
-"""The section of a run's page on sensitivity, if an analysis lies in its folder."""
+"""The section on sensitivity of a run's page."""
 
 from tuner.documents.parts import SampledValue
 from tuner.documents.tuning import TuningFolder
@@ -9,7 +9,7 @@ from tuner.text.numbers import estimate
 
 
 def sensitivity_section(results: TuningFolder) -> Markup:
-    """Return the Sobol indices of the gains, where an analysis lies in the folder."""
+    """Return the Sobol indices of an analysis in the folder, if any."""
     file = results.home / "sensitivity.json"
     sensitivity = SensitivityDocument.read(file) if file.exists() else None
     if sensitivity is None and results.is_external:
