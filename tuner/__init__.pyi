@@ -51,4 +51,6 @@ from tuner.extensions.sensitivity.api import sensitivity as sensitivity
 from tuner.search.watcher import Watcher as Watcher
 from tuner.study.own_code import use as use
 
+__all__: list[str]
 __version__: str
+_HOMES: dict[str, tuple[str, ...]]
