@@ -43,3 +43,12 @@ def increasing_order(values: NDArray[np.float64]) -> NDArray[np.intp]:
         start = start if is_equal else place
         rank[order[place]] = start
     return np.argsort(rank, kind="stable")
+
+
+def mean_ranks(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the ranks (n,) of finite values (n,), 1 for the smallest; equal values share their mean rank.
+
+    SciPy has it too, but `scipy.stats` takes 0.7 s to import.
+    """
+    _, which, count = np.unique(values, return_inverse=True, return_counts=True)
+    return (np.cumsum(count) - 0.5 * (count - 1))[which]

@@ -12,52 +12,7 @@ it is first asked for, because compilers and plotting libraries take seconds to 
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from plant.errors import InputError, StoreError, ToolError, UnknownNameError
-    from tuner.api.approaching import approach
-    from tuner.api.autotuning import autotune
-    from tuner.api.catalogue import catalogue
-    from tuner.api.checking import check, check_requirements, validate
-    from tuner.api.comparing import compare
-    from tuner.api.comparing_logs import compare_logs
-    from tuner.api.confirming import confirm
-    from tuner.api.designing import design
-    from tuner.api.estimating import estimate_airframe
-    from tuner.api.exporting import export, import_gains
-    from tuner.api.flight_plans import plan_flight
-    from tuner.api.flying import fly
-    from tuner.api.gains import Gains, default_gains, read_gains
-    from tuner.api.identifying import check_logs, identify
-    from tuner.api.judging import judge, read_back
-    from tuner.api.margins import cost, margins, theory
-    from tuner.api.planning import plan, sensitivity
-    from tuner.api.results import (
-        ComparisonResults,
-        ContestResults,
-        Results,
-        TuningResults,
-        open_results,
-        read_table,
-    )
-    from tuner.api.runs import rejudge, resume, run, verify
-    from tuner.api.studies import PlantStudy, Study, load_study, make_study
-    from tuner.api.tails import tail
-    from tuner.api.trials import ask, tell
-    from tuner.search.watcher import Watcher
-    from tuner.study.own_code import use
-
-    __version__: str
-
-__all__ = [
-    "ComparisonResults", "ContestResults", "Gains", "InputError", "PlantStudy", "Results", "StoreError",
-    "Study", "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "autotune", "catalogue",
-    "check", "check_logs", "check_requirements", "compare", "compare_logs", "confirm", "cost", "default_gains", "design",
-    "estimate_airframe", "export", "fly", "identify", "import_gains", "judge", "load_study", "make_study", "margins",
-    "open_results", "plan", "plan_flight", "read_back", "read_gains", "read_table", "rejudge", "resume", "run", "sensitivity",
-    "tail", "tell", "theory", "use", "validate", "verify",
-]  # fmt: skip
+from typing import Any
 
 _HOMES = {
     "plant.errors": ("InputError", "StoreError", "ToolError", "UnknownNameError"),
@@ -77,7 +32,7 @@ _HOMES = {
     "tuner.api.identifying": ("check_logs", "identify"),
     "tuner.api.judging": ("judge", "read_back"),
     "tuner.api.margins": ("cost", "margins", "theory"),
-    "tuner.api.planning": ("plan", "sensitivity"),
+    "tuner.api.planning": ("plan",),
     "tuner.api.results": (
         "ComparisonResults",
         "ContestResults",
@@ -93,7 +48,7 @@ _HOMES = {
     "tuner.search.watcher": ("Watcher",),
     "tuner.study.own_code": ("use",),
 }
-"""Module -> its public names."""
+"""Module of the core -> its public names; those of extensions are in their records."""
 
 
 def _check_neighbours() -> None:
@@ -118,7 +73,9 @@ _check_neighbours()
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name when it is first asked for, or return __version__."""
+    """Import a public name when it is first used; return __version__ or __all__."""
+    if name == "__all__":
+        return public_names()
     if name == "__version__":
         from tuner.text.version import version
 
@@ -128,8 +85,21 @@ def __getattr__(name: str) -> Any:
             value = getattr(import_module(home), name)
             globals()[name] = value
             return value
-    raise AttributeError(f"module 'tuner' has no attribute '{name}'")
+    from tuner.extension import added, load
+
+    reference = added("api").get(name)
+    if reference is None:
+        raise AttributeError(f"module 'tuner' has no attribute '{name}'")
+    value = globals()[name] = load(reference)
+    return value
 
 
 def __dir__() -> list[str]:
-    return sorted([*__all__, "__version__"])
+    return sorted([*public_names(), "__version__"])
+
+
+def public_names() -> list[str]:
+    """Return the public names of the core and of all extensions."""
+    from tuner.extension import added
+
+    return sorted([*(name for names in _HOMES.values() for name in names), *added("api")])

@@ -19,6 +19,7 @@ from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES, parameters
 from plant.texts import PlainTable, toml_table
 from tuner.api.frames import frame
+from tuner.extension import extensions
 from tuner.search.names import ALGORITHMS, AUTOMATIC
 
 if TYPE_CHECKING:
@@ -223,10 +224,24 @@ def firmwares() -> Rows:
     ]
 
 
+def installed_extensions() -> Rows:
+    """Extensions of the tool, and what they add."""
+    return [
+        {
+            "extension": record.name,
+            "about": record.about,
+            "commands": ", ".join(record.commands),
+            "names in Python": ", ".join(f"tuner.{name}" for name in record.api),
+            "requires": ", ".join(record.requires),
+        }
+        for record in extensions().values()
+    ]
+
+
 LISTINGS: dict[str, Callable[[], Rows]] = {
-    "airframes": airframes, "firmwares": firmwares, "laws": laws, "margins": margins, "metrics": metrics,
-    "references": references, "risks": risks, "searches": searches, "signals": signals, "sources": sources, "studies": studies,
-    "targets": targets, "theorems": theorems,
+    "airframes": airframes, "extensions": installed_extensions, "firmwares": firmwares, "laws": laws, "margins": margins,
+    "metrics": metrics, "references": references, "risks": risks, "searches": searches, "signals": signals, "sources": sources,
+    "studies": studies, "targets": targets, "theorems": theorems,
 }  # fmt: skip
 
 
@@ -234,8 +249,8 @@ def catalogue(kind: str) -> "pd.DataFrame":
     """Return the entries of a kind.
 
     Args:
-        kind: "airframes", "firmwares", "laws", "margins", "metrics", "references", "risks", "searches", "signals", "sources",
-            "studies", "targets" or "theorems".
+        kind: "airframes", "extensions", "firmwares", "laws", "margins", "metrics", "references", "risks", "searches", "signals",
+            "sources", "studies", "targets" or "theorems".
 
     Returns:
         A row for each.

@@ -8,13 +8,13 @@ from plant.errors import InputError, UnknownNameError
 from tuner.analysis.margins.readings import Loops
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.tuning import TuningFolder
+from tuner.extension import added, load
 from tuner.report.charts.paper import Figure, drawn, style
 from tuner.report.contest.figures import FIGURES, values_figure
 from tuner.report.figures import flown_figure, front_figure, progress_figure, scenario_figures
 from tuner.report.flight_plan_page import excitation_figure
 from tuner.report.identification_charts import prediction_figure
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
-from tuner.report.sensitivity_figure import sensitivity_figure
 from tuner.report.sheets import tail_sheet
 from tuner.report.tail_figure import tail_figure
 
@@ -75,9 +75,9 @@ DRAWN: dict[str, Callable[..., Drawers]] = {
     "comparison": lambda results: {**of_contest(results), "values": lambda: values_figure(results)},
     "margins": of_margins,
     "flights": lambda responses, scenario: {"responses": lambda: flown_figure(responses, scenario)},
-    "sensitivity": lambda study, analysis: {"sensitivity": lambda: sensitivity_figure(study, analysis)},
     "identification": lambda identified: {"prediction": lambda: prediction_figure(identified)},
     "tail": lambda document: {"tail": lambda: tail_figure(document)},
     "flight plan": lambda experiment: {"excitations": lambda: excitation_figure(experiment)},
+    **{kind: load(reference) for kind, reference in added("figures").items()},
 }
 """Kind of results -> their figures."""

@@ -14,6 +14,7 @@ import tuner as package
 from plant.errors import InputError
 from plant.texts import PlainTable, toml_table
 from tuner.experiments.options import THREADS, RunOption
+from tuner.extension import added
 from tuner.text.signals import CRASHED
 
 CODE = "--code"
@@ -23,15 +24,16 @@ USAGE_ERROR: Any = typer.BadParameter.__base__
 # Letters of a command's first sentence that its line in the help may have.
 SENTENCE = 200
 
-GROUPS = {
+GROUPS: dict[str, tuple[str, ...]] = {
     "Set up": ("new", "list", "import", "identify", "check", "plan", "design"),
     "Tune": ("autotune", "run", "resume", "ask", "tell", "rejudge", "verify"),
-    "Read results": ("show", "report", "compare", "compare-logs", "sensitivity"),
+    "Read results": ("show", "report", "compare", "compare-logs"),
     "Evaluate gains": ("judge", "fly", "tail", "margins", "theory", "cost", "validate"),
     "Deploy": ("export", "confirm", "approach", "schema"),
     "This machine": ("bench", "mcp"),
 }
-"""Heading -> commands, in the order of `tuner --help`."""
+for _command, _heading in added("commands").items():
+    GROUPS[_heading] += (_command,)
 
 
 class TextKind(Enum):

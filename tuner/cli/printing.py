@@ -1,46 +1,46 @@
 """The printers of answers, and the early answer of a run."""
 
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 import tuner
+from tuner.extension import added, load
 
 if TYPE_CHECKING:
     from tuner.cli.terminal import Console
 
 PRINTERS = {
-    "Approach": "approach:print_approach",
-    "Assessment": "assessment:print_assessment",
-    "Checked": "check:print_checked",
-    "Autotuned": "autotune:print_autotune",
-    "ComparisonResults": "compare:print_compared",
-    "Confirmation": "confirmation:print_confirmation",
-    "ContestResults": "contest:print_contest",
-    "Cost": "gains:print_costs",
-    "Design": "margins:print_design",
-    "EstimatedAirframe": "identification:print_estimate",
-    "Exported": "export:print_export",
-    "FlightPlan": "flight_plan:print_flight_plan",
-    "Flights": "gains:print_flights",
-    "Identification": "identification:print_identification",
-    "Imported": "export:print_import",
-    "Judgement": "check:print_judgement",
-    "LogComparison": "identification:print_log_comparison",
-    "LogCheck": "identification:print_log_check",
-    "Margins": "margins:print_margins",
-    "Plan": "planning:print_plan",
-    "RunReport": "run_report:print_run_report",
-    "ReadBackComparison": "assessment:print_read_back",
-    "Sensitivity": "planning:print_sensitivity",
-    "Tail": "tail:print_tail",
-    "Theory": "gains:print_theory",
-    "TuningResults": "tuning:print_tuning",
-    "Verdict": "tuning:print_verdict",
+    "Approach": "tuner.cli.printers.approach:print_approach",
+    "Assessment": "tuner.cli.printers.assessment:print_assessment",
+    "Checked": "tuner.cli.printers.check:print_checked",
+    "Autotuned": "tuner.cli.printers.autotune:print_autotune",
+    "ComparisonResults": "tuner.cli.printers.compare:print_compared",
+    "Confirmation": "tuner.cli.printers.confirmation:print_confirmation",
+    "ContestResults": "tuner.cli.printers.contest:print_contest",
+    "Cost": "tuner.cli.printers.gains:print_costs",
+    "Design": "tuner.cli.printers.margins:print_design",
+    "EstimatedAirframe": "tuner.cli.printers.identification:print_estimate",
+    "Exported": "tuner.cli.printers.export:print_export",
+    "FlightPlan": "tuner.cli.printers.flight_plan:print_flight_plan",
+    "Flights": "tuner.cli.printers.gains:print_flights",
+    "Identification": "tuner.cli.printers.identification:print_identification",
+    "Imported": "tuner.cli.printers.export:print_import",
+    "Judgement": "tuner.cli.printers.check:print_judgement",
+    "LogComparison": "tuner.cli.printers.identification:print_log_comparison",
+    "LogCheck": "tuner.cli.printers.identification:print_log_check",
+    "Margins": "tuner.cli.printers.margins:print_margins",
+    "Plan": "tuner.cli.printers.planning:print_plan",
+    "RunReport": "tuner.cli.printers.run_report:print_run_report",
+    "ReadBackComparison": "tuner.cli.printers.assessment:print_read_back",
+    "Tail": "tuner.cli.printers.tail:print_tail",
+    "Theory": "tuner.cli.printers.gains:print_theory",
+    "TuningResults": "tuner.cli.printers.tuning:print_tuning",
+    "Verdict": "tuner.cli.printers.tuning:print_verdict",
+    **added("printers"),
 }
-"""Type of what was found -> module of `tuner.cli.printers` and function; a module is imported when it has something to print."""
+"""Type of an answer -> "module:function" that prints it; a module is imported when it has something to print."""
 
 
 def print_result(result: Any, as_json: bool, console: "Console | None" = None) -> None:
@@ -50,8 +50,7 @@ def print_result(result: Any, as_json: bool, console: "Console | None" = None) -
         return
     from tuner.cli.terminal import Console
 
-    module, name = PRINTERS[type(result).__name__].split(":")
-    getattr(import_module(f"tuner.cli.printers.{module}"), name)(result, console or Console())
+    load(PRINTERS[type(result).__name__])(result, console or Console())
 
 
 def leave_with(code: int) -> None:

@@ -9,14 +9,8 @@ from tuner.documents.contest import ComparisonFolder, ContestFolder
 from tuner.documents.export import ExportDocument
 from tuner.documents.folder import OpenedFolder, existing
 from tuner.documents.margins import MarginsDocument
-from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.tuning import TuningFolder
-
-
-class SensitivityFolder(OpenedFolder[SensitivityDocument]):
-    """Results of a sensitivity analysis."""
-
-    kind, noun, main, model = "sensitivity", "a sensitivity analysis", "sensitivity.json", SensitivityDocument
+from tuner.extension import extensions, load
 
 
 class MarginsFolder(OpenedFolder[MarginsDocument]):
@@ -36,9 +30,9 @@ KINDS: tuple[type[OpenedFolder[Any]], ...] = (
     ComparisonFolder,
     ContestFolder,
     TuningFolder,
-    SensitivityFolder,
     MarginsFolder,
     ExportFolder,
+    *[load(reference) for entry in extensions().values() for reference in entry.folders],
 )
 """Every kind of results folder."""
 

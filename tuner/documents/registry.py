@@ -17,10 +17,10 @@ from tuner.documents.log_comparison import LogComparisonDocument
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.documents.resolved import Resolved
-from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.summary import Summary
 from tuner.documents.tail import TailDocument
 from tuner.documents.variables import VariablesDocument
+from tuner.extension import added, load
 from tuner.gains.schema import schema_text
 from tuner.store.document import Document
 from tuner.store.environment import Environment
@@ -34,7 +34,6 @@ DOCUMENTS: dict[str, type[Document]] = {
     "summary": Summary,
     "contest": ContestDocument,
     "comparison": ComparisonDocument,
-    "sensitivity": SensitivityDocument,
     "margins": MarginsDocument,
     "plan": PlanDocument,
     "contest-plan": ContestPlanDocument,
@@ -57,6 +56,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "run": RunRecord,
     "start": Start,
     "manifest": Manifest,
+    **{name: load(reference) for name, reference in added("documents").items()},
 }
 
 

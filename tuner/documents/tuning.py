@@ -10,7 +10,6 @@ from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.documents.folder import OpenedFolder
 from tuner.documents.parts import Estimate, RecommendedGains, on_page, row_in_degrees
 from tuner.documents.resolved import Resolved
-from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary, TableRow, VariableRow
 from tuner.documents.tables import Columns, Fan, PointSpectrum, read_fans, read_spectra
 from tuner.documents.tuning_tables import Candidates, HeldOutFront, History, Loop, read_loops
@@ -261,12 +260,6 @@ class TuningFolder(OpenedFolder[Summary]):
         if "design" not in (self.resolved.search.initial or []) or not file.exists():
             return None
         return None if any('"design"' in warning for warning in Start.read(file).warnings) else 1
-
-    @cached_property
-    def sensitivity(self) -> SensitivityDocument | None:
-        """A sensitivity analysis that lies in the folder."""
-        file = self.home / "sensitivity.json"
-        return SensitivityDocument.read(file) if file.exists() else None
 
 
 def finite_or_none(value: float) -> float | None:

@@ -1,15 +1,16 @@
 """Whether to believe it: search against held-out values, places on the front, how the search went, prices, sensitivity."""
 
 from tuner.documents.obstacles import RelaxedLimit
-from tuner.documents.parts import SampledValue, on_page, row_in_degrees
+from tuner.documents.parts import on_page, row_in_degrees
 from tuner.documents.tuning import TuningFolder
+from tuner.extension import added, load
 from tuner.report.charts.web import term
 from tuner.report.choice_section import choice_section
 from tuner.report.labels import in_plain_words, names_of
 from tuner.report.page import aid, wide
 from tuner.report.words import loss_words, search_texts, uncertainty_words
 from tuner.text.markup import Markup, element, join, table
-from tuner.text.numbers import count, estimate, per_cent, significant
+from tuner.text.numbers import count, per_cent, significant
 from tuner.text.units import marked_up
 
 MOST_NUMBERS = 4
@@ -36,7 +37,7 @@ def trust_section(results: TuningFolder, charts: Markup, tails: Markup) -> Marku
             _prices(results),
             _uncertainty(results),
             _conflict(results),
-            _sensitivity(results),
+            *[load(section)(results) for section in added("sections").values()],
         )
     )
 
@@ -145,36 +146,3 @@ def _conflict(results: TuningFolder) -> Markup:
 def _relaxed(stored: RelaxedLimit) -> str:
     entry = on_page(stored, "limit", "relaxed")
     return f"{entry.label} {significant(entry.limit)} → {significant(entry.relaxed)} {entry.unit}".rstrip()
-
-
-def _sensitivity(results: TuningFolder) -> Markup:
-    """Return the Sobol indices of the gains, where an analysis lies in the folder."""
-    sensitivity = results.sensitivity
-    if sensitivity is None and results.is_external:
-        return Markup()
-    if sensitivity is None:
-        note = "No sensitivity analysis in this folder; compute one with tuner sensitivity."
-        return aid(note)
-    wanted = [row for row in sensitivity.indices if row.scale == "rank"] or sensitivity.indices
-    outputs = list(dict.fromkeys(row.output for row in wanted))
-    names = list(dict.fromkeys(row.variable for row in wanted))
-    by_place = {(row.variable, row.output): row.total for row in wanted}
-    rows = [[element("code", name), *[_index(by_place.get((name, output))) for output in outputs]] for name in names]
-    text = (
-        "Share of the spread of each quantity, over the whole search ranges, that vanishes when a gain is fixed (total Sobol "
-        "index of ranks), with 95 % intervals: near 0 the gain does not matter."
-    )
-    return join(
-        (
-            element("h3", "Sensitivity to the gains"),
-            aid(text),
-            wide(table(["Gain", *outputs], rows, class_="stacked")),
-        )
-    )
-
-
-def _index(entry: SampledValue | None) -> Markup:
-    if entry is None:
-        return Markup()
-    value, interval = estimate(entry.value, entry.low, entry.high)
-    return element("span", value, " ", element("small", interval, class_="interval"), class_="number")

@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import re
 import shutil
 from importlib import import_module
 from pathlib import Path
@@ -11,6 +12,7 @@ import pytest
 import tuner
 import tuner.report
 from tests.tuner.conftest import SMALL, NoDrawing
+from tuner.extension import added, load
 
 HOMES = sorted({home for home in tuner._HOMES if home.startswith("tuner.api")})
 BENCH = """
@@ -90,14 +92,23 @@ def test_every_docstring_tells_its_arguments_and_has_an_example():
     assert lacking == []
 
 
-def test_files_of_the_interface_are_where_the_names_say():
-    for home, names in tuner._HOMES.items():
-        for name in names:
-            assert getattr(import_module(home), name) is getattr(tuner, name)
-    assert sorted(name for names in tuner._HOMES.values() for name in names) == sorted(tuner.__all__)
-    for line in Path(tuner.__file__).read_text(encoding="utf-8").split("__all__")[0].splitlines():
-        if "import" in line and line.startswith("    from "):
-            assert line.split()[1] in tuner._HOMES
+def test_public_names_are_those_of_the_core_and_of_extensions_and_all_have_types():
+    core = {name: home for home, names in tuner._HOMES.items() for name in names}
+    for name, home in core.items():
+        assert getattr(import_module(home), name) is getattr(tuner, name)
+    references = added("api")
+    assert sorted([*core, *references]) == list(tuner.__all__)
+    for name, reference in references.items():
+        assert load(reference) is getattr(tuner, name)
+    stub = Path(tuner.__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+    homes = core | {name: reference.partition(":")[0] for name, reference in references.items()}
+    typed = dict(
+        (name, line.split()[1])
+        for line in stub.splitlines()
+        if line.startswith("from ")
+        for name in re.findall(r"(\w+) as \1", line)
+    )
+    assert typed == homes
 
 
 def test_what_a_notebook_shows_is_text_that_may_be_a_strangers():

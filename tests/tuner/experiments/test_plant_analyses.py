@@ -8,12 +8,13 @@ import pytest
 
 from tests.tuner.experiments.own_motor import STUDY, write_motor
 from tests.tuner.in_process import tuner
-from tuner.analysis.sensitivity.indices import VALUE
-from tuner.api.planning import plan, sensitivity
+from tuner.api.planning import plan
 from tuner.api.studies import load_study
-from tuner.experiments.sensitivity import study_problem
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.run import TuningRun
+from tuner.extensions.sensitivity.api import sensitivity
+from tuner.extensions.sensitivity.indices import VALUE
+from tuner.extensions.sensitivity.run import study_problem
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study.plant_study import PlantStudy

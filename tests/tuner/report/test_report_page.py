@@ -8,10 +8,10 @@ import numpy as np
 
 from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.reading import read
-from tuner.documents.sensitivity import IndexRow, SensitivityDocument
 from tuner.documents.tables import Fan
 from tuner.documents.tuning import TuningFolder
 from tuner.documents.verdicts import shown_verdict
+from tuner.extensions.sensitivity.document import IndexRow, SensitivityDocument
 from tuner.report import write_report
 from tuner.report.charts.fans import MOST_INSTANTS, thinned
 from tuner.report.charts.look import INKS

@@ -18,8 +18,7 @@ from objectives.problem import Constraint
 from objectives.requirements import Requirement, Screen
 from objectives.scales import SCALES
 from plant.quadrotor.gains import GainAddress
-from plant.ties import first_largest, first_smallest
-from tuner.analysis.sensitivity.indices import places
+from plant.ties import first_largest, first_smallest, mean_ranks
 from tuner.documents.obstacles import DesignReach, GainAt, UnmetConstraint
 from tuner.experiments.tuning.conflicts import number_text
 from tuner.experiments.tuning.starts import design_row, study_designs
@@ -268,10 +267,10 @@ def _correlated(study: SearchedStudy, points: Array, values: Array) -> list[str]
     variables = study.space.variables
     if len(points) < 8 or np.ptp(values) == 0.0:
         return []
-    ranks = places(values) - 0.5 * (len(values) + 1)
+    ranks = mean_ranks(values) - 0.5 * (len(values) + 1)
     strength = []
     for i in range(len(variables)):
-        own_gains = places(points[:, i]) - 0.5 * (len(values) + 1)
+        own_gains = mean_ranks(points[:, i]) - 0.5 * (len(values) + 1)
         length = float(np.linalg.norm(own_gains) * np.linalg.norm(ranks))
         strength.append(abs(float(own_gains @ ranks)) / length if length > 0.0 else 0.0)
     # Under independence a rank correlation of n pairs has variance 1 / (n - 1); the error is shared among all gains, both signs.

@@ -7,7 +7,7 @@ from statistics import mean
 import numpy as np
 
 from objectives.risk.differences import BETTER, WORSE, classify_difference
-from tuner.analysis.sensitivity.indices import places
+from plant.ties import mean_ranks
 from tuner.documents.contest_document import BoundRow
 from tuner.documents.parts import row_in_degrees
 from tuner.documents.summary import ComparedRow
@@ -78,7 +78,7 @@ def correlated_objectives(labels: Sequence[str], values: np.ndarray) -> list[str
     """Warn of pairs of objectives that rank all candidates flown alike; values (n, objectives)."""
     if len(values) < ENOUGH:
         return []
-    ranks = np.stack([places(column) for column in values.T], axis=1)
+    ranks = np.stack([mean_ranks(column) for column in values.T], axis=1)
     ranks -= ranks.mean(axis=0)
     length = np.sqrt(np.square(ranks).sum(axis=0))
     return [

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from tuner.analysis.sensitivity.analysis import Analysis
-from tuner.analysis.sensitivity.document import FAILURE, outputs
-from tuner.analysis.sensitivity.indices import RANK, Spans
+from tuner.api.figures import Drawers
+from tuner.extensions.sensitivity.analysis import Analysis
+from tuner.extensions.sensitivity.indices import RANK, Spans
+from tuner.extensions.sensitivity.tables import FAILURE, outputs
 from tuner.report.charts.chart import Axis, Bars, Panel, row_axis
 from tuner.report.charts.files import save
 from tuner.report.charts.look import Look
@@ -22,6 +23,11 @@ def write_figure(study: TuningStudy, analysis: Analysis, folder: Path) -> list[P
     """Write figures/sensitivity.png and .pdf into a folder and return their paths."""
     with style():
         return save(sensitivity_figure(study, analysis), folder, "figures/sensitivity")
+
+
+def figures_of(study: TuningStudy, analysis: Analysis) -> Drawers:
+    """Return the figures of an analysis by name."""
+    return {"sensitivity": lambda: sensitivity_figure(study, analysis)}
 
 
 def sensitivity_figure(study: TuningStudy, analysis: Analysis) -> Figure:

@@ -10,12 +10,12 @@ import numpy as np
 from objectives.problem import Problem
 from objectives.requirements import worth_flying
 from plant.quadrotor.scenarios import SEARCH
-from tuner.analysis.sensitivity.analysis import Analysis, Sampled, analyze
-from tuner.analysis.sensitivity.design import checked_base
-from tuner.analysis.sensitivity.document import index_table, sample_table, sensitivity_document, variance_table
-from tuner.documents.sensitivity import SensitivityDocument
 from tuner.experiments.experiment import Experiment
 from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
+from tuner.extensions.sensitivity.analysis import Analysis, Sampled, analyze
+from tuner.extensions.sensitivity.design import checked_base
+from tuner.extensions.sensitivity.document import SensitivityDocument
+from tuner.extensions.sensitivity.tables import index_table, sample_table, sensitivity_document, variance_table
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study.study import TuningStudy
@@ -79,7 +79,7 @@ class SensitivityRun(Experiment[TuningStudy, SensitivityOutcome]):
 
     def write(self, result: SensitivityOutcome) -> None:
         """Write documents, tables and the figure."""
-        from tuner.report.sensitivity_figure import write_figure
+        from tuner.extensions.sensitivity.figure import write_figure
 
         self.write_documents(result)
         write_figure(self.study, result.analysis, self.folder.path)

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from plant.seeds import generator
-from tuner.analysis.sensitivity.design import SobolDesign, sobol_design
-from tuner.analysis.sensitivity.indices import RANK, VALUE, Indices, clip_to_completed, ranks, sobol_spans
-from tuner.analysis.sensitivity.variance import TwoWayAnova, two_way_anova
+from tuner.extensions.sensitivity.design import SobolDesign, sobol_design
+from tuner.extensions.sensitivity.indices import RANK, VALUE, Indices, clip_to_completed, ranks, sobol_spans
+from tuner.extensions.sensitivity.variance import TwoWayAnova, two_way_anova
 
 Array = np.ndarray
 # Points evaluated at once: the meters of 256 candidates in 64 scenarios take some 40 MB.

@@ -10,10 +10,11 @@ from scipy.stats import rankdata
 
 from plant.errors import InputError
 from plant.seeds import generator
-from tuner.analysis.sensitivity import analysis as module
-from tuner.analysis.sensitivity.analysis import Sampled, analyze, estimate
-from tuner.analysis.sensitivity.design import SobolDesign, checked_base, sobol_design
-from tuner.analysis.sensitivity.indices import RANK, VALUE, clip_to_completed, places, sobol_spans
+from plant.ties import mean_ranks
+from tuner.extensions.sensitivity import analysis as module
+from tuner.extensions.sensitivity.analysis import Sampled, analyze, estimate
+from tuner.extensions.sensitivity.design import SobolDesign, checked_base, sobol_design
+from tuner.extensions.sensitivity.indices import RANK, VALUE, clip_to_completed, sobol_spans
 
 G = np.array([0.0, 0.5, 3.0, 9.0])
 
@@ -39,7 +40,7 @@ def sampled(*functions, failures=None):
 
 def test_places_are_the_ranks_of_scipy():
     values = np.random.default_rng(1).integers(0, 9, 40).astype(float)
-    assert np.array_equal(places(values), rankdata(values))
+    assert np.array_equal(mean_ranks(values), rankdata(values))
 
 
 def near(spans, row, expected):

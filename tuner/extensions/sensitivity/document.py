@@ -1,5 +1,6 @@
-"""sensitivity.json: how much of each output every gain decides."""
+"""sensitivity.json: the share of each output that every gain decides, and the folder that holds it."""
 
+from tuner.documents.folder import OpenedFolder
 from tuner.documents.parts import SampledValue
 from tuner.store.document import Document, DocumentPart, Scale
 
@@ -63,3 +64,9 @@ class SensitivityDocument(Document):
     indices: list[IndexRow]
     variance: list[VarianceRow]
     notes: list[str]
+
+
+class SensitivityFolder(OpenedFolder[SensitivityDocument]):
+    """Results of a sensitivity analysis."""
+
+    kind, noun, main, model = "sensitivity", "a sensitivity analysis", "sensitivity.json", SensitivityDocument

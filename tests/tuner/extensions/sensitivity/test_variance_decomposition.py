@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plant.seeds import generator
-from tuner.analysis.sensitivity.variance import two_way_anova
+from tuner.extensions.sensitivity.variance import two_way_anova
 
 
 def drawn(g, s, deviations, index=0):

@@ -1,7 +1,7 @@
 """Sobol indices: shares of the variance of an output that each input explains, alone and with its interactions.
 
 First order S_i = V[E(y | x_i)] / V[y]; total T_i = 1 - V[E(y | all but x_i)] / V[y]. Estimators (b) and (f) of Table 2 in
-Saltelli et al. 2010 (see `tuner.analysis.sensitivity.design`), as implemented by `scipy.stats.sobol_indices`. Estimates may
+Saltelli et al. 2010 (see `tuner.extensions.sensitivity.design`), as implemented by `scipy.stats.sobol_indices`. Estimates may
 lie a little below 0 or above 1.
 
 The intervals are percentile bootstraps over the base samples, taken as independent; for a Sobol sequence they are conservative.
@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tuner.analysis.sensitivity.design import SobolDesign
+from plant.ties import mean_ranks
+from tuner.extensions.sensitivity.design import SobolDesign
 
 Array = np.ndarray
 REPLICATES, TAILS = 1000, (0.025, 0.975)
@@ -81,16 +82,7 @@ def _bootstrap(f_a: Array, f_b: Array, f_ab: Array, draw: np.random.Generator, r
 
 def ranks(values: Array) -> Array:
     """Return the ranks (n, q) of values (n, q) in each column, between 0 and 1; equal values share their mean rank."""
-    return (np.stack([places(column) for column in values.T], axis=1) - 0.5) / len(values)
-
-
-def places(values: Array) -> Array:
-    """Return the ranks (n,) of finite values (n,), 1 for the smallest; equal values share their mean rank.
-
-    SciPy has it too, but `scipy.stats` takes 0.7 s to import.
-    """
-    _, which, count = np.unique(values, return_inverse=True, return_counts=True)
-    return (np.cumsum(count) - 0.5 * (count - 1))[which]
+    return (np.stack([mean_ranks(column) for column in values.T], axis=1) - 0.5) / len(values)
 
 
 def clip_to_completed(values: Array, failures: Array) -> Array:

@@ -9,10 +9,10 @@ import pytest
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, with_gains, write
-from tuner.analysis.sensitivity.document import sensitivity_document
-from tuner.analysis.sensitivity.indices import RANK, VALUE
-from tuner.experiments.sensitivity import analysis_cost, study_problem, study_sensitivity
 from tuner.experiments.tuning.problem import batches
+from tuner.extensions.sensitivity.indices import RANK, VALUE
+from tuner.extensions.sensitivity.run import analysis_cost, study_problem, study_sensitivity
+from tuner.extensions.sensitivity.tables import sensitivity_document
 from tuner.study import load_study
 
 # position.zeta has a range that changes nothing.

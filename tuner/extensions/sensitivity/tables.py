@@ -2,11 +2,17 @@
 
 import numpy as np
 
-from tuner.analysis.sensitivity.analysis import Analysis
-from tuner.analysis.sensitivity.indices import RANK, SCALES, VALUE, Spans
-from tuner.analysis.sensitivity.variance import VarianceComponents
 from tuner.documents.parts import SampledValue
-from tuner.documents.sensitivity import IndexRow, SensitivityDocument, SensitivityVariable, VarianceRow, VarianceShares
+from tuner.extensions.sensitivity.analysis import Analysis
+from tuner.extensions.sensitivity.document import (
+    IndexRow,
+    SensitivityDocument,
+    SensitivityVariable,
+    VarianceRow,
+    VarianceShares,
+)
+from tuner.extensions.sensitivity.indices import RANK, SCALES, VALUE, Spans
+from tuner.extensions.sensitivity.variance import VarianceComponents
 from tuner.store.columns import Columns, columns_of
 from tuner.study.study import TuningStudy
 

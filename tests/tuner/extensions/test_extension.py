@@ -1,0 +1,150 @@
+"""Records of extensions: what they name is there, reading them imports nothing, and the core runs without any."""
+
+import ast
+import subprocess
+import sys
+from dataclasses import fields
+from importlib.metadata import entry_points as installed
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from plant.errors import InputError, UnknownNameError
+from tuner import extension
+from tuner.extension import GROUP, added, entry_points, extensions, find, load
+
+RECORDS = extensions()
+HOME = Path(extension.__file__).parent / "extensions"
+
+
+def references(record):
+    """References of a record, "module:object"."""
+    for part in fields(record):
+        value = getattr(record, part.name)
+        if part.name == "folders":
+            yield from value
+        elif hasattr(value, "values") and part.name != "commands":
+            yield from value.values()
+
+
+def test_records_of_the_wheel_are_its_folders():
+    folders = {path.parent.name for path in HOME.glob("*/extension.py")}
+    assert folders == {path.name for path in HOME.iterdir() if path.is_dir() and path.name != "__pycache__"}
+    assert folders <= set(RECORDS)
+
+
+def test_records_are_found_as_the_library_finds_them():
+    assert dict(entry_points(sys.path)) == {point.name: point.value for point in installed(group=GROUP)}
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_a_record_names_what_is_there_and_its_module_imports_the_record_alone(name):
+    record = RECORDS[name]
+    assert all(load(reference) is not None for reference in references(record))
+    assert record.about.endswith(".") and set(record.requires) <= set(RECORDS)
+    spec = find_spec(f"tuner.extensions.{name}.extension")
+    assert spec is not None and spec.origin is not None
+    imported = [
+        node
+        for node in ast.walk(ast.parse(Path(spec.origin).read_text()))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+    ]
+    assert [getattr(node, "module", None) for node in imported] == ["tuner.extension"]
+
+
+def test_no_two_records_name_the_same():
+    for part in ("commands", "api", "documents", "printers", "figures", "sections"):
+        names = [name for record in RECORDS.values() for name in getattr(record, part)]
+        assert len(names) == len(set(names)) == len(added(part))
+
+
+def package(folder: Path, name: str, reference: str, code: str = "") -> None:
+    """Write a package's metadata with one record, and its module."""
+    metadata = folder / f"{name}-1.0.dist-info"
+    metadata.mkdir(parents=True)
+    (metadata / "entry_points.txt").write_text(
+        f"[console_scripts]\nx = y:z\n\n[{GROUP}]\n{name} = {reference}\n\n[other]\nn = m:o\n"
+    )
+    (folder / f"{reference.partition(':')[0]}.py").write_text(code)
+
+
+RECORD = "from tuner.extension import Extension\nR = Extension({arguments})\n"
+
+
+@pytest.fixture
+def anew(tmp_path, monkeypatch):
+    """A folder on the import path, whose records count."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    extensions.cache_clear()
+    yield tmp_path
+    extensions.cache_clear()
+
+
+def test_a_strangers_package_adds_what_its_record_names(anew):
+    package(
+        anew,
+        "warmth",
+        "warmth_record:R",
+        RECORD.format(arguments='"warmth", "Heat of coils.", api={"heat": "math:sqrt"}'),
+    )
+    assert list(extensions()) == sorted([*RECORDS, "warmth"])
+    assert find("api", "name", "heat")(9.0) == 3.0
+    with pytest.raises(UnknownNameError, match="did you mean 'heat'"):
+        find("api", "name", "heatt")
+
+
+@pytest.mark.parametrize(
+    ("reference", "code", "said"),
+    [
+        (
+            "broken_record:R",
+            "import nothing_of_that_name",
+            "broken = broken_record:R cannot be loaded: No module named",
+        ),
+        ("broken_record:R", "", "cannot be loaded: module 'broken_record' has no attribute 'R'"),
+        ("broken_record:R", "R = 3", "is no record of an extension with the name broken"),
+        (
+            "broken_record:R",
+            RECORD.format(arguments='"other", "x."'),
+            "is no record of an extension with the name broken",
+        ),
+        (
+            "broken_record:R",
+            RECORD.format(arguments='"broken", "x.", requires=("missing",)'),
+            "requires missing, which is not installed",
+        ),
+    ],
+)
+def test_a_record_that_is_none_is_refused_by_name(anew, reference, code, said):
+    sys.modules.pop("broken_record", None)
+    package(anew, "broken", reference, code)
+    with pytest.raises(InputError, match=said):
+        extensions()
+
+
+def test_two_packages_cannot_share_a_name(anew, monkeypatch):
+    package(anew, "sensitivity", "my_sensitivity:R", RECORD.format(arguments='"sensitivity", "x."'))
+    with pytest.raises(InputError, match="two packages have an extension with the name sensitivity"):
+        extensions()
+
+
+WITHOUT = """
+import tuner.extension, sys
+tuner.extension.extensions = lambda: {}
+from tuner.cli.main import main
+sys.argv = ["tuner", *sys.argv[1:]]
+main()
+"""
+
+
+@pytest.mark.parametrize("arguments", [("--help",), ("list", "laws"), ("check", "quickstart"), ("schema", "summary")])
+def test_the_core_runs_without_an_extension(arguments, tmp_path):
+    done = subprocess.run([sys.executable, "-c", WITHOUT, *arguments], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert all(
+        command not in done.stdout
+        for record in RECORDS.values()
+        for command in record.commands
+        if arguments == ("--help",)
+    )

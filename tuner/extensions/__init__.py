@@ -1,0 +1,1 @@
+"""Extensions: one capability a folder, each with the record of all that it adds to the tool."""
