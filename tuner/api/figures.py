@@ -78,6 +78,11 @@ DRAWN: dict[str, Callable[..., Drawers]] = {
     "identification": lambda identified: {"prediction": lambda: prediction_figure(identified)},
     "tail": lambda document: {"tail": lambda: tail_figure(document)},
     "flight plan": lambda experiment: {"excitations": lambda: excitation_figure(experiment)},
-    **{kind: load(reference) for kind, reference in added("figures").items()},
 }
-"""Kind of results -> their figures."""
+"""Kind of results of the core -> their figures; those of extensions are in their records."""
+
+
+def figures_of(kind: str, *data: Any) -> Figures:
+    """Return the figures of a kind of results."""
+    drawn_of = DRAWN[kind] if kind in DRAWN else load(added("figures")[kind])
+    return Figures(drawn_of(*data))

@@ -57,9 +57,9 @@ def frame(
 
 def figures(kind: str, *data: Any) -> "Figures":
     """Return the figures of a kind of results; data: what they are drawn from. Their library takes 0.4 s to import."""
-    from tuner.api.figures import DRAWN, Figures
+    from tuner.api.figures import figures_of
 
-    return Figures(DRAWN[kind](*data))
+    return figures_of(kind, *data)
 
 
 def estimates(entry: "Estimate | EstimateRow", name: str) -> dict[str, float | None]:

@@ -59,6 +59,23 @@ def test_no_two_records_name_the_same():
         assert len(names) == len(set(names)) == len(added(part))
 
 
+@pytest.mark.parametrize("name", RECORDS)
+def test_an_extension_imports_the_core_and_what_its_record_requires(name):
+    """Those of import statements anywhere in its modules; the rest of the wheel may import no extension at all."""
+    named = {
+        module.split(".")[2]
+        for file in (HOME / name).rglob("*.py")
+        for node in ast.walk(ast.parse(file.read_text()))
+        for module in (
+            [node.module or ""]
+            if isinstance(node, ast.ImportFrom)
+            else [entry.name for entry in getattr(node, "names", ())]
+        )
+        if isinstance(node, ast.Import | ast.ImportFrom) and module.startswith("tuner.extensions.")
+    }
+    assert named - {name} <= set(RECORDS[name].requires)
+
+
 def package(folder: Path, name: str, reference: str, code: str = "") -> None:
     """Write a package's metadata with one record, and its module."""
     metadata = folder / f"{name}-1.0.dist-info"
