@@ -37,7 +37,7 @@ NAVIGATION = {
     "Theory": ("laws", "model", "statistics", "paper"),
     "Extend": (
         "how_to/add_a_law", "how_to/add_a_metric", "examples/own_law", "how_to/add_an_export_target", "how_to/add_a_number",
-        "architecture", "contributing",
+        "how_to/add_an_extension", "architecture", "contributing",
     ),
     "Machines": ("speed", "cluster", "agents"),
     "Reference": ("studies", "study_file", "choices", "commands", "api", "results", "gains_file", "gains_keys", "glossary"),

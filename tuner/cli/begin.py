@@ -26,6 +26,7 @@ from tuner.cli.app import (
     target_options,
 )
 from tuner.cli.judge import answer_validity
+from tuner.extension import find
 from tuner.text.errors import BROKEN, USER_ERROR
 
 
@@ -67,6 +68,12 @@ def new(
     name: Annotated[
         str, typer.Argument(help="Name of the study or airframe; NAME.toml is written, existing files are kept.")
     ],
+    package: Annotated[
+        str | None, typer.Argument(help="After the word extension: folder of a new extension.", show_default=False)
+    ] = None,
+    kind: Annotated[
+        str | None, typer.Option(help="Of an extension: report (command, metric, section; default), law or target.")
+    ] = None,
     source: Annotated[
         Path | None, study_option("Copy this study, with its comments; default: a template.", "--from")
     ] = None,
@@ -86,21 +93,30 @@ def new(
     Example: tuner new my_quad --from f450
 
     Example: tuner new airframe --mass 1.4 --wheelbase 0.45 --propeller 10x4.5 --kv 920 --cells 3
+
+    Example: tuner new extension my_extension
     """
+    if package is not None:
+        files = find("templates", "template", name)(package, kind)
+        _print_written(files, f"Install it with: pip install --no-deps --editable {package}", as_json)
+        return
     if out is not None:
         name = str(out if out.suffix == ".toml" else out / name)
     parts = {"mass": mass, "wheelbase": wheelbase, "propeller": propeller, "kv": kv, "cells": cells}
     if hover is not None or any(value is not None for value in parts.values()):
         answer(_estimated(name, source, parts, hover), as_json)
         return
-    from tuner.api.frames import json_text
     from tuner.study.template import write_study
 
-    study, *code = write_study(name, source)
-    if as_json:
-        print(json_text({"written": [str(file) for file in (study, *code)]}))
-        return
-    print(f"Wrote {', '.join(map(str, (study, *code)))}. Run it with: tuner run {study}")
+    files = write_study(name, source)
+    _print_written(files, f"Run it with: tuner run {files[0]}", as_json)
+
+
+def _print_written(files: list[Path], advice: str, as_json: bool) -> None:
+    from tuner.api.frames import json_text
+
+    written = [str(file) for file in files]
+    print(json_text({"written": written}) if as_json else f"Wrote {', '.join(written)}. {advice}")
 
 
 def _estimated(name: str, source: Path | None, parts: dict[str, Any], hover: float | None) -> Any:
