@@ -139,9 +139,9 @@ OWN = {
     "plant/backends/cache.py",
     "plant/backends/cuda_card.py",
     "objectives/memory.py",
-    "tuner/exchange/rotorpy/export.py",
-    "tuner/exchange/fmi/export.py",
-    "tuner/exchange/fmi/code.py",
+    "tuner/extensions/rotorpy/export.py",
+    "tuner/extensions/fmi/export.py",
+    "tuner/extensions/fmi/code.py",
     "tuner/report/page.py",
     "tuner/exchange/processor_cost/qemu.py",
     "tuner/study/processor_cost/cost.py",
@@ -151,6 +151,8 @@ OWN = {
     "tuner/exchange/texts.py",
     "plant/backends/sealed.py",
     "tuner/study/template.py",
+    "tuner/extension.py",
+    "tuner/extensions/scaffold/writing.py",
 }
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}
 # Calls of those names that open no file by its name to read it.

@@ -274,7 +274,7 @@ def test_a_file_that_another_process_made_meanwhile_stays(tmp_path, monkeypatch)
 OWN = {
     "plant/output_files.py",
     "plant/backends/sealed.py",
-    "tuner/exchange/fmi/code.py",
+    "tuner/extensions/fmi/code.py",
     "tuner/exchange/processor_cost/qemu.py",
     "tuner/exchange/processor_cost/measure.py",
     "tuner/engines/firmware/betaflight/bench.py",

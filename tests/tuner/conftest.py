@@ -116,3 +116,15 @@ def tuner(monkeypatch, capsys):
         return CompletedProcess(arguments, int(code), out, errors)
 
     return run
+
+
+@pytest.fixture
+def unflown(monkeypatch):
+    """Fly nothing before and after rounding: each pair of laws of an autopilot takes 10 s of compilation."""
+    monkeypatch.setattr("tuner.exchange.verification.fly_both", lambda *_: ([], (0, 0)))
+
+
+@pytest.fixture
+def uncompiled(monkeypatch):
+    """Have mock-up units hold no binary."""
+    monkeypatch.setattr("tuner.extensions.fmi.export.compiler", lambda: None)

@@ -181,7 +181,7 @@ def studies() -> Rows:
 
 def targets() -> Rows:
     """Targets of `tuner export`."""
-    from tuner.exchange.registry import EXPORTERS
+    from tuner.exchange.registry import exporters
 
     return [
         {
@@ -192,7 +192,7 @@ def targets() -> Rows:
             "options": _options(entry.options),
             "experimental": entry.experimental or "",
         }
-        for entry in EXPORTERS.values()
+        for entry in exporters().values()
     ]
 
 
@@ -207,10 +207,11 @@ def _options(options: Iterable[Any]) -> str:
 
 def sources() -> Rows:
     """Parameter files that `tuner import` reads."""
-    from tuner.exchange.registry import IMPORTERS
+    from tuner.exchange.registry import importers
 
     return [
-        {"source": entry.name, "title": entry.title, "options": _options(entry.options)} for entry in IMPORTERS.values()
+        {"source": entry.name, "title": entry.title, "options": _options(entry.options)}
+        for entry in importers().values()
     ]
 
 

@@ -1,6 +1,7 @@
-"""Targets by name, and the options given for one; a new target is a folder with a `TARGET` in its `export.py` and a line here."""
+"""Targets by name, of core and extensions, and their options."""
 
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 
 from plant.errors import InputError, UnknownNameError, check_name
@@ -10,31 +11,37 @@ from tuner.exchange.betaflight import adrc as betaflight_adrc
 from tuner.exchange.betaflight import export as betaflight
 from tuner.exchange.c99 import export as c99
 from tuner.exchange.crazyflie import export as crazyflie
-from tuner.exchange.fmi import export as fmi
-from tuner.exchange.matlab import export as matlab
 from tuner.exchange.px4 import export as px4
-from tuner.exchange.ros2 import export as ros2
-from tuner.exchange.rotorpy import export as rotorpy
 from tuner.exchange.target import FIRMWARE, ExportTarget, ImportedController, Importer, flag
+from tuner.extension import added, load
 
-MODULES = (c99, px4, ardupilot, crazyflie, betaflight, betaflight_adrc, ros2, fmi, matlab, rotorpy)
-EXPORTERS: dict[str, ExportTarget] = {module.TARGET.name: module.TARGET for module in MODULES}
-"""Every target, in the order of listings."""
-IMPORTERS: dict[str, Importer] = {name: target.importer for name, target in EXPORTERS.items() if target.importer}
-"""The way back, of the targets that have one."""
+MODULES = (c99, px4, ardupilot, crazyflie, betaflight, betaflight_adrc)
+
+
+@cache
+def exporters() -> dict[str, ExportTarget]:
+    """Return every target by name, in the order of listings: those of the core first."""
+    core = {module.TARGET.name: module.TARGET for module in MODULES}
+    return core | {name: load(reference) for name, reference in added("targets").items()}
+
+
+@cache
+def importers() -> dict[str, Importer]:
+    """Return the way back of the targets that have one, by name."""
+    return {name: target.importer for name, target in exporters().items() if target.importer}
 
 
 def exporter(name: str) -> ExportTarget:
     """Return the target of a name; raises UnknownNameError."""
     name = name.lower()
-    check_name("target", name, EXPORTERS, key="--to")
-    return EXPORTERS[name]
+    check_name("target", name, exporters(), key="--to")
+    return exporters()[name]
 
 
 def importer(name: str) -> Importer:
     """Return the importer of a target; raises UnknownNameError."""
-    check_name("source", name, IMPORTERS, key="--from")
-    return IMPORTERS[name]
+    check_name("source", name, importers(), key="--from")
+    return importers()[name]
 
 
 def import_parameters(source: str, file: Path, airframe: Airframe, given: Sequence[str]) -> ImportedController:

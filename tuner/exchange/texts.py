@@ -88,7 +88,7 @@ def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, st
 def filled(target: str, name: str, **values: object) -> str:
     """Return a target's template with every @WORD@ in it replaced.
 
-    All at once, so that nothing inside a value is replaced. target: folder in tuner/exchange; name: of the file that is
+    All at once, so that nothing inside a value is replaced. target: package of the target; name: of the file that is
     written, whose template is templates/NAME.in there.
     """
     return re.sub(r"@(\w+)@", lambda word: str(values[word[1]]), _template(target, name))
@@ -96,4 +96,4 @@ def filled(target: str, name: str, **values: object) -> str:
 
 @cache
 def _template(target: str, name: str) -> str:
-    return files("tuner.exchange").joinpath(target, "templates", f"{name}.in").read_text(encoding="utf-8")
+    return files(target).joinpath("templates", f"{name}.in").read_text(encoding="utf-8")

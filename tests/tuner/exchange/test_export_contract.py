@@ -13,7 +13,7 @@ from plant.errors import InputError
 from plant.quadrotor.gains import gain_addresses
 from tests.tuner.exchange.controllers import controller, pid
 from tuner.api.catalogue import targets
-from tuner.exchange.registry import EXPORTERS, exporter, settings_of
+from tuner.exchange.registry import exporter, exporters, settings_of
 from tuner.exchange.run import bundle_of, check_laws
 from tuner.exchange.target import Request
 
@@ -45,11 +45,11 @@ def carries(entry, given):
 
 
 CARRIED = [
-    (entry, name) for entry in EXPORTERS.values() for name, given in CONTROLLERS.items() if carries(entry, given)
+    (entry, name) for entry in exporters().values() for name, given in CONTROLLERS.items() if carries(entry, given)
 ]
 BUNDLES = {}
 PAIRS = [pytest.param(entry, CONTROLLERS[name], id=f"{entry.name}-{name}") for entry, name in CARRIED]
-# Compilers take 2 s a mock-up unit; tests/tuner/exchange/fmi has the same bytes of compiled ones.
+# Compilers take 2 s a mock-up unit; tests/tuner/extensions/fmi has the same bytes of compiled ones.
 pytestmark = pytest.mark.usefixtures("few_golden_vectors", "uncompiled")
 
 
@@ -62,12 +62,12 @@ def exported(entry, given):
 
 
 def test_every_exporter_carries_something():
-    assert {entry.name for entry, _ in CARRIED} == set(EXPORTERS)
+    assert {entry.name for entry, _ in CARRIED} == set(exporters())
 
 
 def test_registry_names_and_listing():
-    assert all(name == entry.name and entry.title for name, entry in EXPORTERS.items())
-    assert [row["target"] for row in targets()] == list(EXPORTERS)
+    assert all(name == entry.name and entry.title for name, entry in exporters().items())
+    assert [row["target"] for row in targets()] == list(exporters())
     with pytest.raises(InputError, match="did you mean 'px4'"):
         exporter("px5")
 
@@ -155,7 +155,7 @@ def test_a_gain_that_is_no_number_is_refused(entry, given, value):
         assert caught.value.key == gain.address
 
 
-@pytest.mark.parametrize("entry", EXPORTERS.values(), ids=EXPORTERS)
+@pytest.mark.parametrize("entry", exporters().values(), ids=exporters())
 def test_documents_are_json(entry):
     """Options can be listed, and each that has no default has choices or says its unit."""
     rows = json.loads(json.dumps([vars(option) for option in entry.options]))

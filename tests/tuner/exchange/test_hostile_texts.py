@@ -20,7 +20,7 @@ from tests.tuner.exchange.skeleton import skeleton
 from tests.tuner.exchange.test_export_contract import CARRIED, CONTROLLERS, request_of
 from tests.tuner.in_process import tuner
 from tuner.exchange.betaflight.map import SWITCHES
-from tuner.exchange.registry import EXPORTERS
+from tuner.exchange.registry import exporters
 from tuner.exchange.texts import c_comment, c_string, matlab_string, python_docstring
 from tuner.exchange.writing import as_json
 from tuner.gains import read_gains, to_document
@@ -128,7 +128,7 @@ FIRMWARE = {"ardupilot": ["--firmware", "4.7"]}
     "words",
     [
         ["validate"],
-        *[["export", "--to", name, *FIRMWARE.get(name, ())] for name in EXPORTERS],
+        *[["export", "--to", name, *FIRMWARE.get(name, ())] for name in exporters()],
         ["fly", "--seeds", "1"],
         ["margins"],
     ],
@@ -174,7 +174,7 @@ def test_every_hostile_text_leaves_an_export_as_it_is(entry, given):
 
 def test_a_setting_of_a_previous_file_leaves_no_control_character_in_the_rollback(tmp_path):
     """Betaflight's command line ends at Ctrl-D."""
-    entry, (switch, *_) = EXPORTERS["betaflight"], SWITCHES
+    entry, (switch, *_) = exporters()["betaflight"], SWITCHES
     (previous := tmp_path / "diff.txt").write_text(f"set {switch} = A\x04\x1b[2JB\n")
     request = replace(request_of(entry, CONTROLLERS["pid"]), previous=previous)
     text = dict(entry.export(request).rollback)["gainproof.betaflight.txt"].decode()
@@ -200,7 +200,7 @@ def run(folder, *command):
 
 @pytest.mark.usefixtures("few_golden_vectors")
 def test_exported_c_compiles_without_a_warning_and_runs_nothing_of_a_text(tmp_path):
-    entry, text = EXPORTERS["c99"], " ".join(WRITTEN)
+    entry, text = exporters()["c99"], " ".join(WRITTEN)
     put(tmp_path, entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
     ask = '#include <stdio.h>\n#include "gainproof_controller.h"\nint main(void) { return fputs(GAINPROOF_AIRFRAME, stdout) < 0; }'
     (tmp_path / "ask.c").write_text(ask)
@@ -212,7 +212,7 @@ def test_exported_c_compiles_without_a_warning_and_runs_nothing_of_a_text(tmp_pa
 
 def test_an_fmu_loads_and_runs_nothing_of_a_text(tmp_path):
     program("gcc")
-    entry, text = EXPORTERS["fmi"], " ".join(WRITTEN)
+    entry, text = exporters()["fmi"], " ".join(WRITTEN)
     put(tmp_path, entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
     with zipfile.ZipFile(tmp_path / "gainproof.fmu") as archive:
         archive.extractall(tmp_path)
@@ -221,7 +221,7 @@ def test_an_fmu_loads_and_runs_nothing_of_a_text(tmp_path):
 
 
 def test_an_exported_python_package_runs_nothing_of_a_text(tmp_path):
-    entry, text = EXPORTERS["rotorpy"], " ".join(WRITTEN)
+    entry, text = exporters()["rotorpy"], " ".join(WRITTEN)
     put(tmp_path, entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
     run(tmp_path, sys.executable, "-c", "from gainproof_rotorpy import controller; controller()")
 

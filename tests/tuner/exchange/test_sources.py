@@ -4,7 +4,7 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.exchange.reading import read, write
-from tuner.exchange.registry import EXPORTERS, settings_of
+from tuner.exchange.registry import exporters, settings_of
 from tuner.exchange.sources import (
     SOURCES,
     changed_values,
@@ -56,7 +56,9 @@ def test_an_export_is_guessed_and_read_in_the_native_loops(source, tmp_path):
         airframe="crazyflie-pybullet" if source == "crazyflie" else "f450",
     )
     assert native.controller.cascade.attitude.name == source
-    bundle = EXPORTERS[source].export(Request(native.controller, "12" * 32, settings_of(EXPORTERS[source], settings)))
+    bundle = exporters()[source].export(
+        Request(native.controller, "12" * 32, settings_of(exporters()[source], settings))
+    )
     (content, *_) = bundle.files.values()
     file = write(tmp_path, content, "exported.txt")
     assert guess_source(file) == source

@@ -205,9 +205,9 @@ def bundle_files(
         f"{code.name}.h": code.header,
         f"{code.name}.c": code.source,
         "golden.h": golden_header(vectors, real, prefix, in_c),
-        "test_golden.c": filled("c99", f"{kind}test_golden.c", **in_c, differs=differs(real, in_c)),
-        "Makefile": filled("c99", "Makefile", **in_c),
-        "README.md": filled("c99", f"{kind}README.md", **words(markdown), **about),
+        "test_golden.c": filled("tuner.exchange.c99", f"{kind}test_golden.c", **in_c, differs=differs(real, in_c)),
+        "Makefile": filled("tuner.exchange.c99", "Makefile", **in_c),
+        "README.md": filled("tuner.exchange.c99", f"{kind}README.md", **words(markdown), **about),
     }
     return {name: text.encode() for name, text in texts.items()}
 

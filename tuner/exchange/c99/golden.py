@@ -74,7 +74,7 @@ def golden_header(vectors: Mapping[str, Vectors], real: Real, prefix: str, words
     """Write golden.h; prefix: of all names; words: p, P, real, digest, tool, and in `what` what the gains are of."""
     texts = [_entry_texts(name, entry, real, prefix) for name, entry in vectors.items()]
     defines, arrays = ("\n".join(text[0] for text in texts), "\n\n".join(text[1] for text in texts))
-    return filled("c99", "golden.h", **words, defines=defines, arrays=arrays)
+    return filled("tuner.exchange.c99", "golden.h", **words, defines=defines, arrays=arrays)
 
 
 def _entry_texts(entry: str, vectors: Vectors, real: Real, prefix: str) -> tuple[str, str]:
@@ -110,7 +110,7 @@ def _entry_texts(entry: str, vectors: Vectors, real: Real, prefix: str) -> tuple
 
 def differs(real: Real, words: Mapping[str, object]) -> str:
     """Write the function that compares numbers bit for bit."""
-    return filled("c99", "differs.c", **words, digits=17 if real.name == "double" else 9).rstrip()
+    return filled("tuner.exchange.c99", "differs.c", **words, digits=17 if real.name == "double" else 9).rstrip()
 
 
 def _row(values: np.ndarray, real: Real) -> str:

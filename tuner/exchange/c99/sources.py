@@ -142,7 +142,7 @@ def _header(program: Program, style: Style, digest: str, types: Mapping[str, str
     kind = style.real
     numbers = {"period_literal": program.period, **program.numbers}
     return filled(
-        "c99",
+        "tuner.exchange.c99",
         f"{program.templates}controller.h",
         p=style.prefix,
         P=style.prefix.upper(),
@@ -187,10 +187,10 @@ def _source(program: Program, style: Style) -> str:
     words = {"p": p, "P": p.upper(), "real": real.name, "suffix": real.suffix}
     if f"{p}_floor(" in "".join([text, *helpers]):
         largest, one = literal(real.largest_fraction, real), literal(1.0, real)
-        floor = filled("c99", "floor.c", **words, largest=largest, whole=real.integer_type, one=one)
+        floor = filled("tuner.exchange.c99", "floor.c", **words, largest=largest, whole=real.integer_type, one=one)
         helpers = [floor.rstrip(), *helpers]
     return filled(
-        "c99",
+        "tuner.exchange.c99",
         "controller.c",
         **words,
         title=c_comment(program.title),

@@ -222,7 +222,7 @@ def with_code(request: Request, sentence: str = "") -> dict[str, bytes]:
         "thrust": f"{rotors.thrust_max:.4g}",
         "motors": motors_text(rotors, MOTORS),
     }
-    texts = {name: filled("crazyflie", name, **words) for name in CONTROLLER_FILES}
+    texts = {name: filled("tuner.exchange.crazyflie", name, **words) for name in CONTROLLER_FILES}
     texts |= {"src/gainproof_controller.c": code.source, "src/gainproof_controller.h": code.header}
     return {name: text.encode("ascii", "backslashreplace") for name, text in texts.items()}
 

@@ -156,7 +156,7 @@ def measuring_program(instants: Sequence[Instant], header: str, prefix: str, rea
     and torque of the attitude loops [N m], which tell that both were given what was recorded.
     """
     return filled(
-        "processor_cost",
+        "tuner.exchange.processor_cost",
         "main.c",
         header=header,
         prefix=prefix,

@@ -91,7 +91,7 @@ STARTERS = {
     "tuner/engines/firmware/betaflight/board.py": "a program: refused; our library's compiler",
     "tuner/engines/firmware/libraries/building.py": "a checkout's compiler: refused",
     "tuner/engines/firmware/process.py": "a program: refused",
-    "tuner/exchange/fmi/code.py": "the compiler of what is exported",
+    "tuner/extensions/fmi/code.py": "the compiler of what is exported",
     "tuner/exchange/processor_cost/qemu.py": "compiler and emulator of what is exported",
     "tuner/experiments/trials/program.py": "a program: refused",
     "tuner/experiments/tuning/problem.py": "our margins",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.tuner.conftest import QUICKSTART
-from tuner.exchange.registry import EXPORTERS, settings_of
+from tuner.exchange.registry import exporters, settings_of
 from tuner.exchange.target import Request
 from tuner.gains import Controller
 from tuner.study import load_study
@@ -22,7 +22,7 @@ from tuner.study import load_study
 )
 def test_every_corner_of_the_ranges_can_be_exported(name, target, options):
     study = load_study(QUICKSTART.parent / f"{name}.toml")
-    timing, exporter = study.system.timing, EXPORTERS[target]
+    timing, exporter = study.system.timing, exporters()[target]
     corners = np.array(list(product((0.0, 1.0), repeat=len(study.space.variables))))
     for row in study.space.gains(corners):
         given = Controller(study.airframe, study.system.cascade, study.options, *timing, tuple(row.tolist()))

@@ -12,7 +12,7 @@ from plant.law_registry import LAWS
 from plant.records import flatten
 from plant.vectors import Vec3
 from tests.clients import program
-from tests.tuner.exchange.fmi.fmus import c_outputs
+from tests.tuner.extensions.fmi.fmus import c_outputs
 from tests.tuner.in_process import tuner
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, entries
 from tuner.exchange.c99.quadrotor import c_sources, constants_of, nominal_of

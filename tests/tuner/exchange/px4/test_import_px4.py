@@ -12,7 +12,7 @@ from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, by_address, px4_torque
 from tests.tuner.exchange.reading import exported, read, same_flight, write
 from tuner.exchange.px4.export import FILE, TARGET
-from tuner.exchange.registry import IMPORTERS, importer
+from tuner.exchange.registry import importer, importers
 
 STIFF: dict[str, Any] = {"z__kp": 7.0, "z__ki": 1.5, "z__kd": 6.0}
 
@@ -165,7 +165,7 @@ def test_an_export_names_the_rate_on_the_vehicle(tmp_path):
 
 
 def test_importers_by_name():
-    assert set(IMPORTERS) == {"px4", "ardupilot", "betaflight", "crazyflie"}
-    assert all(importer(name).name == name for name in IMPORTERS)
+    assert set(importers()) == {"px4", "ardupilot", "betaflight", "crazyflie"}
+    assert all(importer(name).name == name for name in importers())
     with pytest.raises(UnknownNameError, match="--from: unknown source 'px5'; did you mean 'px4'"):
         importer("px5")

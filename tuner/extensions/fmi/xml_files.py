@@ -11,9 +11,9 @@ without a unit and its description names it.
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from tuner.exchange.fmi.variables import FmuVariable, base_unit, gain_variables
 from tuner.exchange.target import Request
 from tuner.exchange.texts import heading, xml_text
+from tuner.extensions.fmi.variables import FmuVariable, base_unit, gain_variables
 
 HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 

@@ -15,11 +15,11 @@ import numpy as np
 
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.c99.quadrotor import c_sources
-from tuner.exchange.fmi.code import PLATFORM, binding, compiler, shared_library
-from tuner.exchange.fmi.variables import variables
-from tuner.exchange.fmi.xml_files import IDENTIFIER, model_description, parameter_values
 from tuner.exchange.target import Bundle, ExportTarget, Option, Request
 from tuner.exchange.texts import c_comment, filled, heading, xml_text
+from tuner.extensions.fmi.code import PLATFORM, binding, compiler, shared_library
+from tuner.extensions.fmi.variables import variables
+from tuner.extensions.fmi.xml_files import IDENTIFIER, model_description, parameter_values
 from tuner.gains import Controller
 
 # The earliest date that a zip archive can hold.
@@ -77,7 +77,7 @@ def code_of(request: Request) -> Code:
     exposed = variables(controller)
     generated = c_sources(controller, request.settings[REAL.name], PREFIX, request.digest)
     sources = {f"{NAME}.h": generated.header, f"{NAME}.c": generated.source}
-    sources |= {name: files("tuner.exchange.fmi").joinpath(name).read_text(encoding="utf-8") for name in FMI_SOURCES}
+    sources |= {name: files("tuner.extensions.fmi").joinpath(name).read_text(encoding="utf-8") for name in FMI_SOURCES}
 
     about = heading(request, c_comment)
     guid = guid_of(request.digest, sources | {"binding.h": binding(controller, exposed, about, "")})
@@ -98,7 +98,7 @@ def guid_of(digest: str, sources: dict[str, str]) -> str:
 def documentation(request: Request, code: Code) -> str:
     """Return the page that simulators show for an FMU."""
     lines = "\n".join(f"<p>{line}.</p>" for line in heading(request, xml_text))
-    return filled("fmi", "index.html", heading=lines, guid=code.guid)
+    return filled("tuner.extensions.fmi", "index.html", heading=lines, guid=code.guid)
 
 
 def export(request: Request) -> Bundle:

@@ -9,7 +9,7 @@ from fractions import Fraction
 
 import pytest
 
-import tuner.exchange.fmi.export as exporter
+import tuner.extensions.fmi.export as exporter
 from plant.law_registry import LAWS
 from plant.quadrotor.gains import gain_addresses
 from plant.quadrotor.sensors import Measurement
@@ -17,11 +17,11 @@ from plant.records import flatten, paths
 from plant.references.track import Reference
 from plant.vectors import Quaternion, Vec3
 from tests.clients import ask, program
-from tests.tuner.exchange.fmi.fmus import STEP_INPUTS, STEP_OUTPUTS, request
+from tests.tuner.extensions.fmi.fmus import STEP_INPUTS, STEP_OUTPUTS, request
 from tuner.exchange.c99.entries import measurement_of
-from tuner.exchange.fmi.export import TARGET, fmu
-from tuner.exchange.fmi.variables import base_unit, exponents, variables
 from tuner.exchange.registry import settings_of
+from tuner.extensions.fmi.export import TARGET, fmu
+from tuner.extensions.fmi.variables import base_unit, exponents, variables
 from tuner.gains import content_hash, to_document
 
 SOURCES = ["binding.h", "fmi2_cosimulation.c", "fmi2_interface.h", "gainproof_controller.c", "gainproof_controller.h"]
@@ -52,7 +52,7 @@ def test_the_same_gains_give_the_same_bytes_and_anything_else_gives_another_guid
         request(delay=True),
     ]
     # The binary has no part in it.
-    monkeypatch.setattr("tuner.exchange.fmi.export.compiler", lambda: None)
+    monkeypatch.setattr("tuner.extensions.fmi.export.compiler", lambda: None)
     guids = [description(fmu(one)[0]).get("guid") for one in [request(), *others]]
     assert len(set(guids)) == len(guids) and guids[0] == description(mock_up).get("guid")
 

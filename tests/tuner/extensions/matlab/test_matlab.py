@@ -13,8 +13,8 @@ from plant.quadrotor.gains import gain_addresses
 from plant.quadrotor.nominal import ControlOptions
 from tests.clients import program
 from tests.tuner.exchange.controllers import controller
-from tuner.exchange.matlab.export import FILE, TARGET, path
 from tuner.exchange.target import Request
+from tuner.extensions.matlab.export import FILE, TARGET, path
 from tuner.gains import to_document
 
 # Numbers that decimal fractions do not hold, and sizes from nano to giga.

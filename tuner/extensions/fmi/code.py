@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.exchange.fmi.variables import FmuVariable
 from tuner.exchange.texts import filled
+from tuner.extensions.fmi.variables import FmuVariable
 from tuner.gains import Controller
 
 AT_ONCE = "The outputs are the command that the controller puts in force."
@@ -29,7 +29,7 @@ def binding(controller: Controller, exposed: Sequence[FmuVariable], heading: Seq
     inputs, outputs, constants = ([entry for entry in exposed if entry.kind == kind] for kind in KINDS)
     delayed = controller.options.delay
     return filled(
-        "fmi",
+        "tuner.extensions.fmi",
         "binding.h",
         heading="\n   ".join(heading),
         guid=guid,

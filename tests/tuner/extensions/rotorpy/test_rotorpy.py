@@ -28,10 +28,10 @@ from plant.vectors import Rotors, Vec3
 from tests.clients import ask
 from tests.plant.harness import TARGETS, loop_of, random_quaternion, references
 from tests.tuner.exchange.controllers import controller
-from tuner.exchange.rotorpy.export import PACKAGE
-from tuner.exchange.rotorpy.export import TARGET as ROTORPY
-from tuner.exchange.rotorpy.vehicle import hub_damping, parameters
 from tuner.exchange.target import Request
+from tuner.extensions.rotorpy.export import PACKAGE
+from tuner.extensions.rotorpy.export import TARGET as ROTORPY
+from tuner.extensions.rotorpy.vehicle import hub_damping, parameters
 from tuner.gains import to_document
 
 STEPS, H = 800, 0.004

@@ -19,10 +19,10 @@ from plant.own_code import sources_of
 from plant.quadrotor.airframes.rules import hover_speed
 from plant.quadrotor.gains import gain_addresses
 from tuner.exchange.aboard import rollback_request
-from tuner.exchange.rotorpy import controller as rotorpy_controller
-from tuner.exchange.rotorpy.vehicle import differences, parameters
 from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.texts import filled, heading, markdown, python_docstring, tool
+from tuner.extensions.rotorpy import controller as rotorpy_controller
+from tuner.extensions.rotorpy.vehicle import differences, parameters
 
 PACKAGE = "gainproof_rotorpy"
 VERSION = "RotorPy 3.0"
@@ -180,7 +180,7 @@ def _modules(request: Request, sentence: str) -> dict[str, str]:
         "hover_speed": repr(hover_speed(vehicle)),
         "differences": "\n".join(f"- {line}" for line in differences(vehicle)),
     }
-    return {name: filled("rotorpy", Path(name).name, **words) for name in MODULES}
+    return {name: filled("tuner.extensions.rotorpy", Path(name).name, **words) for name in MODULES}
 
 
 def _import_of(module: str) -> str:

@@ -3,8 +3,8 @@
 import pytest
 
 from tests.clients import ask, program
-from tests.tuner.exchange.fmi.fmus import HEAD, c_outputs, flight, request, write_inputs
-from tuner.exchange.fmi.export import fmu
+from tests.tuner.extensions.fmi.fmus import HEAD, c_outputs, flight, request, write_inputs
+from tuner.extensions.fmi.export import fmu
 
 
 @pytest.fixture(scope="module")

@@ -18,8 +18,8 @@ from plant.quadrotor.nominal import ControlOptions
 from plant.records import pack
 from tests.clients import ask
 from tests.tuner.exchange.controllers import controller, pid
-from tuner.exchange.ros2.export import FILE, SCHEMA, TARGET, double
 from tuner.exchange.target import Request
+from tuner.extensions.ros2.export import FILE, SCHEMA, TARGET, double
 from tuner.gains import to_document
 
 READ = "import json, sys, yaml; print(json.dumps(yaml.safe_load(open(sys.argv[1]))))"

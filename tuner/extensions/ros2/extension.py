@@ -1,0 +1,9 @@
+"""The record of the extension."""
+
+from tuner.extension import Extension
+
+EXTENSION = Extension(
+    name="ros2",
+    about="Parameters of ros2_control's PID controller.",
+    targets={"ros2": "tuner.extensions.ros2.export:TARGET"},
+)
