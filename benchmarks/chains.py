@@ -30,11 +30,11 @@ from plant.quadrotor.airframes.schema import GROUPS, SCALARS, Sourced
 from plant.quadrotor.scenarios import HELD_OUT
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Rotors, Vec3
-from tests.tuner.analysis.identification.independent_flights import GRAVITY, STEP, Recording, Truth, draw_truths, fly
-from tests.tuner.analysis.identification.known_flights import AIRFRAME
-from tuner.analysis.identification.identify import identify_vehicle
-from tuner.analysis.identification.onward import identified_text
-from tuner.analysis.identification.parameters import low_pass_delay
+from tests.tuner.extensions.identification.independent_flights import GRAVITY, STEP, Recording, Truth, draw_truths, fly
+from tests.tuner.extensions.identification.known_flights import AIRFRAME
+from tuner.extensions.identification.identify import identify_vehicle
+from tuner.extensions.identification.onward import identified_text
+from tuner.extensions.vehicle_fit.parameters import low_pass_delay
 from tuner.gains import read_gains
 from tuner.store.environment import commit
 

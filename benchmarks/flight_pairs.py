@@ -19,10 +19,10 @@ from benchmarks.identification import BATCH, DURATION, QUANTILE, log_of, prior_o
 from benchmarks.measuring import RESULTS, machine, write_json
 from plant.errors import InputError
 from plant.quadrotor.airframes import load
-from tests.tuner.analysis.identification.independent_flights import Recording, Truth, draw_truths, fly
-from tuner.analysis.identification.identify import identify_vehicle
-from tuner.analysis.identification.random_effects import FlightEstimate, between_flight_std
-from tuner.logs.reading import read_log
+from tests.tuner.extensions.identification.independent_flights import Recording, Truth, draw_truths, fly
+from tuner.extensions.identification.identify import identify_vehicle
+from tuner.extensions.logs.reading import read_log
+from tuner.extensions.vehicle_fit.random_effects import FlightEstimate, between_flight_std
 from tuner.store.environment import commit
 
 FIRST_SEED, LOST_THRUST, PIECE = 60, 0.15, 10.0

@@ -25,7 +25,7 @@ from plant.errors import InputError
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Rotors, Vec3
-from tests.tuner.analysis.identification.independent_flights import (
+from tests.tuner.extensions.identification.independent_flights import (
     EVERY,
     GRAVITY,
     STEP,
@@ -34,12 +34,12 @@ from tests.tuner.analysis.identification.independent_flights import (
     draw_truths,
     fly,
 )
-from tests.tuner.analysis.identification.known_flights import AIRFRAME, distances
-from tests.tuner.analysis.identification.rotorpy_flights import SPIN, fly_rotorpy, is_installed
-from tuner.analysis.identification.identify import identify_vehicle
-from tuner.analysis.identification.random_effects import QUANTILE
-from tuner.analysis.identification.samples import OUTPUTS
-from tuner.logs.flight_log import FlightLog
+from tests.tuner.extensions.identification.known_flights import AIRFRAME, distances
+from tests.tuner.extensions.identification.rotorpy_flights import SPIN, fly_rotorpy, is_installed
+from tuner.extensions.identification.identify import identify_vehicle
+from tuner.extensions.logs.flight_log import FlightLog
+from tuner.extensions.vehicle_fit.random_effects import QUANTILE
+from tuner.extensions.vehicle_fit.samples import OUTPUTS
 from tuner.store.environment import commit
 
 BATCH, DURATION = 20, 20.0

@@ -26,9 +26,9 @@ from objectives.problem import FlightBatch, Problem
 from objectives.system import System
 from plant.quadrotor.scenarios import HELD_OUT, ScenarioSpec
 from plant.quadrotor.vehicle import Vehicle
-from tests.tuner.analysis.identification.known_flights import AIRFRAME, KnownFlight, known_flights
-from tuner.analysis.identification.identify import identify_vehicle
-from tuner.analysis.identification.onward import identified_text
+from tests.tuner.extensions.identification.known_flights import AIRFRAME, KnownFlight, known_flights
+from tuner.extensions.identification.identify import identify_vehicle
+from tuner.extensions.identification.onward import identified_text
 from tuner.gains import read_gains
 from tuner.study.margins import MarginAnalysis, margin_requirement
 from tuner.study.schema import MarginTable

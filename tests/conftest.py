@@ -25,7 +25,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 # Those of 12 s of processor time and more, the longest first; kernels are compiled in them.
 LONG = (
-    "tuner/report/test_report_browser.py", "tuner/analysis/identification/test_identification.py", "golden/test_golden.py",
+    "tuner/report/test_report_browser.py", "tuner/extensions/identification/test_identification.py", "golden/test_golden.py",
     "tuner/experiments/tails/test_tail_run.py", "tuner/experiments/contest/test_contest_run.py", "tuner/api/test_second_opinion.py",
     "tuner/experiments/again/test_resume.py", "tuner/search/test_search_contract.py", "objectives/fmu/test_fmu_flights.py",
     "tuner/experiments/tuning/test_fmu_run.py",
@@ -40,7 +40,7 @@ LONG = (
 )  # fmt: skip
 # Folders whose files share runs that take seconds (fixtures of the session): one worker gets all of each.
 TOGETHER = (
-    "tests/tuner/analysis/identification/",
+    "tests/tuner/extensions/identification/",
     "tests/tuner/experiments/contest/",
     "tests/tuner/experiments/compare/",
     "tests/tuner/report/contest/",

@@ -38,7 +38,7 @@ ELSEWHERE = {"docs/cluster.md"}
 """Pages whose commands tests/tuner/engines/cluster/test_cluster_document.py types, with this machine for the others."""
 OMITTED = re.compile("|".join(NOT_RUN), re.MULTILINE)
 GIVEN = {
-    "log15": "tests/tuner/logs/crazyflie/log15_70_to_85",
+    "log15": "tests/tuner/extensions/logs/crazyflie/log15_70_to_85",
     "studies": "studies",
     "docs": "docs/ask_and_tell",
 }

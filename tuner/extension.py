@@ -38,7 +38,7 @@ class Extension:
         about: The capability in one sentence.
         requires: Names of the extensions that it imports.
         command_module: Module whose import registers its commands, "" without any.
-        commands: Command -> heading of `tuner --help`.
+        commands: Names of its commands.
         api: Name of the Python API -> "module:object".
         documents: Name of a JSON document -> "module:class" of its model.
         folders: "module:class" of each kind of results folder.
@@ -53,7 +53,7 @@ class Extension:
     about: str
     requires: tuple[str, ...] = ()
     command_module: str = ""
-    commands: Names = field(default_factory=_none)
+    commands: tuple[str, ...] = ()
     api: Names = field(default_factory=_none)
     documents: Names = field(default_factory=_none)
     folders: tuple[str, ...] = ()

@@ -18,7 +18,7 @@ TOLERANCE = 0.05
 """Largest relative difference of a number; searches of another processor may end at a neighbor of the same front."""
 NUMBER = re.compile(r"-?\d+(?:,\d{3})*(?:\.\d+)?")
 FILES = {
-    "log15": "tests/tuner/logs/crazyflie/log15_70_to_85",
+    "log15": "tests/tuner/extensions/logs/crazyflie/log15_70_to_85",
     "racer5.toml": "plant/quadrotor/airframes/racer5.toml",
     "studies": "studies",
 }

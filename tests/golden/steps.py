@@ -6,7 +6,7 @@ from typing import NamedTuple
 STUDIES = Path(__file__).with_name("studies")
 """The study files that lie in the working folder before the first step."""
 
-LOG = Path(__file__).parents[1] / "tuner" / "logs" / "crazyflie" / "log15_70_to_85"
+LOG = Path(__file__).parents[1] / "tuner" / "extensions" / "logs" / "crazyflie" / "log15_70_to_85"
 """The flight log that lies there too."""
 
 PID_GAINS = "contest/contenders/pid/gains.json"

@@ -9,10 +9,10 @@ from typing import ClassVar
 
 from plant.errors import InputError
 from plant.input_files import read_input
-from tuner.api.identifying import LogLike
 from tuner.exchange.sources import SOURCES
 from tuner.exchange.target import FIRMWARE
-from tuner.logs.flight_log import FlightLog
+from tuner.extensions.identification.api import LogLike
+from tuner.extensions.logs.flight_log import FlightLog
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.key_inputs import Input, Inputs, file_input

@@ -5,7 +5,6 @@ from shutil import rmtree
 
 from plant.input_files import read_input
 from plant.quadrotor.airframes import load
-from tuner.analysis.identification.checks import SILENT
 from tuner.api.approaching import approach
 from tuner.api.autotune_stage import (
     CONFIRMATION,
@@ -29,9 +28,7 @@ from tuner.api.autotune_stage import (
 from tuner.api.autotune_study import autotune_study
 from tuner.api.confirming import confirm, program_digest
 from tuner.api.exporting import export
-from tuner.api.flight_plans import plan_flight
 from tuner.api.gains import quadrotor_gains, read_gains
-from tuner.api.identifying import check_logs, identify
 from tuner.api.judging import judge
 from tuner.api.results import TuningResults, open_results
 from tuner.api.runs import resume, run
@@ -40,8 +37,11 @@ from tuner.documents.approach import ApproachDocument
 from tuner.documents.assessment import AssessmentDocument
 from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.export import ExportDocument
-from tuner.documents.identification import IdentificationDocument
 from tuner.documents.summary import ComparedRow
+from tuner.extensions.flight_plans.api import plan_flight
+from tuner.extensions.identification.api import check_logs, identify
+from tuner.extensions.identification.checks import SILENT
+from tuner.extensions.identification.document import IdentificationDocument
 from tuner.report.confirmation_page import verdicts
 from tuner.store.key_inputs import DIGEST, Inputs
 from tuner.study.layers import read_layers

@@ -16,13 +16,13 @@ from plant.quadrotor.airframes import load
 from tuner.api.autotune_stage import FIRST_FLIGHTS, RUN, Setup, Stage
 from tuner.api.autotune_stages import STAGES
 from tuner.api.frames import Documented, frame, shown
-from tuner.api.identifying import LogLike, read_logs
 from tuner.api.results import TuningResults, open_results
 from tuner.api.vehicle_files import find_source, read_parameter_file
 from tuner.documents.autotune import AUTOTUNE_FORMAT, AUTOTUNE_VERSION, DONE, STOPPED, AutotuneDocument, StageRow
 from tuner.engines.firmware.process import BINARY
 from tuner.exchange.sources import GAINS, guess_source
-from tuner.logs.flight_log import FlightLog
+from tuner.extensions.identification.api import LogLike, read_logs
+from tuner.extensions.logs.flight_log import FlightLog
 from tuner.report.autotune_page import autotune_page
 from tuner.search.watcher import Watcher
 from tuner.store.key_inputs import Inputs, step_key

@@ -12,8 +12,6 @@ from tuner.extension import added, load
 from tuner.report.charts.paper import Figure, drawn, style
 from tuner.report.contest.figures import FIGURES, values_figure
 from tuner.report.figures import flown_figure, front_figure, progress_figure, scenario_figures
-from tuner.report.flight_plan_page import excitation_figure
-from tuner.report.identification_charts import prediction_figure
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sheets import tail_sheet
 from tuner.report.tail_figure import tail_figure
@@ -75,9 +73,7 @@ DRAWN: dict[str, Callable[..., Drawers]] = {
     "comparison": lambda results: {**of_contest(results), "values": lambda: values_figure(results)},
     "margins": of_margins,
     "flights": lambda responses, scenario: {"responses": lambda: flown_figure(responses, scenario)},
-    "identification": lambda identified: {"prediction": lambda: prediction_figure(identified)},
     "tail": lambda document: {"tail": lambda: tail_figure(document)},
-    "flight plan": lambda experiment: {"excitations": lambda: excitation_figure(experiment)},
 }
 """Kind of results of the core -> their figures; those of extensions are in their records."""
 

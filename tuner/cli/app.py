@@ -1,6 +1,6 @@
 """The application: its help in groups, its version, and the names that it resolves and completes."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from enum import Enum
 from functools import partial
 from itertools import islice
@@ -14,7 +14,7 @@ import tuner as package
 from plant.errors import InputError
 from plant.texts import PlainTable, toml_table
 from tuner.experiments.options import THREADS, RunOption
-from tuner.extension import added
+from tuner.extension import extensions
 from tuner.text.signals import CRASHED
 
 CODE = "--code"
@@ -24,16 +24,21 @@ USAGE_ERROR: Any = typer.BadParameter.__base__
 # Letters of a command's first sentence that its line in the help may have.
 SENTENCE = 200
 
-GROUPS: dict[str, tuple[str, ...]] = {
-    "Set up": ("new", "list", "import", "identify", "check", "plan", "design"),
-    "Tune": ("autotune", "run", "resume", "ask", "tell", "rejudge", "verify"),
-    "Read results": ("show", "report", "compare", "compare-logs"),
-    "Evaluate gains": ("judge", "fly", "tail", "margins", "theory", "cost", "validate"),
-    "Deploy": ("export", "confirm", "approach", "schema"),
-    "This machine": ("bench", "mcp"),
-}
-for _command, _heading in added("commands").items():
-    GROUPS[_heading] += (_command,)
+EVERYDAY = (
+    "new", "check", "run", "show", "compare", "fly", "margins", "export", "judge", "autotune", "report", "list",
+)  # fmt: skip
+"""Commands that stand first in the help, in the order of a day's work."""
+
+
+def command_groups(names: Collection[str]) -> dict[str, list[str]]:
+    """Return headings of the help with their commands, in the order of their registration but for the first."""
+    homes = {command: record.name for record in extensions().values() for command in record.commands}
+    further = [name for name in names if name not in EVERYDAY]
+    return {
+        "Every day": [name for name in EVERYDAY if name in names],
+        "Further": [name for name in further if name not in homes],
+        "Of extensions": sorted((name for name in further if name in homes), key=lambda name: (homes[name], name)),
+    }
 
 
 class TextKind(Enum):
@@ -52,7 +57,7 @@ class GroupedCommands(TyperGroup):
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write a section for each group."""
         longest = max(map(len, self.commands))
-        for heading, names in GROUPS.items():
+        for heading, names in command_groups(self.commands).items():
             sentences = [self.commands[name].get_short_help_str(limit=SENTENCE) for name in names]
             with formatter.section(heading):
                 formatter.write_dl(list(zip([name.ljust(longest) for name in names], sentences, strict=True)))

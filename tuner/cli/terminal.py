@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from tuner.documents.contest_document import EstimateRow
     from tuner.documents.parts import Estimate
 
+FLY_AIRFRAME = 'Written: {}; fly it with file = "..." in [airframe] and from = "airframe" in [scenario.spread].'
+"""Advice after an airframe's file is written."""
 MIN_WIDTH = 20
 """Least columns for which anything is laid out."""
 SPACES = str.maketrans({"\u202f": ","})

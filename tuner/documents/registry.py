@@ -8,12 +8,8 @@ from tuner.documents.assessment import AssessmentDocument, ReadBackDocument
 from tuner.documents.autotune import AutotuneDocument
 from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
-from tuner.documents.estimate import EstimateDocument
 from tuner.documents.export import ExportDocument
-from tuner.documents.flight_plan import FlightPlanDocument
-from tuner.documents.identification import IdentificationDocument, LogCheckDocument
 from tuner.documents.judgement import JudgementDocument
-from tuner.documents.log_comparison import LogComparisonDocument
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.documents.resolved import Resolved
@@ -37,11 +33,6 @@ DOCUMENTS: dict[str, type[Document]] = {
     "margins": MarginsDocument,
     "plan": PlanDocument,
     "contest-plan": ContestPlanDocument,
-    "airframe-estimate": EstimateDocument,
-    "identification": IdentificationDocument,
-    "flight-plan": FlightPlanDocument,
-    "log-check": LogCheckDocument,
-    "log-comparison": LogComparisonDocument,
     "judgement": JudgementDocument,
     "assessment": AssessmentDocument,
     "autotune": AutotuneDocument,

@@ -6,7 +6,7 @@ from pathlib import Path
 from tuner.documents.approach import ApproachDocument
 from tuner.documents.assessment import AssessmentDocument
 from tuner.documents.autotune import AutotuneDocument
-from tuner.documents.identification import IdentificationDocument
+from tuner.extensions.identification.document import IdentificationDocument
 from tuner.report.assessment_page import opinion_section
 from tuner.report.page import Page, Section, titled_tables, wide_table
 from tuner.text.markup import Markup, element, join

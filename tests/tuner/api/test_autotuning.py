@@ -14,7 +14,6 @@ import pytest
 import tuner
 from plant.errors import InputError, StoreError, ToolError
 from plant.quadrotor.airframes import load
-from tests.tuner.analysis.identification.known_flights import known_flights
 from tests.tuner.api.standin_stages import (
     FLIGHT,
     KILLED,
@@ -29,13 +28,14 @@ from tests.tuner.api.standin_stages import (
 )
 from tests.tuner.exchange.test_log_to_gains import MAPPING, written
 from tests.tuner.experiments.again.killing import compare, result_of
+from tests.tuner.extensions.identification.known_flights import known_flights
 from tuner.api import autotune_stages as stages
 from tuner.api import autotune_study as study_of
 from tuner.api.assessing import FIRST_FLIGHT
 from tuner.api.autotune_study import STUDIES, autotune_study
 from tuner.api.vehicle_files import read_parameter_file
 from tuner.documents.assessment import REFUSED
-from tuner.logs.flight_log import FlightLog
+from tuner.extensions.logs.flight_log import FlightLog
 from tuner.store.keyed_folder import KeyedFolder
 
 PRESENT = "type: persistent_param_state\nversion: '1'\nparams:\n  pid_rate.roll_kp: {default_value: 250.0, is_stored: true, stored_value: 200.0}\n"
@@ -118,7 +118,9 @@ def test_the_study_of_every_firmware_and_size_loads(source, airframe, tmp_path):
 def test_files_that_are_not_of_one_vehicle_are_refused_before_a_folder_is_made(place):
     (place / "quad.params").write_text(FILES["px4"][1])
     (place / "gains.json").write_text("{}")
-    (place / "card").write_bytes((Path(__file__).parents[1] / "logs" / "crazyflie" / "log15_70_to_85").read_bytes())
+    (place / "card").write_bytes(
+        (Path(__file__).parents[1] / "extensions" / "logs" / "crazyflie" / "log15_70_to_85").read_bytes()
+    )
     for logs, vehicle, message in [
         ("card", "quad.params", "is a log of crazyflie, and quad.params holds parameters of px4"),
         ("log.csv", "gains.json", "is no parameter file of a firmware"),

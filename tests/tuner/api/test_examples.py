@@ -39,7 +39,7 @@ def prepared(tmp_path_factory):
     tuner.run(small_study(), folder / "results" / "first", threads=2)
     tuner.default_gains("hybrid").write(folder / "mine.json")
     (folder / "quad.params").write_text(PARAMETERS)
-    shutil.copy(Path(__file__).parents[1] / "logs" / "crazyflie" / "log15_70_to_85", folder / "log15")
+    shutil.copy(Path(__file__).parents[1] / "extensions" / "logs" / "crazyflie" / "log15_70_to_85", folder / "log15")
     (folder / "bench.toml").write_text(BENCH)
     return folder
 

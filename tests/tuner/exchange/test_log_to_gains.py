@@ -12,7 +12,7 @@ import tuner
 from objectives.problem import FlightBatch, Problem
 from plant.quadrotor.airframes import load
 from plant.quadrotor.scenarios import HELD_OUT
-from tests.tuner.analysis.identification.known_flights import known_flights
+from tests.tuner.extensions.identification.known_flights import known_flights
 from tests.tuner.in_process import called
 from tuner.gains import read_gains
 

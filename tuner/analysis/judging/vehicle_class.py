@@ -5,7 +5,7 @@ from math import exp
 
 from plant.quadrotor.airframes import Airframe, load
 from plant.quadrotor.airframes.uncertainty import Uncertainty
-from tuner.analysis.estimate import QUANTILE, uncertainty
+from tuner.extensions.parts_list.estimate import QUANTILE, uncertainty
 
 
 @dataclass(frozen=True)

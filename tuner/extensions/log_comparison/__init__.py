@@ -1,0 +1,1 @@
+"""Two flight logs side by side: ratios with intervals, and the prediction of the second."""

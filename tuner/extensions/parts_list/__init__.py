@@ -1,0 +1,1 @@
+"""An airframe estimated from its parts list, with 95 % ranges."""

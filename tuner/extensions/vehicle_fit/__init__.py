@@ -1,0 +1,1 @@
+"""Parameters of a vehicle's model, fitted to logged flights by maximum likelihood."""

@@ -1,0 +1,149 @@
+"""The vehicle as the logs see it: motor commands to rotors that lag, thrusts, angular acceleration and lift.
+
+A rotor's speed is its command after a lag, up and down of its own, times the speed at full command; the thrust curve takes
+the lagging command, as the plant's square law takes the speed. The body turns as in `rigid_body.py`; what air does to it is
+left to the noise.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant.quadrotor.vehicle import Vehicle
+from tuner.extensions.vehicle_fit.parameters import PhysicalParameters
+from tuner.extensions.vehicle_fit.samples import LogSegment, model_outputs
+
+Array = NDArray[np.float64]
+
+# Rotors run in over so many of the longest time constants, and at most so long [s]; windows that run side by side last [s].
+RUN_IN, LONGEST_RUN_IN, WINDOW = 8.0, 1.0, 0.4
+
+# Decay of the climb over a piece that is worked out at once, in exponents.
+LONGEST_DECAY = 5.0
+
+
+class Actuator(NamedTuple):
+    """Time constants and dead time of the rotors [s]."""
+
+    lag_up: float
+    lag_down: float
+    dead_time: float
+
+
+def actuator(numbers: PhysicalParameters) -> Actuator:
+    """Return the actuator of a point."""
+    return Actuator(numbers.lag_up, numbers.lag_down, numbers.dead_time)
+
+
+def lagging(samples: LogSegment, actuators: Sequence[Actuator]) -> list[Array]:
+    """Return the lagging commands (n, 4) of a stretch for each actuator.
+
+    The stretch is cut into windows that run side by side, each run in from the commands before it.
+    """
+    period, command = samples.period, samples.command
+    longest = max(max(entry.lag_up, entry.lag_down) for entry in actuators)
+    before = int(np.ceil(min(RUN_IN * longest, LONGEST_RUN_IN) / period))
+    width = max(int(WINDOW / period), 1)
+    count = -(-len(command) // width)
+    index = np.clip(np.arange(before + width)[:, None] + width * np.arange(count) - before, 0, len(command) - 1)
+    late = np.stack([_delay(command, entry.dead_time / period) for entry in actuators], axis=1)
+    # (time, windows, actuators, rotors)
+    delayed = late.take(index, axis=0)
+    state, out = delayed[0].copy(), np.empty((width, *delayed.shape[1:]))
+    # As large as the state: to stretch them at each step takes half as long again.
+    rise, fall = (
+        -np.expm1(-period / np.array([getattr(entry, name) for entry in actuators]))[:, None] * np.ones(state.shape)
+        for name in ("lag_up", "lag_down")
+    )
+    for k in range(before + width):
+        if k >= before:
+            out[k - before] = state
+        gap = delayed[k] - state
+        gap *= np.where(gap > 0.0, rise, fall)
+        state += gap
+    return [out[:, :, i].transpose(1, 0, 2).reshape(-1, 4)[: len(command)] for i in range(len(actuators))]
+
+
+def _delay(command: Array, periods: float) -> Array:
+    """Return commands delayed by a number of periods: linearly interpolated, held at both ends."""
+    n_periods = int(np.floor(periods))
+    share = periods - n_periods
+    at = np.arange(len(command)) - n_periods
+    late = command[np.clip(at, 0, len(command) - 1)]
+    later = command[np.clip(at - 1, 0, len(command) - 1)]
+    return (1.0 - share) * late + share * later
+
+
+def turning(samples: LogSegment, lagged: Array, numbers: PhysicalParameters, vehicle: Vehicle) -> tuple[Array, Array]:
+    """Return angular acceleration (n, 3) [rad/s2] and lift (n,) [m/s2] of a segment."""
+    curve, inertia = numbers.curve, numbers.inertia
+    left = (1.0 - numbers.sag[samples.log] * samples.age)[:, None]
+    thrust = (curve[0] + lagged * (curve[1] + lagged * curve[2])) * left
+    speed = lagged * np.sqrt(numbers.thrust[-1] / vehicle.thrust_coefficient)
+    x = numbers.arm * np.array(vehicle.rotor_x) - numbers.center[0]
+    y = numbers.arm * np.array(vehicle.rotor_y) - numbers.center[1]
+    spin, heavy = np.array(vehicle.spin), numbers.rotor * vehicle.rotor_inertia
+    p, q, r = samples.gyro.T
+    momentum = -heavy * (speed @ spin)
+    spun = heavy * (np.gradient(speed, samples.period, axis=0) @ spin)
+    damping = numbers.rate_damping
+    roll = thrust @ y - q * momentum - (inertia.z - inertia.y) * q * r - damping * p
+    pitch = -(thrust @ x) + p * momentum - (inertia.x - inertia.z) * r * p - damping * q
+    yaw = (
+        numbers.torque_ratio * (thrust @ spin) + spun - (inertia.y - inertia.x) * p * q + numbers.yaw_bias[samples.log]
+    )
+    turned = np.column_stack([roll / inertia.x, pitch / inertia.y, yaw / inertia.z])
+    # By columns: a sum along so short an axis takes eight times as long.
+    lift = (thrust[:, 0] + thrust[:, 1] + thrust[:, 2] + thrust[:, 3]) / numbers.mass
+    return turned, climbing(lift, samples.period, numbers.climb_drag / numbers.mass) + numbers.lift_bias[samples.log]
+
+
+def climbing(lift: Array, period: float, rate: float) -> Array:
+    """Return the lift (n,) less the drag of its climb: v' = lift - mean - rate v, from rest; rate [1/s].
+
+    Level flight is assumed, so what tilt takes away is in the mean.
+    """
+    keep = np.exp(-rate * period)
+    push, climb, speed = (lift - lift.mean()) * (1.0 - keep), np.empty_like(lift), 0.0
+    # In pieces over which the powers of `keep` stay in range.
+    width = max(int(min(LONGEST_DECAY / (rate * period), len(lift))), 1)
+    powers = keep ** np.arange(1, width + 1)
+    for first in range(0, len(lift), width):
+        part = push[first : first + width]
+        decay = powers[: len(part)]
+        run = decay * (speed + np.cumsum(part / decay))
+        climb[first : first + width] = run
+        speed = run[-1]
+    return lift - climb
+
+
+def predicted(samples: LogSegment, lagged: Array, numbers: PhysicalParameters, vehicle: Vehicle) -> Array:
+    """Return the outputs (m, 4) of the model."""
+    turned, lift = turning(samples, lagged, numbers, vehicle)
+    steps = 0.5 * samples.period * (turned[1:] + turned[:-1])
+    rates = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    return model_outputs(low_passed(rates, samples.period, numbers.gyro_delay), lift, samples.share)
+
+
+def low_passed(rates: Array, period: float, delay: float) -> Array:
+    """Return rates (n, 3), from 0, behind a Butterworth low-pass of second order; delay: its own at low frequencies [s].
+
+    Exact for rates that are straight lines between samples.
+    """
+    from scipy.signal import lfilter
+
+    return np.asarray(lfilter(*_ramp_invariant(period, delay), rates, axis=0), np.float64)
+
+
+@lru_cache(maxsize=64)
+def _ramp_invariant(period: float, delay: float) -> tuple[Array, Array]:
+    """Return numerator and denominator of the low-pass in z."""
+    from scipy.signal import cont2discrete
+
+    w = np.sqrt(2.0) / delay
+    # Its types do not know that two polynomials come back as two.
+    discrete: Any = cont2discrete(([w * w], [1.0, np.sqrt(2.0) * w, w * w]), period, method="foh")
+    return np.ravel(discrete[0]), np.ravel(discrete[1])
