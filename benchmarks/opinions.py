@@ -37,10 +37,6 @@ from plant.quadrotor.gains import default_row, gain_addresses
 from plant.quadrotor.nominal import ControlOptions
 from plant.quadrotor.scenarios import ScenarioSpec
 from plant.seeds import generator
-from tuner.analysis.judging.opinion import compare_flights
-from tuner.analysis.judging.paired_scores import PairedScores
-from tuner.api.assessing import STREAM, flight_setups
-from tuner.api.vehicle_files import name_files, read_subjects
 from tuner.documents.assessment import REFUSED
 from tuner.engines.firmware.firmware import Bench, Firmware
 from tuner.engines.firmware.flying import FirmwareFlights
@@ -48,6 +44,10 @@ from tuner.engines.firmware.registry import firmware_of
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of, check_laws
 from tuner.exchange.target import Request
+from tuner.extensions.judge.assessing import STREAM, flight_setups
+from tuner.extensions.judge.opinion import compare_flights
+from tuner.extensions.judge.paired_scores import PairedScores
+from tuner.extensions.judge.vehicle_files import name_files, read_subjects
 from tuner.gains import Controller
 from tuner.study.targets import TARGETS
 

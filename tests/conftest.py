@@ -26,12 +26,12 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # Those of 12 s of processor time and more, the longest first; kernels are compiled in them.
 LONG = (
     "tuner/report/test_report_browser.py", "tuner/extensions/identification/test_identification.py", "golden/test_golden.py",
-    "tuner/experiments/tails/test_tail_run.py", "tuner/experiments/contest/test_contest_run.py", "tuner/api/test_second_opinion.py",
+    "tuner/experiments/tails/test_tail_run.py", "tuner/experiments/contest/test_contest_run.py", "tuner/extensions/judge/test_second_opinion.py",
     "tuner/experiments/again/test_resume.py", "tuner/search/test_search_contract.py", "objectives/fmu/test_fmu_flights.py",
     "tuner/experiments/tuning/test_fmu_run.py",
     "tuner/experiments/tuning/test_margin_study.py", "tuner/api/test_ten_calls.py", "plant/backends/test_backends_agree.py",
-    "tuner/cli/test_interrupt.py", "tuner/cli/test_surroundings.py", "tuner/analysis/test_approach.py",
-    "tuner/exchange/test_hostile_texts.py", "tuner/analysis/judging/test_check_kinds.py", "plant/laws/test_laws.py",
+    "tuner/cli/test_interrupt.py", "tuner/cli/test_surroundings.py", "tuner/extensions/first_flights/test_approach.py",
+    "tuner/exchange/test_hostile_texts.py", "tuner/extensions/judge/test_check_kinds.py", "plant/laws/test_laws.py",
     "tuner/search/test_bayesian_optimization.py", "tuner/cli/test_cli.py", "tuner/study/test_bundled_studies.py",
     "tuner/api/test_examples.py", "tuner/gains/test_gains_schema.py", "test_blocks_of_pages.py",
     "objectives/margins/test_margin_control.py", "tuner/report/test_report_layout.py", "tuner/exchange/c99/test_c99_bits.py",

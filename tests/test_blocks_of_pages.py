@@ -27,7 +27,7 @@ NOT_RUN = {
     r"^(python3? -m|python3 -m) (pytest|benchmarks|tests)|^python docs/generator": "tests and benchmarks of a checkout",
     r"^pip install": "takes packages from a registry",
     r"^git |^make |^tuner confirm": "fetches and builds a firmware",
-    r"^tuner autotune": "takes minutes; tests/tuner/api/test_autotuning.py carries it out on a small search",
+    r"^tuner autotune": "takes minutes; tests/tuner/extensions/autotune/test_autotuning.py carries it out on a small search",
     r"_jobqueue|dask_kubernetes": "needs a cluster",
     r"--measure": "needs a compiler for Arm and QEMU",
     r"python docs/ask_and_tell": "needs Gymnasium or RotorPy from a registry",

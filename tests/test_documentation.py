@@ -13,8 +13,8 @@ import pytest
 from plant.law_registry import LAWS
 from plant.laws.law_text import USE, law_text
 from plant.model.signals import SIGNALS
-from tuner.cli.agents.tools import commands
 from tuner.cli.main import app
+from tuner.extensions.agents.tools import commands
 from tuner.study.schema import StrictTable
 
 ROOT = Path(__file__).parents[1]

@@ -16,17 +16,13 @@ from typing import Any
 
 _HOMES = {
     "plant.errors": ("InputError", "StoreError", "ToolError", "UnknownNameError"),
-    "tuner.api.approaching": ("approach",),
-    "tuner.api.autotuning": ("autotune",),
     "tuner.api.catalogue": ("catalogue",),
     "tuner.api.checking": ("check", "check_requirements", "validate"),
     "tuner.api.comparing": ("compare",),
-    "tuner.api.confirming": ("confirm",),
     "tuner.api.designing": ("design",),
     "tuner.api.exporting": ("export", "import_gains"),
     "tuner.api.flying": ("fly",),
     "tuner.api.gains": ("Gains", "default_gains", "read_gains"),
-    "tuner.api.judging": ("judge", "read_back"),
     "tuner.api.margins": ("cost", "margins", "theory"),
     "tuner.api.planning": ("plan",),
     "tuner.api.results": (

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from reference import markdown_table
 
-from tuner.cli.agents.tools import TOOLS, commands
+from tuner.extensions.agents.tools import TOOLS, commands
 
 PAGE = Path(__file__).resolve().parents[1] / "agents.md"
 PART = re.compile(r"(<!-- tools: .*? -->\n).*?(<!-- end of tools -->)", re.DOTALL)

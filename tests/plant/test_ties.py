@@ -44,7 +44,7 @@ ROOMS = ("experiments", "api", "report", "cli", "documents")
 STRUCTURAL = {
     "tuner/experiments/tuning/survivors.py": 1,  # numbers of scenarios
     "tuner/experiments/contest/tables.py": 1,  # the first row of a name
-    "tuner/api/confirming.py": 1,  # whole numbers of places
+    "tuner/extensions/first_flights/confirmation_api.py": 1,  # whole numbers of places
     "tuner/extensions/identification/charts.py": 1,  # which curves of a figure are drawn
     "tuner/report/contest/fronts_panels.py": 1,  # points of a line from left to right
     "tuner/documents/tables.py": 3,  # codes of names

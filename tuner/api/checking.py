@@ -12,7 +12,7 @@ from plant.fmu.fmu_model import looked_at
 from plant.quadrotor.airframes import load as load_airframe
 from plant.quadrotor.airframes.derived import quantities
 from plant.texts import PlainValue
-from tuner.analysis.judging.judge import check_batches, judge_gains, judgement_document, row_to_judge
+from tuner.analysis.judgement import check_batches, judge_gains, judgement_document, row_to_judge
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import Gains, GainsLike, as_gains
 from tuner.api.margins import announce_compilation

@@ -12,7 +12,7 @@ from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk, binary_interval
 from plant.errors import InputError
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT, SEARCH
-from tuner.analysis.judging.judge import CHECK
+from tuner.analysis.judgement import CHECK
 from tuner.analysis.lost_flights import lost_among
 from tuner.analysis.responses import Responses, fan_table, responses_of
 from tuner.api.flight_setup import FlightSetup

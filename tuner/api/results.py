@@ -2,13 +2,14 @@
 
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, TypeVar, cast, overload
 
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.api.frames import estimates, figures, frame, json_text, shown
 from tuner.api.gains import Gains, gains_in, gains_of, read_gains
 from tuner.documents import opening
+from tuner.documents.assessment import AssessmentDocument
 from tuner.documents.contest import C, ComparedFolder, ComparisonFolder, ContestFolder
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.finalists import FINALIST_COLUMNS
@@ -29,12 +30,20 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from tuner.api.figures import Figures
-    from tuner.api.judging import Assessment
     from tuner.report.charts.paper import Figure
 
 CURVES = ("frequency", "real", "imag")
 """Columns of margins.npz that hold a curve each."""
 MARGIN_UNITS = {name: QUANTITIES[name].unit for name in RECORDED}
+
+
+class Opinion(Protocol):
+    """A second opinion on gains."""
+
+    @property
+    def document(self) -> AssessmentDocument:
+        """Its document."""
+        ...
 
 
 class Results(OpenedFolder[D]):
@@ -173,7 +182,7 @@ class TuningResults(TuningFolder, Results[Summary]):
         opinion: That of `judge` against the present gains, None where `run` had no file of these, or of an opened folder.
     """
 
-    opinion: "Assessment | None" = None
+    opinion: Opinion | None = None
 
     @cached_property
     def summary(self) -> "pd.DataFrame":

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Unpack, overload
 
 from plant.texts import PlainValue
-from tuner.api.present import add_opinion, judge_against_present
+from tuner.api.opinion import end_with_opinion
 from tuner.api.results import AnyResults, TuningResults, open_results
 from tuner.api.studies import StudyLike, loaded
 from tuner.documents.tuning import TuningFolder
@@ -68,9 +68,7 @@ def run(
     results = open_run(registry.run(given, None if out is None else Path(out), watcher, **options))
     results.study = given
     if isinstance(results, TuningResults):
-        opinion = judge_against_present(results, options.get("threads"), watcher or Watcher())
-        if opinion is not None:
-            add_opinion(results, opinion)
+        end_with_opinion(results, options.get("threads"), watcher or Watcher())
     return results
 
 

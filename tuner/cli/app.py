@@ -31,14 +31,15 @@ EVERYDAY = (
 
 
 def command_groups(names: Collection[str]) -> dict[str, list[str]]:
-    """Return headings of the help with their commands, in the order of their registration but for the first."""
+    """Return headings of the help with their commands, empty ones left out."""
     homes = {command: record.name for record in extensions().values() for command in record.commands}
     further = [name for name in names if name not in EVERYDAY]
-    return {
+    groups = {
         "Every day": [name for name in EVERYDAY if name in names],
         "Further": [name for name in further if name not in homes],
         "Of extensions": sorted((name for name in further if name in homes), key=lambda name: (homes[name], name)),
     }
+    return {heading: below for heading, below in groups.items() if below}
 
 
 class TextKind(Enum):

@@ -25,7 +25,7 @@ from tuner.cli.app import (
     study_option,
     target_options,
 )
-from tuner.cli.judge import answer_validity
+from tuner.cli.evaluate import answer_validity
 from tuner.extension import find
 from tuner.text.errors import BROKEN, USER_ERROR
 
@@ -36,8 +36,8 @@ def list_(
         str | None,
         typer.Argument(
             metavar="[WHAT]",
-            help="airframes, firmwares, laws, margins, metrics, references, risks, searches, signals, sources, studies, targets, "
-            "theorems.",
+            help="airframes, extensions, firmwares, laws, margins, metrics, references, risks, searches, signals, sources, "
+            "studies, targets, theorems.",
             autocompletion=LISTING,
         ),
     ] = None,

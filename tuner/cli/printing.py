@@ -12,12 +12,8 @@ if TYPE_CHECKING:
     from tuner.cli.terminal import Console
 
 PRINTERS = {
-    "Approach": "tuner.cli.printers.approach:print_approach",
-    "Assessment": "tuner.cli.printers.assessment:print_assessment",
     "Checked": "tuner.cli.printers.check:print_checked",
-    "Autotuned": "tuner.cli.printers.autotune:print_autotune",
     "ComparisonResults": "tuner.cli.printers.compare:print_compared",
-    "Confirmation": "tuner.cli.printers.confirmation:print_confirmation",
     "ContestResults": "tuner.cli.printers.contest:print_contest",
     "Cost": "tuner.cli.printers.gains:print_costs",
     "Design": "tuner.cli.printers.margins:print_design",
@@ -28,7 +24,6 @@ PRINTERS = {
     "Margins": "tuner.cli.printers.margins:print_margins",
     "Plan": "tuner.cli.printers.planning:print_plan",
     "RunReport": "tuner.cli.printers.run_report:print_run_report",
-    "ReadBackComparison": "tuner.cli.printers.assessment:print_read_back",
     "Tail": "tuner.cli.printers.tail:print_tail",
     "Theory": "tuner.cli.printers.gains:print_theory",
     "TuningResults": "tuner.cli.printers.tuning:print_tuning",
@@ -78,7 +73,7 @@ class RunAnswer:
             print_result(result, self._as_json)
         opinion = getattr(result, "opinion", None)
         if opinion is not None and not self._as_json:
-            from tuner.cli.printers.assessment import print_opinion
+            from tuner.cli.printers.opinion import print_opinion
             from tuner.cli.terminal import Console
 
             print_opinion(opinion.document, Console())

@@ -3,10 +3,7 @@
 import json
 
 from plant.errors import UnknownNameError
-from tuner.documents.approach import ApproachDocument
 from tuner.documents.assessment import AssessmentDocument, ReadBackDocument
-from tuner.documents.autotune import AutotuneDocument
-from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.judgement import JudgementDocument
@@ -35,11 +32,8 @@ DOCUMENTS: dict[str, type[Document]] = {
     "contest-plan": ContestPlanDocument,
     "judgement": JudgementDocument,
     "assessment": AssessmentDocument,
-    "autotune": AutotuneDocument,
     "read-back": ReadBackDocument,
     "export": ExportDocument,
-    "confirmation": ConfirmationDocument,
-    "approach": ApproachDocument,
     "tail": TailDocument,
     "variables": VariablesDocument,
     "resolved": Resolved,

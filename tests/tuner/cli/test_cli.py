@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from plant.errors import StoreError
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.api.catalogue import LISTINGS
-from tuner.cli.app import GROUPS
+from tuner.cli.app import EVERYDAY, command_groups
 from tuner.cli.main import app
 from tuner.text.errors import NOTHING_FEASIBLE
 
@@ -35,11 +35,12 @@ def test_help_has_an_example(command):
 
 
 def test_help_has_every_command_below_one_heading():
-    listed = [name for names in GROUPS.values() for name in names]
-    assert sorted(listed) == sorted(COMMANDS)
+    groups = command_groups(COMMANDS)
+    listed = [name for names in groups.values() for name in names]
+    assert sorted(listed) == sorted(COMMANDS) and groups["Every day"] == list(EVERYDAY)
     text = CliRunner().invoke(app, ["--help"]).stdout
     assert "..." not in text.partition("Options:")[2]
-    assert all(f"\n{heading}:\n" in text for heading in GROUPS)
+    assert all(f"\n{heading}:\n" in text for heading in groups)
 
 
 NO_NUMBERS = ("numpy", "numba", "casadi", "pandas", "plotly", "matplotlib", "pymoo", "pydantic")

@@ -9,12 +9,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.main import get_group
 
 from plant.errors import InputError
 from tests.tuner.conftest import QUICKSTART
 from tuner.api.catalogue import LISTINGS
-from tuner.cli.app import GROUPS, app
-from tuner.cli.main import _invoke
+from tuner.cli.main import _invoke, app
 from tuner.text.errors import CLOSED_PIPE, guarded
 from tuner.text.signals import CRASHED
 
@@ -169,7 +169,7 @@ def test_an_error_about_any_letter_is_one_line(encoding, tmp_path, monkeypatch):
 
 
 WORDS = [
-    *[(name, "--help") for names in GROUPS.values() for name in names],
+    *[(name, "--help") for name in get_group(app).commands],
     ("--help",),
     *[("list", kind) for kind in LISTINGS],
     ("show", "RESULTS"),

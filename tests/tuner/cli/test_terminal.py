@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from rich.text import Text
+from typer.main import get_group
 
 import tuner as interface
 from tests.tuner.conftest import QUICKSTART
@@ -14,7 +15,7 @@ from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import fabricate
 from tuner.api.catalogue import LISTINGS
-from tuner.cli.app import GROUPS
+from tuner.cli.main import app
 from tuner.cli.printers.run_end import print_end_tables
 from tuner.cli.printers.tuning import comparison_table, gains_table
 from tuner.cli.tables import PIPE_WIDTH, TerminalTable
@@ -96,7 +97,7 @@ def test_listings(what, monkeypatch, capsys):
 
 
 def test_the_help(monkeypatch, capsys):
-    for names in [(), *[(name,) for group in GROUPS.values() for name in group]]:
+    for names in [(), *[(name,) for name in get_group(app).commands]]:
         monkeypatch.setenv("COLUMNS", "80")
         text = command(monkeypatch, capsys, *names, "--help")()
         assert max(map(len, text.splitlines())) <= 80

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from tuner.api.run_report import UnfinishedContest, UnfinishedRun, next_commands
-from tuner.cli.printers.assessment import print_opinion
 from tuner.cli.printers.compare import print_comparison
 from tuner.cli.printers.contest import print_estimates
+from tuner.cli.printers.opinion import print_opinion
 from tuner.cli.printers.tuning import finding_texts, print_ending, print_points, print_tables_of_run
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, digits, unit_text, width

@@ -20,7 +20,10 @@ def excitation_table(document: FlightPlanDocument) -> Table:
 
 
 def number_table(numbers: list[PlannedNumber]) -> Table:
-    """Return a row for each number, widths in per cent of a positive one and in the unit of others; others than asked marked."""
+    """Return a row for each number; those that nobody asked for are marked.
+
+    Widths are in per cent of a positive number, in the unit of others.
+    """
     head = ("", "value", "unit", "before", "asked", "foreseen", "obtained", "")
     marked = [i for i, row in enumerate(numbers) if row.target is None]
     return Table("Half-widths of 95 % intervals", head, [_number_row(row) for row in numbers], ("", "unit"), marked)

@@ -21,12 +21,12 @@ MEASURED_BAND = Look("default", opacity=0.22)
 
 
 def prediction_figure(fit: Identified) -> Figure:
-    """Return the chart of the windows for paper, a panel for each output."""
+    """Return the chart of the windows for paper."""
     return figure_of(prediction_panels(fit), 2, HEIGHT, titled=True)
 
 
 def prediction_panels(fit: Identified) -> list[Panel]:
-    """Return a panel for each output with the 95 % band of the prediction and what was measured."""
+    """Return a panel for each output: prediction with 95 % band, measurement."""
     validation, panels = fit.validation, []
     for k, (name, unit) in enumerate(zip(OUTPUTS, UNITS, strict=True)):
         measured, modeled = validation.windows.measured[..., k], validation.windows.modeled[..., k]
@@ -125,5 +125,5 @@ def _stems(heights: Array) -> Array:
 
 
 def _broken(series: Array) -> Array:
-    """Return the rows of a series (n, m) one after the other with gaps between."""
+    """Return the rows of a series (n, m) joined, with gaps between."""
     return np.append(series, np.full((len(series), 1), np.nan), axis=1).ravel()

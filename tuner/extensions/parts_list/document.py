@@ -4,7 +4,7 @@ from tuner.store.document import Document, DocumentPart
 
 
 class EstimatedNumber(DocumentPart):
-    """A number of the airframe with its 95 % interval, and where both come from."""
+    """A number of the airframe with its 95 % interval and source."""
 
     name: str
     unit: str

@@ -1,0 +1,1 @@
+"""One command from flight logs and a parameter file to first flights."""

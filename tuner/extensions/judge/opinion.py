@@ -1,0 +1,163 @@
+"""The verdict of a second opinion: reasons not to fly, comparison of paired flights, limits of the loops.
+
+Do not fly: a loop is unstable, or its peak sensitivity is above 4.3, with which a thrust 30 % off may make it so; its peak
+sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. The comparison is of the
+paired flights alone, each difference by the rule of `objectives.risk.differences`. For the verdict a loop
+that comes from above 4.3 to at most 2 counts as better, too. Where no airframe is named, loops are those of the middle of a
+class, so margins refuse only what the change made worse, and losses where most vehicles are lost.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import inf
+
+from objectives.risk import clopper_pearson, join_words
+from objectives.risk.differences import BETTER, WORSE
+from tuner.documents.assessment import (
+    DO_NOT_FLY,
+    NO_OBJECTION,
+    WITHIN_LIMITS,
+    AssessedAirframe,
+    AssessedLoop,
+    AssessedMetric,
+    RuleRow,
+)
+from tuner.documents.margins import LimitRow
+from tuner.documents.parts import ShareCount, in_shown_units
+from tuner.extensions.judge.firmware_rules import GROWTH, MAX_MS
+from tuner.text.numbers import plus, significant
+
+FRAGILE_MS = 4.3
+"""Largest peak sensitivity of any loop: Ms / (Ms - 1) = 1.3 is the gain margin that it guarantees."""
+MAX_LOSS, MAX_CLASS_LOSS = 0.01, 0.5
+"""Largest probability of loss, and largest share of lost vehicles of a class."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Evidence of a verdict.
+
+    Attributes:
+        airframe: The vehicle that was assumed.
+        loops: Loops whose gains are in the file.
+        violated: Usual limits of these loops that the gains violate.
+        rules: Of the firmware.
+        metrics: Means over the flights.
+        lost_after: Lost flights.
+        lost_before: The same before, None without a file before.
+        loss: Word on the probability of loss beside that before; None without a file before.
+        unmodeled: Number of changed parameters that no loop of the model has.
+    """
+
+    airframe: AssessedAirframe
+    loops: Sequence[AssessedLoop]
+    violated: Sequence[LimitRow]
+    rules: Sequence[RuleRow]
+    metrics: Sequence[AssessedMetric]
+    lost_after: ShareCount
+    lost_before: ShareCount | None
+    loss: str | None
+    unmodeled: int
+
+    @property
+    def comparison(self) -> str | None:
+        """The verdict of the paired flights alone, None without a file before."""
+        return compare_flights([row.verdict for row in self.metrics], self.loss)
+
+
+def form_opinion(evidence: Evidence) -> tuple[str, list[str]]:
+    """Return the verdict and its reasons, the most severe first."""
+    if refusals := list(reasons_not_to_fly(evidence)):
+        return DO_NOT_FLY, refusals
+    if evidence.comparison is None:
+        violated = [rule_text(row) for row in evidence.rules if row.verdict == "violated"]
+        limits = [*map(limit_text, evidence.violated), *violated]
+        is_clean = not limits and evidence.lost_after.events == 0 and evidence.airframe.is_known
+        return (WITHIN_LIMITS if is_clean else NO_OBJECTION), limits
+    recovered = list(filter(None, map(recovery_text, evidence.loops)))
+    verdict = join_words([evidence.comparison, *([BETTER] if recovered else [])])
+    return verdict, [*recovered, *map(metric_text, evidence.metrics)]
+
+
+def compare_flights(words: Sequence[str], loss: str | None) -> str | None:
+    """Return the word on paired flights: that on losses where one file loses fewer, else on means; None for one file."""
+    return None if loss is None else loss if loss in (BETTER, WORSE) else join_words(words)
+
+
+def opinion_sentence(evidence: Evidence, verdict: str, reasons: Sequence[str]) -> str:
+    """Return verdict, reasons and vehicle in one sentence."""
+    before, vehicle, count = evidence.lost_before, evidence.airframe, evidence.unmodeled
+    loss = f"lost {evidence.lost_after.words}" + ("" if before is None else f" (before: {before.words})")
+    if verdict != DO_NOT_FLY:
+        parts = [*reasons, loss]
+    elif evidence.comparison is None:
+        parts = reasons
+    else:
+        flown = "; ".join([*map(metric_text, evidence.metrics), loss])
+        parts = [*reasons, f"in flight: {evidence.comparison}: {flown}"]
+    beyond = f", without {count} changed parameter{'s' if count > 1 else ''} outside the model" if count else ""
+    where = "" if vehicle.is_known else f", on the {vehicle.title}: {vehicle.ranges}"
+    return f"{verdict[0].upper()}{verdict[1:]}: {'; '.join(parts)}{beyond}{where}."
+
+
+def reasons_not_to_fly(evidence: Evidence) -> Iterator[str]:
+    """Yield the reasons not to fly."""
+    is_known, refusing = evidence.airframe.is_known, [row for row in evidence.rules if row.refuses]
+    yield from map(rule_text, refusing)
+    stated = {row.axis for row in refusing}
+    yield from filter(None, (loop_reason(loop, is_known) for loop in evidence.loops if loop.channel not in stated))
+    lost, before = evidence.lost_after, evidence.lost_before
+    if before is not None and evidence.loss == WORSE:
+        yield f"more flights are lost: {lost.words}, before {before.words}"
+    elif float(clopper_pearson(lost.events, lost.flights).low) > (MAX_LOSS if is_known else MAX_CLASS_LOSS):
+        yield f"flights are lost: {lost.words}"
+
+
+def loop_reason(loop: AssessedLoop, is_known: bool) -> str:
+    """Return the reason of a fragile loop, or ""; is_known: whether the airframe is."""
+    before = None if loop.before is None else _peak(loop.before.ms)
+    after = _peak(loop.after.ms)
+    has_grown = before is not None and after > GROWTH * before
+    limit = MAX_MS if has_grown else FRAGILE_MS
+    if after <= limit or not (has_grown or is_known):
+        return ""
+    earlier = "" if before is None else f" ({significant(before, 3)} before)"
+    if after == inf:
+        return f"the {loop.channel} loop is unstable"
+    return f"peak sensitivity Ms, {loop.channel}: {significant(after, 3)}, max {limit:g}{earlier}"
+
+
+def recovery_text(loop: AssessedLoop) -> str:
+    """Return the improvement of a loop that was not to be flown."""
+    before, after = inf if loop.before is None else _peak(loop.before.ms), _peak(loop.after.ms)
+    if loop.before is None or before <= FRAGILE_MS or after > MAX_MS:
+        return ""
+    earlier = "unstable" if before == inf else significant(before, 3)
+    return f"peak sensitivity Ms, {loop.channel}: {significant(after, 3)} ({earlier} before)"
+
+
+def rule_text(row: RuleRow) -> str:
+    """Return a violated rule in words."""
+    value = "infinite" if row.value is None else significant(row.value, 3)
+    unit, note = "" if row.unit == "1" else f" {row.unit}", f"{row.note}; " if row.note else ""
+    return f"{row.rule}, {row.axis}: {value}{unit}, {row.sense} {row.limit:g}{unit} ({note}{row.source})"
+
+
+def limit_text(row: LimitRow) -> str:
+    """Return a violated limit in words."""
+    shown = in_shown_units(row)
+    unit = "" if shown.unit == "1" else f" {shown.unit}"
+    return f"{shown.label} {significant(shown.value, 3)}{unit}, {shown.sense} {significant(shown.limit, 3)}{unit}"
+
+
+def metric_text(row: AssessedMetric) -> str:
+    """Return a compared mean in words."""
+    if row.difference is None:
+        return f"{row.metric} {significant(row.after)}"
+    value, low, high = (significant(100.0 * part, 3) for part in row.difference)
+    return f"{row.metric} {plus(row.difference.value)}{value} % [{low}, {high}]"
+
+
+def _peak(ms: float | None) -> float:
+    """Return a peak sensitivity, infinite of an unstable loop."""
+    return inf if ms is None else ms

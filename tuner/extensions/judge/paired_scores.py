@@ -1,0 +1,83 @@
+"""Scores of two files of gains on the same flights: means, their differences, lost flights."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import expm1
+
+import numpy as np
+
+from objectives.metrics import MetricAddress
+from objectives.problem import Objective
+from objectives.risk import RELEVANT, Risk
+from objectives.risk.differences import NOT_DISTINGUISHABLE
+from plant.seeds import generator
+from tuner.analysis.judged_rows import REPLICATES
+from tuner.documents.assessment import AssessedMetric
+from tuner.documents.parts import SampledValue, ShareCount
+from tuner.documents.verdicts import verdict_on_difference
+
+FAILURE = "failure"
+
+
+@dataclass(frozen=True)
+class PairedScores:
+    """Scores of flights.
+
+    Attributes:
+        metrics: The metrics, failure first.
+        scores: Values (files, metrics, flights): of the file that is judged, then of the one before, if there is one.
+        seed: Root seed of the resamples.
+        relevant: Share of the value before from which a difference matters.
+    """
+
+    metrics: Sequence[MetricAddress]
+    scores: np.ndarray
+    seed: int
+    relevant: float = RELEVANT
+
+    @property
+    def lost(self) -> list[ShareCount]:
+        """Lost flights of each file."""
+        return [ShareCount.of(failed) for failed in self.scores[:, 0]]
+
+    @property
+    def loss(self) -> str | None:
+        """Word on the probability of loss beside that before; None for one file."""
+        if len(self.scores) == 1:
+            return None
+        failed = self.scores[:, 0]
+        return verdict_on_difference(float(failed[1].mean()), self._difference(0, failed), self.relevant)
+
+    @property
+    def rows(self) -> list[AssessedMetric]:
+        """Means over the flights that no file loses, or all."""
+        is_completed = np.all(self.scores[:, 0] == 0.0, axis=0)
+        scores = self.scores[:, :, is_completed] if is_completed.any() else self.scores
+        return [self._row(index, scores) for index in range(1, len(self.metrics))]
+
+    def _row(self, index: int, scores: np.ndarray) -> AssessedMetric:
+        metric, values = self.metrics[index], scores[:, index]
+        means, difference = values.mean(axis=-1).tolist(), None
+        before = means[1] if len(means) > 1 else None
+        if before is not None and np.all(values > 0.0):
+            # Ratios of paired flights: a class has vehicles with ten times the noise of others.
+            difference = SampledValue(*map(expm1, self._difference(index, np.log(values))))
+        return AssessedMetric(
+            metric=metric.text,
+            definition=metric.metric.definition,
+            unit=metric.unit,
+            before=before,
+            after=means[0],
+            difference=difference,
+            # A ratio is a share of the value before already.
+            verdict=NOT_DISTINGUISHABLE
+            if difference is None
+            else verdict_on_difference(1.0, difference, self.relevant),
+        )
+
+    def _difference(self, index: int, values: np.ndarray) -> SampledValue:
+        """Return the difference of the means of values (2, flights)."""
+        flights = values.shape[-1]
+        resample = generator(self.seed, "judge/bootstrap", 0).integers(flights, size=(REPLICATES, flights))
+        objective = Objective(self.metrics[index], Risk("mean"))
+        return SampledValue(*map(float, objective.difference(values[0], values[1], resample)))

@@ -1,0 +1,219 @@
+"""Files of gains as vehicles have them: source guessed, loops of the firmware, the vehicle that they are judged on."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from plant.errors import InputError, one_line, shortened
+from plant.input_files import file_sha256
+from plant.output_files import write_new_file
+from plant.quadrotor.airframes import Airframe, load
+from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gains
+from tuner.documents.assessment import AssessedAirframe, AssessedFile, ParameterChange
+from tuner.exchange.registry import import_parameters
+from tuner.exchange.registry import importer as find_importer
+from tuner.exchange.sources import (
+    GAINS,
+    SOURCES,
+    Values,
+    changed_values,
+    check_versions,
+    guess_source,
+    overlaid,
+    version_fault,
+)
+from tuner.extensions.judge.vehicle_class import class_airframe, ranges_text
+
+
+@dataclass(frozen=True)
+class GainsFile:
+    """A file with the gains that a vehicle flies after loading it.
+
+    Attributes:
+        path: The file.
+        part: Its entry in the document.
+        gains: Of the loops.
+        notes: What the loops of the model lack or assume.
+        values: Parameters of the vehicle after loading the file.
+        wiring: Its settings that are no parameters.
+    """
+
+    path: Path
+    part: AssessedFile
+    gains: QuadrotorGains
+    notes: tuple[str, ...] = ()
+    values: Values = field(default_factory=dict[str, str | float])
+    wiring: Values = field(default_factory=dict[str, str | float])
+
+
+@dataclass(frozen=True)
+class Subjects:
+    """Subjects of an opinion: the file, that of the present gains or None, and the vehicle.
+
+    guessed: sentence on the source, None where it was named.
+    """
+
+    after: GainsFile
+    before: GainsFile | None
+    airframe: AssessedAirframe
+    guessed: str | None
+
+    @property
+    def source(self) -> str:
+        """Firmware of the files, or "gains"."""
+        return self.after.part.source
+
+    @property
+    def unmodeled_changes(self) -> list[ParameterChange]:
+        """Changed parameters that no loop of the model has."""
+        record = self.after.gains.controller.vehicle
+        if self.source == GAINS or record is None:
+            return []
+        kind = SOURCES[self.source]
+        modeled = (set(record.parameters) - set(record.untuned) - kind.left_out) | kind.scaling
+        return [row for row in self.changed_parameters if row.name not in modeled]
+
+    @property
+    def not_restored(self) -> list[str]:
+        """Parameters of the file that the earlier one does not hold."""
+        return [row.name for row in self.changed_parameters if row.before is None]
+
+    @cached_property
+    def changed_parameters(self) -> list[ParameterChange]:
+        """Parameters that differ on the vehicle after loading the file."""
+        if self.before is None:
+            return []
+        changed = changed_values(self.before.values, self.after.values)
+        return [parameter_change(name, *values) for name, values in changed.items()]
+
+
+@dataclass(frozen=True)
+class GivenFiles:
+    """Files to judge before their gains are read.
+
+    Attributes:
+        source: Firmware of both, or "gains".
+        after: File to judge.
+        before: File of the present gains, or None.
+        airframe: Name or file of the vehicle, or None.
+        guessed: Sentence on the source, None where it was named.
+    """
+
+    source: str
+    after: Path
+    before: Path | None
+    airframe: str | None
+    guessed: str | None
+
+    @cached_property
+    def vehicle(self) -> Airframe:
+        """The vehicle of parameter files: as named, or the class of the firmware."""
+        if self.airframe is None:
+            return class_airframe(self.source)
+        return load(self.airframe, allow_unphysical=True)
+
+    @property
+    def version_fault(self) -> str:
+        """The fault in the version of the firmware, "" without one."""
+        files = [file for file in (self.after, self.before) if file is not None]
+        return "" if self.source == GAINS else version_fault(SOURCES[self.source], files)
+
+    @property
+    def assumed(self) -> AssessedAirframe:
+        """The entry of the vehicle of parameter files in a document."""
+        return _airframe_part(self.vehicle, self.airframe is not None)
+
+
+def name_files(after: Path, before: Path | None, source: str | None, airframe: str | None) -> GivenFiles:
+    """Return files with their source; InputError where they are of two firmwares.
+
+    Args:
+        after: The file to judge.
+        before: That of the present gains, or None.
+        source: Firmware of both, or "gains"; None to guess it.
+        airframe: Name or file of the vehicle, None where nobody names one.
+    """
+    name = guess_source(after) if source is None else find_source(source)
+    guessed = f"Read as a file of {name}, guessed from its lines." if source is None else None
+    if before is not None and source is None and (other := guess_source(before)) != name:
+        raise InputError(f"is a file of {other}, and {after} one of {name}; give files of one firmware", file=before)
+    return GivenFiles(name, after, before, airframe, guessed)
+
+
+def read_subjects(given: GivenFiles) -> Subjects:
+    """Read the gains of files; InputError where two files are not of one vehicle."""
+    name, after, before = given.source, given.after, given.before
+    if name == GAINS:
+        return _read_gains_files(after, before, given.airframe, given.guessed)
+    vehicle, assumed = given.vehicle, given.assumed
+    alone = read_parameter_file(after, name, vehicle)
+    if before is None:
+        return Subjects(alone, None, assumed, given.guessed)
+    earlier = read_parameter_file(before, name, vehicle)
+    check_versions(SOURCES[name], before, after)
+    with TemporaryDirectory(prefix="gainproof-") as place:
+        merged = Path(place) / after.name
+        write_new_file(merged, overlaid(SOURCES[name], before, after).encode())
+        try:
+            together = read_parameter_file(merged, name, vehicle)
+        except InputError as error:
+            raise InputError(error.message, file=after, key=error.key) from None
+    return Subjects(replace(together, path=after, part=alone.part), earlier, assumed, given.guessed)
+
+
+def find_source(name: str) -> str:
+    """Return a source by its name; UnknownNameError where there is none."""
+    return name if name == GAINS else find_importer(name).name
+
+
+def read_parameter_file(path: Path, source: str, airframe: Airframe) -> GainsFile:
+    """Return the gains of a parameter file in the firmware's own loops."""
+    options = [f"{name}={value}" for name, value in SOURCES[source].options(path).items()]
+    imported = import_parameters(source, path, airframe, options)
+    record = imported.controller.vehicle
+    version = None if record is None else record.target_version
+    kind = SOURCES[source]
+    return GainsFile(
+        path,
+        file_part(path, source, version),
+        gains_of(imported.controller, {}),
+        imported.notes,
+        kind.values(path),
+        kind.wiring(path),
+    )
+
+
+def file_part(path: Path, source: str, version: str | None = None) -> AssessedFile:
+    """Return the entry of a file in a document."""
+    return AssessedFile(file=str(path), source=source, version=version, sha256=file_sha256(path))
+
+
+def parameter_change(name: str, before: str | float | None, after: str | float | None) -> ParameterChange:
+    """Return a parameter that differs, with its values as texts."""
+    return ParameterChange(name=name, before=_text(before), after=_text(after))
+
+
+def _text(value: str | float | None) -> str | None:
+    if value is None:
+        return None
+    return shortened(one_line(value)) if isinstance(value, str) else f"{value:.9g}"
+
+
+def _read_gains_files(after: Path, before: Path | None, airframe: str | None, guessed: str | None) -> Subjects:
+    """Return gains.json files with their airframe; InputError where it is not one and the same."""
+    later = _read_gains(after, airframe)
+    earlier = None if before is None else _read_gains(before, airframe)
+    vehicle = later.gains.controller.airframe
+    if earlier is not None and (other := earlier.gains.controller.airframe).vehicle != vehicle.vehicle:
+        message = f"flies {other.name}, and {after} flies {vehicle.name}; give one for both with --airframe"
+        raise InputError(message, file=before)
+    return Subjects(later, earlier, _airframe_part(vehicle, True), guessed)
+
+
+def _read_gains(path: Path, airframe: str | None) -> GainsFile:
+    return GainsFile(path, file_part(path, GAINS), quadrotor_gains(read_gains(path, airframe)))
+
+
+def _airframe_part(airframe: Airframe, is_known: bool) -> AssessedAirframe:
+    return AssessedAirframe(name=airframe.name, title=airframe.title, is_known=is_known, ranges=ranges_text(airframe))
