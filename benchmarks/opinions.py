@@ -38,12 +38,12 @@ from plant.quadrotor.nominal import ControlOptions
 from plant.quadrotor.scenarios import ScenarioSpec
 from plant.seeds import generator
 from tuner.documents.assessment import REFUSED
-from tuner.engines.firmware.firmware import Bench, Firmware
-from tuner.engines.firmware.flying import FirmwareFlights
-from tuner.engines.firmware.registry import firmware_of
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of, check_laws
 from tuner.exchange.target import Request
+from tuner.extensions.autopilots.firmware import Bench, Firmware
+from tuner.extensions.autopilots.flying import FirmwareFlights
+from tuner.extensions.autopilots.registry import firmware_of
 from tuner.extensions.judge.assessing import STREAM, flight_setups
 from tuner.extensions.judge.opinion import compare_flights
 from tuner.extensions.judge.paired_scores import PairedScores

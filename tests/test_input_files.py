@@ -16,10 +16,10 @@ from tests.tuner.in_process import tuner
 from tuner.api.run_report import last_generation
 from tuner.documents.summary import Summary
 from tuner.documents.tables import Columns
-from tuner.exchange.ardupilot.text import read_param
-from tuner.exchange.betaflight.text import read_cli
-from tuner.exchange.crazyflie import text as param_file
-from tuner.exchange.px4.text import read_params
+from tuner.extensions.ardupilot.text import read_param
+from tuner.extensions.betaflight.text import read_cli
+from tuner.extensions.crazyflie import text as param_file
+from tuner.extensions.px4.text import read_params
 from tuner.gains import read_gains
 from tuner.store.document import read_text
 from tuner.store.tables import TableFile

@@ -277,9 +277,9 @@ OWN = {
     "tuner/extensions/fmi/code.py",
     "tuner/exchange/processor_cost/qemu.py",
     "tuner/exchange/processor_cost/measure.py",
-    "tuner/engines/firmware/betaflight/bench.py",
-    "tuner/engines/firmware/betaflight/board.py",
-    "tuner/engines/firmware/libraries/building.py",
+    "tuner/extensions/betaflight/bench.py",
+    "tuner/extensions/betaflight/board.py",
+    "tuner/extensions/autopilots/libraries/building.py",
 }
 WRITES = {"write_text", "write_bytes", "savefig", "mkdir", "makedirs", "touch", "copy", "copyfile", "copytree"}
 HARMLESS = (

@@ -45,6 +45,9 @@ class Extension:
         printers: Type of an answer -> "module:function" that prints it.
         figures: Kind of results -> "module:function" that returns its figures.
         sections: Name of a section of a run's page -> "module:function" that returns it.
+        listings: Kind of `tuner list` -> "module:function" that returns its rows.
+        sources: Name of a source of parameter files -> "module:SOURCE".
+        firmwares: Name of a firmware that flies finalists -> "module:FIRMWARE".
         opinions: Name -> "module:function" that returns an opinion on a run's gains against present ones.
         targets: Name of an export target -> "module:TARGET".
         templates: First word after `tuner new` -> "module:function" that writes files and returns them.
@@ -61,6 +64,9 @@ class Extension:
     printers: Names = field(default_factory=_none)
     figures: Names = field(default_factory=_none)
     sections: Names = field(default_factory=_none)
+    listings: Names = field(default_factory=_none)
+    sources: Names = field(default_factory=_none)
+    firmwares: Names = field(default_factory=_none)
     opinions: Names = field(default_factory=_none)
     targets: Names = field(default_factory=_none)
     templates: Names = field(default_factory=_none)

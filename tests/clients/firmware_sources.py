@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.clients import CLIENTS
-from tuner.engines.firmware.libraries.building import ControlLibraries
+from tuner.extensions.autopilots.libraries.building import ControlLibraries
 
 PLACES = {"px4": ("TUNER_PX4_SOURCES", "PX4-Autopilot"), "ardupilot": ("TUNER_ARDUPILOT_SOURCES", "ardupilot")}
 """Firmware -> variable that names the folder, and folder among the clients."""

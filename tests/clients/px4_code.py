@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tests.clients.firmware_sources import checkout
-from tests.tuner.engines.firmware.in_double import built_in_double
-from tuner.engines.firmware.px4.bench import LIBRARIES
+from tests.tuner.extensions.autopilots.in_double import built_in_double
+from tuner.extensions.px4.bench import LIBRARIES
 
 Array = NDArray[np.float64]
 

@@ -70,7 +70,7 @@ def commands() -> dict[str, Any]:
 
 
 ELSEWHERE = frozenset({"confirm", "autotune"})
-"""Commands that fly a firmware or take minutes, see tests/tuner/engines/firmware and tests/tuner/extensions/autotune/test_autotuning.py."""
+"""Commands that fly a firmware or take minutes, see tests/tuner/extensions/autopilots and tests/tuner/extensions/autotune/test_autotuning.py."""
 
 
 def commands_with_json() -> set[str]:

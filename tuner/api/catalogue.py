@@ -19,7 +19,7 @@ from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES, parameters
 from plant.texts import PlainTable, toml_table
 from tuner.api.frames import frame
-from tuner.extension import extensions
+from tuner.extension import added, extensions, load
 from tuner.search.names import ALGORITHMS, AUTOMATIC
 
 if TYPE_CHECKING:
@@ -215,16 +215,6 @@ def sources() -> Rows:
     ]
 
 
-def firmwares() -> Rows:
-    """Firmwares that `tuner confirm` flies finalists in."""
-    from tuner.engines.firmware.registry import FIRMWARES
-
-    return [
-        {"firmware": entry.name, "title": entry.title, "target": entry.target, "law": entry.law, "binary": entry.binary}
-        for entry in FIRMWARES.values()
-    ]
-
-
 def installed_extensions() -> Rows:
     """Extensions of the tool, and what they add."""
     return [
@@ -240,10 +230,16 @@ def installed_extensions() -> Rows:
 
 
 LISTINGS: dict[str, Callable[[], Rows]] = {
-    "airframes": airframes, "extensions": installed_extensions, "firmwares": firmwares, "laws": laws, "margins": margins,
-    "metrics": metrics, "references": references, "risks": risks, "searches": searches, "signals": signals, "sources": sources,
-    "studies": studies, "targets": targets, "theorems": theorems,
+    "airframes": airframes, "extensions": installed_extensions, "laws": laws, "margins": margins, "metrics": metrics,
+    "references": references, "risks": risks, "searches": searches, "signals": signals, "sources": sources, "studies": studies,
+    "targets": targets, "theorems": theorems,
 }  # fmt: skip
+"""Listings of the core; those of extensions are in their records."""
+
+
+def listings() -> dict[str, Callable[[], Rows]]:
+    """Return the functions that list a kind, by kind in alphabetical order."""
+    return dict(sorted((LISTINGS | {kind: load(reference) for kind, reference in added("listings").items()}).items()))
 
 
 def catalogue(kind: str) -> "pd.DataFrame":
@@ -269,7 +265,7 @@ def catalogue(kind: str) -> "pd.DataFrame":
 
 def about_of(kind: str) -> str:
     """Return the sentence that says what a kind is."""
-    return (LISTINGS[kind].__doc__ or "").splitlines()[0].rstrip(".")
+    return (listings()[kind].__doc__ or "").splitlines()[0].rstrip(".")
 
 
 def names_of(kind: str) -> list[str]:
@@ -282,8 +278,8 @@ def rows_of(kind: str, containing: str = "") -> Rows:
 
     Case does not matter.
     """
-    if kind not in LISTINGS:
-        raise UnknownNameError("listing", kind, LISTINGS)
-    rows, wanted = LISTINGS[kind](), containing.casefold()
+    if kind not in listings():
+        raise UnknownNameError("listing", kind, listings())
+    rows, wanted = listings()[kind](), containing.casefold()
     named = [row for row in rows if str(next(iter(row.values()))).casefold() == wanted]
     return named or [row for row in rows if any(wanted in str(cell).casefold() for cell in row.values())]

@@ -155,9 +155,9 @@ def found_study(given: Path | None) -> Path | None:
 
 def completions(kind: str) -> list[str]:
     """Return the names of a kind of `tuner list`, or those kinds."""
-    from tuner.api.catalogue import LISTINGS, names_of
+    from tuner.api.catalogue import listings, names_of
 
-    return names_of(kind) if kind else list(LISTINGS)
+    return names_of(kind) if kind else list(listings())
 
 
 def schemas() -> list[str]:

@@ -6,23 +6,15 @@ from pathlib import Path
 
 from plant.errors import InputError, UnknownNameError, check_name
 from plant.quadrotor.airframes import Airframe
-from tuner.exchange.ardupilot import export as ardupilot
-from tuner.exchange.betaflight import adrc as betaflight_adrc
-from tuner.exchange.betaflight import export as betaflight
 from tuner.exchange.c99 import export as c99
-from tuner.exchange.crazyflie import export as crazyflie
-from tuner.exchange.px4 import export as px4
 from tuner.exchange.target import FIRMWARE, ExportTarget, ImportedController, Importer, flag
 from tuner.extension import added, load
-
-MODULES = (c99, px4, ardupilot, crazyflie, betaflight, betaflight_adrc)
 
 
 @cache
 def exporters() -> dict[str, ExportTarget]:
     """Return every target by name, in the order of listings: those of the core first."""
-    core = {module.TARGET.name: module.TARGET for module in MODULES}
-    return core | {name: load(reference) for name, reference in added("targets").items()}
+    return {c99.TARGET.name: c99.TARGET} | {name: load(reference) for name, reference in added("targets").items()}
 
 
 @cache

@@ -14,7 +14,6 @@ from plant.quadrotor.nominal import ControlOptions
 from tuner.documents.export import ExportDocument
 from tuner.documents.parts import LawNames
 from tuner.exchange.aboard import remembered
-from tuner.exchange.autopilot.parameters import fits
 from tuner.exchange.registry import settings_of
 from tuner.exchange.target import (
     Bundle,
@@ -187,7 +186,7 @@ def bundle_of(target: ExportTarget, request: Request) -> Bundle:
             raise InputError(f"given {value}; a gain must be a finite number in {gain.unit}", key=gain.address)
     bundle = target.export(request)
     for parameter in bundle.parameters:
-        if not fits(parameter):
+        if not parameter.fits:
             raise InputError(
                 f"{parameter.name} would be {parameter.held:g} {parameter.unit}; '{target.name}' allows {parameter.low:g} to "
                 f"{parameter.high:g} {parameter.unit}",

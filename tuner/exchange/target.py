@@ -12,6 +12,7 @@ from typing import Generic, TypeAlias, TypeVar
 
 from plant.errors import InputError
 from plant.quadrotor.airframes import Airframe
+from tuner.documents.export import FilteredLoop
 from tuner.gains import Controller
 from tuner.study.plant_controller import PlantController
 from tuner.text.units import after_number
@@ -81,17 +82,24 @@ class HeldParameter:
     before: float | None = None
     is_unmanaged: bool = False
 
+    @property
+    def fits(self) -> bool:
+        """True for a value in its documented range, or unchanged."""
+        return self.low <= self.held <= self.high or self.held == self.before
+
 
 @dataclass(frozen=True)
 class GyroFilter:
     """Low-pass of a target between the gyro and its loops.
 
-    name: parameter of the target; cutoff [Hz], 0 for none; is_from_vehicle: of the vehicle's file, else the default.
+    name: parameter of the target; cutoff [Hz], 0 for none; is_from_vehicle: of the vehicle's file, else the default; margins:
+    function from a controller and the cut-off to the phase margins [rad] of its loops with our filter and the target's.
     """
 
     name: str
     cutoff: float
     is_from_vehicle: bool
+    margins: Callable[[Controller, float], list[FilteredLoop]]
 
 
 @dataclass(frozen=True)

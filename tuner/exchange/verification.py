@@ -30,7 +30,6 @@ from tuner.documents.export import (
     VerificationPart,
 )
 from tuner.documents.margins import LimitRow
-from tuner.exchange.autopilot.gyro_filter import filter_rows
 from tuner.exchange.target import GyroFilter
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher, compilation
@@ -79,7 +78,7 @@ def quadrotor_loops(controller: Controller) -> Loops:
         lambda: requirements_in(subject_of(controller, Trim())),
         (controller.cascade.position.name, controller.cascade.attitude.name),
         controller.airframe.vehicle,
-        lambda gyro: filter_rows(controller, gyro),
+        lambda gyro: gyro.margins(controller, gyro.cutoff),
     )
 
 

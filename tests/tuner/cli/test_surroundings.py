@@ -13,7 +13,7 @@ from typer.main import get_group
 
 from plant.errors import InputError
 from tests.tuner.conftest import QUICKSTART
-from tuner.api.catalogue import LISTINGS
+from tuner.api.catalogue import listings
 from tuner.cli.main import _invoke, app
 from tuner.text.errors import CLOSED_PIPE, guarded
 from tuner.text.signals import CRASHED
@@ -171,7 +171,7 @@ def test_an_error_about_any_letter_is_one_line(encoding, tmp_path, monkeypatch):
 WORDS = [
     *[(name, "--help") for name in get_group(app).commands],
     ("--help",),
-    *[("list", kind) for kind in LISTINGS],
+    *[("list", kind) for kind in listings()],
     ("show", "RESULTS"),
     ("design", "quickstart"),
     ("report", "nowhere"),

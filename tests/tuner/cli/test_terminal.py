@@ -14,7 +14,7 @@ from tests.tuner.in_process import tuner
 from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import fabricate
-from tuner.api.catalogue import LISTINGS
+from tuner.api.catalogue import listings
 from tuner.cli.main import app
 from tuner.cli.printers.run_end import print_end_tables
 from tuner.cli.printers.tuning import comparison_table, gains_table
@@ -89,10 +89,10 @@ def printed(capsys, *printers):
     return told
 
 
-@pytest.mark.parametrize("what", LISTINGS)
+@pytest.mark.parametrize("what", listings())
 def test_listings(what, monkeypatch, capsys):
     # Where rows become blocks, the heading of the first column, which heads each block, goes.
-    first = next(iter(LISTINGS[what]()[0]))
+    first = next(iter(listings()[what]()[0]))
     check_widths(command(monkeypatch, capsys, "list", what), monkeypatch, lost={first})
 
 

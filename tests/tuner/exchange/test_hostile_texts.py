@@ -19,10 +19,10 @@ from tests.tuner.exchange.hostile_texts import CANARY, HOSTILE
 from tests.tuner.exchange.skeleton import skeleton
 from tests.tuner.exchange.test_export_contract import CARRIED, CONTROLLERS, request_of
 from tests.tuner.in_process import tuner
-from tuner.exchange.betaflight.map import SWITCHES
 from tuner.exchange.registry import exporters
 from tuner.exchange.texts import c_comment, c_string, matlab_string, python_docstring
 from tuner.exchange.writing import as_json
+from tuner.extensions.betaflight.map import SWITCHES
 from tuner.gains import read_gains, to_document
 
 # How many texts stand alone in the usual run, where not all do: code is traced and written for a third of a second a time.

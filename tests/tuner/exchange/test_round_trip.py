@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 from plant.quadrotor.gains import gain_addresses
-from tests.tuner.exchange.ardupilot.test_ardupilot import values_of as ardupilot_values
-from tests.tuner.exchange.px4.test_px4 import values_of
 from tests.tuner.exchange.reading import DIGEST, read, write
 from tests.tuner.exchange.vehicle_files import ardupilot_files, crazyflie_files, px4_files
-from tuner.exchange.ardupilot import export as ardupilot
-from tuner.exchange.crazyflie import export as crazyflie
-from tuner.exchange.crazyflie import text as cflib_file
-from tuner.exchange.px4 import export as px4
+from tests.tuner.extensions.ardupilot.test_ardupilot import values_of as ardupilot_values
+from tests.tuner.extensions.px4.test_px4 import values_of
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of
 from tuner.exchange.target import Request
+from tuner.extensions.ardupilot import export as ardupilot
+from tuner.extensions.crazyflie import export as crazyflie
+from tuner.extensions.crazyflie import text as cflib_file
+from tuner.extensions.px4 import export as px4
 from tuner.gains import read_gains, to_document
 
 # What our PID carries, typed from the form that docs/exports.md gives: outer P, inner P and I of every loop, and the tilt.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plant.seeds import generator
-from tuner.exchange.ardupilot.ranges import DIALECTS
+from tuner.extensions.ardupilot.ranges import DIALECTS
 
 SEED = 14
 PX4_HEAD = """# Onboard parameters for Vehicle 1

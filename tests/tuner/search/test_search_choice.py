@@ -7,7 +7,7 @@ import pytest
 
 from plant.errors import InputError, UnknownNameError
 from tests.tuner.study.study_text import changed, write
-from tuner.api.catalogue import LISTINGS
+from tuner.api.catalogue import listings
 from tuner.experiments.tuning.problem import problem_of
 from tuner.experiments.tuning.search import algorithm_of
 from tuner.search.names import ALGORITHMS, check_algorithm
@@ -53,7 +53,7 @@ def test_a_population_has_a_candidate_for_each_objective(tmp_path):
 
 
 def test_the_listing_has_every_search():
-    rows = LISTINGS["searches"]()
+    rows = listings()["searches"]()
     assert [row["search"] for row in rows] == ["auto", *ALGORITHMS]
     assert {str(row["objectives"]) for row in rows} == {"1", "1 or more", "2 or more"}
     assert all(row["about"] for row in rows)

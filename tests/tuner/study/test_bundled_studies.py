@@ -14,7 +14,7 @@ from plant.quadrotor.scenarios import SEARCH
 from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.tuning.test_run import FILES
-from tuner.api.catalogue import LISTINGS
+from tuner.api.catalogue import listings
 from tuner.documents.summary import GAINS, INFEASIBLE
 from tuner.experiments.tuning.run import TuningRun
 from tuner.report.sheets import scenario_names
@@ -78,7 +78,7 @@ def test_no_tuning_study_is_left_out_and_all_are_listed(monkeypatch):
     others = {"base", "contender", "plant", "law"}
     assert {name for name, table in tables.items() if not others & set(table)} == set(NAMES)
     monkeypatch.chdir(QUICKSTART.parents[1])
-    titles = {row["study"]: str(row["title"]) for row in LISTINGS["studies"]()}
+    titles = {row["study"]: str(row["title"]) for row in listings()["studies"]()}
     assert len({titles[name] for name in NAMES}) == len(NAMES)
 
 

@@ -6,7 +6,7 @@ from rich.text import Text
 
 from plant.law_registry import LAWS
 from plant.laws.law_text import law_text
-from tuner.api.catalogue import LISTINGS, about_of, rows_of
+from tuner.api.catalogue import about_of, listings, rows_of
 from tuner.api.frames import json_text
 from tuner.cli.tables import TerminalTable, wide_console
 
@@ -26,7 +26,7 @@ GROUPED = {"laws": "law"}
 
 def print_listings(as_json: bool) -> None:
     """Print each registry with its number of rows and its meaning."""
-    rows = [{"what": name, "rows": len(list(make())), "about": about_of(name)} for name, make in LISTINGS.items()]
+    rows = [{"what": name, "rows": len(list(make())), "about": about_of(name)} for name, make in listings().items()]
     if as_json:
         print(json_text(rows))
         return

@@ -9,7 +9,7 @@ from mcp.types import Resource, ResourceTemplate
 
 from plant.errors import InputError
 from plant.input_files import read_input_text
-from tuner.api.catalogue import LISTINGS, about_of, rows_of
+from tuner.api.catalogue import about_of, listings, rows_of
 from tuner.api.frames import json_text
 from tuner.documents.registry import schema_names, schema_of
 from tuner.extensions.agents.answers import DATA
@@ -26,7 +26,7 @@ def resources(root: Path) -> list[Resource]:
     runs = sorted(path.name for path in (root / RESULTS).glob("*") if path.is_dir() and is_inside(path, root))
     return [
         *[_resource(f"studies/{name}", f"Shipped study {name}.", TOML) for name in shipped_studies()],
-        *[_resource(f"lists/{kind}", f"{about_of(kind)}.", JSON) for kind in LISTINGS],
+        *[_resource(f"lists/{kind}", f"{about_of(kind)}.", JSON) for kind in listings()],
         *[_resource(f"schemas/{name}", f"JSON Schema of {name}.", JSON) for name in schema_names()],
         *[_resource(f"{RESULTS}/{quote(os.fsencode(name))}", f"Results of a run. {DATA}", JSON) for name in runs],
     ]

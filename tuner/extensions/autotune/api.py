@@ -15,8 +15,8 @@ from plant.own_code import refuse_program
 from plant.quadrotor.airframes import load
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.results import TuningResults, open_results
-from tuner.engines.firmware.process import BINARY
-from tuner.exchange.sources import GAINS, guess_source
+from tuner.extensions.autopilots.process import BINARY
+from tuner.extensions.autopilots.sources import GAINS, guess_source
 from tuner.extensions.autotune.document import (
     AUTOTUNE_FORMAT,
     AUTOTUNE_VERSION,

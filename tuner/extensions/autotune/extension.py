@@ -7,6 +7,7 @@ EXTENSION = Extension(
     name="autotune",
     about="One command from flight logs and a parameter file to first flights.",
     requires=(
+        "autopilots",
         "first_flights",
         "flight_plans",
         "identification",

@@ -9,8 +9,8 @@ from typing import ClassVar
 
 from plant.errors import InputError
 from plant.input_files import read_input
-from tuner.exchange.sources import SOURCES
 from tuner.exchange.target import FIRMWARE
+from tuner.extensions.autopilots.sources import sources
 from tuner.extensions.identification.api import LogLike
 from tuner.extensions.logs.flight_log import FlightLog
 from tuner.search.watcher import Watcher
@@ -62,7 +62,7 @@ class Setup:
     @property
     def export_options(self) -> dict[str, str]:
         """Options of the exports: the firmware's version, where names depend on it."""
-        options = SOURCES[self.source].options(self.out / self.present)
+        options = sources()[self.source].options(self.out / self.present)
         return {FIRMWARE: options[FIRMWARE]} if FIRMWARE in options else {}
 
 

@@ -20,14 +20,14 @@ from plant.quadrotor.airframes.actuation import actuation
 from plant.ties import increasing_order
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.studies import of_class
-from tuner.engines.firmware.firmware import Bench, Firmware
-from tuner.engines.firmware.flying import FirmwareFlights
-from tuner.engines.firmware.process import BINARY
-from tuner.engines.firmware.registry import firmware_of
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of, check_laws
 from tuner.exchange.target import Bundle, Request
 from tuner.experiments.compare.entrants import Entrant, read_folder
+from tuner.extensions.autopilots.firmware import Bench, Firmware
+from tuner.extensions.autopilots.flying import FirmwareFlights
+from tuner.extensions.autopilots.process import BINARY
+from tuner.extensions.autopilots.registry import firmware_of
 from tuner.extensions.first_flights.confirmation import PairedFlights, confirmed_points, confirmed_quantities
 from tuner.extensions.first_flights.confirmation_document import (
     CONFIRMATION_FORMAT,

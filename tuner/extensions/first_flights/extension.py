@@ -6,6 +6,7 @@ HOME = "tuner.extensions.first_flights"
 EXTENSION = Extension(
     name="first_flights",
     about="Before the first flight: firmware in the loop, and steps from present to tuned gains.",
+    requires=("autopilots",),
     command_module=f"{HOME}.command",
     commands=(
         "approach",

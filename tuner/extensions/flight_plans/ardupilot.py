@@ -8,7 +8,7 @@ first frequency and both fades.
 from collections.abc import Mapping, Sequence
 from math import degrees
 
-from tuner.exchange.ardupilot.text import write_param
+from tuner.extensions.ardupilot.text import write_param
 from tuner.extensions.flight_plans.choosing import TargetCapabilities
 from tuner.extensions.flight_plans.excitation import Excitation, Shape
 from tuner.extensions.flight_plans.excitation_target import ExcitationTarget, throttle_share

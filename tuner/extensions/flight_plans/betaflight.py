@@ -8,7 +8,7 @@ filter of its own, which lowers it between both corners. The mode excites no lif
 from collections.abc import Mapping, Sequence
 from math import ceil, degrees
 
-from tuner.exchange.autopilot.parameters import as_bytes
+from tuner.extensions.autopilots.parameters import as_bytes
 from tuner.extensions.flight_plans.choosing import TargetCapabilities
 from tuner.extensions.flight_plans.excitation import LAG_CORNER, LEAD_CORNER, Excitation, Shape
 from tuner.extensions.flight_plans.excitation_target import ExcitationTarget, throttle_share

@@ -7,6 +7,9 @@ EXTENSION = Extension(
     name="flight_plans",
     about="The flight that identifies a vehicle's parameters to wanted intervals.",
     requires=(
+        "ardupilot",
+        "autopilots",
+        "betaflight",
         "identification",
         "logs",
         "vehicle_fit",

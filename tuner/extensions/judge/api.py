@@ -20,7 +20,7 @@ from tuner.documents.assessment import (
     ReadBackDocument,
 )
 from tuner.exchange.aboard import plain_name
-from tuner.exchange.sources import GAINS, SOURCES, differing_values, guess_source
+from tuner.extensions.autopilots.sources import GAINS, differing_values, guess_source, sources
 from tuner.extensions.judge.assessing import Stages, assess
 from tuner.extensions.judge.vehicle_files import file_part, find_source, name_files, parameter_change, read_subjects
 from tuner.extensions.judge.verdict_basis import missing_basis, unjudged_document
@@ -204,7 +204,7 @@ def read_back(written: str | Path, dump: str | Path, *, source: str | None = Non
         raise InputError(
             "is a gains.json, and a vehicle holds parameters; give the file that was written", file=files[0]
         )
-    kind = SOURCES[names[0]]
+    kind = sources()[names[0]]
     wanted, held = map(kind.values, files)
     rows = [parameter_change(name, *values) for name, values in differing_values(kind, wanted, held).items()]
     missing, compared = sum(row.after is None for row in rows), len(wanted)

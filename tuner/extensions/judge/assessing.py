@@ -27,7 +27,7 @@ from tuner.documents.assessment import (
     ChangedGain,
 )
 from tuner.documents.parts import NumberWithUnit
-from tuner.exchange.sources import GAINS
+from tuner.extensions.autopilots.sources import GAINS
 from tuner.extensions.judge.firmware_rules import LoopSet, firmware_rules
 from tuner.extensions.judge.opinion import Evidence, form_opinion, opinion_sentence
 from tuner.extensions.judge.paired_scores import FAILURE, PairedScores

@@ -6,7 +6,10 @@ HOME = "tuner.extensions.judge"
 EXTENSION = Extension(
     name="judge",
     about="A second opinion on gains before arming, and parameters read back from a vehicle.",
-    requires=("parts_list",),
+    requires=(
+        "autopilots",
+        "parts_list",
+    ),
     command_module=f"{HOME}.command",
     commands=("judge",),
     api={"judge": f"{HOME}.api:judge", "read_back": f"{HOME}.api:read_back"},

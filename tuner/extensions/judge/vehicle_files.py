@@ -13,14 +13,14 @@ from tuner.api.gains import QuadrotorGains, gains_of, quadrotor_gains, read_gain
 from tuner.documents.assessment import AssessedAirframe, AssessedFile, ParameterChange
 from tuner.exchange.registry import import_parameters
 from tuner.exchange.registry import importer as find_importer
-from tuner.exchange.sources import (
+from tuner.extensions.autopilots.sources import (
     GAINS,
-    SOURCES,
     Values,
     changed_values,
     check_versions,
     guess_source,
     overlaid,
+    sources,
     version_fault,
 )
 from tuner.extensions.judge.vehicle_class import class_airframe, ranges_text
@@ -70,7 +70,7 @@ class Subjects:
         record = self.after.gains.controller.vehicle
         if self.source == GAINS or record is None:
             return []
-        kind = SOURCES[self.source]
+        kind = sources()[self.source]
         modeled = (set(record.parameters) - set(record.untuned) - kind.left_out) | kind.scaling
         return [row for row in self.changed_parameters if row.name not in modeled]
 
@@ -117,7 +117,7 @@ class GivenFiles:
     def version_fault(self) -> str:
         """The fault in the version of the firmware, "" without one."""
         files = [file for file in (self.after, self.before) if file is not None]
-        return "" if self.source == GAINS else version_fault(SOURCES[self.source], files)
+        return "" if self.source == GAINS else version_fault(sources()[self.source], files)
 
     @property
     def assumed(self) -> AssessedAirframe:
@@ -151,10 +151,10 @@ def read_subjects(given: GivenFiles) -> Subjects:
     if before is None:
         return Subjects(alone, None, assumed, given.guessed)
     earlier = read_parameter_file(before, name, vehicle)
-    check_versions(SOURCES[name], before, after)
+    check_versions(sources()[name], before, after)
     with TemporaryDirectory(prefix="gainproof-") as place:
         merged = Path(place) / after.name
-        write_new_file(merged, overlaid(SOURCES[name], before, after).encode())
+        write_new_file(merged, overlaid(sources()[name], before, after).encode())
         try:
             together = read_parameter_file(merged, name, vehicle)
         except InputError as error:
@@ -169,11 +169,11 @@ def find_source(name: str) -> str:
 
 def read_parameter_file(path: Path, source: str, airframe: Airframe) -> GainsFile:
     """Return the gains of a parameter file in the firmware's own loops."""
-    options = [f"{name}={value}" for name, value in SOURCES[source].options(path).items()]
+    options = [f"{name}={value}" for name, value in sources()[source].options(path).items()]
     imported = import_parameters(source, path, airframe, options)
     record = imported.controller.vehicle
     version = None if record is None else record.target_version
-    kind = SOURCES[source]
+    kind = sources()[source]
     return GainsFile(
         path,
         file_part(path, source, version),

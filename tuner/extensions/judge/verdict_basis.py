@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from plant.errors import shortened
 from tuner.documents.assessment import NOT_JUDGED, AssessmentDocument, ParameterChange
-from tuner.exchange.sources import GAINS, SOURCES
+from tuner.extensions.autopilots.sources import GAINS, sources
 from tuner.extensions.judge.configuration import (
     configuration_reasons,
     listed,
@@ -21,7 +21,7 @@ def missing_basis(subjects: Subjects) -> list[str]:
     if subjects.source == GAINS:
         return []
     after, before = subjects.after, subjects.before
-    gain = SOURCES[subjects.source].rate_gain
+    gain = sources()[subjects.source].rate_gain
     lacking = [
         f"no gain of a rate loop is in {file.path.name}, and the firmware's defaults are no vehicle's: give all of its parameters"
         for file in (after, before)

@@ -21,9 +21,9 @@ from plant.quadrotor.airframes.derived import quantities
 from plant.quadrotor.cascade import ATTITUDE_AXES, LEAST_LIFT, POSITION_AXES
 from plant.records import flatten, pack
 from tuner.exchange.aboard import rollback_request
-from tuner.exchange.autopilot.pid import rate_sources, with_measured_rates
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Request
 from tuner.exchange.texts import heading
+from tuner.extensions.autopilots.pid import rate_sources, with_measured_rates
 from tuner.gains import Controller
 
 ATTITUDE, POSITION = "attitude_pid", "position_pid"

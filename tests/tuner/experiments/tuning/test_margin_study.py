@@ -32,7 +32,7 @@ from tests.objectives.margins.stepping import Stepper
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.analysis import finals
-from tuner.api.catalogue import LISTINGS
+from tuner.api.catalogue import listings
 from tuner.experiments.again.verify import verify
 from tuner.experiments.tuning.finalists import finalists_of
 from tuner.experiments.tuning.run import TuningRun
@@ -157,7 +157,7 @@ def test_every_quantity_can_be_asked_for_and_is_listed(tmp_path):
     asked = study(tmp_path, "".join(lines))
     assert [entry.label for entry in asked.requirements] == list(LIMITABLE)
     assert not np.isnan(known_values(asked.screens, asked.default_row[None])).any()
-    rows = LISTINGS["margins"]()
+    rows = listings()["margins"]()
     assert [row["quantity"] for row in rows] == list(LIMITABLE)
     assert {str(row["unit"]) for row in rows} == {"dB", "deg", "s", "1", "rad/s", "s^-3"}
 

@@ -10,11 +10,11 @@ from plant.errors import InputError
 from plant.own_code import OWN_CODE, run_own_code
 from plant.python_process import HOME
 from tests.tuner.extensions.agents.test_agent_isolation import outcome_of
-from tuner.engines.firmware.betaflight.board import powered_up
-from tuner.engines.firmware.process import FirmwareProcess
-from tuner.engines.firmware.px4.bench import LIBRARIES as PX4
-from tuner.engines.firmware.registry import FIRMWARES
 from tuner.experiments.trials.program import TrialProcess
+from tuner.extensions.autopilots.process import FirmwareProcess
+from tuner.extensions.autopilots.registry import firmwares
+from tuner.extensions.betaflight.board import powered_up
+from tuner.extensions.px4.bench import LIBRARIES as PX4
 
 REFUSED = "which this process does not run; `tuner mcp --allow-code` would"
 
@@ -36,7 +36,7 @@ STARTS = {
     "checkout": lambda file: PX4.compile(file.parent, file.parent / "made"),
     "trials": lambda file: TrialProcess(str(file)),
     "autotune": lambda file: tuner.autotune("log", "x.params", file.parent / "out", airframe="racer5", binary=file),
-    **{f"confirm {name}": lambda file, name=name: tuner.confirm(file.parent, name, file) for name in FIRMWARES},
+    **{f"confirm {name}": lambda file, name=name: tuner.confirm(file.parent, name, file) for name in firmwares()},
 }
 
 
@@ -88,9 +88,9 @@ def test_a_tool_runs_nothing_without_allow_code(name, options, program):
 STARTERS = {
     "objectives/fmu/process.py": "our worker; its FMU is admitted as it is read",
     "tuner/extensions/agents/child.py": "our command",
-    "tuner/engines/firmware/betaflight/board.py": "a program: refused; our library's compiler",
-    "tuner/engines/firmware/libraries/building.py": "a checkout's compiler: refused",
-    "tuner/engines/firmware/process.py": "a program: refused",
+    "tuner/extensions/betaflight/board.py": "a program: refused; our library's compiler",
+    "tuner/extensions/autopilots/libraries/building.py": "a checkout's compiler: refused",
+    "tuner/extensions/autopilots/process.py": "a program: refused",
     "tuner/extensions/fmi/code.py": "the compiler of what is exported",
     "tuner/exchange/processor_cost/qemu.py": "compiler and emulator of what is exported",
     "tuner/experiments/trials/program.py": "a program: refused",

@@ -7,7 +7,7 @@ import pytest
 
 from plant.errors import InputError, UnknownNameError
 from plant.quadrotor.airframes import load
-from tuner.exchange.ardupilot.text import read_param
+from tuner.extensions.ardupilot.text import read_param
 from tuner.extensions.flight_plans.api import craft_of
 from tuner.extensions.flight_plans.excitation import Excitation, length_of
 from tuner.extensions.flight_plans.excitation_target import HALF

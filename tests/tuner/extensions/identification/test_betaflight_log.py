@@ -19,9 +19,9 @@ from plant.vectors import Quaternion, Rotors, Vec3, to_body
 from tests.clients import ask, client
 from tests.tuner.extensions.identification.known_flights import GYRO, LIFT, distances
 from tests.tuner.extensions.identification.test_frequency_response import distances_from_chirp_core
-from tuner.engines.firmware.betaflight import board
-from tuner.engines.firmware.betaflight.bench import install
-from tuner.engines.firmware.firmware import Bench
+from tuner.extensions.autopilots.firmware import Bench
+from tuner.extensions.betaflight import board
+from tuner.extensions.betaflight.bench import install
 from tuner.extensions.identification.building import identification_document
 from tuner.extensions.identification.identify import identify_vehicle
 from tuner.extensions.logs.reading import read_log

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.tuner.exchange.reading import read, write
-from tuner.exchange.sources import SOURCES
+from tuner.extensions.autopilots.sources import sources
 from tuner.extensions.judge.configuration import (
     LAW,
     LIMIT,
@@ -39,7 +39,7 @@ GAINS = {
 
 
 def test_the_table_has_each_firmware_and_each_property_with_a_source():
-    assert len(SETTINGS) >= 40 and {row.firmware for row in SETTINGS} == set(SOURCES) == set(PROJECTS)
+    assert len(SETTINGS) >= 40 and {row.firmware for row in SETTINGS} == set(sources()) == set(PROJECTS)
     assert {row.decides for row in SETTINGS} == {SENSE, ORDER, ORIENTATION, SCALE, LIMIT, LAW}
     assert all(row.source.startswith(PROJECTS[row.firmware]) for row in SETTINGS)
     assert all(row.default not in row.blocking for row in SETTINGS if row.default is not None)
@@ -53,14 +53,14 @@ def test_a_name_has_one_row():
         assert row is not None and name in row.names.split()
 
 
-@pytest.mark.parametrize("firmware", SOURCES)
+@pytest.mark.parametrize("firmware", sources())
 def test_no_setting_that_the_loops_carry_is_in_the_table(firmware, tmp_path):
     """A change of a modelled setting is judged by its flights."""
     file = write(tmp_path, GAINS[firmware])
-    options = [f"{name}={value}" for name, value in SOURCES[firmware].options(file).items()]
+    options = [f"{name}={value}" for name, value in sources()[firmware].options(file).items()]
     controller = read(firmware, file, *options, airframe="crazyflie-pybullet").controller
     assert controller.vehicle is not None
-    carried = set(controller.vehicle.parameters) - set(controller.vehicle.untuned) | SOURCES[firmware].scaling
+    carried = set(controller.vehicle.parameters) - set(controller.vehicle.untuned) | sources()[firmware].scaling
     assert carried and not [name for name in carried if setting_of(firmware, name)]
 
 

@@ -1,0 +1,13 @@
+"""The record of the extension."""
+
+from tuner.extension import Extension
+
+HOME = "tuner.extensions.betaflight"
+EXTENSION = Extension(
+    name="betaflight",
+    about="Betaflight: command lines both ways, its simulator as a judge.",
+    requires=("autopilots",),
+    targets={"betaflight": f"{HOME}.export:TARGET", "betaflight-adrc": f"{HOME}.adrc:TARGET"},
+    sources={"betaflight": f"{HOME}.source:SOURCE"},
+    firmwares={"betaflight": f"{HOME}.bench:BETAFLIGHT"},
+)

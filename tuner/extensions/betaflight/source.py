@@ -1,0 +1,48 @@
+"""Command lines of Betaflight as a source."""
+
+import re
+from pathlib import Path
+
+from tuner.extensions.autopilots.assembly import LOOPS
+from tuner.extensions.autopilots.sources import EVERY, PERIOD, PROFILE, Source, Values, fixed_options
+from tuner.extensions.betaflight import text
+from tuner.extensions.betaflight.import_ import USUAL, renamed
+from tuner.extensions.betaflight.map import RELEASES
+from tuner.extensions.betaflight.native_loops import FOLLOWING, SILENT
+
+
+def _profile(file: Path) -> int:
+    return text.read_selected(file) or 0
+
+
+def _values(file: Path) -> Values:
+    """Return the settings of the active profile by the names of 2025.12."""
+    release = text.read_release(file)
+    texts = text.read_cli(file, _profile(file))
+    return renamed(texts, release or RELEASES[USUAL], release is not None, file)
+
+
+def _version(file: Path) -> str | None:
+    release = text.read_release(file)
+    return None if release is None else release.name
+
+
+SOURCE = Source(
+    re.compile(r"\s*set\s+[a-z0-9_]+\s*=.*|#\s*Betaflight / .*"),
+    re.compile(r"\s*set\s+([a-z0-9_]+)\s*=.*"),
+    _values,
+    _version,
+    lambda file: {
+        **fixed_options("betaflight", LOOPS.name, PERIOD, EVERY)(file),
+        PROFILE: str(_profile(file)),
+    },
+    re.compile(r"(p|i|d|d_max)_(roll|pitch|yaw)"),
+    # d_roll is the lower gain since 2025.12, and the upper one before.
+    is_of_known_units=text.states_release,
+    wiring=text.read_wiring,
+    is_command_line=True,
+    resets=re.compile(r"\s*defaults\b.*"),
+    left_out=frozenset(SILENT) - set(FOLLOWING.values()),
+    profile=_profile,
+    rank=1,
+)

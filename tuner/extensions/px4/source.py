@@ -1,0 +1,31 @@
+"""Parameter files of PX4 as a source."""
+
+import re
+from pathlib import Path
+
+from tuner.extensions.autopilots.assembly import LOOPS
+from tuner.extensions.autopilots.parameters import stated
+from tuner.extensions.autopilots.sources import EVERY, PERIOD, Source, fixed_options, major_minor
+from tuner.extensions.px4.map import PX4
+from tuner.extensions.px4.text import WHAT, read_params
+
+
+def _options(file: Path) -> dict[str, str]:
+    """Return the options of a PX4 file with its loop rate."""
+    rate = read_params(file).get("IMU_GYRO_RATEMAX", 0.0)
+    options = fixed_options("px4", LOOPS.name, PERIOD, EVERY)(file)
+    return options | ({PERIOD: f"{1.0 / rate:.9g}"} if rate > 0.0 else {})
+
+
+SOURCE = Source(
+    re.compile(r"#\s*Stack:\s*PX4.*|\d+\t\d+\t(MC|MPC|IMU|CA|SYS|THR)_\w+\t\S+\t[69]\s*"),
+    re.compile(r"\d+\t\d+\t(\w+)\t.*"),
+    read_params,
+    lambda file: major_minor(stated(file, WHAT).version),
+    _options,
+    re.compile(r"MC_(ROLL|PITCH|YAW)RATE_[PID]"),
+    # Gains of the velocity loops are in units of acceleration since 1.11.
+    versions=((1, 11), (1, 17)),
+    scaling=frozenset(PX4.scaling),
+    rank=2,
+)
