@@ -13,7 +13,7 @@ import pytest
 from plant.errors import StoreError
 from plant.output_files import open_in_place, replace_file, write_new_file
 from tests.tuner.conftest import QUICKSTART, run_small
-from tests.tuner.experiments.trials.bench import bowls
+from tests.tuner.extensions.trials.bench import bowls
 from tests.tuner.in_process import tuner as in_this_process
 from tests.undrawn import undrawn
 from tuner.store.folder import Folder

@@ -45,6 +45,10 @@ class Extension:
         printers: Type of an answer -> "module:function" that prints it.
         figures: Kind of results -> "module:function" that returns its figures.
         sections: Name of a section of a run's page -> "module:function" that returns it.
+        studies: Name of a kind of study -> "module:StudyKind".
+        experiments: Name of a kind of experiment -> "module:ExperimentKind".
+        schemas: Name of a study file's schema -> "module:function" that returns it.
+        previews: Kind of study -> "module:function" that returns what `tuner check` shows.
         listings: Kind of `tuner list` -> "module:function" that returns its rows.
         sources: Name of a source of parameter files -> "module:SOURCE".
         firmwares: Name of a firmware that flies finalists -> "module:FIRMWARE".
@@ -64,6 +68,10 @@ class Extension:
     printers: Names = field(default_factory=_none)
     figures: Names = field(default_factory=_none)
     sections: Names = field(default_factory=_none)
+    studies: Names = field(default_factory=_none)
+    experiments: Names = field(default_factory=_none)
+    schemas: Names = field(default_factory=_none)
+    previews: Names = field(default_factory=_none)
     listings: Names = field(default_factory=_none)
     sources: Names = field(default_factory=_none)
     firmwares: Names = field(default_factory=_none)

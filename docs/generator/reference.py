@@ -11,10 +11,10 @@ from schema_tables import Document, Row, Section, attribute_docstrings, cell, wr
 from typer.testing import CliRunner
 
 from tuner.cli.main import app
+from tuner.extensions.trials.study import TrialStudyTable
 from tuner.study.contest_schema import ChoicesTable, ContestTable
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StrictTable, StudyTable
-from tuner.study.trials import TrialStudyTable
 
 KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Tuning", StudyTable),

@@ -16,19 +16,14 @@ from tuner.experiments.again import verify as verification
 from tuner.experiments.options import ResumeOptions, RunOptions, with_options
 from tuner.search.watcher import Watcher
 from tuner.study.files import study_file
-from tuner.study.plant_study import PlantStudy
-from tuner.study.study import Study
-from tuner.study.trials import TrialStudy
+from tuner.study.searched import SearchedStudy
 
 PathLike = str | Path
 
 
-TunedStudy = Study | PlantStudy | TrialStudy
-
-
 @overload
 def run(
-    study: TunedStudy, out: PathLike | None = None, *, watcher: Watcher | None = None, **options: Unpack[RunOptions]
+    study: SearchedStudy, out: PathLike | None = None, *, watcher: Watcher | None = None, **options: Unpack[RunOptions]
 ) -> TuningResults: ...
 @overload
 def run(

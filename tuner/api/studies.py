@@ -14,7 +14,7 @@ from tuner.store.inputs import read_record
 from tuner.study import Study
 from tuner.study.build import study_from_table
 from tuner.study.files import study_file
-from tuner.study.kinds import STUDY_KINDS, AnyStudy, load_any, load_gains_study, load_tuning, of_another_kind
+from tuner.study.kinds import AnyStudy, load_any, load_gains_study, load_tuning, of_another_kind, study_kinds
 from tuner.study.plant_study import PlantStudy, plant_study_from_table
 from tuner.study.study import TuningStudy
 from tuner.text.toml_text import toml_text
@@ -119,7 +119,7 @@ def make_study(
 
     """
     path = Path(folder) / f"{name}.toml"
-    form = next(form for form in STUDY_KINDS if form.table is None or form.table in tables)
+    form = next(form for form in study_kinds() if form.table is None or form.table in tables)
     if form.name == PlantStudy.kind:
         if plant is not None and not isinstance(plant, Mapping):
             tables, plant = _with_numbers(tables, plant), None

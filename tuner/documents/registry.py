@@ -20,7 +20,7 @@ from tuner.store.environment import Environment
 from tuner.store.inputs import RunRecord
 from tuner.store.manifest import Manifest
 from tuner.store.start import Start
-from tuner.study.file_schema import DIALECT, STUDY_SCHEMAS
+from tuner.study.file_schema import DIALECT, study_schemas
 
 GAINS = "gains"
 DOCUMENTS: dict[str, type[Document]] = {
@@ -49,8 +49,8 @@ def schema_of(name: str) -> str:
     """Return a JSON Schema as the text of a file; UnknownNameError where there is none."""
     if name == GAINS:
         return schema_text()
-    if name in STUDY_SCHEMAS:
-        schema = STUDY_SCHEMAS[name]()
+    if name in study_schemas():
+        schema = study_schemas()[name]()
     elif name in DOCUMENTS:
         schema = DOCUMENTS[name].model_json_schema(by_alias=True)
     else:
@@ -60,4 +60,4 @@ def schema_of(name: str) -> str:
 
 def schema_names() -> list[str]:
     """Return the names of all schemas."""
-    return [GAINS, *STUDY_SCHEMAS, *DOCUMENTS]
+    return [GAINS, *study_schemas(), *DOCUMENTS]

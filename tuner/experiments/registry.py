@@ -1,6 +1,7 @@
 """The kinds of experiments by name, and functions on all: `run` a study, `draw` a results folder again."""
 
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Unpack
@@ -10,8 +11,9 @@ from tuner.documents.opening import open_results
 from tuner.engines.cuda import LANES, check
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.options import OPTIONS, RunOptions, reused
+from tuner.extension import added, load
 from tuner.search.watcher import Watcher
-from tuner.store.advice import CONTEST, JUDGEMENT, PLANT, TRIALS, TUNING, kind_of
+from tuner.store.advice import CONTEST, JUDGEMENT, PLANT, TUNING, kind_of
 from tuner.store.folder import Folder
 from tuner.store.inputs import compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy
@@ -23,7 +25,7 @@ class ExperimentKind:
 
     Args:
         name: As in run.json.
-        module: Where its `run` is.
+        module: Module of its `run`.
         life: Name of its class there.
         document: The file of its folder that holds the findings.
         noun: With its article.
@@ -40,23 +42,35 @@ class ExperimentKind:
     @property
     def run(self) -> type[Experiment[Any, Any]]:
         """Its life; imported when it is asked for, because a run of one kind would wait 0.1 s for all others."""
-        return getattr(import_module(f"tuner.experiments.{self.module}.run"), self.life)
+        return getattr(import_module(self.module), self.life)
 
 
 EXPERIMENTS = {
     kind.name: kind
     for kind in (
-        ExperimentKind(TUNING, "tuning", "TuningRun", "summary.json", "a tuning run"),
+        ExperimentKind(TUNING, "tuner.experiments.tuning.run", "TuningRun", "summary.json", "a tuning run"),
         ExperimentKind(
-            PLANT, "tuning", "TuningRun", "summary.json", "a tuning run of a plant", frozenset(("backend",))
+            PLANT,
+            "tuner.experiments.tuning.run",
+            "TuningRun",
+            "summary.json",
+            "a tuning run of a plant",
+            frozenset(("backend",)),
         ),
-        ExperimentKind(JUDGEMENT, "tuning", "JudgementRun", "summary.json", "a judgement"),
-        ExperimentKind(CONTEST, "contest", "ContestRun", "contest.json", "a contest"),
-        ExperimentKind("comparison", "compare", "ComparisonRun", "comparison.json", "a comparison"),
-        ExperimentKind(TRIALS, "trials", "TrialRun", "summary.json", "a run of trials"),
+        ExperimentKind(JUDGEMENT, "tuner.experiments.tuning.run", "JudgementRun", "summary.json", "a judgement"),
+        ExperimentKind(CONTEST, "tuner.experiments.contest.run", "ContestRun", "contest.json", "a contest"),
+        ExperimentKind(
+            "comparison", "tuner.experiments.compare.run", "ComparisonRun", "comparison.json", "a comparison"
+        ),
     )
 }
-"""Kinds of experiments whose folders are drawn and told, by name."""
+"""Kinds of experiments of the core whose folders are drawn, by name; those of extensions are in their records."""
+
+
+@cache
+def experiments() -> dict[str, ExperimentKind]:
+    """Return the kinds of experiments by name."""
+    return EXPERIMENTS | {name: load(reference) for name, reference in added("experiments").items()}
 
 
 @dataclass(frozen=True)
@@ -98,7 +112,7 @@ def run(
 
     The default folder is results/NAME. Raises InputError, and StoreError where the folder cannot be written.
     """
-    watcher, kind, reuse = watcher or Watcher(), EXPERIMENTS[study.kind], reused(options)
+    watcher, kind, reuse = watcher or Watcher(), experiments()[study.kind], reused(options)
     for results in reuse:
         if not results.is_dir():
             raise InputError(f"there is no results folder {results}", key="--reuse")
@@ -146,8 +160,8 @@ def compute_as_reused(paths: tuple[Path, ...]) -> None:
 
 def folder_kind(path: Path) -> ExperimentKind | None:
     """Return a folder's experiment kind by run.json, or else by document; None where neither tells."""
-    recorded = EXPERIMENTS.get(kind_of(path) or "")
-    return recorded or next((kind for kind in EXPERIMENTS.values() if (path / kind.document).exists()), None)
+    recorded = experiments().get(kind_of(path) or "")
+    return recorded or next((kind for kind in experiments().values() if (path / kind.document).exists()), None)
 
 
 def draw(path: Path, watcher: Watcher | None = None) -> Path:

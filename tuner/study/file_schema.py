@@ -22,12 +22,12 @@ from plant.model.signals import SIGNALS
 from plant.quadrotor import airframes
 from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES
+from tuner.extension import added, load
 from tuner.search.names import ALGORITHMS, AUTOMATIC, CONVERGED, GENERATIONS
 from tuner.study.contest_schema import ChoicesTable, ContestTable
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StudyTable
 from tuner.study.targets import TARGETS
-from tuner.study.trials import TrialStudyTable
 
 Schema = dict[str, Any]
 
@@ -178,6 +178,10 @@ STUDY_SCHEMAS: dict[str, Callable[[], Schema]] = {
     "plant-study": lambda: table_schema(PlantStudyTable),
     "contest-study": lambda: contest_schema(ContestTable),
     "choices-study": lambda: contest_schema(ChoicesTable),
-    "trials-study": lambda: table_schema(TrialStudyTable),
 }
-"""Name of `tuner schema` -> schema of that kind of study file."""
+"""Name of `tuner schema` -> schema of a kind of study file of the core; those of extensions are in their records."""
+
+
+def study_schemas() -> dict[str, Callable[[], Schema]]:
+    """Return the functions that return the schema of a kind of study file, by the name of `tuner schema`."""
+    return STUDY_SCHEMAS | {name: load(reference) for name, reference in added("schemas").items()}

@@ -1,12 +1,14 @@
-"""Kinds of study files, told apart by their tables: tuning, plant, contest, trials."""
+"""Kinds of study files, told apart by their tables."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import cast
 
 from plant.errors import InputError
 from plant.texts import PlainValue
+from tuner.extension import added, load
 from tuner.study.build import study_from_table
 from tuner.study.choices import CHOICES, choices_from_layers
 from tuner.study.contest import Contest
@@ -15,10 +17,10 @@ from tuner.study.files import check_file_name
 from tuner.study.layers import Layer, read_layers
 from tuner.study.plant_study import PlantStudy, plant_study_from_table
 from tuner.study.reading import put
+from tuner.study.searched import SearchedStudy
 from tuner.study.study import Study, TuningStudy
-from tuner.study.trials import TrialStudy, trials_from_layers
 
-AnyStudy = Study | Contest | PlantStudy | TrialStudy
+AnyStudy = Contest | SearchedStudy
 Overrides = Mapping[str, PlainValue]
 
 
@@ -52,20 +54,22 @@ def _of_one_file(build: Callable[[Path, Mapping[str, PlainValue]], AnyStudy]) ->
     return read
 
 
-STUDY_KINDS = (
-    StudyKind(CHOICES, "a study with choices", CHOICES, choices_from_layers),
-    StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
-    StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", _of_one_file(plant_study_from_table)),
-    StudyKind(TrialStudy.kind, "a study whose trials another program makes", "trials", trials_from_layers),
-    StudyKind(Study.kind, "a study", None, _of_one_file(study_from_table)),
-)
-"""From the most special to the most general: the first whose table a file holds is its kind."""
+@cache
+def study_kinds() -> tuple[StudyKind, ...]:
+    """Return the kinds from the most special to the most general: the first whose table a file holds is its kind."""
+    return (
+        StudyKind(CHOICES, "a study with choices", CHOICES, choices_from_layers),
+        StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
+        *[load(reference) for reference in added("studies").values()],
+        StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", _of_one_file(plant_study_from_table)),
+        StudyKind(Study.kind, "a study", None, _of_one_file(study_from_table)),
+    )
 
 
 def kind_of_layers(layers: tuple[Layer, ...]) -> StudyKind:
     """Return the kind of a study of these layers."""
     tables = {key for layer in layers for key in layer.table}
-    return next(kind for kind in STUDY_KINDS if kind.table is None or kind.table in tables)
+    return next(kind for kind in study_kinds() if kind.table is None or kind.table in tables)
 
 
 def load_any(path: Path, overrides: Overrides | None = None) -> AnyStudy:
@@ -103,5 +107,5 @@ def load_one(path: Path, command: str, kinds: tuple[str, ...], overrides: Overri
 
 def of_another_kind(name: str, path: Path, command: str) -> InputError:
     """Return the error of a study whose kind a command rejects."""
-    kind = next(kind for kind in STUDY_KINDS if kind.name == name)
+    kind = next(kind for kind in study_kinds() if kind.name == name)
     return InputError(f"this is {kind.noun}; `{command}` takes a study of one controller", file=path, key=kind.table)

@@ -95,7 +95,7 @@ NOT_FOR_A_RUN = (
     "PIL",
     "tuner.report.charts.paper",
     "tuner.experiments.contest.run",
-    "tuner.experiments.trials.run",
+    "tuner.extensions.trials.run",
     "tuner.exchange.registry",
 )
 

@@ -7,32 +7,33 @@ from tests.tuner.study.study_text import STUDY, write
 from tuner.experiments.again.resume import resume
 from tuner.experiments.options import OPTIONS
 from tuner.experiments.planning.preview import PREVIEWS, preview
-from tuner.experiments.registry import EXPERIMENTS, draw, folder_kind, refuse_options, run
+from tuner.experiments.registry import draw, experiments, folder_kind, refuse_options, run
+from tuner.extension import added
 from tuner.store.advice import RESUMED, TRIALS
 from tuner.store.folder import Folder
 from tuner.study.choices import CHOICES
 from tuner.study.files import shipped_studies
-from tuner.study.kinds import STUDY_KINDS, load_any
+from tuner.study.kinds import load_any, study_kinds
 
 
 def test_every_kind_of_study_can_be_run_resumed_and_previewed():
     # A study with choices is a contest once it is read.
-    studied = {kind.name for kind in STUDY_KINDS} - {CHOICES}
+    studied = {kind.name for kind in study_kinds()} - {CHOICES}
     # Trials of another program are gone on with by asking again.
-    assert studied == {*RESUMED, TRIALS} == set(PREVIEWS)
-    assert studied <= set(EXPERIMENTS)
-    assert {name for name, kind in EXPERIMENTS.items() if kind.run.resumable} == {*RESUMED, TRIALS, "judgement"}
+    assert studied == {*RESUMED, TRIALS} == {*PREVIEWS, *added("previews")}
+    assert studied <= set(experiments())
+    assert {name for name, kind in experiments().items() if kind.run.resumable} == {*RESUMED, TRIALS, "judgement"}
 
 
 def test_every_kind_is_known_by_the_name_that_its_run_records():
     """A run that searches gains records the kind of its study."""
     by_study = {"tuning", "plant"}
-    assert {name: kind.run.kind for name, kind in EXPERIMENTS.items()} == {
-        name: None if name in by_study else name for name in EXPERIMENTS
+    assert {name: kind.run.kind for name, kind in experiments().items()} == {
+        name: None if name in by_study else name for name in experiments()
     }
 
 
-@pytest.mark.parametrize("kind", EXPERIMENTS.values(), ids=EXPERIMENTS)
+@pytest.mark.parametrize("kind", experiments().values(), ids=experiments())
 def test_an_option_that_a_kind_does_not_take_is_refused_with_its_key(kind):
     taken = kind.run.takes - kind.lacks
     assert taken <= set(OPTIONS)
@@ -62,7 +63,7 @@ def test_what_cannot_be_run_leaves_no_folder_behind(tmp_path):
 
 def test_an_interrupted_experiment_tells_once_what_to_do(tmp_path):
     study = load_any(write(tmp_path, STUDY))
-    kind = EXPERIMENTS[study.kind]
+    kind = experiments()[study.kind]
 
     class Interrupted(kind.run):
         def fly(self):

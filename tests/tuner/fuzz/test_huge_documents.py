@@ -8,9 +8,9 @@ import sys
 import pytest
 
 from plant.input_files import MOST_VALUES, parse_json
-from tests.tuner.experiments.trials.bench import bowls
+from tests.tuner.extensions.trials.bench import bowls
 from tests.tuner.in_process import tuner as in_this_process
-from tuner.experiments.trials.asking import MAX_REASONS
+from tuner.extensions.trials.asking import MAX_REASONS
 
 DEEP = '{"kind": "tuning", "format": ' + "[" * 100_000 + "]" * 100_000 + "}"
 DEEP_STUDY = "a = " + "[" * 100_000 + "]" * 100_000

@@ -11,7 +11,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from tests.tuner.in_process import tuner
-from tuner.study.file_schema import DIALECT, STUDY_SCHEMAS
+from tuner.study.file_schema import DIALECT, study_schemas
 from tuner.study.files import SHIPPED
 from tuner.study.kinds import kind_of_layers
 from tuner.study.layers import read_layers
@@ -30,7 +30,7 @@ PROGRAMS = sorted((SHIPPED.parent / "docs" / "ask_and_tell").glob("*.toml"))
 
 @cache
 def schema_called(name: str) -> dict[str, Any]:
-    return STUDY_SCHEMAS[name]()
+    return study_schemas()[name]()
 
 
 @cache
@@ -44,7 +44,7 @@ def read(path: Path) -> tuple[dict[str, Any], Draft202012Validator]:
     return tomllib.loads(path.read_text(encoding="utf-8")), validator_called(SCHEMA_OF[kind])
 
 
-@pytest.mark.parametrize("name", STUDY_SCHEMAS)
+@pytest.mark.parametrize("name", study_schemas())
 def test_a_schema_is_one_and_the_command_prints_it(name, monkeypatch, capsys):
     code, out, _ = tuner(monkeypatch, capsys, "schema", name)
     assert code == 0 and json.loads(out) == {"$schema": DIALECT, **schema_called(name)}
@@ -114,7 +114,7 @@ def objects(schema):
     return [schema, *inner] if schema.get("additionalProperties") is False else inner
 
 
-@pytest.mark.parametrize("name", STUDY_SCHEMAS)
+@pytest.mark.parametrize("name", study_schemas())
 def test_every_key_has_its_meaning(name):
     tables = [table for table in objects(schema_called(name)) if "kind" not in table["properties"]]
     bare = [

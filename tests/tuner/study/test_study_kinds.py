@@ -8,7 +8,7 @@ from tests.tuner.study.study_text import STUDY, write
 from tuner.study import layers
 from tuner.study.contest import Contest
 from tuner.study.files import shipped_studies
-from tuner.study.kinds import STUDY_KINDS, kind_of_layers, load_any, load_tuning
+from tuner.study.kinds import kind_of_layers, load_any, load_tuning, study_kinds
 from tuner.study.layers import read_layers
 from tuner.study.study import Study
 
@@ -16,8 +16,8 @@ TYPES = {"tuning": Study, "contest": Contest}
 
 
 def test_every_kind_has_a_name_of_its_own_and_the_last_takes_all_files():
-    assert [kind.name for kind in STUDY_KINDS] == ["choices", "contest", "plant", "trials", "tuning"]
-    assert [kind.table for kind in STUDY_KINDS] == ["choices", "contender", "plant", "trials", None]
+    assert [kind.name for kind in study_kinds()] == ["choices", "contest", "trials", "plant", "tuning"]
+    assert [kind.table for kind in study_kinds()] == ["choices", "contender", "trials", "plant", None]
 
 
 @pytest.mark.parametrize("name", ["quickstart", "contest", "paper_table3"])

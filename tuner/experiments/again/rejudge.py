@@ -8,7 +8,7 @@ from plant.errors import InputError, StoreError
 from plant.texts import PlainValue
 from tuner.engines.cuda import recorded_engine
 from tuner.experiments.again.resume import recorded_study
-from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed
+from tuner.experiments.registry import CompletedRun, completed, experiments
 from tuner.experiments.tuning.flight_growth import grown_study
 from tuner.experiments.tuning.problem import problem_of
 from tuner.experiments.tuning.run import JudgementRun
@@ -54,7 +54,7 @@ def rejudge(
     first, judging = judging_study(path, study, overrides or {})
     folder = Folder.create(out)
     watcher.on_start(judging, folder.path, JudgementRun.notes(judging))
-    return completed(judgement(path, first, judging, folder, watcher, threads), EXPERIMENTS[JUDGEMENT])
+    return completed(judgement(path, first, judging, folder, watcher, threads), experiments()[JUDGEMENT])
 
 
 def judging_study(

@@ -11,7 +11,7 @@ from typing import Any, TypeVar, Unpack
 
 from plant.errors import InputError, StoreError, UnnamedCodeError
 from tuner.experiments.options import ResumeOptions
-from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed, refuse_options
+from tuner.experiments.registry import CompletedRun, completed, experiments, refuse_options
 from tuner.search.watcher import Watcher
 from tuner.store.advice import FLOWN_AGAIN, RECORD, RESUMED, TRIALS, is_codeless
 from tuner.store.folder import Folder
@@ -26,7 +26,7 @@ def resume(path: Path, watcher: Watcher | None = None, **options: Unpack[ResumeO
     """Go on with the run in a results folder to its end; StoreError where it cannot be continued."""
     watcher, record = watcher or Watcher(), read_record(path)
     _refuse_others(path, record, RESUMED)
-    kind = EXPERIMENTS[record.kind]
+    kind = experiments()[record.kind]
     refuse_options(kind, **options)
     study, folder = reopen(path, options.get("budget"), options.get("search_flights"), options.get("recompute", False))
     with kind.run.engine_for(study, watcher, path, **options) as engine:

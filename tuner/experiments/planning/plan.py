@@ -24,7 +24,7 @@ from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.search.watcher import Watcher
 from tuner.study.contest import Contest
-from tuner.study.kinds import STUDY_KINDS, AnyStudy
+from tuner.study.kinds import AnyStudy, study_kinds
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
 
@@ -38,7 +38,7 @@ def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads:
     """
     planned = PLANS.get(study.kind)
     if planned is None:
-        kind = next(kind for kind in STUDY_KINDS if kind.name == study.kind)
+        kind = next(kind for kind in study_kinds() if kind.name == study.kind)
         message = f"this is {kind.noun}; `tuner plan` takes a study of one controller or a contest"
         raise InputError(message, file=study.path, key=kind.table)
     return planned(study, share, watcher or Watcher(), threads)

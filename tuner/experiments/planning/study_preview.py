@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Sequence
 from math import degrees, isfinite, radians
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -97,6 +97,9 @@ class UnreachedLimit(UnmetConstraint):
 class PreviewPart(DocumentPart):
     """Preview of a study of any kind: its flights, and results that need none."""
 
+    kind: str
+    title: str
+
     @property
     def is_hopeless(self) -> bool:
         """Whether it asks for what nothing can reach."""
@@ -113,8 +116,6 @@ class StudyPreview(PreviewPart):
         plant_step: With the error in what is known of the default.
     """
 
-    kind: Literal["study", "plant"]
-    title: str
     plant: str | None = None
     channels: dict[str, str] = {}
     variables: int

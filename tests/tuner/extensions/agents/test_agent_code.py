@@ -10,11 +10,11 @@ from plant.errors import InputError
 from plant.own_code import OWN_CODE, run_own_code
 from plant.python_process import HOME
 from tests.tuner.extensions.agents.test_agent_isolation import outcome_of
-from tuner.experiments.trials.program import TrialProcess
 from tuner.extensions.autopilots.process import FirmwareProcess
 from tuner.extensions.autopilots.registry import firmwares
 from tuner.extensions.betaflight.board import powered_up
 from tuner.extensions.px4.bench import LIBRARIES as PX4
+from tuner.extensions.trials.program import TrialProcess
 
 REFUSED = "which this process does not run; `tuner mcp --allow-code` would"
 
@@ -93,7 +93,7 @@ STARTERS = {
     "tuner/extensions/autopilots/process.py": "a program: refused",
     "tuner/extensions/fmi/code.py": "the compiler of what is exported",
     "tuner/exchange/processor_cost/qemu.py": "compiler and emulator of what is exported",
-    "tuner/experiments/trials/program.py": "a program: refused",
+    "tuner/extensions/trials/program.py": "a program: refused",
     "tuner/experiments/tuning/problem.py": "our margins",
     "tuner/report/charts/printer.py": "our figures",
     "tuner/store/environment.py": "git, in our own clone",

@@ -121,7 +121,7 @@ def test_every_python_that_the_tool_starts_is_isolated():
         if isinstance(node, ast.Attribute) and node.attr == "executable" and isinstance(node.value, ast.Name)
     }
     # A module of the Crazyflie's and a program of trials are files of the user's own, which only a command that runs code starts.
-    of_user = {"tuner/extensions/crazyflie/bench.py", "tuner/experiments/trials/program.py"}
+    of_user = {"tuner/extensions/crazyflie/bench.py", "tuner/extensions/trials/program.py"}
     assert starts == {"plant/python_process.py", *of_user}
 
 

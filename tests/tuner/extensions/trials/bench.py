@@ -3,9 +3,9 @@
 import json
 from pathlib import Path
 
-from tuner.experiments.trials.asking import ask, tell
+from tuner.extensions.trials.asking import ask, tell
+from tuner.extensions.trials.study import TrialStudy
 from tuner.study.kinds import load_any
-from tuner.study.trials import TrialStudy
 
 TITLE = 'title = "Two bowls"\nseed = 7\n'
 BOWLS = """

@@ -11,9 +11,9 @@ import numpy as np
 from objectives.metrics.metric import Metric
 from objectives.problem import Evaluator, FlightBatch
 from plant.quadrotor.scenarios import SEARCH
+from tuner.extensions.trials.record import ROUNDING, Answer, Trial, TrialRecord
+from tuner.extensions.trials.study import FAILED, TrialStudy
 from tuner.search.loop import point_name
-from tuner.store.trials import ROUNDING, Answer, Trial, TrialRecord
-from tuner.study.trials import FAILED, TrialStudy
 
 Array = np.ndarray
 BatchRunner = Callable[[list[Trial]], None]

@@ -10,7 +10,7 @@ from math import isfinite
 from plant.errors import InputError, UnknownNameError, one_line, shortened
 from plant.input_files import parse_json
 from plant.texts import PlainTable, PlainValue
-from tuner.store.trials import Answer, Trial, TrialRecord
+from tuner.extensions.trials.record import Answer, Trial, TrialRecord
 
 MAX_LINE_BYTES = 1_000_000
 """Largest number of bytes in a line."""

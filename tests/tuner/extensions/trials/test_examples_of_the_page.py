@@ -8,13 +8,13 @@ from shlex import quote
 import pytest
 
 from tests.clients import client
-from tests.tuner.experiments.trials.bench import bowls, line, made
+from tests.tuner.extensions.trials.bench import bowls, line, made
 from tests.tuner.in_process import called
 from tuner.api.results import TuningResults, open_results
-from tuner.api.trials import ask
 from tuner.experiments.planning.preview import preview
-from tuner.experiments.trials.run import TrialRun
-from tuner.store.trials import RESULTS_FILE, TrialRecord
+from tuner.extensions.trials.api import ask
+from tuner.extensions.trials.record import RESULTS_FILE, TrialRecord
+from tuner.extensions.trials.run import TrialRun
 from tuner.study.kinds import load_any
 
 EXAMPLES = Path(__file__).parents[4] / "docs" / "ask_and_tell"

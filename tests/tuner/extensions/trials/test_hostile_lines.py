@@ -10,11 +10,11 @@ import pytest
 
 from plant.errors import InputError
 from plant.quadrotor.scenarios import SEARCH
-from tests.tuner.experiments.trials.bench import bowls, line, made
-from tuner.experiments.trials.answers import MAX_LINE_BYTES
-from tuner.experiments.trials.asking import ask, lines_of, tell
-from tuner.experiments.trials.problem import TrialProblem
-from tuner.store.trials import REQUESTS_FILE, RESULTS_FILE, Answer, TrialRecord
+from tests.tuner.extensions.trials.bench import bowls, line, made
+from tuner.extensions.trials.answers import MAX_LINE_BYTES
+from tuner.extensions.trials.asking import ask, lines_of, tell
+from tuner.extensions.trials.problem import TrialProblem
+from tuner.extensions.trials.record import REQUESTS_FILE, RESULTS_FILE, Answer, TrialRecord
 
 
 @pytest.fixture(scope="module")

@@ -10,13 +10,13 @@ from plant.errors import InputError
 from plant.input_files import read_input
 from plant.texts import PlainValue
 from tuner.api.studies import StudyLike, loaded, of_class
-from tuner.experiments.trials import asking
-from tuner.experiments.trials.answers import ResultParser
-from tuner.experiments.trials.asking import PendingTrials, SubmissionResult
-from tuner.experiments.trials.program import TrialProcess
+from tuner.extensions.trials import asking
+from tuner.extensions.trials.answers import ResultParser
+from tuner.extensions.trials.asking import PendingTrials, SubmissionResult
+from tuner.extensions.trials.program import TrialProcess
+from tuner.extensions.trials.record import Trial, TrialContent
+from tuner.extensions.trials.study import TrialStudy
 from tuner.search.watcher import Watcher
-from tuner.store.trials import Trial, TrialContent
-from tuner.study.trials import TrialStudy
 
 STANDARD_INPUT = Path("-")
 Make = Callable[[TrialContent], Mapping[str, float]]

@@ -18,9 +18,9 @@ from types import TracebackType
 from plant.errors import InputError
 from plant.own_code import refuse_program
 from plant.texts import signal_name
-from tuner.experiments.trials.answers import MAX_LINE_BYTES, ResultParser
+from tuner.extensions.trials.answers import MAX_LINE_BYTES, ResultParser
+from tuner.extensions.trials.record import Answer, Trial
 from tuner.store.json_lines import line_of
-from tuner.store.trials import Answer, Trial
 
 KEY = "--run"
 # Time [s] that a program has to end by itself once its input is closed.

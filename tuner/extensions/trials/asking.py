@@ -8,9 +8,11 @@ from typing import IO, cast
 
 from plant.errors import FolderLockedError, InputError, StoreError
 from tuner.experiments.experiment import default_folder
-from tuner.experiments.trials.answers import MAX_LINE_BYTES, ResultParser
-from tuner.experiments.trials.problem import MissingResultError
-from tuner.experiments.trials.run import TrialRun, TrialRunner
+from tuner.extensions.trials.answers import MAX_LINE_BYTES, ResultParser
+from tuner.extensions.trials.problem import MissingResultError
+from tuner.extensions.trials.record import Trial, TrialRecord
+from tuner.extensions.trials.run import TrialRun, TrialRunner
+from tuner.extensions.trials.study import TrialStudy
 from tuner.search.watcher import Watcher
 from tuner.store.advice import RECORD, TRIALS
 from tuner.store.folder import Folder
@@ -18,9 +20,7 @@ from tuner.store.inputs import RunRecord, compute_as_recorded, read_record
 from tuner.store.json_lines import line_of
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.store.manifest import read_manifest
-from tuner.store.trials import Trial, TrialRecord
 from tuner.study.kinds import load_any
-from tuner.study.trials import TrialStudy
 from tuner.text.sentences import counted
 
 LOCK_TIMEOUT, PAUSE = 30.0, 0.05

@@ -12,21 +12,21 @@ from tuner.documents.parts import GainValue
 from tuner.documents.summary import Summary, gains_name
 from tuner.documents.variables import VariablesDocument
 from tuner.experiments.experiment import Experiment
-from tuner.experiments.trials.answers import ResultParser
-from tuner.experiments.trials.problem import TrialProblem
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.search import algorithm_of, first_points, search
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import constraint_table, front_table
+from tuner.extensions.trials.answers import ResultParser
+from tuner.extensions.trials.problem import TrialProblem
+from tuner.extensions.trials.record import REQUESTS_FILE, RESULTS_FILE, Trial, TrialRecord
+from tuner.extensions.trials.study import TrialStudy
 from tuner.search import bayesian_optimization, covariance
 from tuner.search.names import ALGORITHMS
 from tuner.search.watcher import compilation
 from tuner.store.advice import RECORD, TRIALS
 from tuner.store.clock import Clock
 from tuner.store.folder import Folder
-from tuner.store.trials import REQUESTS_FILE, RESULTS_FILE, Trial, TrialRecord
-from tuner.study.trials import TrialStudy
 
 TrialOutcome: TypeAlias = Outcome[TrialStudy, TrialProblem]
 TrialRunner: TypeAlias = Callable[[Trial, ResultParser], object]

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError, StoreError
-from tests.tuner.experiments.trials.bench import BOWLS, SAME, TITLE, bowls, concluded, content, line, made, noisy
+from tests.tuner.extensions.trials.bench import BOWLS, SAME, TITLE, bowls, concluded, content, line, made, noisy
 from tests.tuner.store.faults import AFTER, FULL, Faults
 from tuner.api.results import TuningResults, open_results
 from tuner.api.run_report import report_run
 from tuner.experiments.again.resume import resume
 from tuner.experiments.registry import run
-from tuner.experiments.trials.asking import ask, tell
-from tuner.experiments.trials.run import TrialRun
-from tuner.store.trials import RESULTS_FILE, TrialRecord
+from tuner.extensions.trials.asking import ask, tell
+from tuner.extensions.trials.record import RESULTS_FILE, TrialRecord
+from tuner.extensions.trials.run import TrialRun
 
 
 @pytest.fixture
@@ -172,8 +172,8 @@ def test_a_killed_process_is_followed_by_another(tmp_path, whole, undrawn_page):
     study, finished = whole
     out = tmp_path / "out"
     script = (
-        "import os, sys; from pathlib import Path; from tests.tuner.experiments.trials.bench import *; "
-        "from tuner.store.trials import TrialRecord; keep, left = TrialRecord.tell, [21]\n"
+        "import os, sys; from pathlib import Path; from tests.tuner.extensions.trials.bench import *; "
+        "from tuner.extensions.trials.record import TrialRecord; keep, left = TrialRecord.tell, [21]\n"
         "def tell(self, answer):\n"
         "    left[0] -= 1\n"
         "    if not left[0]: os.kill(os.getpid(), 9)\n"

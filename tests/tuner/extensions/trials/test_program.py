@@ -6,12 +6,12 @@ from shlex import quote
 import pytest
 
 from plant.errors import InputError
-from tests.tuner.experiments.trials.bench import bowls, concluded, content, made
+from tests.tuner.extensions.trials.bench import bowls, concluded, content, made
 from tuner.api.results import TuningResults, open_results
-from tuner.api.trials import ask
-from tuner.experiments.trials.program import TrialProcess
-from tuner.experiments.trials.run import TrialRun
-from tuner.store.trials import TrialRecord
+from tuner.extensions.trials.api import ask
+from tuner.extensions.trials.program import TrialProcess
+from tuner.extensions.trials.record import TrialRecord
+from tuner.extensions.trials.run import TrialRun
 
 WORKS = """
 import json, sys, time, os
