@@ -22,7 +22,7 @@ from tuner.experiments.tuning.search import algorithm_of
 from tuner.experiments.tuning.starts import starting_points
 from tuner.search.initial_design import initial_design
 from tuner.search.loop import search_generations
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.contest import Contest
 from tuner.study.kinds import load_any
 

@@ -23,7 +23,7 @@ from tuner.extensions.px4.text import read_params
 from tuner.gains import read_gains
 from tuner.store.document import read_text
 from tuner.store.tables import TableFile
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.layers import read_layers
 
 ROOT = Path(__file__).parents[1]

@@ -19,7 +19,7 @@ from tuner.experiments.tuning.run import TuningRun
 from tuner.search.loop import archive
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.shipped_fronts import FILE
 
 LAWS = ("hybrid", "ladrc", "pid", "adrc", "supertwisting")

@@ -26,7 +26,8 @@ from tuner.search.front import feasible_front, hypervolume
 from tuner.search.watcher import Watcher
 from tuner.store.environment import commit
 from tuner.store.folder import Folder
-from tuner.study import Study, load_study
+from tuner.study.build import load_study
+from tuner.study.study import Study
 
 SEEDS = (2025, 2026, 2027, 2028, 2029)
 ENOUGH = 0.95

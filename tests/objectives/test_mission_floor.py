@@ -16,7 +16,7 @@ from plant.references.hover import Hover
 from plant.references.level import Level
 from plant.references.steps import Steps
 from tests.tuner.conftest import QUICKSTART, SMALL
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 EIGHT = FigureEight(size=2.0, period=10.0)
 LIMITS, TIMING = Limits(5.0, 0.2), Timing(0.004, 0.001)

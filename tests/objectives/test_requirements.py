@@ -59,7 +59,7 @@ def test_an_analysis_that_breaks_its_word_is_found(wrong):
 
 @pytest.fixture(scope="module")
 def study():
-    from tuner.study import load_study
+    from tuner.study.build import load_study
 
     return load_study(QUICKSTART, {**SMALL, "scenario.0.duration": 0.8})
 

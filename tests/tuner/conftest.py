@@ -60,7 +60,7 @@ def run_small(folder, threads=2, reuse=(), **changes):
     from tuner.experiments.tuning.run import TuningRun
     from tuner.search.watcher import Watcher
     from tuner.store.folder import Folder
-    from tuner.study import load_study
+    from tuner.study.build import load_study
 
     study = load_study(QUICKSTART, {**SMALL, **{key.replace("__", "."): value for key, value in changes.items()}})
     return TuningRun(study, Folder.create(folder), Watcher(), threads=threads, reuse=reuse).carry_out()

@@ -24,11 +24,11 @@ from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.gains.examining import Examined, examine
 from tuner.gains.sections import Row
 from tuner.search.watcher import JUDGING, Watcher
-from tuner.study import Study
 from tuner.study.files import study_file
 from tuner.study.kinds import kind_of_layers, load_any
 from tuner.study.layers import read_layers
 from tuner.study.own_code import examine_own
+from tuner.study.study import Study
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -11,12 +11,11 @@ from plant.model.plant_model import plant_from
 from plant.texts import PlainValue
 from tuner.store.advice import RECORD, is_codeless
 from tuner.store.inputs import read_record
-from tuner.study import Study
 from tuner.study.build import study_from_table
 from tuner.study.files import study_file
 from tuner.study.kinds import AnyStudy, load_any, load_gains_study, load_tuning, of_another_kind, study_kinds
 from tuner.study.plant_study import PlantStudy, plant_study_from_table
-from tuner.study.study import TuningStudy
+from tuner.study.study import Study, TuningStudy
 from tuner.text.toml_text import toml_text
 
 StudyLike: TypeAlias = AnyStudy | str | Path

@@ -8,18 +8,21 @@ hold. What it adds or lacks beside the gains stands in `Bundle.differences`.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 
 from plant.errors import InputError
 from plant.quadrotor.airframes import Airframe
 from tuner.documents.export import FilteredLoop
 from tuner.gains import Controller
-from tuner.study.plant_controller import PlantController
 from tuner.text.units import after_number
+
+if TYPE_CHECKING:
+    # A listing of targets does not wait for all that a study of a plant needs.
+    from tuner.study.plant_controller import PlantController
 
 # The option that has a flag of its own.
 FIRMWARE = "firmware"
-C = TypeVar("C", Controller, PlantController)
+C = TypeVar("C", Controller, "PlantController")
 
 
 @dataclass(frozen=True)
@@ -129,8 +132,8 @@ class ExportBundle(Generic[C]):
 
 Request: TypeAlias = ExportRequest[Controller]
 Bundle: TypeAlias = ExportBundle[Controller]
-PlantRequest: TypeAlias = ExportRequest[PlantController]
-PlantBundle: TypeAlias = ExportBundle[PlantController]
+PlantRequest: TypeAlias = ExportRequest["PlantController"]
+PlantBundle: TypeAlias = ExportBundle["PlantController"]
 
 
 @dataclass(frozen=True)

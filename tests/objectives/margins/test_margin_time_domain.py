@@ -17,7 +17,7 @@ from plant.records import paths
 from tests.objectives.margins.designs import HUMMINGBIRD, cascade_of, random_gains
 from tests.objectives.margins.stepping import Stepper
 from tests.tuner.conftest import QUICKSTART
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.trim import steady_states
 
 STUDIES = QUICKSTART.parent

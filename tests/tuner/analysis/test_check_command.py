@@ -14,7 +14,7 @@ from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.experiments.tuning.problem import problem_of
 from tuner.gains import to_document
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 ROOT = Path(__file__).parents[4]
 FAILURE = changed("max = 0.0", "max = 0.5")

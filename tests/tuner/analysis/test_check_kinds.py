@@ -20,7 +20,7 @@ from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.experiments.planning import study_preview
 from tuner.gains import to_document
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.files import SHIPPED
 from tuner.study.margins import MarginAnalysis
 from tuner.text.errors import USER_ERROR

@@ -18,7 +18,7 @@ from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.analysis.judged_rows import flown_row, interval, known_row, overall, verdict
 from tuner.api.gains import default_gains
 from tuner.gains import to_document
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.study import differences
 
 

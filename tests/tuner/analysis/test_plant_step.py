@@ -30,7 +30,7 @@ from tuner.documents.parts import PlantStep
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.problem import problem_of
 from tuner.gains.ranges import usual_timing
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 FAST_ROTORS = {"airframe.name": "hummingbird-rotorpy", "scenario.0.duration": 3.0, "margin": []}
 

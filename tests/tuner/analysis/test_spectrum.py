@@ -17,7 +17,7 @@ from plant.quadrotor.closed_loop import close_loop
 from plant.quadrotor.scenarios import HELD_OUT
 from tuner.analysis.spectrum import command_spectrum, spectrum
 from tuner.experiments.tuning.problem import problem_of
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 ROOT = Path(__file__).parents[3]
 H = 0.002

@@ -13,7 +13,7 @@ from plant.status import Status
 from tests.tuner.conftest import QUICKSTART
 from tuner.cli.printers.gains import print_flights
 from tuner.cli.terminal import Console
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 SEEDS = 24
 

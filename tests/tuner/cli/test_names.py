@@ -15,7 +15,7 @@ from plant.law_registry import LAWS
 from plant.laws.law_text import law_text
 from tests.tuner.in_process import called, tuner
 from tests.tuner.study.study_text import STUDY, changed
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.files import SHIPPED, shipped_studies, study_file
 from tuner.study.kinds import load_any
 from tuner.study.template import copied_study

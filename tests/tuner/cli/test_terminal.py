@@ -161,7 +161,7 @@ def test_design(tmp_path, monkeypatch, capsys):
     from tuner.api.designing import Design, margins_in
     from tuner.api.gains import gains_of
     from tuner.cli.printers.margins import print_design
-    from tuner.study import load_study
+    from tuner.study.build import load_study
 
     study = load_study(QUICKSTART)
     controller = study.controller(study.default_row)

@@ -18,7 +18,7 @@ from tests.tuner.fuzz.fuzzing import STUDIES, fuzzed, outcome
 from tests.tuner.fuzz.hostile import broken, mutated
 from tests.tuner.fuzz.hostile_text import json_of, toml_of
 from tuner.gains import read_gains, to_document
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.kinds import load_any
 
 CONTESTS = ["contest.toml", "paper_table3.toml"]

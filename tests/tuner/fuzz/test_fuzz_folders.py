@@ -20,7 +20,7 @@ from tests.tuner.fuzz.hostile import broken, mutated, shaken
 from tests.tuner.fuzz.hostile_text import json_of
 from tuner.experiments.tails.record import Record, ReplicaLine, line_digest
 from tuner.store.keyed_folder import KeyedFolder, StepsDocument
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 OFTEN, RARELY = "peak.position > 1.1", "peak.position > 1.35"
 """Events that are counted in crude flights, and by splitting."""

@@ -21,7 +21,7 @@ from tests.tuner.fuzz.hostile_text import json_of, toml_of
 from tests.tuner.in_process import tuner
 from tuner.experiments.tuning.problem import problem_of
 from tuner.gains import read_gains, to_document
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.kinds import load_any
 from tuner.study.size import flight_steps
 from tuner.study.study import Study

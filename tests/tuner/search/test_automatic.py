@@ -9,7 +9,7 @@ from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.search.automatic import MAX_CANDIDATES, MAX_GAINS, MAX_OBJECTIVES, automatic
 from tuner.search.names import ALGORITHMS, CONVERGED
 from tuner.store.inputs import RunRecord, as_recorded
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.search_reading import least_tail
 
 FEW = (MAX_GAINS, MAX_OBJECTIVES, MAX_CANDIDATES)

@@ -11,7 +11,7 @@ from tuner.api.catalogue import listings
 from tuner.experiments.tuning.problem import problem_of
 from tuner.experiments.tuning.search import algorithm_of
 from tuner.search.names import ALGORITHMS, check_algorithm
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 SECOND = '\n[[objective]]\nmetric = "travel"\n'
 

@@ -11,7 +11,7 @@ from tests.tables import read_frame
 from tests.tuner.conftest import QUICKSTART
 from tuner.store.flights import RESULTS, FlightStore
 from tuner.store.folder import Folder
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 COLUMNS = ("x.omega_c", "x.zeta", "roll.k1")
 

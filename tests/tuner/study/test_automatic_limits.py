@@ -13,7 +13,7 @@ from tuner.cli.app import parse_changes as overrides
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, conflict_of, conflict_texts, limits_of
 from tuner.experiments.tuning.diagnosis import flown_obstacle, obstacle_texts
 from tuner.search.loop import Archive
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.template import TEMPLATE
 
 LABEL = "quantile50(rms.position)@gusts"

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from plant.errors import InputError
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 QUICKSTART = Path(__file__).parents[3] / "studies" / "quickstart.toml"
 

@@ -20,7 +20,7 @@ from tuner.experiments.tuning.run import TuningRun
 from tuner.report.sheets import scenario_names
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 NAMES = (
     "ardupilot",

@@ -13,7 +13,7 @@ from plant.quadrotor.nominal import ControlOptions
 from tests.tuner.exchange.controllers import controller
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.gains import to_document
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 QUICKSTART = Path(__file__).parents[3] / "studies" / "quickstart.toml"
 

@@ -11,7 +11,7 @@ from objectives.theory.disturbance_rate import disturbance_rates, worst_rates
 from objectives.theory.guarantee import channel_gains
 from plant.errors import InputError, UnknownNameError
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 HYBRID = '[[guarantee]]\ntheorem = "ultimate_error"\naxis = "tilt"\nmax = 0.1\n'
 TWISTING = changed('attitude = "hybrid"', 'attitude = "supertwisting"').replace(

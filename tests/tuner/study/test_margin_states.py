@@ -14,7 +14,7 @@ from plant.references.spec import VELOCITY
 from plant.seeds import generator
 from plant.vectors import Vec3
 from tests.tuner.conftest import QUICKSTART
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.margins import MarginAnalysis, margin_requirement
 from tuner.study.trim import steady_states, trim_texts
 

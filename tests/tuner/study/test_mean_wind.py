@@ -11,7 +11,7 @@ from plant.quadrotor.scenarios import CONFIRMATION, Spread
 from tests.plant.quadrotor.test_trim import independent
 from tests.tuner.conftest import QUICKSTART
 from tuner.experiments.tuning.guards import warnings_before_run
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.trim import mean_wind_trim
 
 STUDIES = QUICKSTART.parent

@@ -12,7 +12,7 @@ from tests.tuner.experiments.contest.contest_text import CONTEST
 from tests.tuner.experiments.contest.contest_text import write as write_named
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.files import SHIPPED
 from tuner.study.kinds import load_any
 from tuner.study.renamed import GONE, NAMES

@@ -6,7 +6,7 @@ import pytest
 
 from plant.errors import InputError, UnknownNameError
 from tests.tuner.study.study_text import STUDY, changed, with_gains, write
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 LAW = 'attitude = "hybrid"'
 TILT = '"tilt.lambda" = { low = 1, high = 16 }'

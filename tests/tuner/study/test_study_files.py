@@ -23,7 +23,7 @@ from plant.quadrotor.scenarios import Bands, ScenarioSpec, Spread
 from plant.quadrotor.sensors import SensorSpec
 from plant.references.steps import Steps
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.contest import Contest
 from tuner.study.kinds import load_any
 from tuner.study.study import SearchSpec
@@ -301,8 +301,8 @@ def test_the_template_offers_lines():
 def test_reading_studies_needs_no_plotting_or_search_library_and_running_them_only_what_they_ask_for():
     heavy = ("casadi", "pandas", "plotly", "pymoo", "matplotlib", "cvxpy")
     seldom = ("plotly", "pymoo", "cmaes", "matplotlib", "cvxpy", "scipy.stats")
-    code = "import sys, tuner.study\nprint([name for name in {} if name in sys.modules])\n".format
-    assert run(code(heavy) + code(seldom).replace("tuner.study", "tuner.api.runs"), ROOT) == "[]\n[]"
+    code = "import sys, tuner.study.build\nprint([name for name in {} if name in sys.modules])\n".format
+    assert run(code(heavy) + code(seldom).replace("tuner.study.build", "tuner.api.runs"), ROOT) == "[]\n[]"
 
 
 def test_the_package_itself_imports_nothing():

@@ -8,7 +8,8 @@ import pytest
 
 from plant.quadrotor.gains import gain_addresses
 from tests.tuner.study.study_text import STUDY, changed, with_gains, write
-from tuner.study import Study, load_study
+from tuner.study.build import load_study
+from tuner.study.study import Study
 
 LAMBDA = '"tilt.lambda" = { low = 1, high = 16 }'
 

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from plant.quadrotor.airframes import load
 from plant.references import REFERENCES, parameters
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.schema import StudyTable
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -173,7 +173,7 @@ def test_the_digest_does_not_see_how_such_a_file_is_called(tmp_path: Path):
 def test_another_process_finds_the_same(tmp_path: Path):
     path = write(tmp_path, STUDY)
     code = (
-        "import json, sys; from pathlib import Path; from tuner.study import load_study; "
+        "import json, sys; from pathlib import Path; from tuner.study.build import load_study; "
         "print(json.dumps(load_study(Path(sys.argv[1])).resolved()))"
     )
     # Another hash seed walks sets in another order.

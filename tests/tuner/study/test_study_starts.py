@@ -16,7 +16,7 @@ from tests.tuner.experiments.contest.contest_text import CONTEST
 from tests.tuner.extensions.trials.bench import BOWLS, TITLE, bowls
 from tests.tuner.study.loading import load_contest
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.earlier_front import FrontTable
 from tuner.study.kinds import load_any, load_gains_study
 from tuner.study.shipped_fronts import shipped_fronts

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.study import Study
 from tuner.study.targets import TARGETS
 

@@ -25,7 +25,7 @@ from tuner.cli.main import app
 from tuner.cli.printers.margins import marks_of
 from tuner.documents.margins import LimitRow, MarginsDocument
 from tuner.gains import to_document
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 ROOT = Path(__file__).parents[4]
 CHANNELS = ("x", "y", "z", "roll", "pitch", "yaw")

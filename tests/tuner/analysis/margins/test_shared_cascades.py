@@ -9,7 +9,7 @@ from plant.law_registry import LAWS
 from plant.quadrotor import cascade
 from plant.quadrotor.cascade import close_cascade
 from tests.tuner.conftest import QUICKSTART
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 
 @pytest.fixture(autouse=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from objectives.problem import FlightBatch, Problem
 from tests.tuner.conftest import QUICKSTART, SMALL
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 
 def small_study(**changes):

@@ -20,7 +20,7 @@ from tuner.experiments.again.verify import verify
 from tuner.experiments.registry import compute_as_reused
 from tuner.search.watcher import Watcher
 from tuner.store.inputs import read_record
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 # Every x86 processor of the last fifteen years runs this; the compiler shapes loops for it in another way than for this one.
 OTHER = {"NUMBA_CPU_NAME": "x86-64-v2"}

@@ -23,7 +23,7 @@ from tuner.search import convergence
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.inputs import read_record
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 pytestmark = pytest.mark.usefixtures("no_pictures")
 

@@ -26,7 +26,7 @@ from tuner.experiments.contest.fronts import volume
 from tuner.experiments.contest.run import ContestRun
 from tuner.experiments.tuning.bounds import on_bounds
 from tuner.search.watcher import Watcher
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 FILES = (
     "study.toml",

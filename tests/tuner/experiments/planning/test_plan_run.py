@@ -20,7 +20,7 @@ from tuner.experiments.planning.counts import flights_of
 from tuner.experiments.planning.pilot import FLIGHTS, fly_pilot
 from tuner.experiments.planning.plan import plan_document
 from tuner.experiments.tuning.problem import problem_of
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 # A race stops candidates early, so that fewer are flown than is said: here none, to count them.
 EVERYTHING = {**SMALL, "search.algorithm": "nsga2", "search.racing": False}

@@ -14,7 +14,7 @@ from tests.plant.model.test_plant_flights import SPEC as PLANT_SPEC
 from tests.tuner.conftest import QUICKSTART
 from tuner.experiments.tails.events import read_event
 from tuner.experiments.tails.flight_limit import FlightLimit, inputs_of
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 
 @cache

@@ -12,7 +12,7 @@ from tuner.documents.summary import Summary
 from tuner.experiments.tails.limits import MOST, FinalistTails, TailLimits, TailValue, confidence_of
 from tuner.experiments.tuning.ending import ending_of
 from tuner.search.watcher import Watcher
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.text.numbers import count
 
 LIMIT = {"constraint": [{"metric": "failure", "risk": "probability", "max": 0.05}]}

@@ -21,7 +21,7 @@ from tuner.experiments.tails.record import line_digest
 from tuner.experiments.tails.run import ratio_of
 from tuner.report.tail_words import event_line, mode_line, point_line, probability_text, ratio_line
 from tuner.search.watcher import Watcher
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 EVENTS = ["peak.position > 1.35"]
 MORE = "peak.position > 1.1"

@@ -14,7 +14,7 @@ from tuner.cli.main import app
 from tuner.experiments.tuning import starts
 from tuner.experiments.tuning.starts import design_row, loudest, starting_points, study_designs, without_design
 from tuner.gains import read_gains
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 BOTH = {"search.initial": ["default", "design"]}
 

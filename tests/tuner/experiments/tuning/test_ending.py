@@ -32,7 +32,7 @@ from tuner.experiments.tuning import ending
 from tuner.experiments.tuning.ending import ending_of
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.report.tuning_page import tuning_page
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.text.errors import NOTHING_FEASIBLE, guarded
 
 # Yaw keeps what the study fixes: far too fast for its observer, and nothing that is searched moves it.

@@ -42,7 +42,7 @@ from tuner.search.initial_design import initial_design
 from tuner.search.loop import archive
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.margins import nominal_margins
 
 # Searched as the quickstart asks: by a model that asks for margins between flights.

@@ -22,7 +22,7 @@ from tuner.experiments.tuning.run import TuningRun
 from tuner.report import write_report
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 GENERATIONS, POPULATION, SEARCH, HELD_OUT = 3, 8, 4, 32
 

@@ -12,7 +12,7 @@ from tests.tuner.experiments.again.killing import CHANGES, compare, finish, kill
 from tuner.experiments.tuning import starts
 from tuner.experiments.tuning.starts import earlier_points, nearest_passing, surrounding_points
 from tuner.search.initial_design import first_passing, initial_design, latin_hypercube
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.starts import merged_points
 
 POINTS = [{"attitude.lambda": value} for value in (2.0, 3.0, 4.0, 5.5, 6.0, 7.0)]

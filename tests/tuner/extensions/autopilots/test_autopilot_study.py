@@ -9,7 +9,7 @@ from tests.tuner.conftest import QUICKSTART
 from tuner.exchange.registry import exporters, settings_of
 from tuner.exchange.target import Request
 from tuner.gains import Controller
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from tuner.documents.assessment import AssessmentDocument
 from tuner.experiments.again.verify import verify
 from tuner.extensions.judge.api import Assessment
 from tuner.search.watcher import Watcher
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 FIRMWARES = {"px4": "px4", "ardupilot": "ardupilot", "betaflight": "betaflight", "crazyflie": "crazyflie_firmware"}
 

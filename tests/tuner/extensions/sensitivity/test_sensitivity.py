@@ -13,7 +13,7 @@ from tuner.experiments.tuning.problem import batches
 from tuner.extensions.sensitivity.indices import RANK, VALUE
 from tuner.extensions.sensitivity.run import analysis_cost, study_problem, study_sensitivity
 from tuner.extensions.sensitivity.tables import sensitivity_document
-from tuner.study import load_study
+from tuner.study.build import load_study
 
 # position.zeta has a range that changes nothing.
 GAINS = '"position.omega_c" = { low = 1.0, high = 2.0 }\n"position.zeta" = { low = 1.0, high = 1.0000001 }'

@@ -13,7 +13,7 @@ from tests.tuner.study.loading import load_contest
 from tuner.experiments.contest.cost import step_cost
 from tuner.experiments.contest.words import cost_words
 from tuner.gains.schema import COST
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.processor_cost.cost import cost_text, gains_rows, tabled
 from tuner.study.processor_cost.requirement import QUANTITIES
 

@@ -24,7 +24,7 @@ from tuner.experiments.tuning.guards.after import (
     worse_unjudged,
 )
 from tuner.search.names import CONVERGED, GENERATIONS
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.kinds import load_gains_study
 
 LABELS = ["error", "travel"]

@@ -11,7 +11,7 @@ from objectives.margins.period import CHANNELS
 from objectives.margins.trim import Trim
 from plant.quadrotor.nominal import nominal, yaw_lead
 from tuner.experiments.tuning.guards.leading_yaw import HEALTHY, leading_yaw
-from tuner.study import load_study
+from tuner.study.build import load_study
 from tuner.study.files import SHIPPED
 
 LEADS = re.compile(r"leads from [\d.]+ rad/s on")
