@@ -1,1 +1,1 @@
-"""A second opinion on gains before arming, and parameters read back from a vehicle."""
+"""A second opinion on gains before arming, and parameters read back."""
