@@ -31,7 +31,7 @@ LONG = (
     "tuner/experiments/tuning/test_fmu_run.py",
     "tuner/experiments/tuning/test_margin_study.py", "tuner/api/test_ten_calls.py", "plant/backends/test_backends_agree.py",
     "tuner/cli/test_interrupt.py", "tuner/cli/test_surroundings.py", "tuner/extensions/first_flights/test_approach.py",
-    "tuner/exchange/test_hostile_texts.py", "tuner/extensions/judge/test_check_kinds.py", "plant/laws/test_laws.py",
+    "tuner/exchange/test_hostile_texts.py", "tuner/analysis/test_check_kinds.py", "plant/laws/test_laws.py",
     "tuner/search/test_bayesian_optimization.py", "tuner/cli/test_cli.py", "tuner/study/test_bundled_studies.py",
     "tuner/api/test_examples.py", "tuner/gains/test_gains_schema.py", "test_blocks_of_pages.py",
     "objectives/margins/test_margin_control.py", "tuner/report/test_report_layout.py", "tuner/exchange/c99/test_c99_bits.py",

@@ -12,6 +12,7 @@ import pytest
 
 import bootstrap
 from plant.errors import MissingPackageError, require_package
+from tests.conftest import LONG, TOGETHER
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -219,3 +220,9 @@ def test_no_folder_of_tests_hides_a_library():
     hiding = [folder for folder in packages if not (folder.parent / "__init__.py").exists()]
     libraries = {"cuda", *(distribution(entry) for extra in EXTRAS.values() for entry in extra)}
     assert not {folder.name for folder in hiding} & libraries
+
+
+def test_files_that_the_order_of_tests_names_are_there():
+    # A file that moved away would lose its place first in the queue, and nothing else would tell.
+    assert [name for name in LONG if not (ROOT / "tests" / name).is_file()] == []
+    assert [name for name in TOGETHER if not (ROOT / name).is_dir()] == []

@@ -1,4 +1,4 @@
-"""assessment.json: a second opinion on gains before a vehicle is armed, and what it holds after writing, in SI units."""
+"""assessment.json: a second opinion on gains before a vehicle is armed, in SI units."""
 
 from typing import Annotated, Literal
 
@@ -153,15 +153,3 @@ class AssessmentDocument(Document):
     rollback: str | None
     not_restored: list[str]
     seconds: dict[str, float]
-
-
-class ReadBackDocument(Document):
-    """Parameters on a vehicle against the file that was written to it. compared: their number."""
-
-    format: Literal["gainproof-read-back"]
-    version: Literal["0.1"]
-    written: AssessedFile
-    dump: AssessedFile
-    compared: int
-    differing: list[ParameterChange]
-    sentence: str

@@ -3,7 +3,7 @@
 import json
 
 from plant.errors import UnknownNameError
-from tuner.documents.assessment import AssessmentDocument, ReadBackDocument
+from tuner.documents.assessment import AssessmentDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.judgement import JudgementDocument
@@ -32,7 +32,6 @@ DOCUMENTS: dict[str, type[Document]] = {
     "contest-plan": ContestPlanDocument,
     "judgement": JudgementDocument,
     "assessment": AssessmentDocument,
-    "read-back": ReadBackDocument,
     "export": ExportDocument,
     "tail": TailDocument,
     "variables": VariablesDocument,

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from tuner.documents.summary import TableRow
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import answer, answer_table, states_table
-from tuner.report.assessment_page import opinion_section, opinion_text
 from tuner.report.charts.progress import front_probability_panel, gap_panels, progress_panels
 from tuner.report.charts.tails import limited_panels
 from tuner.report.charts.web import Arrays, grid, to_web
@@ -14,6 +13,7 @@ from tuner.report.explorer_data import explorer_data, limited_quantities
 from tuner.report.explorer_section import axis_choices, explorer_section, plane
 from tuner.report.labels import in_plain_words, names_of
 from tuner.report.named_points import points_table
+from tuner.report.opinion_section import opinion_section, opinion_text
 from tuner.report.page import Page, Section, neutral_page, wide
 from tuner.report.point_section import point_section
 from tuner.report.provenance import provenance_section

@@ -2,7 +2,7 @@
 
 from tuner.cli.terminal import Console
 from tuner.documents.assessment import REFUSED, AssessmentDocument
-from tuner.report.assessment_page import opinion_text
+from tuner.report.opinion_section import opinion_text
 
 
 def print_opinion(document: AssessmentDocument, console: Console) -> None:

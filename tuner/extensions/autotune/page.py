@@ -7,7 +7,7 @@ from tuner.documents.assessment import AssessmentDocument
 from tuner.extensions.autotune.document import AutotuneDocument
 from tuner.extensions.first_flights.approach_document import ApproachDocument
 from tuner.extensions.identification.document import IdentificationDocument
-from tuner.report.assessment_page import opinion_section
+from tuner.report.opinion_section import opinion_section
 from tuner.report.page import Page, Section, titled_tables, wide_table
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import significant

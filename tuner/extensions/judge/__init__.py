@@ -1,1 +1,1 @@
-"""A controller against hard limits: flown, judged, and said in a word that a build server understands."""
+"""A second opinion on gains before arming, and parameters read back."""

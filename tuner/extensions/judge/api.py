@@ -13,18 +13,14 @@ from plant.output_files import make_folders, write_new_file
 from tuner.api.checking import check_requirements
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.margins import announce_compilation
-from tuner.documents.assessment import (
-    EXIT_CODES,
-    REFUSED,
-    AssessmentDocument,
-    ReadBackDocument,
-)
+from tuner.documents.assessment import EXIT_CODES, REFUSED, AssessmentDocument
 from tuner.exchange.aboard import plain_name
 from tuner.extensions.autopilots.sources import GAINS, differing_values, guess_source, sources
 from tuner.extensions.judge.assessing import Stages, assess
+from tuner.extensions.judge.document import ReadBackDocument
+from tuner.extensions.judge.page import assessment_page
 from tuner.extensions.judge.vehicle_files import file_part, find_source, name_files, parameter_change, read_subjects
 from tuner.extensions.judge.verdict_basis import missing_basis, unjudged_document
-from tuner.report.assessment_page import assessment_page
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study.files import shipped_studies

@@ -13,6 +13,7 @@ EXTENSION = Extension(
     command_module=f"{HOME}.command",
     commands=("judge",),
     api={"judge": f"{HOME}.api:judge", "read_back": f"{HOME}.api:read_back"},
+    documents={"read-back": f"{HOME}.document:ReadBackDocument"},
     printers={
         "Assessment": f"{HOME}.printer:print_assessment",
         "ReadBackComparison": f"{HOME}.printer:print_read_back",

@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console
-from tuner.report.assessment_page import assessment_tables, rollback_lines, subject_lines, unmodeled_lines
+from tuner.extensions.judge.page import rollback_lines, subject_lines, unmodeled_lines
+from tuner.report.opinion_section import assessment_tables
 
 if TYPE_CHECKING:
     from tuner.extensions.judge.api import Assessment, ReadBackComparison

@@ -5,8 +5,9 @@ import pytest
 import tuner
 from plant.quadrotor.airframes import load
 from tests.tuner.exchange.reading import write
-from tuner.documents.assessment import AssessmentDocument, ReadBackDocument
+from tuner.documents.assessment import AssessmentDocument
 from tuner.extensions.judge import assessing
+from tuner.extensions.judge.document import ReadBackDocument
 from tuner.extensions.judge.vehicle_files import name_files, read_subjects
 
 HEAD = "# Betaflight / STM32F7X2 (S7X2) 2026.6.0 Jul  1 2026 / 00:00:00 (abc) MSP API: 1.48\nprofile 0\n"

@@ -1,4 +1,4 @@
-"""A second opinion: its page judge.md with margins, flights, rules and changes, and its part in the page of a run."""
+"""The opinion in the page of a run: its sentence, and tables of flights, margins, rules and changed gains."""
 
 from math import degrees
 
@@ -13,22 +13,6 @@ NONE = "-"
 SHOWN = {"ms": "Ms", "gain_up": "gain up [dB]", "gain_down": "gain down [dB]", "phase_margin": "phase [deg]"}
 
 
-def assessment_page(document: AssessmentDocument) -> str:
-    """Return the page as Markdown."""
-    tables = [f"## {table.title}\n\n{table.markdown}" for table in assessment_tables(document)]
-    unmodeled = "\n".join(f"- {line}" for line in unmodeled_lines(document))
-    parts = [
-        f"# Second opinion: {document.verdict}",
-        *([f"Not in the model, or assumed:\n\n{unmodeled}"] if unmodeled else []),
-        f"**{document.sentence}**",
-        *subject_lines(document),
-        *tables,
-        *rollback_lines(document),
-    ]
-    # Texts of files are no markup: neither HTML nor links.
-    return "\n\n".join(parts).replace("<", "&lt;").replace("](", "] (") + "\n"
-
-
 def opinion_text(document: AssessmentDocument) -> str:
     """Return the sentence on tuned gains against the present ones."""
     assert document.before is not None, "a run is judged against present gains"
@@ -38,31 +22,6 @@ def opinion_text(document: AssessmentDocument) -> str:
 def opinion_section(document: AssessmentDocument) -> Markup:
     """Return the verdict in a sentence, and its tables."""
     return join((element("p", document.sentence), titled_tables(assessment_tables(document))))
-
-
-def unmodeled_lines(document: AssessmentDocument) -> list[str]:
-    """Return vehicle, changed parameters and notes in sentences."""
-    vehicle = document.airframe
-    unknown = f"No airframe was named: judged on the {vehicle.title} ({vehicle.ranges}). Name one with --airframe."
-    changed = [f"{row.name} {row.before or NONE} to {row.after or NONE}" for row in document.unmodeled_changes]
-    beyond = f"Changed, and in no loop of the model: {', '.join(changed)}."
-    is_known = vehicle.is_known or document.lost_after is None
-    return [*([] if is_known else [unknown]), *([beyond] if changed else []), *document.unmodeled]
-
-
-def subject_lines(document: AssessmentDocument) -> list[str]:
-    """Return files, vehicle and flights in sentences."""
-    vehicle, before = document.airframe, document.before
-    than = "" if before is None else f", before: {before.file}"
-    guessed = [] if document.guessed is None else [document.guessed]
-    if document.gyro_noise is None:
-        return [*guessed, f"Not judged, and not flown: {document.after.file}{than}."]
-    noise = f"{significant(document.gyro_noise.value, 2)} {document.gyro_noise.unit}"
-    return [
-        *guessed,
-        f"Judged: {document.after.file}{than}; vehicle: {vehicle.name}, {vehicle.title} ({vehicle.ranges}).",
-        f"{document.flights} flights of each file, paired: {document.scenario}; gyro noise {noise}; lost {lost_text(document)}.",
-    ]
 
 
 def assessment_tables(document: AssessmentDocument, violated: bool = False) -> list[Table]:
@@ -101,12 +60,6 @@ def loop_table(document: AssessmentDocument) -> Table:
     return Table("Margins of the loops at hover, filters included", head, rows, head[:2])
 
 
-def lost_text(document: AssessmentDocument) -> str:
-    """Return the lost flights in words."""
-    after, before = document.lost_after, document.lost_before
-    return NONE if after is None else after.words + ("" if before is None else f", before {before.words}")
-
-
 def rule_table(document: AssessmentDocument, violated: bool) -> Table:
     """Return the rules of the firmware's tools."""
     head = ("rule of the firmware's tools", "axis", "value", "limit", "verdict", "source")
@@ -132,14 +85,6 @@ def change_table(document: AssessmentDocument) -> Table:
         for row in document.changes
     ]
     return Table("Changed gains", head, rows, (head[0], "unit"))
-
-
-def rollback_lines(document: AssessmentDocument) -> list[str]:
-    """Return the way back in sentences."""
-    lines = [] if document.rollback is None else [f"To go back, load {document.rollback}."]
-    if document.rollback is not None and document.not_restored:
-        lines.append(f"It does not hold, so set by hand: {', '.join(document.not_restored)}.")
-    return lines
 
 
 def _cells(figures: LoopFigures) -> list[str]:
