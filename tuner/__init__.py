@@ -35,7 +35,6 @@ _HOMES = {
     ),
     "tuner.api.runs": ("rejudge", "resume", "run", "verify"),
     "tuner.api.studies": ("PlantStudy", "Study", "load_study", "make_study"),
-    "tuner.api.tails": ("tail",),
     "tuner.api.trials": ("ask", "tell"),
     "tuner.search.watcher": ("Watcher",),
     "tuner.study.own_code": ("use",),

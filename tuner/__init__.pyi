@@ -34,7 +34,6 @@ from tuner.api.studies import PlantStudy as PlantStudy
 from tuner.api.studies import Study as Study
 from tuner.api.studies import load_study as load_study
 from tuner.api.studies import make_study as make_study
-from tuner.api.tails import tail as tail
 from tuner.api.trials import ask as ask
 from tuner.api.trials import tell as tell
 from tuner.extensions.autotune.api import autotune as autotune
@@ -48,6 +47,7 @@ from tuner.extensions.judge.api import read_back as read_back
 from tuner.extensions.log_comparison.api import compare_logs as compare_logs
 from tuner.extensions.parts_list.api import estimate_airframe as estimate_airframe
 from tuner.extensions.sensitivity.api import sensitivity as sensitivity
+from tuner.extensions.tails.api import tail as tail
 from tuner.search.watcher import Watcher as Watcher
 from tuner.study.own_code import use as use
 

@@ -44,7 +44,11 @@ class Extension:
         folders: "module:class" of each kind of results folder.
         printers: Type of an answer -> "module:function" that prints it.
         figures: Kind of results -> "module:function" that returns its figures.
+        panels: Name of a figure of a run -> "module:function" that returns its panels, none where it does not apply.
         sections: Name of a section of a run's page -> "module:function" that returns it.
+        loss_sections: The same, below the losses of the page.
+        flights: Kind of a single flight -> "module:function" that returns the setup of a flight by its name, or None.
+        finalists: Name -> "module:ESTIMATOR" of limits that finalists must keep in flights of their own.
         listings: Kind of `tuner list` -> "module:function" that returns its rows.
         sources: Name of a source of parameter files -> "module:SOURCE".
         firmwares: Name of a firmware that flies finalists -> "module:FIRMWARE".
@@ -63,7 +67,11 @@ class Extension:
     folders: tuple[str, ...] = ()
     printers: Names = field(default_factory=_none)
     figures: Names = field(default_factory=_none)
+    panels: Names = field(default_factory=_none)
     sections: Names = field(default_factory=_none)
+    loss_sections: Names = field(default_factory=_none)
+    flights: Names = field(default_factory=_none)
+    finalists: Names = field(default_factory=_none)
     listings: Names = field(default_factory=_none)
     sources: Names = field(default_factory=_none)
     firmwares: Names = field(default_factory=_none)
