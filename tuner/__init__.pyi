@@ -18,7 +18,6 @@ from tuner.api.gains import default_gains as default_gains
 from tuner.api.gains import read_gains as read_gains
 from tuner.api.margins import cost as cost
 from tuner.api.margins import margins as margins
-from tuner.api.margins import theory as theory
 from tuner.api.planning import plan as plan
 from tuner.api.results import ComparisonResults as ComparisonResults
 from tuner.api.results import ContestResults as ContestResults
@@ -48,6 +47,7 @@ from tuner.extensions.log_comparison.api import compare_logs as compare_logs
 from tuner.extensions.parts_list.api import estimate_airframe as estimate_airframe
 from tuner.extensions.sensitivity.api import sensitivity as sensitivity
 from tuner.extensions.tails.api import tail as tail
+from tuner.extensions.theory.api import theory as theory
 from tuner.search.watcher import Watcher as Watcher
 from tuner.study.own_code import use as use
 

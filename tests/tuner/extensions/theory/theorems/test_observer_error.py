@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from objectives.theory import THEOREMS, Setting
-from objectives.theory.observer_error import (
+from plant.law_registry import LAWS
+from plant.laws.observer import Observer, observe, observer_constants
+from tuner.extensions.theory.theorems import THEOREMS, Setting
+from tuner.extensions.theory.theorems.observer_error import (
     THREE_POLES,
     disturbance_bound,
     rate_bound,
     value_bound,
 )
-from plant.law_registry import LAWS
-from plant.laws.observer import Observer, observe, observer_constants
 
 # Two-point Gauss-Legendre integrates polynomials up to the third degree exactly: kernels within a period are quadratic.
 NODES = np.array([0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from objectives.theory.disturbance_rate import SCENARIOS, disturbance_rates, hovering_disturbance, worst_rates
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
@@ -16,6 +15,12 @@ from plant.quadrotor.scenarios import SEARCH, ScenarioSpec, Spread, sample_scena
 from plant.records import pack
 from plant.vectors import Quaternion, Rotors, Vec3
 from tests.plant.loops import TIMING, VEHICLE
+from tuner.extensions.theory.theorems.disturbance_rate import (
+    SCENARIOS,
+    disturbance_rates,
+    hovering_disturbance,
+    worst_rates,
+)
 
 H = TIMING.control_period
 LINEAR = VEHICLE._replace(drag_linear=Vec3(0.3, 0.3, 0.2), drag_quadratic=Vec3(0.0, 0.0, 0.0), drag_height=0.1)
@@ -114,7 +119,7 @@ def test_it_is_measured_in_the_flights_of_the_search_and_the_worst_scenario_coun
 
 
 def test_of_very_long_flights_fewer_are_looked_at(monkeypatch):
-    monkeypatch.setattr("objectives.theory.disturbance_rate.SAMPLES", 3500)
+    monkeypatch.setattr("tuner.extensions.theory.theorems.disturbance_rate.SAMPLES", 3500)
     air = spec(4.0, intensity="light")
     inputs = sample_scenarios(air, VEHICLE, TIMING, 5, SEARCH, range(3))
     changes = np.abs(np.diff(hovering_disturbance(inputs, VEHICLE), axis=1)) / H

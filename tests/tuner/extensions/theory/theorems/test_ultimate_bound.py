@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from objectives.theory import THEOREMS, Setting
-from objectives.theory.observer_error import disturbance_bound
-from objectives.theory.ultimate_bound import ultimate_error, ultimate_surface
 from plant.law_registry import LAWS
 from plant.laws.hybrid import Gains
-from tests.objectives.theory.channel import fly
+from tests.tuner.extensions.theory.theorems.channel import fly
+from tuner.extensions.theory.theorems import THEOREMS, Setting
+from tuner.extensions.theory.theorems.observer_error import disturbance_bound
+from tuner.extensions.theory.theorems.ultimate_bound import ultimate_error, ultimate_surface
 
 
 @pytest.mark.parametrize(

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from objectives.theory import THEOREMS, Setting
-from objectives.theory.ultimate_bound import ultimate_surface
 from plant.law_registry import LAWS
 from plant.laws import hybrid, supertwisting
 from plant.laws.channel import Measured
-from tests.objectives.theory.channel import fly
-from tests.objectives.theory.printed import printed_31_bound, printed_least_gains
+from tests.tuner.extensions.theory.theorems.channel import fly
+from tests.tuner.extensions.theory.theorems.printed import printed_31_bound, printed_least_gains
+from tuner.extensions.theory.theorems import THEOREMS, Setting
+from tuner.extensions.theory.theorems.ultimate_bound import ultimate_surface
 
 RESIDUAL, DELTA = 1.0, 0.1
 

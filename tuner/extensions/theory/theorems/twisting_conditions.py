@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from objectives.theory.theorem import Array, Setting, Theorem, Value
 from plant.law_registry import LAWS
 from plant.laws.law import SuperTwisting
+from tuner.extensions.theory.theorems.theorem import Array, Setting, Theorem, Value
 
 Rate = Callable[[Array, Array], Array]
 """From k1 [y^(1/2) s^(-3/2)] and k2 [y/s3] to the largest rate that is borne [y/s3]."""

@@ -13,8 +13,8 @@ conditions give away. r grows with L, so L is found by bisection.
 
 import numpy as np
 
-from objectives.theory.theorem import Array
-from objectives.theory.twisting_conditions import condition
+from tuner.extensions.theory.theorems.theorem import Array
+from tuner.extensions.theory.theorems.twisting_conditions import condition
 
 # Halvings of the interval (0, k2), to a few roundings; the middle must stay below k2.
 HALVINGS = 50

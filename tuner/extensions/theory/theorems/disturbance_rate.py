@@ -21,7 +21,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from objectives.theory.theorem import Array
 from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs
 from plant.backends.lane_layout import LANES
@@ -33,6 +32,7 @@ from plant.quadrotor.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 from plant.quadrotor.vehicle import Vehicle
 from plant.records import pack, size
 from plant.vectors import Quaternion, Rotors, Vec3
+from tuner.extensions.theory.theorems.theorem import Array
 
 LEVEL = 0.99
 # Scenarios looked at, and samples of an axis kept at most: of flights of ten minutes and more, fewer are looked at.

@@ -20,10 +20,10 @@ Smaller delta lowers S*: |S|^(1/2) is continuous without sat, which only weakens
 
 import numpy as np
 
-from objectives.theory.observer_error import disturbance_bound
-from objectives.theory.theorem import Array, Setting, Theorem
 from plant.law_registry import LAWS
 from plant.laws import hybrid
+from tuner.extensions.theory.theorems.observer_error import disturbance_bound
+from tuner.extensions.theory.theorems.theorem import Array, Setting, Theorem
 
 # Newton's steps on a convex cubic from above: 5 reach the last bit from the worst start, where both terms are equal.
 STEPS = 8

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from objectives.theory import THEOREMS, Setting
 from plant.law_registry import LAWS
 from plant.laws.hybrid import Gains
 from plant.quadrotor.cascade import AXES, close_cascade
 from plant.quadrotor.gains import gain_addresses
 from tests.tuner.cli.test_cli import refused
-from tuner.api.margins import theory_rows
+from tuner.extensions.theory.api import theory_rows
+from tuner.extensions.theory.theorems import THEOREMS, Setting
 from tuner.gains import read_gains
 
 STUDY = "studies/quickstart.toml"

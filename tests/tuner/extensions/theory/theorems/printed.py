@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from objectives.theory.theorem import Array
+from tuner.extensions.theory.theorems.theorem import Array
 
 
 class SurfaceGains(NamedTuple):

@@ -9,14 +9,15 @@ from math import isfinite
 
 from objectives.requirements import Requirement, Screen
 from objectives.system import System
-from objectives.theory import THEOREMS, Setting, Theorem
-from objectives.theory.disturbance_rate import worst_rates
-from objectives.theory.guarantee import Guarantee, law_of, loop_of
 from plant.errors import InputError, UnknownNameError
 from plant.quadrotor.cascade import Cascade
 from plant.quadrotor.gains import GROUPS
 from plant.quadrotor.nominal import Nominal
 from plant.quadrotor.scenarios import ScenarioSpec
+from tuner.extensions.theory.theorems import THEOREMS, Setting, Theorem
+from tuner.extensions.theory.theorems.disturbance_rate import worst_rates
+from tuner.extensions.theory.theorems.guarantee import Guarantee, law_of, loop_of
+from tuner.study.requirement_kinds import RequirementKind
 from tuner.study.schema import GuaranteeTable
 
 MEASURED = "measured"
@@ -148,3 +149,6 @@ def _quantity(theorem: Theorem, axes: tuple[str, ...], rates: list[float], origi
     unit = "m/s^3" if loop_of(axes[0]) == "position" else "rad/s^3"
     shown = " / ".join(f"{rate:.3g}" for rate in dict.fromkeys(rates))
     return f"{worst}; the disturbance changes by {shown} {unit}: {origin}"
+
+
+KIND = RequirementKind(guarantee_screen, {"theorem": THEOREMS})

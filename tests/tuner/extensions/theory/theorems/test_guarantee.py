@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from objectives.theory import THEOREMS, Setting
-from objectives.theory.guarantee import Guarantee, channel_gains, law_of, loop_of
 from plant.law_registry import LAWS
 from plant.quadrotor.cascade import AXES, close_cascade
 from plant.quadrotor.gains import gain_addresses
+from tuner.extensions.theory.theorems import THEOREMS, Setting
+from tuner.extensions.theory.theorems.guarantee import Guarantee, channel_gains, law_of, loop_of
 
 CASCADE = close_cascade(LAWS["supertwisting"], LAWS["hybrid"])
 ROWS = np.random.default_rng(6).uniform(0.5, 9.0, (4, len(gain_addresses(CASCADE))))

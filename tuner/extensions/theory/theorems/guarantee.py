@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
-from objectives.theory.theorem import Array, Setting, Theorem
 from plant.laws.law import Law
 from plant.quadrotor.cascade import POSITION_AXES, Cascade
 from plant.quadrotor.gains import gain_addresses
+from tuner.extensions.theory.theorems.theorem import Array, Setting, Theorem
 
 
 def loop_of(axis: str) -> str:

@@ -15,8 +15,8 @@ same inequality does for every mu.
 
 import numpy as np
 
-from objectives.theory.theorem import Array
-from objectives.theory.twisting_conditions import condition
+from tuner.extensions.theory.theorems.theorem import Array
+from tuner.extensions.theory.theorems.twisting_conditions import condition
 
 
 def moreno_osorio_rate(k1: Array, k2: Array) -> Array:

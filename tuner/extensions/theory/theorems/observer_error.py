@@ -24,9 +24,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from objectives.theory.theorem import Array, Setting, Theorem
 from plant.law_registry import LAWS
 from plant.laws.observer import triple_pole
+from tuner.extensions.theory.theorems.theorem import Array, Setting, Theorem
 
 THREE_POLES = tuple(name for name, entry in LAWS.items() if entry.observer is triple_pole)
 """Names of the laws whose linear observer has its three poles in one place."""

@@ -7,16 +7,16 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import lsim, lti
 
-from objectives.theory import THEOREMS, Setting
-from objectives.theory.levant import levant_rate
-from objectives.theory.moreno_osorio import moreno_osorio_rate
-from objectives.theory.paper22 import paper22_rate
-from objectives.theory.seeber_horn import seeber_horn_rate
-from objectives.theory.worst_case import log_contraction, worst_case_rate
 from plant.law_registry import LAWS
 from plant.laws import hybrid_gsta, hybrid_true_sta, supertwisting
 from plant.laws.channel import Measured
-from tests.objectives.theory.channel import fly
+from tests.tuner.extensions.theory.theorems.channel import fly
+from tuner.extensions.theory.theorems import THEOREMS, Setting
+from tuner.extensions.theory.theorems.levant import levant_rate
+from tuner.extensions.theory.theorems.moreno_osorio import moreno_osorio_rate
+from tuner.extensions.theory.theorems.paper22 import paper22_rate
+from tuner.extensions.theory.theorems.seeber_horn import seeber_horn_rate
+from tuner.extensions.theory.theorems.worst_case import log_contraction, worst_case_rate
 
 SUFFICIENT = {
     "levant": levant_rate,

@@ -8,8 +8,8 @@ Note that k1 must grow with k2: at a given k1 the best k2 is k1^2/2, which bears
 
 import numpy as np
 
-from objectives.theory.theorem import Array
-from objectives.theory.twisting_conditions import condition
+from tuner.extensions.theory.theorems.theorem import Array
+from tuner.extensions.theory.theorems.twisting_conditions import condition
 
 
 def seeber_horn_rate(k1: Array, k2: Array) -> Array:

@@ -9,8 +9,8 @@ condition is 4 L^2 + (4 k2 + k1^2) L <= k1^2 k2, and its root is always below k2
 
 import numpy as np
 
-from objectives.theory.theorem import Array
-from objectives.theory.twisting_conditions import condition
+from tuner.extensions.theory.theorems.theorem import Array
+from tuner.extensions.theory.theorems.twisting_conditions import condition
 
 
 def levant_rate(k1: Array, k2: Array) -> Array:

@@ -9,8 +9,8 @@ k1^2 > k2 + L, and this is the one that holds under either reading.
 
 import numpy as np
 
-from objectives.theory.theorem import Array
-from objectives.theory.twisting_conditions import condition
+from tuner.extensions.theory.theorems.theorem import Array
+from tuner.extensions.theory.theorems.twisting_conditions import condition
 
 
 def paper22_rate(k1: Array, k2: Array) -> Array:

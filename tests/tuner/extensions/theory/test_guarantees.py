@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from objectives.requirements import known_values
-from objectives.theory import THEOREMS, Setting
-from objectives.theory.disturbance_rate import disturbance_rates, worst_rates
-from objectives.theory.guarantee import channel_gains
 from plant.errors import InputError, UnknownNameError
 from tests.tuner.study.study_text import STUDY, changed, write
+from tuner import extension
+from tuner.extensions.theory.theorems import THEOREMS, Setting
+from tuner.extensions.theory.theorems.disturbance_rate import disturbance_rates, worst_rates
+from tuner.extensions.theory.theorems.guarantee import channel_gains
 from tuner.study import load_study
+from tuner.study.requirement_kinds import choices_of
 
 HYBRID = '[[guarantee]]\ntheorem = "ultimate_error"\naxis = "tilt"\nmax = 0.1\n'
 TWISTING = changed('attitude = "hybrid"', 'attitude = "supertwisting"').replace(
@@ -27,6 +29,14 @@ def study(folder, lines, text=STUDY):
 
 def test_a_study_without_any_requires_nothing(tmp_path):
     assert study(tmp_path, "").screens == () == study(tmp_path, "").requirements
+
+
+def test_a_guarantee_needs_an_extension_that_has_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(extension, "extensions", dict)
+    with pytest.raises(InputError, match="unknown kind of requirement 'guarantee'") as caught:
+        study(tmp_path, HYBRID)
+    assert caught.value.key == "guarantee[0]"
+    assert choices_of("guarantee") == {}
 
 
 def test_a_bound_is_worked_out_for_the_measured_rate_of_the_worst_axis(tmp_path):
