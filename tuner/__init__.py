@@ -23,7 +23,7 @@ _HOMES = {
     "tuner.api.exporting": ("export", "import_gains"),
     "tuner.api.flying": ("fly",),
     "tuner.api.gains": ("Gains", "default_gains", "read_gains"),
-    "tuner.api.margins": ("cost", "margins", "theory"),
+    "tuner.api.margins": ("cost", "margins"),
     "tuner.api.planning": ("plan",),
     "tuner.api.results": (
         "ComparisonResults",
@@ -35,7 +35,6 @@ _HOMES = {
     ),
     "tuner.api.runs": ("rejudge", "resume", "run", "verify"),
     "tuner.api.studies": ("PlantStudy", "Study", "load_study", "make_study"),
-    "tuner.api.tails": ("tail",),
     "tuner.search.watcher": ("Watcher",),
     "tuner.study.own_code": ("use",),
 }

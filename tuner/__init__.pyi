@@ -18,7 +18,6 @@ from tuner.api.gains import default_gains as default_gains
 from tuner.api.gains import read_gains as read_gains
 from tuner.api.margins import cost as cost
 from tuner.api.margins import margins as margins
-from tuner.api.margins import theory as theory
 from tuner.api.planning import plan as plan
 from tuner.api.results import ComparisonResults as ComparisonResults
 from tuner.api.results import ContestResults as ContestResults
@@ -34,7 +33,6 @@ from tuner.api.studies import PlantStudy as PlantStudy
 from tuner.api.studies import Study as Study
 from tuner.api.studies import load_study as load_study
 from tuner.api.studies import make_study as make_study
-from tuner.api.tails import tail as tail
 from tuner.extensions.autotune.api import autotune as autotune
 from tuner.extensions.first_flights.approach_api import approach as approach
 from tuner.extensions.first_flights.confirmation_api import confirm as confirm
@@ -46,6 +44,8 @@ from tuner.extensions.judge.api import read_back as read_back
 from tuner.extensions.log_comparison.api import compare_logs as compare_logs
 from tuner.extensions.parts_list.api import estimate_airframe as estimate_airframe
 from tuner.extensions.sensitivity.api import sensitivity as sensitivity
+from tuner.extensions.tails.api import tail as tail
+from tuner.extensions.theory.api import theory as theory
 from tuner.extensions.trials.api import ask as ask
 from tuner.extensions.trials.api import tell as tell
 from tuner.search.watcher import Watcher as Watcher

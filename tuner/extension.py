@@ -44,15 +44,20 @@ class Extension:
         folders: "module:class" of each kind of results folder.
         printers: Type of an answer -> "module:function" that prints it.
         figures: Kind of results -> "module:function" that returns its figures.
+        panels: Name of a figure of a run -> "module:function" that returns its panels, none where it does not apply.
         sections: Name of a section of a run's page -> "module:function" that returns it.
         studies: Name of a kind of study -> "module:StudyKind".
         experiments: Name of a kind of experiment -> "module:ExperimentKind".
         schemas: Name of a study file's schema -> "module:function" that returns it.
         previews: Kind of study -> "module:function" that returns what `tuner check` shows.
+        loss_sections: The same, below the losses of the page.
+        flights: Kind of a single flight -> "module:function" that returns the setup of a flight by its name, or None.
+        finalists: Name -> "module:ESTIMATOR" of limits that finalists must keep in flights of their own.
         listings: Kind of `tuner list` -> "module:function" that returns its rows.
         sources: Name of a source of parameter files -> "module:SOURCE".
         firmwares: Name of a firmware that flies finalists -> "module:FIRMWARE".
         opinions: Name -> "module:function" that returns an opinion on a run's gains against present ones.
+        requirements: Table of a study -> "module:RequirementKind".
         targets: Name of an export target -> "module:TARGET".
         templates: First word after `tuner new` -> "module:function" that writes files and returns them.
     """
@@ -67,15 +72,20 @@ class Extension:
     folders: tuple[str, ...] = ()
     printers: Names = field(default_factory=_none)
     figures: Names = field(default_factory=_none)
+    panels: Names = field(default_factory=_none)
     sections: Names = field(default_factory=_none)
     studies: Names = field(default_factory=_none)
     experiments: Names = field(default_factory=_none)
     schemas: Names = field(default_factory=_none)
     previews: Names = field(default_factory=_none)
+    loss_sections: Names = field(default_factory=_none)
+    flights: Names = field(default_factory=_none)
+    finalists: Names = field(default_factory=_none)
     listings: Names = field(default_factory=_none)
     sources: Names = field(default_factory=_none)
     firmwares: Names = field(default_factory=_none)
     opinions: Names = field(default_factory=_none)
+    requirements: Names = field(default_factory=_none)
     targets: Names = field(default_factory=_none)
     templates: Names = field(default_factory=_none)
 

@@ -17,8 +17,8 @@ from benchmarks.measuring import RESULTS, machine, write_json
 from benchmarks.peers.environments import ROOT, NotInstalled, python_of, worker_environment
 from benchmarks.tails.judges import Judge, judges
 from objectives.risk import clopper_pearson
-from objectives.tails.estimate import estimate_tail
-from objectives.tails.planning import Request
+from tuner.extensions.tails.estimation.estimate import estimate_tail
+from tuner.extensions.tails.estimation.planning import Request
 
 Row = dict[str, float | str]
 Estimate = tuple[float, float, float, int]

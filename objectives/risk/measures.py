@@ -83,7 +83,7 @@ def _worst(values: Values, level: float) -> Values:
 
 
 PROBABILITY = "probability"
-"""Risk of a rare event, which flights of its own decide, see `tuner.experiments.tails.limits`."""
+"""Risk of a rare event, which flights of its own decide."""
 RISKS: dict[str, RiskMeasure] = {
     "mean": RiskMeasure("mean over scenarios", _mean, lambda level: 1.0, has_level=False),
     "quantile": RiskMeasure(

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from objectives.margins.quantities import LIMITABLE
 from objectives.metrics import METRICS
 from objectives.risk import RISKS
-from objectives.theory import THEOREMS
 from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
 from plant.law_registry import LAWS
@@ -119,24 +118,6 @@ def signals() -> Rows:
     ]
 
 
-def theorems() -> Rows:
-    """Results of theory that a [[guarantee]] may ask for."""
-    return [
-        {
-            "theorem": name,
-            "title": theorem.title,
-            "unit": theorem.unit.format(y="rad|m"),
-            "limit": theorem.sense,
-            "quantity": theorem.quantity,
-            "laws": ", ".join(theorem.laws),
-            "rates": "measured" if theorem.measured_rate else "any",
-            "assumes": theorem.assumes,
-            "source": theorem.source,
-        }
-        for name, theorem in THEOREMS.items()
-    ]
-
-
 def margins() -> Rows:
     """Stability margins that a [[margin]] may ask for."""
     return [
@@ -232,7 +213,7 @@ def installed_extensions() -> Rows:
 LISTINGS: dict[str, Callable[[], Rows]] = {
     "airframes": airframes, "extensions": installed_extensions, "laws": laws, "margins": margins, "metrics": metrics,
     "references": references, "risks": risks, "searches": searches, "signals": signals, "sources": sources, "studies": studies,
-    "targets": targets, "theorems": theorems,
+    "targets": targets,
 }  # fmt: skip
 """Listings of the core; those of extensions are in their records."""
 

@@ -13,8 +13,7 @@ from tuner.report.charts.paper import Figure, drawn, style
 from tuner.report.contest.figures import FIGURES, values_figure
 from tuner.report.figures import flown_figure, front_figure, progress_figure, scenario_figures
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
-from tuner.report.sheets import tail_sheet
-from tuner.report.tail_figure import tail_figure
+from tuner.report.sheets import added_sheets
 
 Drawers = Mapping[str, Callable[[], Figure | None]]
 """Figures by name, each drawn when it is called; None where there is no data for it."""
@@ -46,12 +45,12 @@ class Figures:
 
 def of_tuning(results: TuningFolder) -> Drawers:
     """Return the figures of a tuning run."""
-    over_flights, tails = scenario_figures(results), tail_sheet(results)
-    limited: Drawers = {} if tails is None else {"tail": lambda: drawn(tails)}
+    over_flights = scenario_figures(results)
+    more: Drawers = {name: lambda sheet=sheet: drawn(sheet) for name, sheet in added_sheets(results).items()}
     return {
         "front": lambda: front_figure(results),
         "progress": lambda: progress_figure(results),
-        **limited,
+        **more,
         **over_flights,
     }
 
@@ -73,7 +72,6 @@ DRAWN: dict[str, Callable[..., Drawers]] = {
     "comparison": lambda results: {**of_contest(results), "values": lambda: values_figure(results)},
     "margins": of_margins,
     "flights": lambda responses, scenario: {"responses": lambda: flown_figure(responses, scenario)},
-    "tail": lambda document: {"tail": lambda: tail_figure(document)},
 }
 """Kind of results of the core -> their figures; those of extensions are in their records."""
 

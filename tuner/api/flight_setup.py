@@ -1,6 +1,6 @@
 """What is to be flown: a system with gains, through a scenario."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,13 +12,9 @@ from plant.quadrotor.scenarios import HELD_OUT
 from tuner.analysis.judged_metrics import shown_metrics
 from tuner.analysis.responses import LIMITS, system_of, usual_scenario
 from tuner.api.studies import StudyLike, tuning_study
-from tuner.experiments.tails.flight_limit import inputs_of, space_of
 from tuner.gains import Controller
 from tuner.study.plant_controller import PlantController
 from tuner.study.study import TuningStudy
-
-TAIL = "tail"
-"""Stream of flights that are drawn from a vector."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +27,7 @@ class FlightSetup:
         laws: In words.
         metrics: Addresses that such flights can be judged by.
         draws: Stream and numbers of the flights.
-        normals: Vector (dimension,) that one flight is drawn from instead, see `plant.normals`.
+        single: The one flight that is flown instead, None for those of the draws.
 
     """
 
@@ -42,24 +38,13 @@ class FlightSetup:
     laws: str
     metrics: list[MetricAddress]
     draws: tuple[str, range] = (HELD_OUT, range(0))
-    normals: np.ndarray | None = None
+    single: FlightInputs | None = None
 
     def inputs(self, indices: range) -> FlightInputs:
-        """Return flights of the draws by their numbers."""
-        if self.normals is None:
-            return self.system.sample(self.spec, self.root, self.draws[0], indices)
-        return inputs_of(self.system, self.spec, space_of(self.system, self.spec), self.normals[None])
-
-    def drawn_by(self, normals: np.ndarray) -> "FlightSetup":
-        """Return the one flight of a vector; InputError where flights of the scenario have other ones."""
-        needed = space_of(self.system, self.spec).dimension
-        if len(normals) != needed:
-            raise InputError(
-                f"holds {len(normals)} numbers, and a flight of '{self.spec.name}' is drawn from {needed}; give the tail's study "
-                "and scenario",
-                key="--flight",
-            )
-        return replace(self, draws=(TAIL, range(1)), normals=normals)
+        """Return flights of the draws by their numbers, or the single one."""
+        if self.single is not None:
+            return self.single
+        return self.system.sample(self.spec, self.root, self.draws[0], indices)
 
 
 def quadrotor_setup(controller: Controller, study: StudyLike | None, scenario: int, seed: int) -> FlightSetup:

@@ -20,7 +20,7 @@ from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import GainsLike, as_gains
 from tuner.api.studies import StudyLike
 from tuner.documents.parts import LostFlight, ShareCount
-from tuner.experiments.tails.record import read_point
+from tuner.extension import added, load
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.document import DocumentPart
 from tuner.study.size import MOST_FLIGHTS
@@ -186,10 +186,13 @@ def fly(
 
 def drawn_setup(flight_setup: FlightSetup, flights: int, flight: str | None) -> FlightSetup:
     """Return a setup with its draws: so many flights, or one by its name."""
-    normals = None if flight is None else read_point(flight)
-    if normals is not None:
-        return flight_setup.drawn_by(normals)
-    return replace(flight_setup, draws=(HELD_OUT, range(flights)) if flight is None else named_draw(flight))
+    if flight is None:
+        return replace(flight_setup, draws=(HELD_OUT, range(flights)))
+    for reference in added("flights").values():
+        single: FlightSetup | None = load(reference)(flight_setup, flight)
+        if single is not None:
+            return single
+    return replace(flight_setup, draws=named_draw(flight))
 
 
 def named_draw(name: str) -> tuple[str, range]:
@@ -209,7 +212,7 @@ def flown_scores(problem: Problem, flight_setup: FlightSetup) -> tuple[np.ndarra
     (stream, indices), scores, lost = flight_setup.draws, [], list[LostFlight]()
     batch = FlightBatch(flight_setup.spec, stream, indices.stop, indices.start)
     for first, last in problem.chunks(batch):
-        if flight_setup.normals is None:
+        if flight_setup.single is None:
             results = problem.results(flight_setup.gains[None], batch, first, last)
         else:
             results = problem.flyer.fly(flight_setup.gains[None], problem.system.nominal, flight_setup.inputs(indices))

@@ -1,4 +1,4 @@
-"""Commands that evaluate gains: fly, theory, margins, cost, validate."""
+"""Commands that evaluate gains: fly, margins, cost, validate."""
 
 import sys
 from math import radians
@@ -70,22 +70,6 @@ def fly(
     answer(flown, as_json)
     if plot is not None:
         flown.write_figure(plot)
-
-
-@app.command()
-def theory(
-    gains: GainsFile,
-    study: Annotated[Path | None, study_option("Measure the disturbance in the scenarios of this study.")] = None,
-    level: Annotated[
-        float, typer.Option(help="Quantile of the measured disturbance rate.", min=0.5, max=0.9999)
-    ] = 0.99,
-    as_json: AsJson = False,
-) -> None:
-    """Compute theoretical guarantees for every axis.
-
-    Example: tuner theory results/quickstart/gains.json --study quickstart
-    """
-    answer(tuner.theory(gains, study=study, level=level), as_json)
 
 
 @app.command()

@@ -9,13 +9,13 @@ import sys
 from importlib import import_module
 from typing import Any
 
-from tuner.cli import begin, evaluate, read, tails, tune, vehicle
+from tuner.cli import begin, evaluate, read, tune, vehicle
 from tuner.cli.app import app, with_code_first
 from tuner.extension import extensions
 from tuner.text.errors import guarded, leave, seldom_collected
 from tuner.text.signals import end_at_interrupts
 
-FAMILIES = (begin, tune, read, evaluate, tails, vehicle)
+FAMILIES = (begin, tune, read, evaluate, vehicle)
 """Modules of the core whose import registers their commands."""
 for module in filter(None, (entry.command_module for entry in extensions().values())):
     import_module(module)

@@ -24,8 +24,6 @@ PRINTERS = {
     "Margins": "tuner.cli.printers.margins:print_margins",
     "Plan": "tuner.cli.printers.planning:print_plan",
     "RunReport": "tuner.cli.printers.run_report:print_run_report",
-    "Tail": "tuner.cli.printers.tail:print_tail",
-    "Theory": "tuner.cli.printers.gains:print_theory",
     "TuningResults": "tuner.cli.printers.tuning:print_tuning",
     "Verdict": "tuner.cli.printers.tuning:print_verdict",
     **added("printers"),

@@ -11,7 +11,6 @@ from tuner.documents.margins import MarginsDocument
 from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.documents.resolved import Resolved
 from tuner.documents.summary import Summary
-from tuner.documents.tail import TailDocument
 from tuner.documents.variables import VariablesDocument
 from tuner.extension import added, load
 from tuner.gains.schema import schema_text
@@ -33,7 +32,6 @@ DOCUMENTS: dict[str, type[Document]] = {
     "judgement": JudgementDocument,
     "assessment": AssessmentDocument,
     "export": ExportDocument,
-    "tail": TailDocument,
     "variables": VariablesDocument,
     "resolved": Resolved,
     "environment": Environment,

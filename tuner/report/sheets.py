@@ -9,6 +9,7 @@ import numpy as np
 
 from tuner.documents.tables import Fan
 from tuner.documents.tuning import DEFAULT, TUNED, TuningFolder
+from tuner.extension import added, load
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.front import front_panels
@@ -16,20 +17,19 @@ from tuner.report.charts.look import role_look
 from tuner.report.charts.progress import progress_panels
 from tuner.report.charts.sheet import WIDTH, FigureSpec
 from tuner.report.charts.spectra import spectrum_mark, spectrum_panel
-from tuner.report.charts.tails import limited_panels
 from tuner.text.units import in_degrees
 
 if TYPE_CHECKING:
     from tuner.analysis.responses import Responses
 
 COLUMNS, ROW = 4, 1.7
-TAIL_COLUMNS, TAIL_HEIGHT = 2, 2.4
+ADDED_COLUMNS, ADDED_HEIGHT = 2, 2.4
+"""Of figures of extensions."""
 
 
 def search_sheets(results: TuningFolder) -> dict[str, FigureSpec]:
     """Return the sheets of search and front, by names of figures."""
-    tails = tail_sheet(results)
-    return {"front": front_sheet(results), "progress": progress_sheet(results)} | ({"tail": tails} if tails else {})
+    return {"front": front_sheet(results), "progress": progress_sheet(results)} | added_sheets(results)
 
 
 def scenario_sheets(results: TuningFolder) -> dict[str, Callable[[], FigureSpec]]:
@@ -76,11 +76,19 @@ def progress_sheet(results: TuningFolder) -> FigureSpec:
     return FigureSpec(panels, 2, 2.2, legend=False)
 
 
-def tail_sheet(results: TuningFolder) -> FigureSpec | None:
-    """Return the tails of limits on probabilities, a panel for each scenario; None without such limits."""
-    panels = limited_panels(results)
-    columns = min(len(panels), TAIL_COLUMNS)
-    return FigureSpec(panels, columns, TAIL_HEIGHT, WIDTH * columns / TAIL_COLUMNS, titled=True) if panels else None
+def added_panels(results: TuningFolder) -> dict[str, list[Panel]]:
+    """Return the panels of extensions by names of figures."""
+    panels = {name: load(reference)(results) for name, reference in added("panels").items()}
+    return {name: made for name, made in panels.items() if made}
+
+
+def added_sheets(results: TuningFolder) -> dict[str, FigureSpec]:
+    """Return the sheets of extensions by names of figures."""
+    columns = {name: min(len(panels), ADDED_COLUMNS) for name, panels in added_panels(results).items()}
+    return {
+        name: FigureSpec(panels, columns[name], ADDED_HEIGHT, WIDTH * columns[name] / ADDED_COLUMNS, titled=True)
+        for name, panels in added_panels(results).items()
+    }
 
 
 def response_sheet(results: TuningFolder, scenario: str) -> FigureSpec:

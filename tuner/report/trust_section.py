@@ -18,13 +18,12 @@ MOST_NUMBERS = 4
 CHANCE = "not significant"
 
 
-def trust_section(results: TuningFolder, charts: Markup, tails: Markup) -> Markup:
+def trust_section(results: TuningFolder, charts: Markup) -> Markup:
     """Return the section without its heading.
 
     Args:
         results: Of the run.
         charts: Search against held-out values, and how the search went.
-        tails: Limits on rare losses.
     """
     return join(
         (
@@ -32,14 +31,19 @@ def trust_section(results: TuningFolder, charts: Markup, tails: Markup) -> Marku
             choice_section(results),
             charts,
             _losses(results),
-            tails,
+            *_added("loss_sections", results),
             aid(" ".join((f"{count(results.document.flights)} flights were made.", *search_texts(results.document)))),
             _prices(results),
             _uncertainty(results),
             _conflict(results),
-            *[load(section)(results) for section in added("sections").values()],
+            *_added("sections", results),
         )
     )
+
+
+def _added(part: str, results: TuningFolder) -> list[Markup]:
+    """Return the sections in a part of all records."""
+    return [load(section)(results) for section in added(part).values()]
 
 
 def _guards(results: TuningFolder) -> Markup:

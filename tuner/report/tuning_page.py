@@ -6,7 +6,6 @@ from tuner.documents.summary import TableRow
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import answer, answer_table, states_table
 from tuner.report.charts.progress import front_probability_panel, gap_panels, progress_panels
-from tuner.report.charts.tails import limited_panels
 from tuner.report.charts.web import Arrays, grid, to_web
 from tuner.report.controls import layer_switches
 from tuner.report.explorer_data import explorer_data, limited_quantities
@@ -17,7 +16,7 @@ from tuner.report.opinion_section import opinion_section, opinion_text
 from tuner.report.page import Page, Section, neutral_page, wide
 from tuner.report.point_section import point_section
 from tuner.report.provenance import provenance_section
-from tuner.report.tail_section import tail_section
+from tuner.report.sheets import added_panels
 from tuner.report.trust_section import trust_section
 from tuner.report.tuning_charts import margin_panels, response_panels, spectrum_panels
 from tuner.text.markup import Markup, element, join
@@ -31,11 +30,11 @@ def tuning_page(results: TuningFolder) -> Page:
         *filter(None, [front_probability_panel(results)]),
         *progress_panels(results.progress),
     ]
-    tails = limited_panels(results)
+    more = [panel for panels in added_panels(results).values() for panel in panels]
     limited = limited_quantities(results)
     limits, _ = limited
     opinion = results.document.opinion
-    charts = {panel.key: to_web(panel, arrays) for panel in [*responses, *loops, *trust, *tails]}
+    charts = {panel.key: to_web(panel, arrays) for panel in [*responses, *loops, *trust, *more]}
     page = Page(
         kind="tuning report",
         title=results.document.title,
@@ -47,9 +46,7 @@ def tuning_page(results: TuningFolder) -> Page:
             Section("front", "Explore the trade-off", explorer_section(results, len(limits))),
             Section("point", "Selected point", point_section(results, responses, loops)),
             *([Section("opinion", "Against the present gains", opinion_section(opinion))] if opinion else []),
-            Section(
-                "trust", "Reliability", trust_section(results, grid(trust, "trust-grid"), tail_section(results, tails))
-            ),
+            Section("trust", "Reliability", trust_section(results, grid(trust, "trust-grid"))),
             Section("provenance", "Provenance", provenance_section(results)),
         ),
         data=explorer_data(results, limited, charts, arrays),

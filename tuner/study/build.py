@@ -32,12 +32,12 @@ from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usual_timing
 from tuner.study.assembly import assembled, judging_of
 from tuner.study.gains import decision_space
-from tuner.study.guarantees import guarantee_screen
 from tuner.study.judged_reading import mission_of, unique
 from tuner.study.margins import margin_requirement, margin_screen
 from tuner.study.own_code import use_files_of
 from tuner.study.processor_cost.requirement import cost_screen
 from tuner.study.reading import checked_table, read_study_table
+from tuner.study.requirement_kinds import requirement_kind
 from tuner.study.schema import (
     AirframeTable,
     ControllerTable,
@@ -329,7 +329,12 @@ def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
 def _screens(table: StudyTable, path: Path, system: System, specs: tuple[ScenarioSpec, ...]) -> tuple[Screen, ...]:
     """Return the requirements that need no flight, in the tables' order."""
     guarantees = tuple(
-        listed("guarantee", path, table.guarantee, lambda entry: guarantee_screen(entry, system, specs, table.seed))
+        listed(
+            "guarantee",
+            path,
+            table.guarantee,
+            lambda entry: requirement_kind("guarantee").screen(entry, system, specs, table.seed),
+        )
     )
     first: dict[str, int] = {}
     for i, screen in enumerate(guarantees):

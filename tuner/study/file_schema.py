@@ -16,7 +16,6 @@ from pydantic import BaseModel
 from objectives.margins.quantities import LIMITABLE
 from objectives.metrics import METRICS
 from objectives.risk import RISKS
-from objectives.theory import THEOREMS
 from plant.law_registry import LAWS
 from plant.model.signals import SIGNALS
 from plant.quadrotor import airframes
@@ -26,6 +25,7 @@ from tuner.extension import added, load
 from tuner.search.names import ALGORITHMS, AUTOMATIC, CONVERGED, GENERATIONS
 from tuner.study.contest_schema import ChoicesTable, ContestTable
 from tuner.study.plant_schema import PlantStudyTable
+from tuner.study.requirement_kinds import choices_of
 from tuner.study.schema import StudyTable
 from tuner.study.targets import TARGETS
 
@@ -85,7 +85,7 @@ def _choices() -> dict[str, dict[str, Schema]]:
         "ConstraintTable": judged,
         "ControllerTable": {"attitude": law, "position": law, "attitude_rate": rate, "position_rate": rate},
         "GainTable": {"scale": scale},
-        "GuaranteeTable": {"theorem": _closed(THEOREMS)},
+        "GuaranteeTable": {key: _closed(names) for key, names in choices_of("guarantee").items()},
         "MarginTable": {"quantity": _closed(LIMITABLE), "at": _closed(("trims", "hover"))},
         "ObjectiveTable": judged,
         "PlantGainTable": {"scale": scale},

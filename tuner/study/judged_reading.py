@@ -9,6 +9,7 @@ from objectives.mission import QUANTITIES, Mission
 from objectives.problem import Constraint, Objective
 from objectives.risk import PROBABILITY, Risk
 from plant.errors import InputError, UnknownNameError
+from tuner.extension import added
 from tuner.search.front import resolved_rule
 from tuner.study.schema import ConstraintTable, ObjectiveTable, PickTable
 from tuner.study.study import StudyScenario
@@ -45,7 +46,16 @@ def constraint_of(table: ConstraintTable, scenarios: tuple[StudyScenario, ...], 
 
 
 def _check_tail(constraint: Constraint) -> None:
-    """Refuse a limit on a probability of anything but a rare loss."""
+    """Refuse a limit on a probability of anything but a rare loss.
+
+    It is refused without an extension that estimates it too.
+    """
+    if not added("finalists"):
+        raise InputError(
+            "a limit on a probability needs an extension that estimates it, such as tails of gainproof, and none is "
+            'installed; install it, or write risk = "mean"',
+            key="risk",
+        )
     metric = constraint.objective.metric.text
     if metric != "failure":
         raise InputError(

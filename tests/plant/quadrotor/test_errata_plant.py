@@ -1,7 +1,7 @@
 """Errors of the plant side of the seed paper, each shown as a number: the printed form fails where the model stands.
 
 Wu et al., Appl. Sci. 2025, 15(9), 5124; numbering E1 to E20 as in docs/paper.md. The laws' errors are in
-test_errata_laws.py, those of the stability section in tests/objectives/test_errata_theory.py.
+test_errata_laws.py, those of the stability section in tests/tuner/extensions/theory/test_errata_theory.py.
 """
 
 from dataclasses import replace

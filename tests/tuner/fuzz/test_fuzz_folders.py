@@ -18,7 +18,7 @@ from tests.tuner.conftest import QUICKSTART
 from tests.tuner.fuzz.fuzzing import LONGEST_MESSAGE, fuzzed, patience
 from tests.tuner.fuzz.hostile import broken, mutated, shaken
 from tests.tuner.fuzz.hostile_text import json_of
-from tuner.experiments.tails.record import Record, ReplicaLine, line_digest
+from tuner.extensions.tails.record import Record, ReplicaLine, line_digest
 from tuner.store.keyed_folder import KeyedFolder, StepsDocument
 from tuner.study.build import load_study
 
@@ -47,9 +47,9 @@ def made(study, tmp_path_factory):
 
 
 def few(patch):
-    patch.setattr("objectives.tails.estimate.FIRST", 2)
-    patch.setattr("objectives.tails.planning.FAILURES", 2)
-    patch.setattr("tuner.experiments.tails.run._draw", lambda *_: None)
+    patch.setattr("tuner.extensions.tails.estimation.estimate.FIRST", 2)
+    patch.setattr("tuner.extensions.tails.estimation.planning.FAILURES", 2)
+    patch.setattr("tuner.extensions.tails.run._draw", lambda *_: None)
 
 
 def damaged_lines(content):

@@ -6,10 +6,10 @@ import pytest
 
 from objectives.margins.quantities import QUANTITIES as MARGINS
 from objectives.metrics import all_addresses, parse
-from objectives.theory import THEOREMS
 from plant.errors import InputError
 from plant.law_registry import LAWS
 from plant.quadrotor.airframes.schema import GROUPS, LENGTH, OPTIONAL, SCALARS
+from tuner.extensions.theory.theorems import THEOREMS
 from tuner.gains.quantities import UCUM, ucum
 from tuner.study.processor_cost.requirement import QUANTITIES
 

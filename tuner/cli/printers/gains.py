@@ -1,4 +1,4 @@
-"""Flights, guarantees and cost of gains, for a person."""
+"""Flights and cost of gains, for a person."""
 
 from math import degrees
 from typing import TYPE_CHECKING
@@ -11,7 +11,7 @@ from tuner.study.processor_cost.cost import CONTROL_PERIOD
 
 if TYPE_CHECKING:
     from tuner.api.flying import Flights
-    from tuner.api.margins import Cost, CostRow, Theory
+    from tuner.api.margins import Cost, CostRow
 
 SPARKS = "▁▂▃▄▅▆▇█"
 # Letters of a line that stand beside its blocks: name, range and unit.
@@ -84,26 +84,6 @@ def print_sparks(flown: "Flights", console: Console) -> None:
         line = median[columns, i] * factor
         level = np.zeros(len(line), dtype=int) if high <= low else ((line - low) / (high - low) * 7.999).astype(int)
         print(f"{name:>{width}} {''.join(SPARKS[k] for k in level)}  {low:.2f} to {high:.2f} {unit} (median)")
-
-
-def print_theory(theory: "Theory", console: Console) -> None:
-    """Print the rows as a table, or that no theorem applies."""
-    rows, document = theory.document.theorems, theory.document
-    if not rows:
-        console.print("No theorem speaks of these laws; `tuner list theorems` shows which it speaks of.")
-        return
-    scenarios = ", ".join(document.scenarios)
-    origin = f"measured in {scenarios}: {100.0 * document.level:g} % quantile over {theory.control_period:g} s"
-    table = TerminalTable(f"What theory guarantees; disturbance rate {origin}", keys=2)
-    table.columns_of("axis", "theorem", "value", "disturbance rate", "holds", left=("axis", "theorem", "holds"))
-    words = {True: "yes", False: "no", None: "a bound"}
-    for row in rows:
-        value = "unbounded" if row.value is None else f"{row.value:.4g} {row.unit}"
-        rate = f"{row.disturbance_rate:.4g} {row.rate_unit}"
-        table.add_row(row.axis, row.theorem, value, rate, words[row.holds])
-    console.print(table)
-    for row in {row.theorem: row for row in rows}.values():
-        console.print(f"{row.theorem}: {row.quantity}. Assumes {row.assumes}.")
 
 
 def print_costs(cost: "Cost", console: Console) -> None:

@@ -5,7 +5,6 @@ The fixed parts are those of runs of the quickstart, measured on two shared x86 
 
 from objectives.engine import keeps
 from objectives.problem import chunk_size
-from objectives.tails.planning import choose_method
 from plant.backends.lane_layout import LANES
 from tuner.documents.plan import PlannedSeconds, PlannedTail
 from tuner.experiments.planning.counts import (
@@ -17,7 +16,7 @@ from tuner.experiments.planning.counts import (
     survivors_at_most,
 )
 from tuner.experiments.planning.pilot import Pilot
-from tuner.experiments.tails.limits import MOST, expected_flights, scenarios_of
+from tuner.experiments.tuning.finalist_limits import estimator, has_rare_limits
 from tuner.search.initial_design import MAX_EXTRA_HYPERCUBES
 from tuner.search.names import ALGORITHMS
 from tuner.store.flights import GATHERED
@@ -71,24 +70,12 @@ def seconds_of(study: TuningStudy, pilot: Pilot, compilation: float | None = Non
 
 def planned_tails(study: TuningStudy, pilot: Pilot) -> list[PlannedTail]:
     """Return the estimates of rare losses."""
+    if not has_rare_limits(study):
+        return []
     flights_per_second = {
         flown.spec.name: pilot.threads / (flown.draw_seconds + flown.block_seconds / LANES) for flown in pilot.scenarios
     }
-    rows = []
-    for limit in study.constraints:
-        if limit.is_tail:
-            flights, names = expected_flights(limit), [entry.spec.name for entry in scenarios_of(study, limit)]
-            rows.append(
-                PlannedTail(
-                    label=limit.objective.label,
-                    limit=limit.most,
-                    method=str(choose_method(limit.most)),
-                    flights=flights * len(names),
-                    seconds=sum(flights / flights_per_second[name] for name in names),
-                    points_at_most=MOST,
-                )
-            )
-    return rows
+    return estimator().planned(study, flights_per_second)
 
 
 def comparison_seconds(contender: Contender, pilot: Pilot) -> float:

@@ -15,7 +15,6 @@ from tuner.analysis.lost_flights import loss_costs
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.documents.summary import ComparedRow
 from tuner.documents.verdicts import NOT_CERTAIN
-from tuner.experiments.tails.limits import FinalistTails, TailLimits
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
     conflict_texts,
@@ -24,6 +23,7 @@ from tuner.experiments.tuning.conflicts import (
     limits_of,
 )
 from tuner.experiments.tuning.ending import obstacles_of
+from tuner.experiments.tuning.finalist_limits import finalist_limits, rare_words
 from tuner.experiments.tuning.finalists import finalists_in_all_states
 from tuner.experiments.tuning.flight_growth import grown_study
 from tuner.experiments.tuning.guards import warnings_after_run
@@ -34,7 +34,6 @@ from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.recommendation import is_among_worst
 from tuner.experiments.tuning.survivors import Survivors, survivors_of
 from tuner.experiments.tuning.validation import Validation
-from tuner.report.tail_words import tail_words
 from tuner.search.loop import Archive, Generation, archive, point_name
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.study.searched import SearchedStudy
@@ -52,7 +51,7 @@ def conclude(
     gains = finalist_gains(problem, study, tried, candidates)
     watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in batches(study, HELD_OUT)))
     names = ["default", *[point_name(int(candidate)) for candidate in candidates]]
-    tails = tails_of(problem, study, gains, watcher)
+    tails = finalist_limits(problem, study, gains, watcher)
     seen = survivors.seen([0, *candidates.tolist()])
     validated = Validation(
         problem, study, gains, names, seen, is_among_worst(generations[0].evaluation), watcher, tails
@@ -112,13 +111,6 @@ def selected(
     return survivors, *finalists_in_all_states(problem, survivors, tried, study, back_off)
 
 
-def tails_of(problem: Evaluator, study: SearchedStudy, gains: np.ndarray, watcher: Watcher) -> FinalistTails | None:
-    """Return the finalists' limits on rare events, None without any; gains (rows, g)."""
-    if not isinstance(problem, Problem) or not any(entry.is_tail for entry in study.constraints):
-        return None
-    return FinalistTails(TailLimits(cast(TuningStudy, study), problem.flyer.threads, watcher), gains)
-
-
 def uncertain_limits(table: list[ComparedRow]) -> list[str]:
     """Warn of limits that the point's values alone keep on confirmation flights."""
     return [
@@ -145,5 +137,5 @@ def remarks(outcome: Outcome) -> list[str]:
     """Return sentences on rare losses and the price of each limit."""
     study = outcome.study
     labels, units = zip(*[(entry.label, entry.metric.unit) for entry in study.objectives], strict=True)
-    rare = tail_words(outcome.table, outcome.names[outcome.tuned])
+    rare = rare_words(outcome.table, outcome.names[outcome.tuned])
     return [*rare, *cost_texts(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)]

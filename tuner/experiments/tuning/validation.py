@@ -15,7 +15,7 @@ from tuner.analysis.finals import Finals
 from tuner.analysis.held_out import Finalists, SearchEstimate, judge
 from tuner.analysis.limit_flights import LimitFlights, Look
 from tuner.analysis.lost_flights import named_losses
-from tuner.experiments.tails.limits import FinalistTails
+from tuner.experiments.tuning.finalist_limits import FinalistLimits
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.recommendation import Default, best_row, choose_finalist
 from tuner.search.front import non_dominated
@@ -70,7 +70,7 @@ class Validation:
         seen: list[SearchEstimate],
         is_worst: bool,
         watcher: Watcher,
-        tails: FinalistTails | None = None,
+        tails: FinalistLimits | None = None,
     ) -> None:
         self.problem, self.study, self.gains, self.names = problem, study, gains, names
         self._seen, self._tails, self._say, self._is_worst = seen, tails, watcher.on_flights_done, is_worst

@@ -98,7 +98,7 @@ from tuner.text.markup import Markup
 listed = {kind: {row[column] for row in tuner.catalogue(kind).reset_index().to_dict("records")}
           for kind, column in (("metrics", "metric"), ("laws", "law"), ("targets", "target"))}
 print("my_report_error" in listed["metrics"], "my_law" in listed["laws"], "my_target" in listed["targets"])
-print(trust_section(TuningFolder(Path(sys.argv[1])), Markup(), Markup()))
+print(trust_section(TuningFolder(Path(sys.argv[1])), Markup()))
 """
     there, page = outside(installed, code, str(small_run[1])).split("\n", 1)
     assert there == "True True True"

@@ -1,0 +1,35 @@
+"""Kinds of requirements without flights, which extensions add."""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from objectives.requirements import Screen
+from objectives.system import System
+from plant.quadrotor.scenarios import ScenarioSpec
+from tuner.extension import added, find, load
+
+
+@dataclass(frozen=True)
+class RequirementKind:
+    """A kind of requirement.
+
+    Attributes:
+        screen: Function of a table, system, scenarios and root seed that returns the requirements. It raises InputError with the
+            key inside the table.
+        choices: Key of the table -> names that it may have.
+    """
+
+    screen: Callable[[Any, System, tuple[ScenarioSpec, ...], int], Screen]
+    choices: Mapping[str, Collection[str]]
+
+
+def requirement_kind(table: str) -> RequirementKind:
+    """Return the kind of a table; UnknownNameError where no extension has it."""
+    return find("requirements", "kind of requirement", table)
+
+
+def choices_of(table: str) -> Mapping[str, Collection[str]]:
+    """Return the choices of a table's keys, none without its extension."""
+    references = added("requirements")
+    return load(references[table]).choices if table in references else {}
