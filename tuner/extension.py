@@ -57,6 +57,7 @@ class Extension:
         sources: Name of a source of parameter files -> "module:SOURCE".
         firmwares: Name of a firmware that flies finalists -> "module:FIRMWARE".
         opinions: Name -> "module:function" that returns an opinion on a run's gains against present ones.
+        certificates: "quadrotor" or "plant" -> "module:function" that returns what is proved of it, as rows of its margins.
         requirements: Table of a study -> "module:RequirementKind".
         targets: Name of an export target -> "module:TARGET".
         templates: First word after `tuner new` -> "module:function" that writes files and returns them.
@@ -85,6 +86,7 @@ class Extension:
     sources: Names = field(default_factory=_none)
     firmwares: Names = field(default_factory=_none)
     opinions: Names = field(default_factory=_none)
+    certificates: Names = field(default_factory=_none)
     requirements: Names = field(default_factory=_none)
     targets: Names = field(default_factory=_none)
     templates: Names = field(default_factory=_none)

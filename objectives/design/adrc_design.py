@@ -22,12 +22,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from objectives.certificates.channel_model import is_stable
 from objectives.design.design_axis import AxisDesign, DesignAxis, fall_back, judged
 from objectives.design.expressions import Feedback
 from objectives.design.frequency import closed_matrix, responses
 from objectives.design.program import LoopLimits, Program, merit
 from objectives.design.requirements import DesignRequirements
+from objectives.linear_axis.channel_model import is_stable
 
 # Bandwidths of feedback and observer to start from, over one by the delay of the actuator.
 STARTS = ((0.05, 0.25), (0.3, 0.4), (0.1, 1.5))

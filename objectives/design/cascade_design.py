@@ -19,12 +19,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from objectives.certificates.axis_of_cascade import TILTED_BY, open_axis
-from objectives.certificates.channel_model import MODELLED, AxisLoop, closed_loop, is_stable
 from objectives.design.adrc_design import design_hybrid, design_ladrc
 from objectives.design.design_axis import AxisDesign, DesignAxis, fall_back
 from objectives.design.pid_ccp import design_pid
 from objectives.design.requirements import DesignRequirements
+from objectives.linear_axis.axis_of_cascade import TILTED_BY, open_axis
+from objectives.linear_axis.channel_model import MODELLED, AxisLoop, closed_loop, is_stable
 from plant.laws import hybrid, ladrc, pid
 from plant.loop import Timing
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, LEAST_LIFT, POSITION_AXES, Cascade

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from objectives.certificates.channel_model import AxisLoop, RotorLag, TiltLoop, is_stable
 from objectives.design.frequency import actuator_response, closed_matrix, peaks
 from objectives.design.requirements import DesignRequirements
+from objectives.linear_axis.channel_model import AxisLoop, RotorLag, TiltLoop, is_stable
 from plant.laws.law import Law
 from plant.quadrotor.gains import MOST_OBSERVER
 

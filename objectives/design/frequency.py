@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from objectives.certificates.channel_model import AxisLoop, Factors, RotorLag, TiltLoop, closed_loop, controller
+from objectives.linear_axis.channel_model import AxisLoop, Factors, RotorLag, TiltLoop, closed_loop, controller
 
 Array = np.ndarray
 

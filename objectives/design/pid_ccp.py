@@ -20,9 +20,9 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from objectives.certificates.lmi import solve_again
 from objectives.design.design_axis import AxisDesign, DesignAxis, fall_back, judged
 from objectives.design.requirements import DesignRequirements
+from objectives.lmi import solve_again
 
 Array = np.ndarray
 

@@ -6,8 +6,9 @@ from typing import Any
 
 from objectives.requirements import Screen
 from objectives.system import System
+from plant.errors import InputError
 from plant.quadrotor.scenarios import ScenarioSpec
-from tuner.extension import added, find, load
+from tuner.extension import added, load
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,11 @@ class RequirementKind:
 
 
 def requirement_kind(table: str) -> RequirementKind:
-    """Return the kind of a table; UnknownNameError where no extension has it."""
-    return find("requirements", "kind of requirement", table)
+    """Return the kind of a table; InputError where no extension has it."""
+    references = added("requirements")
+    if table not in references:
+        raise InputError(f"no installed extension reads [[{table}]]; install one, or leave the table out")
+    return load(references[table])
 
 
 def choices_of(table: str) -> Mapping[str, Collection[str]]:

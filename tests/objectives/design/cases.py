@@ -3,8 +3,8 @@
 from dataclasses import replace
 from typing import Any
 
-from objectives.certificates import RotorLag
 from objectives.design import DesignAxis, DesignRequirements
+from objectives.linear_axis.channel_model import RotorLag
 from plant.law_registry import LAWS
 from plant.laws.law import Law, Span
 

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from objectives.certificates import RotorLag
 from objectives.design import DesignRequirements, adrc_design
 from objectives.design.adrc_design import LARGEST_DESCRIBING, design_hybrid, design_ladrc, integral_gain
 from objectives.design.expressions import Complex, Feedback, observed, sensitivities
 from objectives.design.frequency import closed_matrix, responses
 from objectives.design.program import load_rejection
+from objectives.linear_axis.channel_model import RotorLag
 from plant.law_registry import LAWS
 from plant.laws import hybrid, ladrc
 from plant.seeds import generator

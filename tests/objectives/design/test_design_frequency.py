@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from objectives.certificates import AxisLoop, RotorLag, TiltLoop
-from objectives.certificates.channel_model import Factors, closed_loop
 from objectives.design.frequency import closed_matrix, mean_delays, peaks, responses
+from objectives.linear_axis.channel_model import AxisLoop, Factors, RotorLag, TiltLoop, closed_loop
 from plant.laws import hybrid, ladrc, pid
-from tests.objectives.certificates.cases import HYBRID, LADRC, PID, transfer
+from tests.objectives.linear_axis.cases import HYBRID, LADRC, PID, transfer
 
 OMEGA = np.array([0.05, 0.7, 5.0, 20.0, 90.0])
 S = 1j * OMEGA

@@ -1,9 +1,8 @@
 """Margins of one controller as a document, what `tuner margins --json` prints: values, limits of a study, certificates."""
 
 from collections.abc import Sequence
-from functools import cache
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,15 +16,12 @@ from objectives.margins.trim import Trim
 from objectives.requirements import worst_place
 from objectives.scales import units_of
 from plant.errors import InputError
-from plant.loop import Timing
-from plant.quadrotor.cascade import AXES
 from plant.quadrotor.nominal import nominal
 from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import Loops, PlantSubject, Subject, subject_of
 from tuner.documents.margins import (
     MARGINS_FORMAT,
     MARGINS_VERSION,
-    CertificateRow,
     ChannelMargins,
     GuaranteedRange,
     LimitCycleRow,
@@ -46,9 +42,6 @@ from tuner.study.margins import MarginAnalysis, margin_requirement
 from tuner.study.plant_margins import margin_values, margins_asked
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
-
-if TYPE_CHECKING:
-    from objectives.certificates import Certificate
 
 UNSTABLE, WITHOUT_END = "the loop is not stable", "no bound"
 
@@ -302,29 +295,3 @@ def _worst_row(entry: MarginRequirement, values: np.ndarray, states: tuple[str, 
         return row
     each = [StateValue(state=state, value=finite(value)) for state, value in zip(states, si, strict=True)]
     return row.model_copy(update={"state": states[worst], "states": each})
-
-
-def certificate_rows(controller: Controller) -> list[CertificateRow]:
-    """Return the certificates of every axis that they apply to; value None where nothing is proved."""
-    # What proves them takes a second to import.
-    from objectives.certificates import CERTIFICATES, axis_loop
-
-    assumed = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
-    timing = Timing(controller.control_period, controller.plant_step)
-    loops = {axis: axis_loop(controller.cascade, controller.gains, assumed, timing, axis) for axis in AXES}
-    # x and y are mostly one loop, roll and pitch another: each is proved once.
-    proved = cache(lambda info, loop: info.run(loop))
-    return [
-        certificate_row(axis, info.name, info.title, info.source, proved(info, loop))
-        for axis, loop in loops.items()
-        for info in CERTIFICATES.values()
-        if info.applies_to(loop)
-    ]
-
-
-def certificate_row(axis: str, name: str, title: str, source: str, certificate: "Certificate") -> CertificateRow:
-    """Return a certificate of an axis as a row of margins.json."""
-    value, unit, is_verified, why = certificate.value, certificate.unit, certificate.verified, certificate.why
-    return CertificateRow(
-        axis=axis, name=name, title=title, value=value, unit=unit, verified=is_verified, why=why, source=source
-    )

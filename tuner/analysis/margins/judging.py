@@ -3,8 +3,8 @@
 import numpy as np
 
 from objectives.margins.trim import Trim
+from plant.errors import InputError
 from tuner.analysis.margins.document import (
-    certificate_rows,
     default_requirements,
     margins_document,
     plant_margins_document,
@@ -13,7 +13,8 @@ from tuner.analysis.margins.document import (
     study_requirements,
 )
 from tuner.analysis.margins.readings import Loops, plant_subject, subject_of
-from tuner.documents.margins import MarginsDocument
+from tuner.documents.margins import CertificateRow, MarginsDocument
+from tuner.extension import added, load
 from tuner.gains import Controller
 from tuner.study.plant_controller import PlantController
 from tuner.study.study import Study
@@ -29,7 +30,7 @@ def judge_quadrotor(controller: Controller, trim: Trim, study: Study | None, cer
         limits = study_requirements(study, controller, None if trim == Trim() else trim)
     document = margins_document(subject, requirements_in(subject) if limits is None else limits)
     if certified:
-        document = document.model_copy(update={"certificates": certificate_rows(controller)})
+        document = document.model_copy(update={"certificates": _proved("quadrotor", controller)})
     return subject, document, limits is not None
 
 
@@ -39,8 +40,14 @@ def judge_plant(controller: PlantController, by_study: bool, certified: bool) ->
     limits = plant_requirements(controller.study, subject.row) if by_study else None
     document = plant_margins_document(subject, default_requirements(subject) if limits is None else limits)
     if certified:
-        # What proves them takes a second to import.
-        from tuner.analysis.margins.plant_certificates import plant_certificate_rows
-
-        document = document.model_copy(update={"certificates": plant_certificate_rows(subject)})
+        document = document.model_copy(update={"certificates": _proved("plant", subject)})
     return subject, document, limits is not None
+
+
+def _proved(kind: str, subject: Controller | Loops) -> list[CertificateRow]:
+    """Return the certificates of a kind of controller, InputError without their extension."""
+    references = added("certificates")
+    if kind not in references:
+        message = f"no installed extension proves anything of a {kind}; install one, such as certificates of gainproof"
+        raise InputError(message, key="--certificates")
+    return load(references[kind])(subject)

@@ -13,14 +13,17 @@ from typer.testing import CliRunner
 from objectives.margins.margins import MarginModel
 from objectives.margins.quantities import QUANTITIES, REPORTED
 from objectives.margins.trim import Trim
+from plant.errors import InputError
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.in_process import tuner
+from tuner import extension
 from tuner.analysis.margins.document import default_requirements, margins_document, study_requirements
 from tuner.analysis.margins.judging import judge_quadrotor
 from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import subject_of
 from tuner.api.gains import default_gains
+from tuner.api.margins import margins
 from tuner.cli.main import app
 from tuner.cli.printers.margins import marks_of
 from tuner.documents.margins import LimitRow, MarginsDocument
@@ -241,13 +244,13 @@ def test_out_holds_the_document_with_extents_that_are_printed_too(tmp_path, monk
 
 
 def test_certificates_are_those_that_apply_to_each_axis(monkeypatch):
-    from objectives import certificates
-    from objectives.certificates.certificate import Certificate, CertificateInfo
+    from tuner.extensions.certificates import rows
+    from tuner.extensions.certificates.certificate import Certificate, CertificateInfo
 
     info = CertificateInfo(
         "mine", "title", "source", frozenset({"pid"}), lambda _: Certificate(2.0, "s", True, "because")
     )
-    monkeypatch.setattr(certificates, "CERTIFICATES", {"mine": info})
+    monkeypatch.setattr(rows, "CERTIFICATES", {"mine": info})
     found = json.loads(asked("--law", "pid", "--certificates", "--json").stdout)["certificates"]
     assert [row["axis"] for row in found] == ["roll", "pitch", "yaw"]
     assert found[0] == {
@@ -261,6 +264,14 @@ def test_certificates_are_those_that_apply_to_each_axis(monkeypatch):
         "source": "source",
     }
     assert "because" in asked("--law", "pid", "--certificates").stdout
+
+
+def test_certificates_need_an_extension_that_proves_them(monkeypatch):
+    monkeypatch.setattr(extension, "extensions", dict)
+    gains = default_gains("pid")
+    with pytest.raises(InputError, match="no installed extension proves anything of a quadrotor") as caught:
+        margins(gains, certificates=True)
+    assert caught.value.key == "--certificates" and margins(gains).document.certificates is None
 
 
 @pytest.mark.parametrize("compiled", [False, True])

@@ -7,23 +7,23 @@ import pytest
 from typer.testing import CliRunner
 
 import tuner
-from objectives.certificates.peak_gain import disturbed
-from objectives.certificates.plant_axis import PlantAxis
-from objectives.certificates.supertwisting import largest_rate
 from objectives.margins.quantities import REPORTED
 from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Channel
-from tests.objectives.certificates.test_plant_axis import impulse
 from tests.plant.model.plants import system_of
 from tests.tuner.conftest import QUICKSTART
-from tuner.analysis.margins.plant_certificates import plant_certificate_rows
+from tests.tuner.extensions.certificates.test_plant_axis import impulse
 from tuner.analysis.margins.readings import plant_subject
 from tuner.api.studies import load_study
 from tuner.cli.main import app
 from tuner.cli.printers.margins import heading
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.opening import open_results
+from tuner.extensions.certificates.peak_gain import disturbed
+from tuner.extensions.certificates.plant_axis import PlantAxis
+from tuner.extensions.certificates.plant_rows import plant_certificate_rows
+from tuner.extensions.certificates.supertwisting import largest_rate
 from tuner.gains import plant_gains_document
 from tuner.store.document import json_text
 from tuner.study.plant_study import PlantStudy

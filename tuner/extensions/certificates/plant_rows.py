@@ -8,19 +8,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from objectives.certificates import CERTIFICATES, Certificate
-from objectives.certificates.certificate import inconclusive
-from objectives.certificates.channel_model import MODELLED, closed_loop, is_stable
-from objectives.certificates.linear_bound import smallest_sum
-from objectives.certificates.peak_gain import disturbed
-from objectives.certificates.plant_axis import PlantAxis
-from objectives.certificates.supertwisting import RATE_UNIT, largest_rate
+from objectives.linear_axis.channel_model import MODELLED, closed_loop, is_stable
 from objectives.margins.describing import Case
 from plant.law_registry import law
 from plant.records import paths
-from tuner.analysis.margins.document import certificate_row
 from tuner.analysis.margins.readings import PlantSubject
 from tuner.documents.margins import CertificateRow
+from tuner.extensions.certificates.certificate import Certificate, inconclusive
+from tuner.extensions.certificates.linear_bound import smallest_sum
+from tuner.extensions.certificates.peak_gain import disturbed
+from tuner.extensions.certificates.plant_axis import PlantAxis
+from tuner.extensions.certificates.registry import CERTIFICATES
+from tuner.extensions.certificates.rows import certificate_row
+from tuner.extensions.certificates.supertwisting import RATE_UNIT, largest_rate
 
 ASSUMPTIONS = "assumptions"
 """Name of the row of a channel of which no certificate speaks, with the assumption that fails."""

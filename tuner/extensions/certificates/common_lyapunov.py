@@ -14,9 +14,9 @@ from itertools import product
 import cvxpy as cp
 import numpy as np
 
-from objectives.certificates import lmi
-from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
-from objectives.certificates.channel_model import MODELLED, Factors, Loop, closed_loop, is_stable
+from objectives import lmi
+from objectives.linear_axis.channel_model import MODELLED, Factors, Loop, closed_loop, is_stable
+from tuner.extensions.certificates.certificate import Certificate, CertificateInfo, inconclusive
 
 Array = np.ndarray
 

@@ -17,9 +17,9 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from objectives.certificates import lmi
-from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
-from objectives.certificates.channel_model import MODELLED, WITH_SECTOR, Loop, closed_loop, is_stable, sector
+from objectives import lmi
+from objectives.linear_axis.channel_model import MODELLED, WITH_SECTOR, Loop, closed_loop, is_stable, sector
+from tuner.extensions.certificates.certificate import Certificate, CertificateInfo, inconclusive
 
 Array = np.ndarray
 

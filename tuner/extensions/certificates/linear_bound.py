@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from scipy.linalg import schur, solve_continuous_lyapunov, solve_sylvester
 
-from objectives.certificates.lmi import coordinates, is_negative, is_positive
-from objectives.certificates.peak_gain import Disturbed, inequality
+from objectives.lmi import coordinates, is_negative, is_positive
+from tuner.extensions.certificates.peak_gain import Disturbed, inequality
 
 Array = np.ndarray
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from objectives.certificates.channel_model import MODELLED, AxisLoop, TiltLoop
+from objectives.linear_axis.channel_model import MODELLED, AxisLoop, TiltLoop
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from objectives.certificates.supertwisting import largest_rate
 from plant.seeds import generator
+from tuner.extensions.certificates.supertwisting import largest_rate
 
 GAINS = [(1.5, 1.1), (2.0, 2.0), (0.3, 1.0), (2.4, 1.0), (150.0, 1.1e4), (0.02, 1e-3)]
 

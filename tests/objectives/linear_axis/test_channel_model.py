@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from objectives.certificates.channel_model import (
+from objectives.design.frequency import actuator_response
+from objectives.linear_axis.channel_model import (
     MODELLED,
     OUTPUTS,
     WITH_SECTOR,
@@ -22,12 +23,11 @@ from objectives.certificates.channel_model import (
     is_stable,
     sector,
 )
-from objectives.design.frequency import actuator_response
 from plant.law_registry import LAWS
 from plant.laws import hybrid, ladrc, pid
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.seeds import generator
-from tests.objectives.certificates.cases import HYBRID, LADRC, PID, ROTORS, transfer
+from tests.objectives.linear_axis.cases import HYBRID, LADRC, PID, ROTORS, transfer
 from tests.plant.axis import continuous_feedback, defaults
 
 FREQUENCIES = [0.03, 0.4, 2.0, 9.0, 60.0, 400.0]

@@ -8,11 +8,7 @@ import control
 import numpy as np
 import pytest
 
-from objectives.certificates import AxisLoop, RotorLag, circle_criterion
-from objectives.certificates.channel_model import INPUTS, OUTPUTS, Factors, closed_loop, is_stable
-from objectives.certificates.linear_bound import smallest_sum, with_modes_apart
-from objectives.certificates.peak_gain import disturbed
-from objectives.certificates.plant_axis import PlantAxis
+from objectives.linear_axis.channel_model import INPUTS, OUTPUTS, AxisLoop, Factors, RotorLag, closed_loop, is_stable
 from objectives.margins.plant_margins import PlantMargins
 from plant.law_registry import LAWS
 from plant.loop import Timing
@@ -20,6 +16,10 @@ from plant.model.plan import Actuator, Channel
 from plant.model.scenario import PlantScenario
 from plant.quadrotor.scenarios import SEARCH
 from tests.plant.model.plants import cascade, pid, stepped, system_of
+from tuner.extensions.certificates import circle_criterion
+from tuner.extensions.certificates.linear_bound import smallest_sum, with_modes_apart
+from tuner.extensions.certificates.peak_gain import disturbed
+from tuner.extensions.certificates.plant_axis import PlantAxis
 
 MOTOR = (10.0, 10.0, 0.2, 0.001)
 

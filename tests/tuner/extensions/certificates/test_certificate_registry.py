@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from objectives.certificates import CERTIFICATES, AxisLoop, RotorLag, TiltLoop, axis_loop
-from objectives.certificates.channel_model import MODELLED, closed_loop
-from objectives.certificates.lmi import MARGIN, coordinates, is_negative, is_positive
+from objectives.linear_axis.axis_of_cascade import axis_loop
+from objectives.linear_axis.channel_model import MODELLED, AxisLoop, RotorLag, TiltLoop, closed_loop
+from objectives.lmi import MARGIN, coordinates, is_negative, is_positive
 from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.quadrotor.cascade import AXES, close_cascade
 from plant.quadrotor.gains import default_row, gain_addresses
 from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
 from tests.plant.harness import VEHICLES
+from tuner.extensions.certificates.registry import CERTIFICATES
 
 TIMING = Timing(0.004, 0.001)
 HUMMINGBIRD = VEHICLES["hummingbird"]

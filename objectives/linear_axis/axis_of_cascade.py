@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from objectives.certificates.channel_model import AxisLoop, RotorLag, TiltLoop
+from objectives.linear_axis.channel_model import AxisLoop, RotorLag, TiltLoop
 from plant.loop import Timing
 from plant.quadrotor.cascade import ATTITUDE_AXES, Cascade
 from plant.quadrotor.nominal import Nominal, yaw_lead

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.certificates import AxisLoop, RotorLag
+from objectives.linear_axis.channel_model import AxisLoop, RotorLag
 from plant.laws import hybrid, ladrc, pid
 
 Array = NDArray[np.float64]

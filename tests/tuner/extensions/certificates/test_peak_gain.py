@@ -7,12 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_continuous_lyapunov
 
-from objectives.certificates import AxisLoop, Certificate, TiltLoop
-from objectives.certificates.channel_model import closed_loop, sector
-from objectives.certificates.peak_gain import disturbed, run
+from objectives.linear_axis.channel_model import AxisLoop, TiltLoop, closed_loop, sector
 from plant.laws import hybrid, ladrc, pid
 from plant.laws.hybrid import sliding_term
-from tests.objectives.certificates.cases import HYBRID, LADRC, PID, Array
+from tests.objectives.linear_axis.cases import HYBRID, LADRC, PID, Array
+from tuner.extensions.certificates.certificate import Certificate
+from tuner.extensions.certificates.peak_gain import disturbed, run
 
 MILD = replace(HYBRID, gains=hybrid.Gains(10.0, 5.0, 4.0, 8.0, 0.1))
 

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from objectives.certificates import AxisLoop, TiltLoop
-from objectives.certificates.channel_model import Factors, closed_loop
-from objectives.certificates.common_lyapunov import common_matrix, corners, run
+from objectives.linear_axis.channel_model import AxisLoop, Factors, TiltLoop, closed_loop
 from plant.laws import ladrc, pid
 from plant.seeds import generator
-from tests.objectives.certificates.cases import HYBRID, LADRC, PID, ROTORS, is_negative
+from tests.objectives.linear_axis.cases import HYBRID, LADRC, PID, ROTORS, is_negative
+from tuner.extensions.certificates.common_lyapunov import common_matrix, corners, run
 
 OUTER = AxisLoop("ladrc", ladrc.Gains(1.2, 1.0, 4.0), TiltLoop(LADRC), "position")
 AXES = {"ladrc": LADRC, "pid": PID, "hybrid": HYBRID, "horizontal": OUTER}

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from objectives.certificates import AxisLoop, TiltLoop
-from objectives.certificates.channel_model import WITH_SECTOR, closed_loop, sector
-from objectives.certificates.circle_criterion import run
+from objectives.linear_axis.channel_model import WITH_SECTOR, AxisLoop, TiltLoop, closed_loop, sector
 from plant.laws import hybrid
 from plant.laws.hybrid import sliding_term
-from tests.objectives.certificates.cases import HYBRID, LADRC, ROTORS, Array, is_negative
+from tests.objectives.linear_axis.cases import HYBRID, LADRC, ROTORS, Array, is_negative
+from tuner.extensions.certificates.circle_criterion import run
 
 AXES = {
     "measured rate": HYBRID,

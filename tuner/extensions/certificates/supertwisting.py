@@ -19,10 +19,10 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from objectives.certificates import lmi
-from objectives.certificates.certificate import Certificate, CertificateInfo, inconclusive
-from objectives.certificates.channel_model import Loop
+from objectives import lmi
+from objectives.linear_axis.channel_model import Loop
 from plant.law_registry import LAWS, law
+from tuner.extensions.certificates.certificate import Certificate, CertificateInfo, inconclusive
 
 Array = np.ndarray
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
-from objectives.certificates.channel_model import (
+from objectives.linear_axis.channel_model import (
     MODELLED,
     WITH_SECTOR,
     Factors,

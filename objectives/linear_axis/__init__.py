@@ -1,0 +1,1 @@
+"""One axis of a controller as linear loops."""

@@ -1,0 +1,1 @@
+"""Certificates: numbers proved about one axis of a controller by matrix inequalities, without flying."""
