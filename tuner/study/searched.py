@@ -205,6 +205,9 @@ class SearchedStudy:
         """Symbol, meaning and unit of each variable."""
         raise NotImplementedError
 
+    def _repr_html_(self) -> str:
+        raise NotImplementedError
+
     @property
     def requirements(self) -> tuple[Requirement, ...]:
         """Requirements that are known without a trial."""
