@@ -50,6 +50,7 @@ class Extension:
         firmwares: Name of a firmware that flies finalists -> "module:FIRMWARE".
         opinions: Name -> "module:function" that returns an opinion on a run's gains against present ones.
         targets: Name of an export target -> "module:TARGET".
+        backends: Name of --backend -> "module:BACKEND", the device that flies.
         templates: First word after `tuner new` -> "module:function" that writes files and returns them.
     """
 
@@ -69,6 +70,7 @@ class Extension:
     firmwares: Names = field(default_factory=_none)
     opinions: Names = field(default_factory=_none)
     targets: Names = field(default_factory=_none)
+    backends: Names = field(default_factory=_none)
     templates: Names = field(default_factory=_none)
 
 

@@ -13,7 +13,7 @@ from typing import Unpack
 
 import numpy as np
 
-from objectives.engine import Engine
+from objectives.engine import LANES, Engine
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from plant.texts import PlainTable
 from plant.threads import use_threads
@@ -21,7 +21,7 @@ from tuner import report
 from tuner.analysis.finals import draw_ahead
 from tuner.documents.summary import Summary, gains_name
 from tuner.engines.cluster.connect import engine_at
-from tuner.engines.cuda import LANES, engine_named, recorded_engine
+from tuner.engines.registry import engine_named, recorded_engine
 from tuner.experiments.experiment import DRAWN, Experiment
 from tuner.experiments.options import Options, reused
 from tuner.experiments.tuning.conclusion import conclude

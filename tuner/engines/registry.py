@@ -1,32 +1,43 @@
-"""Engines by the names of `--backend`; a card that is not there is refused, for no other engine has its bits."""
+"""Engines of flights by name, of core and extensions; each has bits of its own, so none stands in for another."""
 
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
-from objectives.engine import Engine
+from objectives.engine import LANES, Engine
 from objectives.flown_system import FlownSystem
 from plant.errors import InputError, StoreError, check_name
+from tuner.extension import added, load
 from tuner.store.inputs import read_record
 
 KEY = "--backend"
-LANES = "lanes"
-PRECISIONS = {"cuda": "float64", "cuda-float32": "float32"}
-BACKENDS = (LANES, *PRECISIONS)
+
+
+class Backend(NamedTuple):
+    """What another device than the processor flies with.
+
+    Attributes:
+        arithmetic: Beginning of its engine's arithmetic, which no other backend has.
+        missing: Returns the words for what this machine lacks, None where it can fly.
+        engine: Returns the engine of a system and a root seed.
+    """
+
+    arithmetic: str
+    missing: Callable[[], str | None]
+    engine: Callable[[FlownSystem, int], Engine]
 
 
 def engine_named(backend: str, system: FlownSystem, root: int) -> Engine | None:
-    """Return the engine of a backend, None for the processor; InputError where this machine has no card for it."""
+    """Return the engine of a backend, None for the processor; InputError where this machine lacks it."""
     check(backend)
     if backend == LANES:
         return None
-    from plant.backends.cuda_card import missing
-
-    why = missing()
+    chosen: Backend = load(added("backends")[backend])
+    why = chosen.missing()
     if why is not None:
         raise InputError(f"given '{backend}', and {why}; leave the option out to fly on the processor", key=KEY)
-    from objectives.cuda_engine import CudaEngine
-
-    return CudaEngine(system, root, PRECISIONS[backend])
+    return chosen.engine(system, root)
 
 
 def recorded_engine(results: Path, system: FlownSystem, root: int, cluster: Engine | None = None) -> Engine | None:
@@ -41,7 +52,8 @@ def recorded_engine(results: Path, system: FlownSystem, root: int, cluster: Engi
         return None
     if cluster is not None:
         raise StoreError(f"{results} was flown by {recorded}; the workers of a cluster fly lanes, so leave --dask out")
-    backend = next((name for name, precision in PRECISIONS.items() if recorded.startswith(f"cuda-{precision},")), None)
+    backends: dict[str, Backend] = {name: load(reference) for name, reference in added("backends").items()}
+    backend = next((name for name, entry in backends.items() if recorded.startswith(entry.arithmetic)), None)
     engine = None
     with suppress(InputError):
         engine = None if backend is None else engine_named(backend, system, root)
@@ -55,4 +67,4 @@ def recorded_engine(results: Path, system: FlownSystem, root: int, cluster: Engi
 
 def check(backend: str) -> None:
     """Raise UnknownNameError where no backend has this name."""
-    check_name("backend", backend, BACKENDS, key=KEY)
+    check_name("backend", backend, (LANES, *added("backends")), key=KEY)
