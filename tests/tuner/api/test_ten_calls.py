@@ -21,7 +21,8 @@ from tuner.api.checking import Checked, Judgement
 from tuner.api.designing import Design
 from tuner.api.exporting import Exported
 from tuner.api.flying import Flights
-from tuner.api.margins import Cost, Margins, Theory
+from tuner.api.margins import Margins, Theory
+from tuner.extensions.processor_cost.api import Cost
 from tuner.study.kinds import AnyStudy
 
 STUDIES = QUICKSTART.parent
