@@ -51,6 +51,7 @@ class Extension:
         opinions: Name -> "module:function" that returns an opinion on a run's gains against present ones.
         targets: Name of an export target -> "module:TARGET".
         backends: Name of --backend -> "module:BACKEND", the device that flies.
+        clusters: Option of a run -> "module:function" that connects to the engine of its value.
         templates: First word after `tuner new` -> "module:function" that writes files and returns them.
     """
 
@@ -71,6 +72,7 @@ class Extension:
     opinions: Names = field(default_factory=_none)
     targets: Names = field(default_factory=_none)
     backends: Names = field(default_factory=_none)
+    clusters: Names = field(default_factory=_none)
     templates: Names = field(default_factory=_none)
 
 

@@ -1,7 +1,7 @@
 """Engines of flights by name, of core and extensions; each has bits of its own, so none stands in for another."""
 
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,8 +10,10 @@ from objectives.flown_system import FlownSystem
 from plant.errors import InputError, StoreError, check_name
 from tuner.extension import added, load
 from tuner.store.inputs import read_record
+from tuner.study.tuning_study import TuningStudy
 
 KEY = "--backend"
+CLUSTER = "dask"
 
 
 class Backend(NamedTuple):
@@ -26,6 +28,30 @@ class Backend(NamedTuple):
     arithmetic: str
     missing: Callable[[], str | None]
     engine: Callable[[FlownSystem, int], Engine]
+
+
+def cluster_engine(
+    where: str | None, study: TuningStudy, threads: int | None, say: Callable[[str], None]
+) -> AbstractContextManager[Engine | None]:
+    """Connect to the cluster of --dask; yield its engine, None without the option.
+
+    Args:
+        where: Value of the option.
+        study: Study that flies there.
+        threads: Threads of local processes together.
+        say: Called with a line about the cluster.
+
+    Raises InputError where no extension connects to one.
+    """
+    if where is None:
+        return nullcontext()
+    reference = added("clusters").get(CLUSTER)
+    if reference is None:
+        raise InputError(
+            "no installed extension connects to a cluster; leave the option out to fly on this machine",
+            key=f"--{CLUSTER}",
+        )
+    return load(reference)(where, study, threads, say)
 
 
 def engine_named(backend: str, system: FlownSystem, root: int) -> Engine | None:

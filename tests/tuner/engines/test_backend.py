@@ -69,6 +69,19 @@ def test_without_an_extension_the_processor_alone_flies(monkeypatch, tmp_path):
         choice.recorded_engine(recorded(tmp_path / "card", "cuda-float32, sm_90"), system(), 1)
 
 
+def test_a_cluster_is_reached_through_a_record_and_never_replaced_by_this_machine(monkeypatch):
+    study: Any = object()
+    asked = []
+    monkeypatch.setattr(choice, "load", lambda reference: lambda *given: asked.append((reference, *given)))
+    with choice.cluster_engine(None, study, None, print) as engine:
+        assert engine is None
+    choice.cluster_engine("local:2", study, 4, print)
+    assert asked == [("tuner.extensions.cluster.connect:engine_at", "local:2", study, 4, print)]
+    monkeypatch.setattr(choice, "added", lambda part: {})
+    with pytest.raises(InputError, match="--dask: no installed extension connects to a cluster"):
+        choice.cluster_engine("local:2", study, None, print)
+
+
 def system():
     from objectives.system import System
 

@@ -10,11 +10,11 @@ from objectives.flown_system import FlightBatch, FlownSystem, OnFlightsDone, Sce
 from objectives.tails.estimate import LocalReplicas
 from objectives.tails.limit_function import Replica
 from objectives.tails.planning import Plan
-from tuner.engines.cluster.brief import brief_of
-from tuner.engines.cluster.watch import Watch
-from tuner.engines.cluster.worker import BriefPlugin, desk_of
 from tuner.experiments.tails.events import Event, read_event
 from tuner.experiments.tails.flight_limit import FlightLimit
+from tuner.extensions.cluster.brief import brief_of
+from tuner.extensions.cluster.watch import Watch
+from tuner.extensions.cluster.worker import BriefPlugin, desk_of
 
 STREAM = "tail"
 SHARES = 2

@@ -30,13 +30,13 @@ from tuner.documents.tail import (
     TailPoint,
     TailRatio,
 )
-from tuner.engines.cluster.connect import client_at
-from tuner.engines.cluster.own_files import own_files_of
 from tuner.experiments.tails.events import Event, read_event
 from tuner.experiments.tails.flight_limit import FlightLimit, space_of
 from tuner.experiments.tails.record import DOCUMENT, POINT_SUFFIX, TAIL, Record, point_bytes
 from tuner.experiments.tails.tail_event import tail_event
 from tuner.experiments.tails.time_bins import TimeBins
+from tuner.extensions.cluster.connect import client_at
+from tuner.extensions.cluster.own_files import own_files_of
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.folder import Folder
 from tuner.store.key_inputs import DIGEST, Inputs
