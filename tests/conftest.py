@@ -36,7 +36,7 @@ LONG = (
     "tuner/api/test_examples.py", "tuner/gains/test_gains_schema.py", "test_blocks_of_pages.py",
     "objectives/margins/test_margin_control.py", "tuner/report/test_report_layout.py", "tuner/exchange/c99/test_c99_bits.py",
     "tuner/extensions/trials/test_ask_and_tell.py", "tuner/exchange/c99/test_c99_bundle.py",
-    "tuner/extensions/betaflight/test_betaflight_firmware.py", "tuner/engines/cluster/test_cluster_lost.py",
+    "tuner/extensions/betaflight/test_betaflight_firmware.py", "tuner/extensions/cluster/test_cluster_lost.py",
 )  # fmt: skip
 # Folders whose files share runs that take seconds (fixtures of the session): one worker gets all of each.
 TOGETHER = (

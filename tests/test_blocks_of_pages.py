@@ -35,7 +35,7 @@ NOT_RUN = {
 }
 """Commands of the pages that are not typed, with the reason; all others are."""
 ELSEWHERE = {"docs/cluster.md"}
-"""Pages whose commands tests/tuner/engines/cluster/test_cluster_document.py types, with this machine for the others."""
+"""Pages whose commands tests/tuner/extensions/cluster/test_cluster_document.py types, with this machine for the others."""
 OMITTED = re.compile("|".join(NOT_RUN), re.MULTILINE)
 GIVEN = {
     "log15": "tests/tuner/extensions/logs/crazyflie/log15_70_to_85",

@@ -23,7 +23,7 @@ _HOMES = {
     "tuner.api.exporting": ("export", "import_gains"),
     "tuner.api.flying": ("fly",),
     "tuner.api.gains": ("Gains", "default_gains", "read_gains"),
-    "tuner.api.margins": ("cost", "margins"),
+    "tuner.api.margins": ("margins",),
     "tuner.api.planning": ("plan",),
     "tuner.api.results": (
         "ComparisonResults",

@@ -16,7 +16,6 @@ from tuner.api.flying import fly as fly
 from tuner.api.gains import Gains as Gains
 from tuner.api.gains import default_gains as default_gains
 from tuner.api.gains import read_gains as read_gains
-from tuner.api.margins import cost as cost
 from tuner.api.margins import margins as margins
 from tuner.api.planning import plan as plan
 from tuner.api.results import ComparisonResults as ComparisonResults
@@ -43,6 +42,7 @@ from tuner.extensions.judge.api import judge as judge
 from tuner.extensions.judge.api import read_back as read_back
 from tuner.extensions.log_comparison.api import compare_logs as compare_logs
 from tuner.extensions.parts_list.api import estimate_airframe as estimate_airframe
+from tuner.extensions.processor_cost.api import cost as cost
 from tuner.extensions.sensitivity.api import sensitivity as sensitivity
 from tuner.extensions.tails.api import tail as tail
 from tuner.extensions.theory.api import theory as theory

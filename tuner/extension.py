@@ -60,6 +60,8 @@ class Extension:
         certificates: "quadrotor" or "plant" -> "module:function" that returns what is proved of it, as rows of its margins.
         requirements: Table of a study -> "module:RequirementKind".
         targets: Name of an export target -> "module:TARGET".
+        backends: Name of --backend -> "module:BACKEND", the device that flies.
+        clusters: Option of a run -> "module:function" that connects to the engine of its value.
         templates: First word after `tuner new` -> "module:function" that writes files and returns them.
     """
 
@@ -89,6 +91,8 @@ class Extension:
     certificates: Names = field(default_factory=_none)
     requirements: Names = field(default_factory=_none)
     targets: Names = field(default_factory=_none)
+    backends: Names = field(default_factory=_none)
+    clusters: Names = field(default_factory=_none)
     templates: Names = field(default_factory=_none)
 
 

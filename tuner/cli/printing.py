@@ -15,7 +15,6 @@ PRINTERS = {
     "Checked": "tuner.cli.printers.check:print_checked",
     "ComparisonResults": "tuner.cli.printers.compare:print_compared",
     "ContestResults": "tuner.cli.printers.contest:print_contest",
-    "Cost": "tuner.cli.printers.gains:print_costs",
     "Design": "tuner.cli.printers.margins:print_design",
     "Exported": "tuner.cli.printers.export:print_export",
     "Flights": "tuner.cli.printers.gains:print_flights",

@@ -6,9 +6,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Unpack
 
+from objectives.engine import LANES
 from plant.errors import InputError, StoreError
 from tuner.documents.opening import open_results
-from tuner.engines.cuda import LANES, check
+from tuner.engines.registry import check
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.options import OPTIONS, RunOptions, reused
 from tuner.extension import added, load

@@ -23,7 +23,7 @@ from plant.records import paths
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, gains, inputs, loop, spec
 from tests.plant.own_files import SWAY
 from tuner.api.studies import load_study
-from tuner.engines.cluster.brief import brief_of, system_of
+from tuner.extensions.cluster.brief import brief_of, system_of
 from tuner.study.plant_study import PlantStudy
 
 FLIGHTS = 3

@@ -21,7 +21,8 @@ from tuner.api.checking import Checked, Judgement
 from tuner.api.designing import Design
 from tuner.api.exporting import Exported
 from tuner.api.flying import Flights
-from tuner.api.margins import Cost, Margins
+from tuner.api.margins import Margins
+from tuner.extensions.processor_cost.api import Cost
 from tuner.extensions.theory.api import Theory
 from tuner.study.kinds import AnyStudy
 

@@ -9,7 +9,7 @@ from plant.backends import cuda_card
 from plant.errors import InputError, StoreError, UnknownNameError
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, loop
 from tests.tuner.in_process import tuner
-from tuner.engines import cuda as choice
+from tuner.engines import registry as choice
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord
 
@@ -50,6 +50,36 @@ def test_run_does_not_fly_on_the_processor_instead(monkeypatch, capsys, tmp_path
         monkeypatch, capsys, "run", "studies/quickstart.toml", "--backend", "cuda-float32", "--out", out
     )
     assert code == 2 and "pip install" in error and error.count("\n") == 1 and not out.exists()
+
+
+def test_a_backend_of_another_record_flies_by_its_name_and_what_it_flew(monkeypatch, tmp_path):
+    engine = flying("slide-rule, 10 inches")
+    backend = choice.Backend("slide-rule,", lambda: None, lambda flown, root: engine)
+    monkeypatch.setattr(choice, "added", lambda part: {"slide": "a:B"} if part == "backends" else {})
+    monkeypatch.setattr(choice, "load", {"a:B": backend}.__getitem__)
+    assert choice.engine_named("slide", system(), 1) is engine
+    assert choice.recorded_engine(recorded(tmp_path / "slide", engine.arithmetic), system(), 1) is engine
+
+
+def test_without_an_extension_the_processor_alone_flies(monkeypatch, tmp_path):
+    monkeypatch.setattr(choice, "added", lambda part: {})
+    with pytest.raises(UnknownNameError, match="unknown backend 'cuda'.*lanes"):
+        choice.engine_named("cuda", system(), 1)
+    with pytest.raises(StoreError, match="there is none here"):
+        choice.recorded_engine(recorded(tmp_path / "card", "cuda-float32, sm_90"), system(), 1)
+
+
+def test_a_cluster_is_reached_through_a_record_and_never_replaced_by_this_machine(monkeypatch):
+    study: Any = object()
+    asked = []
+    monkeypatch.setattr(choice, "load", lambda reference: lambda *given: asked.append((reference, *given)))
+    with choice.cluster_engine(None, study, None, print) as engine:
+        assert engine is None
+    choice.cluster_engine("local:2", study, 4, print)
+    assert asked == [("tuner.extensions.cluster.connect:engine_at", "local:2", study, 4, print)]
+    monkeypatch.setattr(choice, "added", lambda part: {})
+    with pytest.raises(InputError, match="--dask: no installed extension connects to a cluster"):
+        choice.cluster_engine("local:2", study, None, print)
 
 
 def system():

@@ -22,7 +22,7 @@ from tests.plant.own_files import LAW, METRIC, REFERENCE, SWAY, edited, forget, 
 from tests.tuner.experiments.own_motor import write_motor
 from tuner.cli.app import with_code_first
 from tuner.documents.resolved import Resolved
-from tuner.engines.cluster.brief import brief_of, system_of
+from tuner.extensions.cluster.brief import brief_of, system_of
 from tuner.gains.examining import examine
 from tuner.store.folder import Folder
 from tuner.store.inputs import freeze

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from plant.errors import InputError, StoreError
 from plant.texts import PlainValue
-from tuner.engines.cuda import recorded_engine
+from tuner.engines.registry import recorded_engine
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.registry import CompletedRun, completed, experiments
 from tuner.experiments.tuning.flight_growth import grown_study

@@ -28,7 +28,7 @@ from plant.texts import PlainTable
 from tuner.documents.opening import kind_in
 from tuner.documents.summary import Summary, gains_name
 from tuner.documents.tables import read_frame
-from tuner.engines.cuda import recorded_engine
+from tuner.engines.registry import recorded_engine
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.flight_growth import grown_study

@@ -2,7 +2,7 @@
 
 Operations are those of the laws' step functions as CasADi expressions: deterministic, the same on every machine, without the
 cascade between the laws, which all contenders share. Instructions, memory and what a compiler makes of it come from the packaged
-table of `tuner.exchange.processor_cost`.
+table of `tuner.extensions.processor_cost`.
 """
 
 from functools import cache

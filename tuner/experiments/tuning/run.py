@@ -13,15 +13,14 @@ from typing import Unpack
 
 import numpy as np
 
-from objectives.engine import Engine
+from objectives.engine import LANES, Engine
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from plant.texts import PlainTable
 from plant.threads import use_threads
 from tuner import report
 from tuner.analysis.finals import draw_ahead
 from tuner.documents.summary import Summary, gains_name
-from tuner.engines.cluster.connect import engine_at
-from tuner.engines.cuda import LANES, engine_named, recorded_engine
+from tuner.engines.registry import cluster_engine, engine_named, recorded_engine
 from tuner.experiments.experiment import DRAWN, Experiment
 from tuner.experiments.options import Options, reused
 from tuner.experiments.tuning.conclusion import conclude
@@ -71,7 +70,7 @@ class TuningRun(Experiment[TuningStudy, FlightOutcome]):
         cls, study: TuningStudy, watcher: Watcher, recorded: Path | None, **options: Unpack[Options]
     ) -> Iterator[Engine | None]:
         """Yield a cluster, a graphics card, or None for this machine's cores; recorded: the folder to go on with."""
-        with engine_at(options.get("dask"), study, options.get("threads"), watcher.on_message) as cluster:
+        with cluster_engine(options.get("dask"), study, options.get("threads"), watcher.on_message) as cluster:
             if recorded is not None:
                 yield recorded_engine(recorded, study.system, study.seed, cluster)
             else:

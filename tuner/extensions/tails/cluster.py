@@ -7,9 +7,9 @@ import numpy as np
 from distributed import Client
 
 from objectives.flown_system import FlightBatch, FlownSystem, OnFlightsDone, Scenario
-from tuner.engines.cluster.brief import brief_of
-from tuner.engines.cluster.watch import Watch
-from tuner.engines.cluster.worker import BriefPlugin, desk_of
+from tuner.extensions.cluster.brief import brief_of
+from tuner.extensions.cluster.watch import Watch
+from tuner.extensions.cluster.worker import BriefPlugin, desk_of
 from tuner.extensions.tails.estimation.estimate import LocalReplicas
 from tuner.extensions.tails.estimation.limit_function import Replica
 from tuner.extensions.tails.estimation.planning import Plan

@@ -6,6 +6,7 @@ HOME = "tuner.extensions.tails"
 EXTENSION = Extension(
     name="tails",
     about="Small probabilities: of rare events of a flight, and limits of a study on them.",
+    requires=("cluster",),
     command_module=f"{HOME}.command",
     commands=("tail",),
     api={"tail": f"{HOME}.api:tail"},

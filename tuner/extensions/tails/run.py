@@ -16,8 +16,8 @@ from plant.errors import StoreError, UnknownNameError
 from plant.seeds import generator
 from tuner.documents.parts import SampledValue
 from tuner.documents.tail import TailEvent, TailPoint
-from tuner.engines.cluster.connect import client_at
-from tuner.engines.cluster.own_files import own_files_of
+from tuner.extensions.cluster.connect import client_at
+from tuner.extensions.cluster.own_files import own_files_of
 from tuner.extensions.tails.document import TAIL_FORMAT, TAIL_VERSION, TailDocument, TailGains, TailRatio
 from tuner.extensions.tails.estimation.design_point import find_design_point, search_evaluations
 from tuner.extensions.tails.estimation.estimate import ReplicaRunner, estimate_tail

@@ -2,7 +2,7 @@
 
 The table holds the default gains of every pair of laws on the Hummingbird, counted once and for all machines. Counts hang on the
 laws, hardly on the gains, so it stands in where no compiler for a Cortex-M4F is installed, and studies use nothing else: what
-they find must not depend on what is installed. `tuner.exchange.processor_cost.measure` makes it.
+they find must not depend on what is installed. `tuner.extensions.processor_cost.measure` makes it.
 """
 
 import json

@@ -68,7 +68,7 @@ def _tabled_cost(system: System) -> ProcessorCost:
     if cost is None:
         message = (
             f"the cost of {attitude} with {position} is not in the packaged table; count it once by "
-            "python -m tuner.exchange.processor_cost.measure --write tuner/study/processor_cost/cortex_m4f.json"
+            "python -m tuner.extensions.processor_cost.measure --write tuner/study/processor_cost/cortex_m4f.json"
         )
         raise InputError(message, key="quantity")
     return cost

@@ -6,7 +6,6 @@ from unittest.mock import patch
 
 import numpy as np
 
-from objectives.cuda_engine import CudaEngine
 from objectives.flown_system import FlightBatch
 from objectives.metrics.columns import COLUMNS
 from objectives.system import System
@@ -14,6 +13,7 @@ from plant.backends import cuda_flights
 from plant.backends.cuda_flights import CudaFlyer
 from tests.plant.backends.gpu.flights import CASES, batch, rows
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, loop, spec
+from tuner.extensions.cuda.engine import CudaEngine
 
 
 def main():

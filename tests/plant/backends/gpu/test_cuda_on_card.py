@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from objectives.cuda_engine import CudaEngine
 from objectives.engine import LocalEngine
 from objectives.flown_system import FlightBatch
 from objectives.system import System
@@ -13,6 +12,7 @@ from plant.backends.flyer import Flyer, result_parts
 from plant.status import Status
 from tests.plant.backends.gpu.flights import LONG, PAIRS, assert_alike, batch, rows, tolerance
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, flyer, loop, spec
+from tuner.extensions.cuda.engine import CudaEngine
 
 pytestmark = pytest.mark.skipif(missing() is not None, reason=f"{missing()}")
 

@@ -5,9 +5,9 @@ import pytest
 from plant.law_registry import LAWS
 from tests.tuner.exchange.c99.compiled import uneven
 from tuner.exchange.c99.export import TARGET
-from tuner.exchange.processor_cost import qemu
-from tuner.exchange.processor_cost.measure import measure_cost
 from tuner.exchange.target import Request
+from tuner.extensions.processor_cost import qemu
+from tuner.extensions.processor_cost.measure import measure_cost
 
 pytestmark = pytest.mark.skipif(bool(qemu.missing()), reason=f"{qemu.missing()} not installed; {qemu.REMEDY}")
 # Instructions of the three attitude loops, call included: what hand-written code of these laws takes, and the refusal of NaN.

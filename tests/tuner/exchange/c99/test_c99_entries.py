@@ -23,7 +23,7 @@ from tests.tuner.exchange.c99.signals import attitude_inputs
 from tests.tuner.exchange.controllers import controller
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, entries
 from tuner.exchange.c99.quadrotor import constants_of, nominal_of
-from tuner.exchange.processor_cost.inputs import typical_inputs
+from tuner.extensions.processor_cost.inputs import typical_inputs
 
 K = 120
 

@@ -92,7 +92,7 @@ STARTERS = {
     "tuner/extensions/autopilots/libraries/building.py": "a checkout's compiler: refused",
     "tuner/extensions/autopilots/process.py": "a program: refused",
     "tuner/extensions/fmi/code.py": "the compiler of what is exported",
-    "tuner/exchange/processor_cost/qemu.py": "compiler and emulator of what is exported",
+    "tuner/extensions/processor_cost/qemu.py": "compiler and emulator of what is exported",
     "tuner/extensions/trials/program.py": "a program: refused",
     "tuner/experiments/tuning/problem.py": "our margins",
     "tuner/report/charts/printer.py": "our figures",

@@ -12,8 +12,8 @@ from plant.quadrotor.gains import default_row
 from plant.quadrotor.nominal import ControlOptions
 from tests.clients import program
 from tuner.exchange.c99.quadrotor import c_sources
-from tuner.exchange.processor_cost.inputs import step_row, typical_inputs
 from tuner.exchange.target import Request
+from tuner.extensions.processor_cost.inputs import step_row, typical_inputs
 from tuner.gains import Controller
 
 PERIOD = 0.002

@@ -12,12 +12,12 @@ from objectives.memory import scenario_key
 from plant.errors import InputError
 from tests.plant.own_files import forget
 from tests.tuner.conftest import QUICKSTART
-from tests.tuner.engines.cluster.clusters import scheduler, worker
 from tests.tuner.experiments.own_motor import PLANT, write_motor
+from tests.tuner.extensions.cluster.clusters import scheduler, worker
 from tests.tuner.in_process import tuner
 from tuner.api.studies import load_study, make_study
-from tuner.engines.cluster.brief import BatchSpec, brief_of, system_of
-from tuner.engines.cluster.own_files import not_here, own_files_of
+from tuner.extensions.cluster.brief import BatchSpec, brief_of, system_of
+from tuner.extensions.cluster.own_files import not_here, own_files_of
 from tuner.study.plant_study import PlantStudy
 from tuner.study.reading import parse_toml
 from tuner.text.toml_text import toml_text
@@ -131,7 +131,7 @@ def test_workers_elsewhere_fly_once_the_file_is_named_there(motor, tmp_path, mon
         with worker(tmp_path, address):
             code, _, err = tuner(monkeypatch, capsys, "run", motor, "--out", tmp_path / "a", *SHORT, "--dask", address)
             assert code == 2 and "has not been given motor.py" in err and err.count("\n") == 1
-        named = ("--preload", "tuner.engines.cluster.preload", "--code", str(there / "motor.py"))
+        named = ("--preload", "tuner.extensions.cluster.preload", "--code", str(there / "motor.py"))
         with worker(tmp_path, address, "--nthreads", "1", "--no-nanny", *named, name="named"):
             code, _, err = tuner(monkeypatch, capsys, "run", motor, "--out", tmp_path / "b", *SHORT, "--dask", address)
             assert code == 0, err

@@ -22,7 +22,7 @@ class OwnFile(NamedTuple):
         """The message where it has not been given."""
         return (
             f"{self.file.name} (digest {self.digest}), which is sent to nobody: copy it there and start the worker with "
-            f"--preload tuner.engines.cluster.preload --code {self.file.name}, see docs/cluster.md"
+            f"--preload tuner.extensions.cluster.preload --code {self.file.name}, see docs/cluster.md"
         )
 
 

@@ -1,6 +1,6 @@
 """Loaded by worker processes: those of `local:N`, and others that need files of the user's own, which only their owner names.
 
-dask worker tcp://head:8786 --preload tuner.engines.cluster.preload --code motor.py
+dask worker tcp://head:8786 --preload tuner.extensions.cluster.preload --code motor.py
 """
 
 import signal

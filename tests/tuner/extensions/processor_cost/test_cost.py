@@ -16,9 +16,9 @@ from tests.tuner.extensions.fmi.fmus import c_outputs
 from tests.tuner.in_process import tuner
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, entries
 from tuner.exchange.c99.quadrotor import c_sources, constants_of, nominal_of
-from tuner.exchange.processor_cost import qemu
-from tuner.exchange.processor_cost.inputs import attitude_row, step_row, typical_inputs
-from tuner.exchange.processor_cost.measure import default_controller, measure_cost, measuring_program, table_text
+from tuner.extensions.processor_cost import qemu
+from tuner.extensions.processor_cost.inputs import attitude_row, step_row, typical_inputs
+from tuner.extensions.processor_cost.measure import default_controller, measure_cost, measuring_program, table_text
 from tuner.study.processor_cost.cost import ProcessorCost, read_table, tabled
 
 # Another compiler may spend this share of instructions more or less.

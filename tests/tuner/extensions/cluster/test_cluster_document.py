@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.tuner.engines.cluster.clusters import scheduler, worker
 from tests.tuner.experiments.again.killing import compare, finish, finish_elsewhere, result_of, run_arguments
+from tests.tuner.extensions.cluster.clusters import scheduler, worker
 from tuner.text.errors import NOTHING_FEASIBLE
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install distributed")
@@ -80,7 +80,7 @@ import sys
 import numpy as np
 from objectives.engine import Engine
 from objectives.metrics.columns import COLUMNS
-from tests.tuner.engines.cluster.clusters import problem_with, small_study
+from tests.tuner.extensions.cluster.clusters import problem_with, small_study
 from tuner.experiments.tuning.problem import batches
 
 class Painted(Engine):

@@ -11,8 +11,8 @@ import pytest
 import tuner.report
 from plant.backends.lane_layout import LANES
 from tests.tuner.conftest import NoDrawing
-from tests.tuner.engines.cluster.clusters import problem_with, small_study, some_batch, some_gains
 from tests.tuner.experiments.again.killing import compare, result_of
+from tests.tuner.extensions.cluster.clusters import problem_with, small_study, some_batch, some_gains
 from tuner.experiments.again.resume import reopen
 from tuner.experiments.tuning.run import TuningRun
 from tuner.search.watcher import Watcher
@@ -24,15 +24,15 @@ from dask.config import set as configured  # noqa: E402
 from distributed import Client, LocalCluster  # noqa: E402
 from distributed.utils import get_mp_context  # noqa: E402
 
-from tuner.engines.cluster.connect import quiet, refuse_unlike  # noqa: E402
-from tuner.engines.cluster.engine import DaskEngine, Part  # noqa: E402
+from tuner.extensions.cluster.connect import quiet, refuse_unlike  # noqa: E402
+from tuner.extensions.cluster.engine import DaskEngine, Part  # noqa: E402
 
 
 @pytest.fixture(scope="module")
 def cluster():
     # Processes are forks of one that has imported what they need: with those that follow on the killed ones there are a dozen.
     forks = configured({"distributed.worker.multiprocessing-method": "forkserver"})
-    get_mp_context().set_forkserver_preload(["distributed", "tuner.engines.cluster.worker"])
+    get_mp_context().set_forkserver_preload(["distributed", "tuner.extensions.cluster.worker"])
     with (
         forks,
         quiet(),

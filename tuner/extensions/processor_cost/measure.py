@@ -3,7 +3,7 @@
 The controller is a compilation unit of its own, so nothing of a step can move out of the counted section. After a change of a
 law, of the cascade or of the C99 export, the packaged table is updated by
 
-    python -m tuner.exchange.processor_cost.measure --write tuner/study/processor_cost/cortex_m4f.json
+    python -m tuner.extensions.processor_cost.measure --write tuner/study/processor_cost/cortex_m4f.json
 """
 
 import argparse
@@ -25,9 +25,9 @@ from plant.records import paths
 from plant.references.track import Reference
 from plant.texts import PlainTable
 from tuner.exchange.c99.quadrotor import c_sources
-from tuner.exchange.processor_cost import qemu
-from tuner.exchange.processor_cost.inputs import Instant, attitude_row, step_row, typical_inputs
 from tuner.exchange.texts import filled
+from tuner.extensions.processor_cost import qemu
+from tuner.extensions.processor_cost.inputs import Instant, attitude_row, step_row, typical_inputs
 from tuner.gains import Controller
 from tuner.study.processor_cost.cost import CONTROL_PERIOD, COUNTED, MEANING, SHARED, TARGET, ProcessorCost
 
@@ -156,7 +156,7 @@ def measuring_program(instants: Sequence[Instant], header: str, prefix: str, rea
     and torque of the attitude loops [N m], which tell that both were given what was recorded.
     """
     return filled(
-        "tuner.exchange.processor_cost",
+        "tuner.extensions.processor_cost",
         "main.c",
         header=header,
         prefix=prefix,
@@ -183,7 +183,7 @@ def _assignments(members: Sequence[str]) -> str:
 def main() -> int:
     """Write the table; exit code 2 where the toolchain is missing."""
     parser = argparse.ArgumentParser(
-        prog="python -m tuner.exchange.processor_cost.measure", description="Count every pair of laws anew."
+        prog="python -m tuner.extensions.processor_cost.measure", description="Count every pair of laws anew."
     )
     parser.add_argument(
         "--write", type=Path, required=True, help="the file to write, tuner/study/processor_cost/cortex_m4f.json"

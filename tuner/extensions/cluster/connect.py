@@ -11,8 +11,8 @@ from plant.backends.processor import compiled_for
 from plant.errors import InputError, require_package
 from plant.python_process import without_working_folder
 from plant.threads import available_threads
-from tuner.engines.cluster.machine import Report, differences, machine_report, report_for
-from tuner.engines.cluster.own_files import KEY, OwnFile, not_here, own_files_of
+from tuner.extensions.cluster.machine import Report, differences, machine_report, report_for
+from tuner.extensions.cluster.own_files import KEY, OwnFile, not_here, own_files_of
 from tuner.study.study import TuningStudy
 
 if TYPE_CHECKING:
@@ -27,14 +27,11 @@ Say = Callable[[str], None]
 
 
 @contextmanager
-def engine_at(where: str | None, study: TuningStudy, threads: int | None, say: Say) -> Iterator[Engine | None]:
-    """Yield the engine of --dask, None without; its connection and processes end with the context."""
-    if where is None:
-        yield None
-        return
+def engine_at(where: str, study: TuningStudy, threads: int | None, say: Say) -> Iterator[Engine]:
+    """Yield the engine of --dask; its connection and processes end with the context."""
     files = own_files_of(study.system, [entry.spec for entry in study.scenarios])
     with client_at(where, files, threads, say) as client:
-        from tuner.engines.cluster.engine import DaskEngine
+        from tuner.extensions.cluster.engine import DaskEngine
 
         yield DaskEngine(client, study.system, study.seed)
 
@@ -89,7 +86,7 @@ def local_client(processes: int, threads: int | None, files: Sequence[OwnFile] =
             host=LOOPBACK,
             dashboard_address=f"{LOOPBACK}:0",
             silence_logs=logging.CRITICAL,
-            preload=["tuner.engines.cluster.preload"],
+            preload=["tuner.extensions.cluster.preload"],
             preload_argv=["--driven", *[part for entry in files for part in ("--code", str(entry.file.resolve()))]],
         ) as cluster,
         Client(cluster) as client,

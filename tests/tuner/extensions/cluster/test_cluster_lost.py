@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError, StoreError
-from tests.tuner.engines.cluster.clusters import (
+from tests.tuner.experiments.again.killing import command, run_arguments
+from tests.tuner.extensions.cluster.clusters import (
     gone,
     problem_with,
     scheduler,
@@ -21,18 +22,17 @@ from tests.tuner.engines.cluster.clusters import (
     some_gains,
     worker,
 )
-from tests.tuner.experiments.again.killing import command, run_arguments
 from tests.tuner.in_process import tuner
-from tuner.engines.cluster.connect import required
+from tuner.extensions.cluster.connect import required
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install distributed")
 
 from distributed import Client  # noqa: E402
 
-from tuner.engines.cluster.connect import local_client, quiet, refuse_unlike, remote_client  # noqa: E402
-from tuner.engines.cluster.engine import DaskEngine  # noqa: E402
-from tuner.engines.cluster.machine import differences, machine_report  # noqa: E402
-from tuner.engines.cluster.watch import Watch  # noqa: E402
+from tuner.extensions.cluster.connect import local_client, quiet, refuse_unlike, remote_client  # noqa: E402
+from tuner.extensions.cluster.engine import DaskEngine  # noqa: E402
+from tuner.extensions.cluster.machine import differences, machine_report  # noqa: E402
+from tuner.extensions.cluster.watch import Watch  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -203,14 +203,14 @@ def test_addresses():
 
 
 def test_nobody_answers(monkeypatch):
-    monkeypatch.setattr("tuner.engines.cluster.connect.ANSWER", 0.5)
+    monkeypatch.setattr("tuner.extensions.cluster.connect.ANSWER", 0.5)
     with pytest.raises(InputError, match="no scheduler answers at tcp://127.0.0.1:9 .*start one with `dask scheduler`"):
         with remote_client("tcp://127.0.0.1:9"):
             pass
 
 
 def test_a_scheduler_without_workers(tmp_path, monkeypatch):
-    monkeypatch.setattr("tuner.engines.cluster.connect.ANSWER", 1.0)
+    monkeypatch.setattr("tuner.extensions.cluster.connect.ANSWER", 1.0)
     with scheduler(tmp_path) as (_, address):
         with pytest.raises(InputError, match=f"has no workers; start some with `dask worker {address}`"):
             with remote_client(address):

@@ -19,9 +19,9 @@ from distributed import Client, Future
 from objectives.engine import LANES, Engine, OnFlightsDone
 from objectives.flown_system import FlightBatch
 from plant.backends import lane_layout
-from tuner.engines.cluster.brief import brief_of
-from tuner.engines.cluster.watch import LOOK, PATIENCE, Watch
-from tuner.engines.cluster.worker import BriefPlugin, fly_block, is_compiled
+from tuner.extensions.cluster.brief import brief_of
+from tuner.extensions.cluster.watch import LOOK, PATIENCE, Watch
+from tuner.extensions.cluster.worker import BriefPlugin, fly_block, is_compiled
 
 # Flights of a block: some 50 ms of work for a task that costs 1 ms. Blocks under way for each thread; the fewest that a thread
 # gets of a part, so that none is idle while the last blocks of a small generation fly.

@@ -5,8 +5,8 @@ import pytest
 
 from plant.errors import InputError
 from tests.clients import program
-from tuner.exchange.processor_cost import qemu
-from tuner.exchange.processor_cost.measure import deepest_stack, flash_bytes
+from tuner.extensions.processor_cost import qemu
+from tuner.extensions.processor_cost.measure import deepest_stack, flash_bytes
 
 COUNTING = """\
 #include <stdio.h>

@@ -17,8 +17,8 @@ from plant.backends.processor import Processor, compiled_for
 from plant.errors import InputError
 from plant.law_registry import LAWS
 from plant.laws.law import Law
-from tuner.engines.cluster.machine import Report, differences, machine_report, report_for
-from tuner.engines.cluster.own_files import KEY, OwnFile, check_here, own_files_of
+from tuner.extensions.cluster.machine import Report, differences, machine_report, report_for
+from tuner.extensions.cluster.own_files import KEY, OwnFile, check_here, own_files_of
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ import numpy as np
 from distributed import WorkerPlugin
 
 from plant.backends.flyer import FlightInputs, Flyer
-from tuner.engines.cluster.brief import BatchSpec, system_of
+from tuner.extensions.cluster.brief import BatchSpec, system_of
 
 # Bytes of drawn scenarios that a process keeps; at 10 s and 250 Hz one takes 0.3 MB of wind and noise.
 MAX_BYTES = 400_000_000

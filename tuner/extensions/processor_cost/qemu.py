@@ -52,7 +52,8 @@ def build(sources: Mapping[str, str], folder: Path, flags: Sequence[str] = FLAGS
     write(sources, folder)
     for name in BOARD:
         (folder / name).write_text(
-            files("tuner.exchange.processor_cost").joinpath("board", name).read_text(encoding="utf-8"), encoding="utf-8"
+            files("tuner.extensions.processor_cost").joinpath("board", name).read_text(encoding="utf-8"),
+            encoding="utf-8",
         )
     units = [name for name in sources if name.endswith(".c")]
     objects = [compiled(folder, name, flags) for name in units]

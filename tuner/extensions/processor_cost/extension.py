@@ -1,0 +1,13 @@
+"""The record of the extension."""
+
+from tuner.extension import Extension
+
+HOME = "tuner.extensions.processor_cost"
+EXTENSION = Extension(
+    name="processor_cost",
+    about="Instructions, code and memory of a control step on a Cortex-M4F, counted in an emulator.",
+    command_module=f"{HOME}.command",
+    commands=("cost",),
+    api={"cost": f"{HOME}.api:cost"},
+    printers={"Cost": f"{HOME}.printer:print_costs"},
+)
