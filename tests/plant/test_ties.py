@@ -41,6 +41,8 @@ def test_infinite_and_missing_values_name_their_first_place(values: list[float])
 
 
 ROOMS = ("experiments", "api", "report", "cli", "documents")
+FACES = ("api", "charts", "command", "document", "page", "panels", "printer", "run", "section")
+"""Ends of the names of an extension's modules that are what such rooms hold."""
 STRUCTURAL = {
     "tuner/experiments/tuning/survivors.py": 1,  # numbers of scenarios
     "tuner/experiments/contest/tables.py": 1,  # the first row of a name
@@ -56,6 +58,7 @@ def test_rooms_that_name_points_do_so_by_ties() -> None:
     root = Path(__file__).parents[2]
     files = [
         *(path for room in ROOMS for path in (root / "tuner" / room).rglob("*.py")),
+        *(path for path in (root / "tuner/extensions").rglob("*.py") if path.stem.endswith(FACES)),
         root / "tuner/search/front.py",
     ]
     pattern = re.compile(r"argmin|argmax|argsort")
