@@ -155,8 +155,15 @@ def load(reference: str) -> Any:
 
 
 def find(part: str, kind: str, name: str) -> Any:
-    """Return the object of a name in one part of all records; UnknownNameError where no extension has it."""
+    """Return the object of a name in one part of all records.
+
+    Raises UnknownNameError where no extension has it, InputError where none has any.
+    """
     references = added(part)
+    if not references:
+        raise InputError(
+            f"no installed extension adds a {kind}; `tuner list extensions` shows which there are", key=name
+        )
     if name not in references:
         raise UnknownNameError(kind, name, references)
     return load(references[name])

@@ -125,7 +125,8 @@ def _estimated(name: str, source: Path | None, parts: dict[str, Any], hover: flo
         raise InputError(f"an airframe needs its whole parts list; give {' '.join(missing)} too", key="tuner new")
     if source is not None:
         raise InputError("copies a study, and the other options write an airframe; leave either out", key="--from")
-    return tuner.estimate_airframe(name if name.endswith(".toml") else f"{name}.toml", **parts, hover=hover)
+    estimate = find("api", "name of the Python API", "estimate_airframe")
+    return estimate(name if name.endswith(".toml") else f"{name}.toml", **parts, hover=hover)
 
 
 @app.command()

@@ -112,6 +112,12 @@ def test_a_strangers_package_adds_what_its_record_names(anew):
         find("api", "name", "heatt")
 
 
+def test_a_part_that_no_record_has_is_refused_with_advice(monkeypatch):
+    monkeypatch.setattr(extension, "extensions", lambda: {})
+    with pytest.raises(InputError, match="no installed extension adds a template; `tuner list extensions`"):
+        find("templates", "template", "extension")
+
+
 @pytest.mark.parametrize(
     ("reference", "code", "said"),
     [
