@@ -70,5 +70,6 @@ def finalist_limits(
 
 
 def rare_words(table: Sequence[ComparedRow], point: str) -> list[str]:
-    """Return sentences on the estimates in a table; point: name of the tuned one."""
-    return estimator().words(table, point) if any(row.tail_flights is not None for row in table) else []
+    """Return sentences on the estimates in a table, none without an estimator; point: name of the tuned one."""
+    has_rows = any(row.tail_flights is not None for row in table)
+    return estimator().words(table, point) if has_rows and added("finalists") else []
