@@ -1,12 +1,16 @@
 """The cost of gains, for a person."""
 
+from typing import TYPE_CHECKING
+
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console
-from tuner.extensions.processor_cost.api import Cost, CostRow
 from tuner.study.processor_cost.cost import CONTROL_PERIOD
 
+if TYPE_CHECKING:
+    from tuner.extensions.processor_cost.api import Cost, CostRow
 
-def print_costs(cost: Cost, console: Console) -> None:
+
+def print_costs(cost: "Cost", console: Console) -> None:
     """Print a line a controller, and below how it was counted."""
     rows = cost.document.costs
     first = rows[0]
@@ -30,7 +34,7 @@ def print_costs(cost: Cost, console: Console) -> None:
     console.print(f"Tools: {first.compiler} ({first.flags}), {first.emulator}; {origin(first)}")
 
 
-def origin(row: CostRow) -> str:
+def origin(row: "CostRow") -> str:
     """Return the source of a row."""
     if row.measured:
         return "counted just now."
