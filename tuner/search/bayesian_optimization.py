@@ -151,7 +151,7 @@ class BayesianOptimization:
         begins = len(self._points) % self._population == 0
         if begins and batch > 1 and n_objectives > 1:
             index = len(self._points) // self._population % n_objectives
-            rows = select_batch(improvement.of_objective(index), feasibility, 1)
+            rows = select_batch(improvement.of_objective(index), feasibility, 1, batch - 1)
             # Whoever was chosen is pending there, and improves nothing any more.
             end = improvement.of_objective(index)
             if end.evaluate(rows)[0] * feasibility.probability[rows[0]] > MIN_END_IMPROVEMENT:
@@ -264,9 +264,12 @@ def warm_up() -> None:
         search.tell(points, points - 0.5)
 
 
-def select_batch(acquisition: Acquisition, feasibility: "FeasibilityProbabilities", batch: int) -> Array:
+def select_batch(
+    acquisition: Acquisition, feasibility: "FeasibilityProbabilities", batch: int, reserve: int = 0
+) -> Array:
     """Return rows (n,) of the pool: chosen greedily by acquisition times probability of feasibility.
 
+    reserve: number of rows that stay selectable for a later batch.
     Acquisition values only decrease with pending points (submodularity), so only the best stale ones are evaluated anew.
     """
     values = acquisition.evaluate(np.arange(len(feasibility.probability)))
@@ -279,7 +282,7 @@ def select_batch(acquisition: Acquisition, feasibility: "FeasibilityProbabilitie
         if not fresh[order[0]]:
             values[stale], fresh[stale] = acquisition.evaluate(stale), True
         elif not feasibility.is_checked[order[0]]:
-            feasibility.check(order, batch - len(rows))
+            feasibility.check(order, batch - len(rows), reserve)
         else:
             rows.append(int(order[0]))
             feasibility.is_selectable[rows[-1]] = False
@@ -314,22 +317,26 @@ class FeasibilityProbabilities:
         self._latest: list[tuple[list[ConstraintModel], Array, Array]] = [([], np.zeros(0), np.zeros(0))] * len(screens)
         self.probability = flown * self._computed()
 
-    def check(self, order: Array, needed: int) -> None:
-        """Check the first rows (k,) of an order by the first analysis; needed: number still to be picked."""
+    def check(self, order: Array, needed: int, reserve: int = 0) -> None:
+        """Check the first rows (k,) of an order by the first analysis.
+
+        needed: number still to be picked; reserve: number that must be left then.
+        """
         rows = order[~self.is_checked[order]][: max(CHECKS_PER_PICK * needed, MIN_CHECKS)]
         self.is_checked[rows] = True
         is_feasible = self._screens[0].is_feasible(self._pool[rows])
-        if is_feasible.sum() + len(order) - len(rows) < needed:
+        if is_feasible.sum() + len(order) - len(rows) < needed + reserve:
             # Too few candidates remain: infeasible ones stay selectable.
             return
         self.is_selectable[rows] = is_feasible
         self.probability = self._flown * self._computed()
 
     def confirm(self, rows: list[int]) -> list[int]:
-        """Return the rows that satisfy the longer analyses: all where the pool has no others."""
+        """Return the rows that satisfy the longer analyses, as far as the pool has others for the rest."""
+        needed = len(rows)
         for screen in self._screens[1:]:
             is_feasible = screen.is_feasible(self._pool[rows])
-            if np.count_nonzero(self.is_selectable) < np.count_nonzero(~is_feasible):
+            if np.count_nonzero(self.is_selectable) < needed - np.count_nonzero(is_feasible):
                 return rows
             if not is_feasible.all():
                 rows = [row for row, feasible in zip(rows, is_feasible, strict=True) if feasible]

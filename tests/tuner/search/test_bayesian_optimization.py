@@ -475,6 +475,37 @@ def test_a_batch_is_what_picking_one_at_a_time_gives(seed):
     assert select_batch(cast(Any, Coverage(covered, weights)), cast(Any, Open(20)), 6).tolist() == expected
 
 
+class Analysis:
+    """A constraint without a model, whose points below a bound keep it."""
+
+    models: list[Any] = []
+
+    def __init__(self, bound):
+        self.is_feasible = lambda points: points[:, 0] < bound
+
+
+@pytest.mark.parametrize(
+    ("bounds", "chosen"), [((), [0, 1, 2, 3, 4]), ((0.9, 0.65), [0, 1, 2, 3, 5]), ((0.9, 0.25), [0, 1, 2, 3, 5])]
+)
+def test_a_batch_is_whole_though_two_longer_analyses_refuse_more_points_together_than_the_pool_has(bounds, chosen):
+    """Of seven points five are chosen. One analysis refuses one and one two of them: two others replace either, not both."""
+    pool = np.array([[0.1], [0.2], [0.3], [0.4], [0.95], [0.5], [0.55]])
+    screens = cast(Any, [Analysis(1.0), *map(Analysis, bounds)])
+    weights = np.arange(7.0, 0.0, -1.0)
+    covered = np.eye(7, dtype=bool)
+    rows = select_batch(cast(Any, Coverage(covered, weights)), FeasibilityProbabilities(pool, np.ones(7), screens), 5)
+    assert rows.tolist() == chosen
+
+
+def test_the_end_of_a_front_leaves_enough_of_a_pool_of_which_hardly_anything_is_feasible():
+    """Of eight points one keeps what is computed: the first of a batch of six is chosen alone, and five are left for the rest."""
+    pool = np.linspace(0.1, 0.8, 8)[:, None]
+    feasibility = FeasibilityProbabilities(pool, np.ones(8), cast(Any, [Analysis(0.15)]))
+    first = select_batch(cast(Any, Coverage(np.eye(8, dtype=bool), np.ones(8))), feasibility, 1, 5)
+    rest = select_batch(cast(Any, Coverage(np.eye(8, dtype=bool), np.ones(8))), feasibility, 5)
+    assert len({*first.tolist(), *rest.tolist()}) == 6
+
+
 def test_the_shortlist_leaves_out_what_breaks_a_constraint(monkeypatch):
     """Both objectives fall towards the side of the cube on which the constraint is broken; parents lie on the other."""
     parents, perturb = [], bayesian_optimization.perturb
