@@ -101,6 +101,11 @@ class Constraint:
         return self.objective.risk.name == PROBABILITY
 
     @property
+    def forbids_losses(self) -> bool:
+        """Whether a single lost flight breaks it."""
+        return self.objective.metric.metric.name == "failure" and self.most == 0.0
+
+    @property
     def rests_on_value(self) -> bool:
         """Whether the value alone decides on flights of a study.
 

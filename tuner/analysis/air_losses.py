@@ -27,17 +27,20 @@ def air_losses(
     problem: Evaluator, gains: np.ndarray, batches: tuple[FlightBatch, ...], suspects: np.ndarray
 ) -> np.ndarray:
     """Return the mask of the suspects (flights,) that every gains row (rows, g) loses; none where there are too many."""
-    out, none = np.zeros(len(suspects), dtype=bool), np.zeros(len(suspects), dtype=bool)
     most = max(1.0, MOST_SHARE * len(suspects))
     if not isinstance(problem, Problem) or len(gains) < MIN_POINTS or not 0 < suspects.sum() <= most:
-        return none
-    start = 0
+        return np.zeros(len(suspects), dtype=bool)
+    return np.all(losses(problem, gains, batches, suspects), axis=0)
+
+
+def losses(problem: Problem, gains: np.ndarray, batches: tuple[FlightBatch, ...], suspects: np.ndarray) -> np.ndarray:
+    """Return the mask (rows, flights) of the suspects (flights,) that each gains row (rows, g) loses."""
+    out, start = np.zeros((len(gains), len(suspects)), dtype=bool), 0
     for batch in batches:
         flights = np.flatnonzero(suspects[start : start + batch.count - batch.start])
         numbers = (batch.start + flights).tolist()
         if numbers:
-            lost = [is_lost(problem, row, batch, numbers) for row in gains]
-            out[start + flights] = np.all(lost, axis=0)
+            out[:, start + flights] = [is_lost(problem, row, batch, numbers) for row in gains]
         start += batch.count - batch.start
     return out
 

@@ -332,7 +332,10 @@ class FeasibilityProbabilities:
         self.probability = self._flown * self._computed()
 
     def confirm(self, rows: list[int]) -> list[int]:
-        """Return the rows that satisfy the longer analyses, as far as the pool has others for the rest."""
+        """Return the rows that satisfy the longer analyses.
+
+        All rows stay where the pool has too few others.
+        """
         needed = len(rows)
         for screen in self._screens[1:]:
             is_feasible = screen.is_feasible(self._pool[rows])

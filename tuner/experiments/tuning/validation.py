@@ -7,9 +7,10 @@ from functools import partial
 import numpy as np
 
 from objectives.evaluator import Evaluation, Evaluator
+from objectives.problem import Problem
 from plant.quadrotor.scenarios import CONFIRMATION, HELD_OUT
 from plant.ties import first_smallest
-from tuner.analysis.air_losses import air_losses, air_of_finals, excused_evaluation, excused_finals
+from tuner.analysis.air_losses import air_losses, air_of_finals, excused_evaluation, excused_finals, losses
 from tuner.analysis.final_flights import FinalFlights
 from tuner.analysis.finals import Finals
 from tuner.analysis.held_out import Finalists, SearchEstimate, judge
@@ -21,6 +22,7 @@ from tuner.experiments.tuning.recommendation import Default, best_row, choose_fi
 from tuner.search.front import non_dominated
 from tuner.search.watcher import Watcher
 from tuner.study.searched import SearchedStudy
+from tuner.text.sentences import counted
 
 MOST_CONFIRMED = 5
 """Points that are confirmed one after the other, where confirmation flights show that the one before breaks a limit."""
@@ -94,15 +96,34 @@ class Validation:
         return validated if validated.keeps else first
 
     def _strike(self, validated: Validated, is_last: bool) -> None:
-        """Leave a refuted row out; the last one leaves nothing but the default."""
+        """Leave a refuted row out; the last one leaves nothing but the default.
+
+        Where no flight may be lost, all that lose the same flights make way with it.
+        """
         labels = [self.problem.constraints[i].objective.label for i in validated.broken]
         self._struck[validated.tuned, validated.broken] = np.inf
+        alike = self._losing_alike(validated)
+        self._struck[alike] = np.inf
         if is_last:
             self._struck[1:, validated.broken] = np.inf
+        others = int(np.count_nonzero(alike[1:].any(axis=1))) - 1
+        with_it = f", and {counted(others, 'further point')} with it that lose the same flights" if others > 0 else ""
         self._warnings[
             f"{self.names[validated.tuned]} satisfies every limit on held-out flights and breaks {', '.join(labels)} on "
-            "confirmation flights, so it makes way."
+            f"confirmation flights, so it makes way{with_it}."
         ] = None
+
+    def _losing_alike(self, validated: Validated) -> np.ndarray:
+        """Return the mask (rows, constraints) of rows that share its losses.
+
+        Only constraints count that the tuned row breaks and that forbid losses.
+        """
+        out, failed = np.zeros_like(self._struck, dtype=bool), validated.confirmation.failed
+        columns = [i for i in validated.broken if self.problem.constraints[i].forbids_losses]
+        if columns and failed is not None and isinstance(self.problem, Problem):
+            lost = losses(self.problem, self.gains, self._confirmed, failed[1]).any(axis=1)
+            out[np.ix_(np.flatnonzero(lost), columns)] = True
+        return out
 
     def _judged(self, finals: Finals, raw: FinalFlights) -> tuple[FinalFlights, Validated]:
         while True:

@@ -155,6 +155,19 @@ def test_a_flight_that_everyone_loses_is_the_airs_and_one_that_a_point_loses_alo
     assert validated(problem, monkeypatch).tuned == 2
 
 
+def test_all_that_lose_a_flight_make_way_together_where_none_may_be_lost(monkeypatch):
+    """Seven points lose a flight that the default loses too, and the eighth keeps the limit: it is the answer."""
+    errors = [20.0, *np.arange(8.0, 16.0).tolist()]
+    problem = made(errors, [0.0] * 9, constraints=(FAILURE,), spread=0.0)
+    problem.scores[CONFIRMATION][:8, 1, 19], problem.lost[CONFIRMATION][:8, 19] = 1.0, True
+    found = validated(problem, monkeypatch)
+    assert (found.tuned, found.keeps) == (8, True)
+    (text,) = [text for text in found.warnings if "makes way" in text]
+    assert (
+        text.startswith("p1 satisfies every limit") and "six further points with it that lose the same flights" in text
+    )
+
+
 def test_an_automatic_limit_never_ends_a_run(monkeypatch):
     kept = {"constraints": (OVERSHOOT, FOLLOWED), "spread": 1e-6}
     # No worse than the default: kept.
