@@ -148,6 +148,11 @@ def added(part: str) -> dict[str, str]:
     return {name: reference for entry in extensions().values() for name, reference in getattr(entry, part).items()}
 
 
+def objects(part: str) -> dict[str, Any]:
+    """Return the objects of one part of all records by name."""
+    return {name: load(reference) for name, reference in added(part).items()}
+
+
 def load(reference: str) -> Any:
     """Return the object that "module:object" names."""
     module, _, name = reference.partition(":")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES, parameters
 from plant.texts import PlainTable, toml_table
 from tuner.api.frames import frame
-from tuner.extension import added, extensions, load
+from tuner.extension import extensions, objects
 from tuner.search.names import ALGORITHMS, AUTOMATIC
 
 if TYPE_CHECKING:
@@ -218,9 +219,10 @@ LISTINGS: dict[str, Callable[[], Rows]] = {
 """Listings of the core; those of extensions are in their records."""
 
 
+@cache
 def listings() -> dict[str, Callable[[], Rows]]:
     """Return the functions that list a kind, by kind in alphabetical order."""
-    return dict(sorted((LISTINGS | {kind: load(reference) for kind, reference in added("listings").items()}).items()))
+    return dict(sorted((LISTINGS | objects("listings")).items()))
 
 
 def catalogue(kind: str) -> "pd.DataFrame":

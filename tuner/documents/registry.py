@@ -12,7 +12,7 @@ from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.documents.resolved import Resolved
 from tuner.documents.summary import Summary
 from tuner.documents.variables import VariablesDocument
-from tuner.extension import added, load
+from tuner.extension import objects
 from tuner.gains.schema import schema_text
 from tuner.store.document import Document
 from tuner.store.environment import Environment
@@ -38,7 +38,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "run": RunRecord,
     "start": Start,
     "manifest": Manifest,
-    **{name: load(reference) for name, reference in added("documents").items()},
+    **objects("documents"),
 }
 
 

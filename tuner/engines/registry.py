@@ -17,7 +17,7 @@ CLUSTER = "dask"
 
 
 class Backend(NamedTuple):
-    """What another device than the processor flies with.
+    """Backend that flies on another device than the processor.
 
     Attributes:
         arithmetic: Beginning of its engine's arithmetic, which no other backend has.

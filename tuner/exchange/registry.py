@@ -8,13 +8,13 @@ from plant.errors import InputError, UnknownNameError, check_name
 from plant.quadrotor.airframes import Airframe
 from tuner.exchange.c99 import export as c99
 from tuner.exchange.target import FIRMWARE, ExportTarget, ImportedController, Importer, flag
-from tuner.extension import added, load
+from tuner.extension import objects
 
 
 @cache
 def exporters() -> dict[str, ExportTarget]:
     """Return every target by name, in the order of listings: those of the core first."""
-    return {c99.TARGET.name: c99.TARGET} | {name: load(reference) for name, reference in added("targets").items()}
+    return {c99.TARGET.name: c99.TARGET} | objects("targets")
 
 
 @cache

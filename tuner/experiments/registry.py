@@ -12,7 +12,7 @@ from tuner.documents.opening import open_results
 from tuner.engines.registry import check
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.options import OPTIONS, RunOptions, reused
-from tuner.extension import added, load
+from tuner.extension import objects
 from tuner.search.watcher import Watcher
 from tuner.store.advice import CONTEST, JUDGEMENT, PLANT, TUNING, kind_of
 from tuner.store.folder import Folder
@@ -71,7 +71,7 @@ EXPERIMENTS = {
 @cache
 def experiments() -> dict[str, ExperimentKind]:
     """Return the kinds of experiments by name."""
-    return EXPERIMENTS | {name: load(reference) for name, reference in added("experiments").items()}
+    return EXPERIMENTS | objects("experiments")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from tuner.documents.tables import Fan
 from tuner.documents.tuning import DEFAULT, TUNED, TuningFolder
-from tuner.extension import added, load
+from tuner.extension import objects
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.front import front_panels
@@ -78,7 +78,7 @@ def progress_sheet(results: TuningFolder) -> FigureSpec:
 
 def added_panels(results: TuningFolder) -> dict[str, list[Panel]]:
     """Return the panels of extensions by names of figures."""
-    panels = {name: load(reference)(results) for name, reference in added("panels").items()}
+    panels = {name: panels_of(results) for name, panels_of in objects("panels").items()}
     return {name: made for name, made in panels.items() if made}
 
 

@@ -3,7 +3,7 @@
 from tuner.documents.obstacles import RelaxedLimit
 from tuner.documents.parts import on_page, row_in_degrees
 from tuner.documents.tuning import TuningFolder
-from tuner.extension import added, load
+from tuner.extension import objects
 from tuner.report.charts.web import term
 from tuner.report.choice_section import choice_section
 from tuner.report.labels import in_plain_words, names_of
@@ -43,7 +43,7 @@ def trust_section(results: TuningFolder, charts: Markup) -> Markup:
 
 def _added(part: str, results: TuningFolder) -> list[Markup]:
     """Return the sections in a part of all records."""
-    return [load(section)(results) for section in added(part).values()]
+    return [section(results) for section in objects(part).values()]
 
 
 def _guards(results: TuningFolder) -> Markup:

@@ -21,7 +21,7 @@ from plant.model.signals import SIGNALS
 from plant.quadrotor import airframes
 from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES
-from tuner.extension import added, load
+from tuner.extension import objects
 from tuner.search.names import ALGORITHMS, AUTOMATIC, CONVERGED, GENERATIONS
 from tuner.study.contest_schema import ChoicesTable, ContestTable
 from tuner.study.plant_schema import PlantStudyTable
@@ -184,4 +184,4 @@ STUDY_SCHEMAS: dict[str, Callable[[], Schema]] = {
 
 def study_schemas() -> dict[str, Callable[[], Schema]]:
     """Return the functions that return the schema of a kind of study file, by the name of `tuner schema`."""
-    return STUDY_SCHEMAS | {name: load(reference) for name, reference in added("schemas").items()}
+    return STUDY_SCHEMAS | objects("schemas")

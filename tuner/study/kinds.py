@@ -8,7 +8,7 @@ from typing import cast
 
 from plant.errors import InputError
 from plant.texts import PlainValue
-from tuner.extension import added, load
+from tuner.extension import objects
 from tuner.study.build import study_from_table
 from tuner.study.choices import CHOICES, choices_from_layers
 from tuner.study.contest import Contest
@@ -60,7 +60,7 @@ def study_kinds() -> tuple[StudyKind, ...]:
     return (
         StudyKind(CHOICES, "a study with choices", CHOICES, choices_from_layers),
         StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
-        *[load(reference) for reference in added("studies").values()],
+        *objects("studies").values(),
         StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", _of_one_file(plant_study_from_table)),
         StudyKind(Study.kind, "a study", None, _of_one_file(study_from_table)),
     )

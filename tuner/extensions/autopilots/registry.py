@@ -4,14 +4,14 @@ from functools import cache
 
 from plant.errors import check_name
 from plant.texts import PlainTable
-from tuner.extension import added, load
+from tuner.extension import objects
 from tuner.extensions.autopilots.firmware import Firmware
 
 
 @cache
 def firmwares() -> dict[str, Firmware]:
     """Return the firmwares by name."""
-    return {name: load(reference) for name, reference in added("firmwares").items()}
+    return objects("firmwares")
 
 
 def firmware_of(name: str) -> Firmware:

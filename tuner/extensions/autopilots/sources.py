@@ -8,7 +8,7 @@ from pathlib import Path
 
 from plant.errors import InputError, UnsupportedVersionError
 from plant.input_files import given_text
-from tuner.extension import added, load
+from tuner.extension import objects
 from tuner.extensions.autopilots.assembly import LOOPS, NATIVE_LOOPS
 from tuner.extensions.autopilots.parameters import single
 from tuner.study.targets import TARGETS
@@ -70,8 +70,7 @@ class Source:
 @cache
 def sources() -> dict[str, Source]:
     """Return the sources of parameter files by name; the first that recognizes a file is its source."""
-    unordered = {name: load(reference) for name, reference in added("sources").items()}
-    return dict(sorted(unordered.items(), key=lambda entry: entry[1].rank))
+    return dict(sorted(objects("sources").items(), key=lambda entry: entry[1].rank))
 
 
 def major_minor(version: str | None) -> str | None:

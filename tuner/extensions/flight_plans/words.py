@@ -20,7 +20,7 @@ def excitation_table(document: FlightPlanDocument) -> Table:
 
 
 def number_table(numbers: list[PlannedNumber]) -> Table:
-    """Return a row for each number; those that nobody asked for are marked.
+    """Return a row for each number; those without a target are marked.
 
     Widths are in per cent of a positive number, in the unit of others.
     """
