@@ -4,6 +4,9 @@ import gc
 import os
 import signal
 import sys
+from contextlib import suppress
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -55,13 +58,32 @@ VARIANTS = {
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_collection():
+def pytest_collection(session):
     """Collect no garbage while tests are collected: it finds nothing, and takes a fifth of that time."""
     gc.disable()
     try:
+        import_share(session.config)
         return (yield)
     finally:
         gc.enable()
+
+
+def import_share(config):
+    """Import a worker's share of the test files before the others.
+
+    In one order, all workers compile all test files of a new clone at the same time, 6 s of processor time each; so each
+    compiles a share and reads what the others have compiled.
+    """
+    worker = getattr(config, "workerinput", None)
+    if worker is None:
+        return
+    folders = [Path(argument) for argument in config.args if Path(argument).is_dir()]
+    files = sorted({file.resolve() for folder in folders for file in folder.rglob("test_*.py")})
+    number, count = int(worker["workerid"].removeprefix("gw")), int(worker["workercount"])
+    for file in files[number::count]:
+        # What fails or is skipped is reported by the collection itself.
+        with suppress(Exception, pytest.skip.Exception):
+            import_module(".".join(file.relative_to(config.rootpath).with_suffix("").parts))
 
 
 @pytest.hookimpl(tryfirst=True)

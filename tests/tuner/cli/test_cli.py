@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 from typer.main import get_group
 from typer.testing import CliRunner
 
@@ -13,7 +14,7 @@ from plant.errors import StoreError
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.api.catalogue import listings
 from tuner.cli.app import EVERYDAY, command_groups
-from tuner.cli.main import app
+from tuner.cli.main import app, commands, named_command
 from tuner.text.errors import NOTHING_FEASIBLE
 
 ROOT = Path(__file__).parents[3]
@@ -27,11 +28,43 @@ def refused(done):
     return done.stderr
 
 
+def help_of(command):
+    return command.get_help(typer.Context(command))
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_help_has_an_example(command):
     done = CliRunner().invoke(app, [command, "--help"])
     assert done.exit_code == 0
     assert f"Example: tuner {command}" in " ".join(done.stdout.split())
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_is_built_without_the_others(command):
+    alone, whole = commands(command).commands, get_group(app).commands
+    assert list(alone) == [command]
+    assert help_of(alone[command]) == help_of(whole[command])
+
+
+@pytest.mark.parametrize("name", ["", "nonsense"])
+def test_all_commands_are_built_where_none_is_named(name):
+    assert list(commands(name).commands) == list(COMMANDS)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        ([], ""),
+        (["--help"], ""),
+        (["run", "list"], "run"),
+        (["--code", "run", "fly", "x"], "fly"),
+        (["--code=run", "fly"], "fly"),
+        (["--code", "run"], ""),
+        (["--code"], ""),
+    ],
+)
+def test_the_command_of_a_line_is_its_first_word_that_no_option_takes(arguments, name):
+    assert named_command(arguments) == name
 
 
 def test_help_has_every_command_below_one_heading():
