@@ -72,9 +72,10 @@ def seconds(alone, tmp_path_factory):
     ("number", "code", "marker"),
     [
         (signal.SIGINT, 130, "generations/0001.npz"),
-        pytest.param(signal.SIGTERM, 143, "responses.npz", marks=pytest.mark.slow),
+        (signal.SIGTERM, 143, "responses.npz"),
     ],
 )
+@pytest.mark.slow
 def test_a_run_names_what_goes_on_with_it(alone, tmp_path, number, code, marker):
     folder = tmp_path / "r"
     process = started(*run_arguments(folder))

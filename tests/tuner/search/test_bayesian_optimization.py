@@ -304,7 +304,8 @@ def best_so_far(name, objectives, problem, candidates, seed):
     return hypervolume(front, np.full(objectives, 0.6)) if objectives > 1 else -front.min(axis=None, initial=9.0)
 
 
-@pytest.mark.parametrize("objectives", [2, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("objectives", [2, 3])
 def test_a_tenth_of_the_candidates_of_chance_are_enough(objectives):
     for seed in (1, 2):
         mine = best_so_far("gaussian_process", objectives, bowls(objectives), 96, seed)

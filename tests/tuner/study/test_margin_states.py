@@ -46,6 +46,7 @@ def drawn():
     return study, gains[rows], at_hover[rows]
 
 
+@pytest.mark.slow
 def test_most_gains_that_keep_their_limits_at_hover_break_them_in_the_wind_that_flights_are_trimmed_in(drawn):
     """Against `MarginModel` in each trim by itself; what is told is the worst of all states, and which."""
     study, gains, at_hover = drawn

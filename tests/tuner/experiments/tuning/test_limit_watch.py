@@ -162,7 +162,9 @@ def quantity(points):
     return OVERSHOOT.most + STEEP * (1.0 - points @ SLOPE)
 
 
-@pytest.mark.parametrize("name", BUDGET)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if name == "gaussian_process" else pytest.mark.slow) for name in BUDGET]
+)
 def test_every_search_comes_near_the_best_that_keeps_the_limit_on_other_flights_than_its_own(name):
     """Nearest to 0 where the quantity of fresh flights is at the limit; the search's own flights would have it 27 % nearer."""
     first = initial_design(np.full((1, 4), 0.5), 26, generator(1, "test/milder", 0))

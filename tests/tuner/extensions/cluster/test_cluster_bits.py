@@ -107,6 +107,7 @@ def test_four_workers_leave_what_none_leave(cluster, alone, tmp_path):
     assert watcher.flights == watcher.asked
 
 
+@pytest.mark.slow
 def test_killed_workers_cost_time_only(cluster, alone, tmp_path):
     """Kills in the first generation, in a later one and in the held-out check, with blocks of one candidate."""
     _, client = cluster

@@ -13,12 +13,11 @@ from plant.primitives import clip, floor, sqrt
 from plant.quadrotor.airframes import load
 from plant.quadrotor.attitude import euler_angles
 from plant.quadrotor.disturbance import Disturbance
-from plant.quadrotor.integrator import runge_kutta_step
 from plant.quadrotor.nominal import mixer_matrix
-from plant.quadrotor.rigid_body import Body, Dynamics, body_rate, dynamics
+from plant.quadrotor.rigid_body import Body, Dynamics, axpy_body, body_rate, dynamics
 from plant.quadrotor.vehicle import Vehicle
 from plant.records import flatten, pack, zeros
-from plant.vectors import Rotors, Vec3, to_body
+from plant.vectors import Rotors, Vec3, renormalize, to_body
 from tuner.extensions.logs.flight_log import FlightLog
 
 PERIOD = 0.002
@@ -147,7 +146,7 @@ def _flown_steps(bind, constants, shaken, air, noise, late):
 
     bind: makes functions of the model for them; late(commands, step): what reaches the rotors at a step.
     """
-    step, rate, angles, inside = (bind(f) for f in (runge_kutta_step, body_rate, euler_angles, to_body))
+    step, rate, angles, inside = (bind(f) for f in (_midpoint_step, body_rate, euler_angles, to_body))
     bounded, root, whole = (bind(f) for f in (_bounded, _root, _whole))
     f = pack(Dynamics, constants)
     full = PRIOR.thrust_coefficient * PRIOR.speed_max**2
@@ -174,8 +173,15 @@ def _flown_steps(bind, constants, shaken, air, noise, late):
         now = rate(body, speed, pushed, f)
         free = Vec3(now.velocity.x, now.velocity.y, now.velocity.z + f.gravity)
         lifts[k] = inside(body.attitude, free).z + error[3]
-        body = step(body, speed, pushed, f, PERIOD)
+        body = step(body, now, speed, pushed, f, PERIOD)
     return rates, lifts, commands
+
+
+def _midpoint_step(body, now, command, disturbance, f, h):
+    """Advance by h from a state and its rate: of second order, with a third of the rates of the plant's own method."""
+    middle = body_rate(axpy_body(body, 0.5 * h, now), command, disturbance, f)
+    end = axpy_body(body, h, middle)
+    return Body(end.position, end.velocity, renormalize(end.attitude), end.rate, end.rotor_speed)
 
 
 def _bounded(share):

@@ -84,6 +84,7 @@ def test_any_number_of_threads_gives_the_same_bits(study, made, tmp_path):
     assert files(alone.folder) == files(made.folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kept", [1, -1])
 def test_a_killed_run_goes_on_to_the_same_bytes(study, made, tmp_path, kept):
     folder = tmp_path / "killed"

@@ -135,6 +135,7 @@ def interrupted(study, out, faults):
     pytest.fail("nothing went wrong")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [FULL, AFTER])
 def test_a_run_that_is_interrupted_anywhere_ends_with_the_same_bytes(tmp_path, whole, undrawn_page, kind):
     study, out = whole
