@@ -50,6 +50,9 @@ class Extension:
         experiments: Name of a kind of experiment -> "module:ExperimentKind".
         schemas: Name of a study file's schema -> "module:function" that returns it.
         previews: Kind of study -> "module:function" that returns what `tuner check` shows.
+        plans: Kind of study -> "module:function" that returns what `tuner plan` shows.
+        results: Kind of results folder -> "module:class" of the Python API.
+        shows: Kind of results -> "module:function" that prints them for `tuner show`.
         loss_sections: The same, below the losses of the page.
         flights: Kind of a single flight -> "module:function" that returns the setup of a flight by its name, or None.
         finalists: Name -> "module:ESTIMATOR" of limits that finalists must keep in flights of their own.
@@ -81,6 +84,9 @@ class Extension:
     experiments: Names = field(default_factory=_none)
     schemas: Names = field(default_factory=_none)
     previews: Names = field(default_factory=_none)
+    plans: Names = field(default_factory=_none)
+    results: Names = field(default_factory=_none)
+    shows: Names = field(default_factory=_none)
     loss_sections: Names = field(default_factory=_none)
     flights: Names = field(default_factory=_none)
     finalists: Names = field(default_factory=_none)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError, StoreError
-from tuner.documents.contest import ComparisonFolder, ContestFolder
+from tuner.documents.comparison import ComparisonFolder
 from tuner.documents.export import ExportDocument
 from tuner.documents.folder import OpenedFolder, existing
 from tuner.documents.margins import MarginsDocument
@@ -28,7 +28,6 @@ class ExportFolder(OpenedFolder[ExportDocument]):
 # A folder is of the first kind whose document it holds: a run may hold its sensitivity.
 KINDS: tuple[type[OpenedFolder[Any]], ...] = (
     ComparisonFolder,
-    ContestFolder,
     TuningFolder,
     MarginsFolder,
     ExportFolder,

@@ -10,9 +10,7 @@ from plant.errors import InputError
 from plant.texts import PlainValue
 from tuner.extension import objects
 from tuner.study.build import study_from_table
-from tuner.study.choices import CHOICES, choices_from_layers
-from tuner.study.contest import Contest
-from tuner.study.contest_reading import contest_from_layers
+from tuner.study.comparison import ComparisonStudy
 from tuner.study.files import check_file_name
 from tuner.study.layers import Layer, read_layers
 from tuner.study.plant_study import PlantStudy, plant_study_from_table
@@ -20,7 +18,7 @@ from tuner.study.reading import put
 from tuner.study.searched import SearchedStudy
 from tuner.study.study import Study, TuningStudy
 
-AnyStudy = Contest | SearchedStudy
+AnyStudy = ComparisonStudy | SearchedStudy
 Overrides = Mapping[str, PlainValue]
 
 
@@ -58,8 +56,6 @@ def _of_one_file(build: Callable[[Path, Mapping[str, PlainValue]], AnyStudy]) ->
 def study_kinds() -> tuple[StudyKind, ...]:
     """Return the kinds from the most special to the most general: the first whose table a file holds is its kind."""
     return (
-        StudyKind(CHOICES, "a study with choices", CHOICES, choices_from_layers),
-        StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
         *objects("studies").values(),
         StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", _of_one_file(plant_study_from_table)),
         StudyKind(Study.kind, "a study", None, _of_one_file(study_from_table)),
