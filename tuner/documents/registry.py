@@ -12,7 +12,7 @@ from tuner.documents.plan import PlanDocument
 from tuner.documents.resolved import Resolved
 from tuner.documents.summary import Summary
 from tuner.documents.variables import VariablesDocument
-from tuner.extension import objects
+from tuner.extension import objects, refuse_lacking
 from tuner.gains.schema import schema_text
 from tuner.store.document import Document
 from tuner.store.environment import Environment
@@ -49,6 +49,8 @@ def schema_of(name: str) -> str:
     elif name in DOCUMENTS:
         schema = DOCUMENTS[name].model_json_schema(by_alias=True)
     else:
+        refuse_lacking("schemas", name)
+        refuse_lacking("documents", name)
         raise UnknownNameError("schema", name, schema_names())
     return json.dumps({"$schema": DIALECT, **schema}, indent=1) + "\n"
 

@@ -12,7 +12,7 @@ from tuner.documents.opening import open_results
 from tuner.engines.registry import check
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.options import OPTIONS, RunOptions, reused
-from tuner.extension import objects
+from tuner.extension import objects, refuse_lacking
 from tuner.search.watcher import Watcher
 from tuner.store.advice import JUDGEMENT, PLANT, TUNING, kind_of
 from tuner.store.folder import Folder
@@ -163,7 +163,9 @@ def compute_as_reused(paths: tuple[Path, ...]) -> None:
 
 def folder_kind(path: Path) -> ExperimentKind | None:
     """Return a folder's experiment kind by run.json, or else by document; None where neither tells."""
-    recorded = experiments().get(kind_of(path) or "")
+    name = kind_of(path) or ""
+    refuse_lacking("experiments", name, file=path)
+    recorded = experiments().get(name)
     return recorded or next((kind for kind in experiments().values() if (path / kind.document).exists()), None)
 
 

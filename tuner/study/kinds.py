@@ -8,7 +8,7 @@ from typing import cast
 
 from plant.errors import InputError
 from plant.texts import PlainValue
-from tuner.extension import objects
+from tuner.extension import objects, refuse_lacking
 from tuner.study.build import study_from_table
 from tuner.study.comparison import ComparisonStudy
 from tuner.study.files import check_file_name
@@ -63,7 +63,10 @@ def study_kinds() -> tuple[StudyKind, ...]:
 
 
 def kind_of_layers(layers: tuple[Layer, ...]) -> StudyKind:
-    """Return the kind of a study of these layers."""
+    """Return the kind of a study of these layers; InputError where only an extension that is not installed reads a table."""
+    for layer in layers:
+        for table in layer.table:
+            refuse_lacking("tables", table, file=layer.path, key=table)
     tables = {key for layer in layers for key in layer.table}
     return next(kind for kind in study_kinds() if kind.table is None or kind.table in tables)
 
