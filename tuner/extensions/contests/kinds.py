@@ -17,7 +17,7 @@ STUDY_WITH_CHOICES = StudyKind(CHOICES, "a study with choices", CHOICES, choices
 STUDY = StudyKind(Contest.kind, "a contest", "contender", contest_from_layers)
 HOME = "tuner.extensions.contests"
 EXPERIMENT = ExperimentKind(
-    CONTEST, f"{HOME}.run", "ContestRun", "contest.json", "a contest", progress=f"{HOME}.progress:contest_progress"
+    CONTEST, f"{HOME}.run", "ContestRun", "contest.json", "a contest", progress=f"{HOME}.documents:contest_progress"
 )
 BASE: Schema = {
     "type": "string",

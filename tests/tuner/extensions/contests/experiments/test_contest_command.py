@@ -1,8 +1,10 @@
 """`tuner run` and `tuner check` on a contest, as a user meets them."""
 
 import json
+import shutil
 
 from tests.tuner.cli.test_cli import refused
+from tests.tuner.experiments.again.killing import unsealed
 from tests.tuner.extensions.contests.experiments.contest_text import changed, write
 from tests.tuner.in_process import tuner as in_process
 from tuner.documents.summary import NOTHING
@@ -84,3 +86,16 @@ def test_a_contender_without_a_feasible_candidate_is_told_first_and_ends_with_it
     assert NOTHING in page and page.index(NOTHING) < page.index('class="lead"')
     code, said, _ = in_process(monkeypatch, capsys, "show", out)
     assert code == 0 and said.splitlines()[1].startswith(NOTHING)
+
+
+def test_show_tells_which_contenders_of_an_unfinished_contest_are_tuned(small_contest, tmp_path, tuner):
+    folder = shutil.copytree(small_contest[1], tmp_path / "stopped")
+    (folder / "contest.json").unlink()
+    unsealed(folder)
+    (folder / "contenders" / "ladrc").mkdir()
+    told = json.loads(tuner("show", folder, "--json").stdout)
+    assert list(told) == ["kind", "finished", "title", "contenders_finished", "contenders_begun", "commands"]
+    assert (told["kind"], told["finished"]) == ("contest", False)
+    assert (told["contenders_finished"], told["contenders_begun"]) == (["pid"], ["ladrc"])
+    text = " ".join(tuner("show", folder).stdout.split())
+    assert "Tuned: pid Begun: ladrc" in text and f"tuner resume {folder}" in text
