@@ -20,10 +20,10 @@ from plant.threads import available_threads, use_threads
 from tuner.experiments.tuning.problem import batches, first_batches, problem_of
 from tuner.experiments.tuning.search import algorithm_of
 from tuner.experiments.tuning.starts import starting_points
+from tuner.extensions.contests.study import Contest
 from tuner.search.initial_design import initial_design
 from tuner.search.loop import search_generations
 from tuner.study.build import load_study
-from tuner.study.contest import Contest
 from tuner.study.kinds import load_any
 
 STUDIES = Path(__file__).parents[1] / "studies"

@@ -28,8 +28,8 @@ from objectives.problem import Evaluation
 from plant.quadrotor.scenarios import CONFIRMATION
 from tuner.experiments.compare.entrants import rows_of
 from tuner.experiments.tuning.problem import batches, problem_of
+from tuner.extensions.contests.study import Contest
 from tuner.search.front import feasible_front, hypervolume
-from tuner.study.contest import Contest
 from tuner.study.kinds import load_any
 from tuner.study.study import Study
 from tuner.text.errors import NOTHING_FEASIBLE

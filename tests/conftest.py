@@ -29,7 +29,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # Those of 12 s of processor time and more, the longest first; kernels are compiled in them.
 LONG = (
     "tuner/report/test_report_browser.py", "tuner/extensions/identification/test_identification.py", "golden/test_golden.py",
-    "tuner/extensions/tails/test_tail_run.py", "tuner/experiments/contest/test_contest_run.py", "tuner/extensions/judge/test_second_opinion.py",
+    "tuner/extensions/tails/test_tail_run.py", "tuner/extensions/contests/experiments/test_contest_run.py", "tuner/extensions/judge/test_second_opinion.py",
     "tuner/experiments/again/test_resume.py", "tuner/search/test_search_contract.py", "objectives/fmu/test_fmu_flights.py",
     "tuner/experiments/tuning/test_fmu_run.py",
     "tuner/experiments/tuning/test_margin_study.py", "tuner/api/test_ten_calls.py", "plant/backends/test_backends_agree.py",
@@ -44,9 +44,9 @@ LONG = (
 # Folders whose files share runs that take seconds (fixtures of the session): one worker gets all of each.
 TOGETHER = (
     "tests/tuner/extensions/identification/",
-    "tests/tuner/experiments/contest/",
+    "tests/tuner/extensions/contests/experiments/",
     "tests/tuner/experiments/compare/",
-    "tests/tuner/report/contest/",
+    "tests/tuner/extensions/contests/report/",
 )
 
 

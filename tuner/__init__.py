@@ -27,7 +27,6 @@ _HOMES = {
     "tuner.api.planning": ("plan",),
     "tuner.api.results": (
         "ComparisonResults",
-        "ContestResults",
         "Results",
         "TuningResults",
         "open_results",

@@ -19,7 +19,6 @@ from tuner.api.gains import read_gains as read_gains
 from tuner.api.margins import margins as margins
 from tuner.api.planning import plan as plan
 from tuner.api.results import ComparisonResults as ComparisonResults
-from tuner.api.results import ContestResults as ContestResults
 from tuner.api.results import Results as Results
 from tuner.api.results import TuningResults as TuningResults
 from tuner.api.results import open_results as open_results
@@ -33,6 +32,7 @@ from tuner.api.studies import Study as Study
 from tuner.api.studies import load_study as load_study
 from tuner.api.studies import make_study as make_study
 from tuner.extensions.autotune.api import autotune as autotune
+from tuner.extensions.contests.results import ContestResults as ContestResults
 from tuner.extensions.first_flights.approach_api import approach as approach
 from tuner.extensions.first_flights.confirmation_api import confirm as confirm
 from tuner.extensions.flight_plans.api import plan_flight as plan_flight

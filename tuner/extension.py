@@ -23,6 +23,24 @@ from plant.errors import InputError, UnknownNameError
 
 GROUP = "gainproof.extensions"
 Names = Mapping[str, str]
+BUNDLED: Mapping[str, Names] = {
+    "tables": {"choices": "contests", "contender": "contests", "guarantee": "theory", "trials": "trials"},
+    "experiments": {"contest": "contests", "trials": "trials"},
+    "schemas": {"choices-study": "contests", "contest-study": "contests", "trials-study": "trials"},
+    "documents": {
+        "airframe-estimate": "parts_list", "approach": "first_flights", "autotune": "autotune", "confirmation": "first_flights",
+        "contest": "contests", "contest-plan": "contests", "flight-plan": "flight_plans", "identification": "identification",
+        "log-check": "identification", "log-comparison": "log_comparison", "read-back": "judge", "sensitivity": "sensitivity",
+        "tail": "tails",
+    },
+    "targets": {
+        "ardupilot": "ardupilot", "betaflight": "betaflight", "betaflight-adrc": "betaflight", "crazyflie": "crazyflie",
+        "fmi": "fmi", "matlab": "matlab", "px4": "px4", "ros2": "ros2", "rotorpy": "rotorpy",
+    },
+    "backends": {"cuda": "cuda", "cuda-float32": "cuda"},
+    "listings": {"firmwares": "autopilots", "theorems": "theory"},
+}  # fmt: skip
+"""Part -> name -> extension of this wheel that adds it; tables: of a study file. An installation may lack any of them."""
 
 
 def _none() -> Names:
@@ -50,6 +68,9 @@ class Extension:
         experiments: Name of a kind of experiment -> "module:ExperimentKind".
         schemas: Name of a study file's schema -> "module:function" that returns it.
         previews: Kind of study -> "module:function" that returns what `tuner check` shows.
+        plans: Kind of study -> "module:function" that returns what `tuner plan` shows.
+        results: Kind of results folder -> "module:class" of the Python API.
+        shows: Kind of results -> "module:function" that prints them for `tuner show`.
         loss_sections: The same, below the losses of the page.
         flights: Kind of a single flight -> "module:function" that returns the setup of a flight by its name, or None.
         finalists: Name -> "module:ESTIMATOR" of limits that finalists must keep in flights of their own.
@@ -81,6 +102,9 @@ class Extension:
     experiments: Names = field(default_factory=_none)
     schemas: Names = field(default_factory=_none)
     previews: Names = field(default_factory=_none)
+    plans: Names = field(default_factory=_none)
+    results: Names = field(default_factory=_none)
+    shows: Names = field(default_factory=_none)
     loss_sections: Names = field(default_factory=_none)
     flights: Names = field(default_factory=_none)
     finalists: Names = field(default_factory=_none)
@@ -157,6 +181,18 @@ def load(reference: str) -> Any:
     """Return the object that "module:object" names."""
     module, _, name = reference.partition(":")
     return getattr(import_module(module), name)
+
+
+def refuse_lacking(part: str, name: str, *, file: str | Path | None = None, key: str | None = None) -> None:
+    """Raise InputError for a name of a bundled extension that is lacking."""
+    home = BUNDLED[part].get(name)
+    if home is not None and home not in extensions():
+        raise InputError(
+            f"the {part.removesuffix('s')} '{name}' comes with the extension {home} of gainproof, which is not installed; "
+            "install gainproof with it, or do without",
+            file=file,
+            key=key,
+        )
 
 
 def find(part: str, kind: str, name: str) -> Any:

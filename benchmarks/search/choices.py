@@ -12,11 +12,11 @@ from typing import Any
 
 from benchmarks.measuring import RESULTS, machine, write_json
 from benchmarks.search.problems import HERE
-from tuner.experiments.contest.halving import raced, shares, stand
+from tuner.extensions.contests.race import raced, shares, stand
+from tuner.extensions.contests.study import Contest
 from tuner.search.watcher import Watcher
 from tuner.store.environment import commit
 from tuner.store.folder import Folder
-from tuner.study.contest import Contest
 from tuner.study.kinds import load_any
 
 STUDIES = {"quadrotor": HERE / "studies/laws_of_quadrotor.toml", "motor": HERE / "studies/law_of_motor.toml"}

@@ -11,8 +11,8 @@ from schema_tables import Document, Row, Section, attribute_docstrings, cell, wr
 from typer.testing import CliRunner
 
 from tuner.cli.main import app
+from tuner.extensions.contests.tables import ChoicesTable, ContestTable
 from tuner.extensions.trials.study import TrialStudyTable
-from tuner.study.contest_schema import ChoicesTable, ContestTable
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.schema import StrictTable, StudyTable
 

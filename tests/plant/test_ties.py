@@ -45,10 +45,10 @@ FACES = ("api", "charts", "command", "document", "page", "panels", "printer", "r
 """Ends of the names of an extension's modules that are what such rooms hold."""
 STRUCTURAL = {
     "tuner/experiments/tuning/survivors.py": 1,  # numbers of scenarios
-    "tuner/experiments/contest/tables.py": 1,  # the first row of a name
+    "tuner/experiments/compare/tables.py": 1,  # the first row of a name
     "tuner/extensions/first_flights/confirmation_api.py": 1,  # whole numbers of places
     "tuner/extensions/identification/charts.py": 1,  # which curves of a figure are drawn
-    "tuner/report/contest/fronts_panels.py": 1,  # points of a line from left to right
+    "tuner/report/comparison/fronts_panels.py": 1,  # points of a line from left to right
     "tuner/documents/tables.py": 3,  # codes of names
 }
 """Files of rooms that name points, with their lines that order no results of flights."""

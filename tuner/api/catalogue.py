@@ -19,7 +19,7 @@ from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES, parameters
 from plant.texts import PlainTable, toml_table
 from tuner.api.frames import frame
-from tuner.extension import extensions, objects
+from tuner.extension import extensions, objects, refuse_lacking
 from tuner.search.names import ALGORITHMS, AUTOMATIC
 
 if TYPE_CHECKING:
@@ -262,6 +262,7 @@ def rows_of(kind: str, containing: str = "") -> Rows:
     Case does not matter.
     """
     if kind not in listings():
+        refuse_lacking("listings", kind)
         raise UnknownNameError("listing", kind, listings())
     rows, wanted = listings()[kind](), containing.casefold()
     named = [row for row in rows if str(next(iter(row.values()))).casefold() == wanted]

@@ -6,11 +6,11 @@ from typing import Any
 
 from plant.errors import InputError, UnknownNameError
 from tuner.analysis.margins.readings import Loops
-from tuner.documents.contest import ComparedFolder
+from tuner.documents.comparison import ComparedFolder
 from tuner.documents.tuning import TuningFolder
 from tuner.extension import added, load
 from tuner.report.charts.paper import Figure, drawn, style
-from tuner.report.contest.figures import FIGURES, values_figure
+from tuner.report.comparison.figures import FIGURES, values_figure
 from tuner.report.figures import flown_figure, front_figure, progress_figure, scenario_figures
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sheets import added_sheets
@@ -55,9 +55,9 @@ def of_tuning(results: TuningFolder) -> Drawers:
     }
 
 
-def of_contest(contest: ComparedFolder[Any]) -> Drawers:
-    """Return the figures of a contest or comparison."""
-    return {name: lambda draw=draw: draw(contest) for name, draw in FIGURES.items()}
+def of_comparison(compared: ComparedFolder[Any]) -> Drawers:
+    """Return the figures of contenders on the same flights."""
+    return {name: lambda draw=draw: draw(compared) for name, draw in FIGURES.items()}
 
 
 def of_margins(subject: Loops) -> Drawers:
@@ -68,8 +68,7 @@ def of_margins(subject: Loops) -> Drawers:
 
 DRAWN: dict[str, Callable[..., Drawers]] = {
     "tuning": of_tuning,
-    "contest": of_contest,
-    "comparison": lambda results: {**of_contest(results), "values": lambda: values_figure(results)},
+    "comparison": lambda results: {**of_comparison(results), "values": lambda: values_figure(results)},
     "margins": of_margins,
     "flights": lambda responses, scenario: {"responses": lambda: flown_figure(responses, scenario)},
 }

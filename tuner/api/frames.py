@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from tuner.api.figures import Figures
-    from tuner.documents.contest_document import EstimateRow
+    from tuner.documents.comparison_document import EstimateRow
     from tuner.documents.parts import Estimate
 
 MOST_ROWS = 20

@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.studies import AnyStudy, StudyLike, loaded
-from tuner.documents.plan import ContestPlanDocument, PlanDocument
+from tuner.documents.plan import PlanDocument
 from tuner.experiments.planning import plan as planning
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.search.watcher import Watcher
@@ -17,9 +17,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Plan(Documented):
-    """Forecast of a run; document: as `tuner plan --json` prints it, study: what was planned."""
+    """Forecast of a run.
 
-    document: PlanDocument | ContestPlanDocument
+    Attributes:
+        document: A `PlanDocument`, or one that holds several as `runs` by name; as `tuner plan --json` prints it.
+        study: The study that was planned.
+    """
+
+    document: Any
     study: AnyStudy
 
     @property
@@ -30,7 +35,7 @@ class Plan(Documented):
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each objective, of a contest for each contender too: expected widths of 95 % intervals."""
-        runs = self.document.runs if isinstance(self.document, ContestPlanDocument) else {"": self.document}
+        runs = {"": self.document} if isinstance(self.document, PlanDocument) else self.document.runs
         rows = [
             {
                 "run": name,

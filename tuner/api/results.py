@@ -10,16 +10,17 @@ from tuner.api.frames import estimates, figures, frame, json_text, shown
 from tuner.api.gains import Gains, gains_in, gains_of, read_gains
 from tuner.documents import opening
 from tuner.documents.assessment import AssessmentDocument
-from tuner.documents.contest import C, ComparedFolder, ComparisonFolder, ContestFolder
-from tuner.documents.contest_document import ComparisonDocument, ContestDocument
+from tuner.documents.comparison import C, ComparedFolder, ComparisonFolder
+from tuner.documents.comparison_document import ComparedDocument, ComparisonDocument
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.documents.folder import D, OpenedFolder
 from tuner.documents.summary import Summary
 from tuner.documents.tables import read_frame
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments import registry
+from tuner.extension import objects
 from tuner.gains.document import document_at
-from tuner.report.views import VIEWS, Views
+from tuner.report.views import Views, compared_views, tuning_views
 from tuner.store.document import read_text
 from tuner.store.tables import table_file, table_files
 from tuner.study.kinds import AnyStudy
@@ -77,7 +78,7 @@ class Results(OpenedFolder[D]):
 
     @property
     def words(self) -> list[str]:
-        """Sentences that a contest's or comparison's numbers allow."""
+        """Sentences that a comparison's numbers allow."""
         return list(getattr(self.document, "words", []))
 
     @property
@@ -146,7 +147,7 @@ class Results(OpenedFolder[D]):
 
     @property
     def _views(self) -> Views:
-        return VIEWS[self.kind](self) if self.kind in VIEWS else {}
+        return {}
 
     def report(self) -> Path:
         """Write report.html and the figures of the folder again.
@@ -183,6 +184,10 @@ class TuningResults(TuningFolder, Results[Summary]):
     """
 
     opinion: Opinion | None = None
+
+    @property
+    def _views(self) -> Views:
+        return tuning_views(self)
 
     @cached_property
     def summary(self) -> "pd.DataFrame":
@@ -335,6 +340,10 @@ class TuningResults(TuningFolder, Results[Summary]):
 class ComparedResults(ComparedFolder[C], Results[C]):
     """Results of several controllers on the same flights."""
 
+    @property
+    def _views(self) -> Views:
+        return compared_views(self)
+
     @cached_property
     def summary(self) -> "pd.DataFrame":
         """Values with 95 % intervals: a row for each contender, columns for each objective and limit."""
@@ -350,10 +359,6 @@ class ComparedResults(ComparedFolder[C], Results[C]):
     def differences(self) -> "pd.DataFrame":
         """Paired differences with 95 % intervals: a row for each two contenders and each quantity."""
         return frame(self.document.differences, ("first", "second", "quantity"))
-
-
-class ContestResults(ComparedResults[ContestDocument], ContestFolder):
-    """Results of a contest: several controllers, each tuned, on the same flights."""
 
 
 class ComparisonResults(ComparedResults[ComparisonDocument], ComparisonFolder):
@@ -381,9 +386,9 @@ def read_table(file: str | Path) -> "pd.DataFrame":
 
 
 R = TypeVar("R")
-AnyResults: TypeAlias = TuningResults | ContestResults | ComparisonResults
-KINDS: tuple[type[AnyResults], ...] = (ContestResults, ComparisonResults, TuningResults)
-"""Kinds of results, each recognised by its main document."""
+AnyResults: TypeAlias = TuningResults | ComparedResults[ComparedDocument]
+KINDS: tuple[type[Results[Any]], ...] = (ComparisonResults, TuningResults)
+"""Kinds of results of the core, each recognised by its main document; those of extensions are in their records."""
 
 
 @overload
@@ -398,7 +403,7 @@ def open_results(folder: str | Path, *, kind: type[R] | None = None) -> AnyResul
         kind: Class that the results must have, such as `TuningResults`, so that type checkers know it; by default any.
 
     Returns:
-        `TuningResults`, `ContestResults` or `ComparisonResults`.
+        `TuningResults`, `ComparisonResults` or those of an extension, such as `ContestResults`.
 
     Raises:
         StoreError: The folder is missing, not finished, damaged, or of another kind.
@@ -411,7 +416,7 @@ def open_results(folder: str | Path, *, kind: type[R] | None = None) -> AnyResul
         ['pitch', 'roll', 'x', 'y', 'yaw', 'z']
 
     """
-    results = opening.open_results(Path(folder), KINDS)
+    results = opening.open_results(Path(folder), (*KINDS, *objects("results").values()))
     if kind is None or isinstance(results, kind):
         return results
     raise StoreError(

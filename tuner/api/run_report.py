@@ -4,7 +4,7 @@ import csv
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Protocol
 
 from pydantic import JsonValue
 
@@ -17,9 +17,10 @@ from tuner.documents.folder import existing
 from tuner.documents.parts import ENDS
 from tuner.documents.summary import VariableRow
 from tuner.documents.tuning import INTERVAL, TuningFolder
-from tuner.experiments.registry import folder_kind
+from tuner.experiments.registry import experiments, folder_kind
+from tuner.extension import load
 from tuner.report.words import laws_of
-from tuner.store.advice import CONTEST, RECORD, TRIALS, can_be_resumed, repair_hint, run_root
+from tuner.store.advice import RECORD, TRIALS, can_be_resumed, repair_hint, run_root
 from tuner.store.document import DocumentPart
 from tuner.store.inputs import read_record
 from tuner.store.manifest import read_manifest, refuse_damage, unfinished
@@ -28,27 +29,20 @@ from tuner.store.manifest import read_manifest, refuse_damage, unfinished
 UNREAD = ("flights/",)
 
 
-class UnfinishedContest(DocumentPart):
-    """A contest in progress: contenders whose tuning has ended, and those whose tuning has begun."""
+class Progress(Protocol):
+    """A run in progress, of any kind: title, and commands that go on with it."""
 
-    kind: str
-    finished: Literal[False]
     title: str
-    contenders_finished: list[str]
-    contenders_begun: list[str]
     commands: list[str]
 
     @property
     def texts(self) -> list[str]:
         """How far it came, in sentences."""
-        return [
-            f"Tuned: {', '.join(self.contenders_finished) or 'none'}",
-            f"Begun: {', '.join(self.contenders_begun) or 'none'}",
-        ]
+        ...
 
 
 class UnfinishedRun(DocumentPart):
-    """A run of another kind in progress; shares and hypervolume are those of the last generation, null before the first."""
+    """A search in progress; shares and hypervolume are those of the last generation, null before the first."""
 
     kind: str
     finished: Literal[False]
@@ -87,11 +81,11 @@ class RunReport:
 
     folder: Path
     results: AnyResults | None
-    progress: UnfinishedRun | UnfinishedContest | None
+    progress: Progress | None
     is_guarded: bool
 
     @property
-    def document(self) -> DocumentPart | dict[str, JsonValue] | None:
+    def document(self) -> DocumentPart | Progress | dict[str, JsonValue] | None:
         """Report of a tuning run or of an unfinished one; the main document of other kinds."""
         if isinstance(self.results, TuningResults):
             return tuning_report(self.results)
@@ -127,24 +121,16 @@ def refuse_other(folder: Path) -> None:
         )
 
 
-def unfinished_report(folder: Path) -> UnfinishedRun | UnfinishedContest:
+def unfinished_report(folder: Path) -> Progress:
     """Return the progress of a run without a summary; StoreError where the folder is none of a run."""
     record = read_record(folder)
     title = title_of(folder / record.study)
     commands = [f"tuner resume {run_root(folder)}"] if can_be_resumed(folder) else []
     if record.kind == TRIALS:
         commands = [f"tuner ask {folder / 'study.toml'} --out {folder}"]
-    if record.kind == CONTEST:
-        contenders = sorted(path for path in folder.glob("contenders/*") if path.is_dir())
-        done = [path.name for path in contenders if (path / "summary.json").exists()]
-        return UnfinishedContest(
-            kind=record.kind,
-            finished=False,
-            title=title,
-            contenders_finished=done,
-            contenders_begun=[path.name for path in contenders if path.name not in done],
-            commands=commands,
-        )
+    kind = experiments().get(record.kind)
+    if kind is not None and kind.progress:
+        return load(kind.progress)(folder, title, commands)
     last = last_generation(folder / "history.csv")
     return UnfinishedRun(
         kind=record.kind,

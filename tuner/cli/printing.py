@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 PRINTERS = {
     "Checked": "tuner.cli.printers.check:print_checked",
     "ComparisonResults": "tuner.cli.printers.compare:print_compared",
-    "ContestResults": "tuner.cli.printers.contest:print_contest",
     "Design": "tuner.cli.printers.margins:print_design",
     "Exported": "tuner.cli.printers.export:print_export",
     "Flights": "tuner.cli.printers.gains:print_flights",

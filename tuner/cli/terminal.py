@@ -14,7 +14,7 @@ from plant.texts import inert
 from tuner.text import numbers, sentences
 
 if TYPE_CHECKING:
-    from tuner.documents.contest_document import EstimateRow
+    from tuner.documents.comparison_document import EstimateRow
     from tuner.documents.parts import Estimate
 
 FLY_AIRFRAME = 'Written: {}; fly it with file = "..." in [airframe] and from = "airframe" in [scenario.spread].'

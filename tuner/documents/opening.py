@@ -5,12 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError, StoreError
-from tuner.documents.contest import ComparisonFolder, ContestFolder
+from tuner.documents.comparison import ComparisonFolder
 from tuner.documents.export import ExportDocument
 from tuner.documents.folder import OpenedFolder, existing
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.tuning import TuningFolder
-from tuner.extension import extensions, load
+from tuner.extension import BUNDLED, extensions, load, refuse_lacking
+from tuner.store.advice import kind_of
 
 
 class MarginsFolder(OpenedFolder[MarginsDocument]):
@@ -28,7 +29,6 @@ class ExportFolder(OpenedFolder[ExportDocument]):
 # A folder is of the first kind whose document it holds: a run may hold its sensitivity.
 KINDS: tuple[type[OpenedFolder[Any]], ...] = (
     ComparisonFolder,
-    ContestFolder,
     TuningFolder,
     MarginsFolder,
     ExportFolder,
@@ -46,6 +46,10 @@ def open_results(folder: Path, kinds: Sequence[type[OpenedFolder[Any]]] = KINDS)
     """Open a results folder of one of some kinds; StoreError where it is none, or its document is damaged."""
     kind = kind_in(existing(folder), kinds)
     if kind is None:
+        refuse_lacking("experiments", kind_of(folder) or "", file=folder)
+        for name in BUNDLED["documents"]:
+            if (folder / f"{name}.json").exists():
+                refuse_lacking("documents", name, file=folder)
         names = ", ".join(entry.main for entry in kinds)
         raise StoreError(f"{folder} is no finished results folder: it holds none of {names}")
     return kind(folder)

@@ -161,35 +161,3 @@ class PlanDocument(Document):
     automatic_limits: list[AutomaticLimit]
     plant_step: PlantStep
     warnings: list[str]
-
-
-class PlannedComparison(DocumentPart):
-    """The comparison of a contest, at most."""
-
-    stream: str
-    flights_each: int
-    points_at_most: int
-    flights_at_most: int
-    seconds_at_most: float
-
-
-class PlannedTotal(DocumentPart):
-    """All of a contest, at most."""
-
-    flights_at_most: int
-    seconds_at_most: float
-    compilation_seconds: float | None
-    memory_bytes: float | None
-    disk_bytes_at_most: float
-
-
-class ContestPlanDocument(Document):
-    """Plan of a contest; runs: of the contenders that are tuned, by name."""
-
-    title: str
-    study: str
-    digest: str
-    seed: int
-    runs: dict[str, PlanDocument]
-    comparison: PlannedComparison
-    total: PlannedTotal

@@ -4,15 +4,15 @@ import json
 
 from plant.errors import UnknownNameError
 from tuner.documents.assessment import AssessmentDocument
-from tuner.documents.contest_document import ComparisonDocument, ContestDocument
+from tuner.documents.comparison_document import ComparisonDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.judgement import JudgementDocument
 from tuner.documents.margins import MarginsDocument
-from tuner.documents.plan import ContestPlanDocument, PlanDocument
+from tuner.documents.plan import PlanDocument
 from tuner.documents.resolved import Resolved
 from tuner.documents.summary import Summary
 from tuner.documents.variables import VariablesDocument
-from tuner.extension import objects
+from tuner.extension import objects, refuse_lacking
 from tuner.gains.schema import schema_text
 from tuner.store.document import Document
 from tuner.store.environment import Environment
@@ -24,11 +24,9 @@ from tuner.study.file_schema import DIALECT, study_schemas
 GAINS = "gains"
 DOCUMENTS: dict[str, type[Document]] = {
     "summary": Summary,
-    "contest": ContestDocument,
     "comparison": ComparisonDocument,
     "margins": MarginsDocument,
     "plan": PlanDocument,
-    "contest-plan": ContestPlanDocument,
     "judgement": JudgementDocument,
     "assessment": AssessmentDocument,
     "export": ExportDocument,
@@ -51,6 +49,8 @@ def schema_of(name: str) -> str:
     elif name in DOCUMENTS:
         schema = DOCUMENTS[name].model_json_schema(by_alias=True)
     else:
+        refuse_lacking("schemas", name)
+        refuse_lacking("documents", name)
         raise UnknownNameError("schema", name, schema_names())
     return json.dumps({"$schema": DIALECT, **schema}, indent=1) + "\n"
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from objectives.engine import LANES, Engine
 from objectives.flown_system import FlownSystem
 from plant.errors import InputError, StoreError, check_name
-from tuner.extension import added, load
+from tuner.extension import added, load, refuse_lacking
 from tuner.store.inputs import read_record
 from tuner.study.tuning_study import TuningStudy
 
@@ -48,7 +48,8 @@ def cluster_engine(
     reference = added("clusters").get(CLUSTER)
     if reference is None:
         raise InputError(
-            "no installed extension connects to a cluster; leave the option out to fly on this machine",
+            "no installed extension connects to a cluster; install one, such as cluster of gainproof, or leave the option out to "
+            "fly on this machine",
             key=f"--{CLUSTER}",
         )
     return load(reference)(where, study, threads, say)
@@ -93,4 +94,5 @@ def recorded_engine(results: Path, system: FlownSystem, root: int, cluster: Engi
 
 def check(backend: str) -> None:
     """Raise UnknownNameError where no backend has this name."""
+    refuse_lacking("backends", backend, key=KEY)
     check_name("backend", backend, (LANES, *added("backends")), key=KEY)

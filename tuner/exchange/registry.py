@@ -8,7 +8,7 @@ from plant.errors import InputError, UnknownNameError, check_name
 from plant.quadrotor.airframes import Airframe
 from tuner.exchange.c99 import export as c99
 from tuner.exchange.target import FIRMWARE, ExportTarget, ImportedController, Importer, flag
-from tuner.extension import objects
+from tuner.extension import objects, refuse_lacking
 
 
 @cache
@@ -26,6 +26,7 @@ def importers() -> dict[str, Importer]:
 def exporter(name: str) -> ExportTarget:
     """Return the target of a name; raises UnknownNameError."""
     name = name.lower()
+    refuse_lacking("targets", name, key="--to")
     check_name("target", name, exporters(), key="--to")
     return exporters()[name]
 

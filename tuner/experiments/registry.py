@@ -12,9 +12,9 @@ from tuner.documents.opening import open_results
 from tuner.engines.registry import check
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.options import OPTIONS, RunOptions, reused
-from tuner.extension import objects
+from tuner.extension import objects, refuse_lacking
 from tuner.search.watcher import Watcher
-from tuner.store.advice import CONTEST, JUDGEMENT, PLANT, TUNING, kind_of
+from tuner.store.advice import JUDGEMENT, PLANT, TUNING, kind_of
 from tuner.store.folder import Folder
 from tuner.store.inputs import compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy
@@ -31,6 +31,8 @@ class ExperimentKind:
         document: The file of its folder that holds the findings.
         noun: With its article.
         lacks: Options that its class takes and it does not.
+        progress: "module:function" that returns the progress of an unfinished folder from folder, title and commands, "" for that
+            of a search.
     """
 
     name: str
@@ -39,6 +41,7 @@ class ExperimentKind:
     document: str
     noun: str
     lacks: frozenset[str] = frozenset()
+    progress: str = ""
 
     @property
     def run(self) -> type[Experiment[Any, Any]]:
@@ -59,7 +62,6 @@ EXPERIMENTS = {
             frozenset(("backend",)),
         ),
         ExperimentKind(JUDGEMENT, "tuner.experiments.tuning.run", "JudgementRun", "summary.json", "a judgement"),
-        ExperimentKind(CONTEST, "tuner.experiments.contest.run", "ContestRun", "contest.json", "a contest"),
         ExperimentKind(
             "comparison", "tuner.experiments.compare.run", "ComparisonRun", "comparison.json", "a comparison"
         ),
@@ -161,7 +163,9 @@ def compute_as_reused(paths: tuple[Path, ...]) -> None:
 
 def folder_kind(path: Path) -> ExperimentKind | None:
     """Return a folder's experiment kind by run.json, or else by document; None where neither tells."""
-    recorded = experiments().get(kind_of(path) or "")
+    name = kind_of(path) or ""
+    refuse_lacking("experiments", name, file=path)
+    recorded = experiments().get(name)
     return recorded or next((kind for kind in experiments().values() if (path / kind.document).exists()), None)
 
 

@@ -12,7 +12,7 @@ from tuner.text.neutral import Neutral
 from tuner.text.numbers import significant
 
 if TYPE_CHECKING:
-    from tuner.documents.contest import ComparedFolder
+    from tuner.documents.comparison import ComparedFolder
     from tuner.documents.tuning import TuningFolder
 
 _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
@@ -58,25 +58,25 @@ def plain_label(label: str, metric: str, scenario: str | None = None, rotors: bo
     return ", ".join(part for part in parts if part)
 
 
-def contest_label(contest: "ComparedFolder", label: str, short: bool = True) -> str:
-    """Return a quantity of a contest in plain words."""
-    row = contest.quantity.get(label)
+def compared_label(compared: "ComparedFolder", label: str, short: bool = True) -> str:
+    """Return a compared quantity in plain words."""
+    row = compared.quantity.get(label)
     if row is None:
         return label
-    scenario = row.scenario if len(contest.document.compared_on) > 1 else None
-    return plain_label(label, row.metric, scenario, has_rotors(contest), short)
+    scenario = row.scenario if len(compared.document.compared_on) > 1 else None
+    return plain_label(label, row.metric, scenario, has_rotors(compared), short)
 
 
-def has_rotors(contest: "ComparedFolder") -> bool:
+def has_rotors(compared: "ComparedFolder") -> bool:
     """Return True where quadrotors flew, False for plants of the user."""
-    return any(entry.airframe for entry in contest.contenders)
+    return any(entry.airframe for entry in compared.contenders)
 
 
-def user_names(contest: "ComparedFolder") -> list[str]:
+def user_names(compared: "ComparedFolder") -> list[str]:
     """Return the names that study, contenders and plants give."""
-    scenarios = [entry.scenario for entry in contest.document.compared_on]
-    channels = [name for entry in contest.contenders for name in entry.channels or {}]
-    return [contest.document.title, *contest.index, *contest.flown, *scenarios, *channels]
+    scenarios = [entry.scenario for entry in compared.document.compared_on]
+    channels = [name for entry in compared.contenders for name in entry.channels or {}]
+    return [compared.document.title, *compared.index, *compared.flown, *scenarios, *channels]
 
 
 def names_of(results: "TuningFolder") -> dict[str, str]:

@@ -4,7 +4,7 @@ import shlex
 from collections.abc import Iterable, Sequence
 from math import degrees
 
-from tuner.documents.contest_document import QuantityRow
+from tuner.documents.comparison_document import QuantityRow
 from tuner.documents.parts import PlantStep
 from tuner.documents.resolved import Resolved, ResolvedSearch
 from tuner.documents.summary import ComparedRow

@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from objectives.margins.quantities import QUANTITIES
-from tuner.documents.contest import ComparedFolder
+from tuner.documents.comparison import ComparedFolder
 from tuner.documents.parts import Estimate, on_page
 from tuner.documents.summary import TableRow
 from tuner.documents.tuning import DEFAULT, SHOWN, TUNED, TuningFolder
 from tuner.documents.tuning_tables import LOOP_MARGINS, Loop
 from tuner.documents.verdicts import shown_verdict
-from tuner.report.labels import contest_label, named, time_unit
+from tuner.report.labels import compared_label, named, time_unit
 from tuner.text.numbers import estimate, significant
 from tuner.text.sentences import bound_text
 from tuner.text.tables import Table
@@ -36,7 +36,7 @@ def tuning_views(results: TuningFolder) -> Views:
 
 
 def compared_views(results: ComparedFolder[Any]) -> Views:
-    """Return the tables of a contest or a comparison."""
+    """Return the tables of a comparison."""
     views: dict[str, Callable[[], Table]] = {
         "values": lambda: values_view(results),
         "differences": lambda: differences_view(results),
@@ -119,7 +119,7 @@ def contender_margins_view(results: ComparedFolder[Any]) -> Table:
 def values_view(results: ComparedFolder[Any]) -> Table:
     """Return objectives and limited quantities of each contender."""
     judged = [row for row in results.shown.quantities if row.kind in JUDGED]
-    head = ("contender", *[bracketed(contest_label(results, row.label), row.unit) for row in judged])
+    head = ("contender", *[bracketed(compared_label(results, row.label), row.unit) for row in judged])
     cells = [
         (entry.name, *[_text(results.estimates[entry.name, row.label]) for row in judged])
         for entry in results.contenders
@@ -133,21 +133,13 @@ def differences_view(results: ComparedFolder[Any]) -> Table:
     cells = [
         (
             f"{row.second} − {row.first}",
-            bracketed(contest_label(results, row.quantity), results.quantity[row.quantity].unit),
+            bracketed(compared_label(results, row.quantity), results.quantity[row.quantity].unit),
             _text(row.estimate, signed=True),
             row.lower or row.verdict,
         )
         for row in results.shown.differences
     ]
     return Table(f"{results.document.title}: paired differences", head, cells, ("pair", "quantity", "lower"))
-
-
-VIEWS: dict[str, Callable[[Any], Views]] = {
-    "tuning": tuning_views,
-    "contest": compared_views,
-    "comparison": compared_views,
-}
-"""Kind of results -> their tables."""
 
 
 def _loops(results: TuningFolder, role: str) -> list[Loop]:

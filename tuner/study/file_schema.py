@@ -23,7 +23,6 @@ from plant.quadrotor.gains import GROUPS
 from plant.references import REFERENCES
 from tuner.extension import objects
 from tuner.search.names import ALGORITHMS, AUTOMATIC, CONVERGED, GENERATIONS
-from tuner.study.contest_schema import ChoicesTable, ContestTable
 from tuner.study.plant_schema import PlantStudyTable
 from tuner.study.requirement_kinds import choices_of
 from tuner.study.schema import StudyTable
@@ -33,10 +32,6 @@ Schema = dict[str, Any]
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 TEXTS: Schema = {"type": "array", "items": {"type": "string"}, "minItems": 1}
-BASE: Schema = {
-    "type": "string",
-    "description": "Study whose tables lie under those of this file: a path, or a shipped name.",
-}
 
 
 def _closed(names: Iterable[str]) -> Schema:
@@ -155,29 +150,9 @@ def study_schema() -> Schema:
     return {**schema, "anyOf": [given, {"required": ["target"]}]}
 
 
-def contest_schema(*added: type[BaseModel]) -> Schema:
-    """Return the schema of a contest, of quadrotors or of plants."""
-    parts = [study_schema(), table_schema(PlantStudyTable), *map(table_schema, added)]
-    schema: Schema = {"type": "object", "properties": {"base": BASE}, "$defs": {}, "additionalProperties": False}
-    for part in parts:
-        schema["$defs"] |= part.get("$defs", {})
-        for key, entry in part["properties"].items():
-            before = schema["properties"].get(key, entry)
-            # What quadrotors and plants have under one name is either.
-            schema["properties"][key] = before if before == entry else {"anyOf": [before, entry]}
-    for name in ("AirframeTable", "ControllerTable", "PlantTable"):
-        schema["$defs"][name].pop("required", None)
-    fields = [field for part in (StudyTable, *added) for field in part.model_fields.items()]
-    needed = [key for key, field in fields if field.is_required() and key not in ("airframe", "controller")]
-    # A base file may hold what this one leaves out.
-    return {**schema, "description": added[-1].__doc__, "anyOf": [{"required": ["base"]}, {"required": needed}]}
-
-
 STUDY_SCHEMAS: dict[str, Callable[[], Schema]] = {
     "study": study_schema,
     "plant-study": lambda: table_schema(PlantStudyTable),
-    "contest-study": lambda: contest_schema(ContestTable),
-    "choices-study": lambda: contest_schema(ChoicesTable),
 }
 """Name of `tuner schema` -> schema of a kind of study file of the core; those of extensions are in their records."""
 

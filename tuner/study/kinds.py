@@ -8,11 +8,9 @@ from typing import cast
 
 from plant.errors import InputError
 from plant.texts import PlainValue
-from tuner.extension import objects
+from tuner.extension import objects, refuse_lacking
 from tuner.study.build import study_from_table
-from tuner.study.choices import CHOICES, choices_from_layers
-from tuner.study.contest import Contest
-from tuner.study.contest_reading import contest_from_layers
+from tuner.study.comparison import ComparisonStudy
 from tuner.study.files import check_file_name
 from tuner.study.layers import Layer, read_layers
 from tuner.study.plant_study import PlantStudy, plant_study_from_table
@@ -20,7 +18,7 @@ from tuner.study.reading import put
 from tuner.study.searched import SearchedStudy
 from tuner.study.study import Study, TuningStudy
 
-AnyStudy = Contest | SearchedStudy
+AnyStudy = ComparisonStudy | SearchedStudy
 Overrides = Mapping[str, PlainValue]
 
 
@@ -58,8 +56,6 @@ def _of_one_file(build: Callable[[Path, Mapping[str, PlainValue]], AnyStudy]) ->
 def study_kinds() -> tuple[StudyKind, ...]:
     """Return the kinds from the most special to the most general: the first whose table a file holds is its kind."""
     return (
-        StudyKind(CHOICES, "a study with choices", CHOICES, choices_from_layers),
-        StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
         *objects("studies").values(),
         StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", _of_one_file(plant_study_from_table)),
         StudyKind(Study.kind, "a study", None, _of_one_file(study_from_table)),
@@ -67,7 +63,10 @@ def study_kinds() -> tuple[StudyKind, ...]:
 
 
 def kind_of_layers(layers: tuple[Layer, ...]) -> StudyKind:
-    """Return the kind of a study of these layers."""
+    """Return the kind of a study of these layers; InputError where only an extension that is not installed reads a table."""
+    for layer in layers:
+        for table in layer.table:
+            refuse_lacking("tables", table, file=layer.path, key=table)
     tables = {key for layer in layers for key in layer.table}
     return next(kind for kind in study_kinds() if kind.table is None or kind.table in tables)
 

@@ -6,9 +6,8 @@ from typing import Any
 
 from objectives.requirements import Screen
 from objectives.system import System
-from plant.errors import InputError
 from plant.quadrotor.scenarios import ScenarioSpec
-from tuner.extension import added, load
+from tuner.extension import added, load, refuse_lacking
 
 
 @dataclass(frozen=True)
@@ -27,10 +26,8 @@ class RequirementKind:
 
 def requirement_kind(table: str) -> RequirementKind:
     """Return the kind of a table; InputError where no extension has it."""
-    references = added("requirements")
-    if table not in references:
-        raise InputError(f"no installed extension reads [[{table}]]; install one, or leave the table out")
-    return load(references[table])
+    refuse_lacking("tables", table)
+    return load(added("requirements")[table])
 
 
 def choices_of(table: str) -> Mapping[str, Collection[str]]:

@@ -15,7 +15,7 @@ from plant.quadrotor.airframes import load
 from plant.quadrotor.cascade import AXES
 from plant.vectors import Vec3
 from tests.tuner.conftest import QUICKSTART
-from tests.tuner.experiments.contest.contest_text import write as write_contest
+from tests.tuner.extensions.contests.experiments.contest_text import write as write_contest
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.experiments.planning import study_preview

@@ -11,9 +11,9 @@ from objectives.problem import Objective
 from objectives.risk import Risk
 from plant.seeds import generator
 from tuner.analysis.held_out import compare
-from tuner.experiments.contest.comparison import compare_all
+from tuner.experiments.compare.statistics import compare_all
 from tuner.extensions.judge.paired_scores import PairedScores
-from tuner.study.contest import Quantity
+from tuner.study.comparison import Quantity
 
 TRAVEL, FAILURE = (Objective(parse(name), Risk("mean")) for name in ("travel", "failure"))
 FLIGHTS = 256

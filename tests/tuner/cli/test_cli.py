@@ -127,7 +127,7 @@ NOT_FOR_A_RUN = (
     "fontTools",
     "PIL",
     "tuner.report.charts.paper",
-    "tuner.experiments.contest.run",
+    "tuner.extensions.contests.run",
     "tuner.extensions.trials.run",
     "tuner.exchange.registry",
 )

@@ -11,9 +11,9 @@ import pytest
 
 from plant.errors import StoreError
 from tests.tuner.experiments.again.killing import unsealed
+from tests.tuner.extensions.contests.report.fabricate_contest import Made
+from tests.tuner.extensions.contests.report.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.in_process import tuner
-from tests.tuner.report.contest.fabricate_contest import Made
-from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import OBJECTIVES, fabricate
 from tuner.api.results import TuningResults
 from tuner.api.run_report import UnfinishedRun, report_run, unfinished_report

@@ -10,9 +10,9 @@ from typer.main import get_group
 import tuner as interface
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.compare.conftest import changed_gains
+from tests.tuner.extensions.contests.report.fabricate_contest import Made
+from tests.tuner.extensions.contests.report.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.in_process import tuner
-from tests.tuner.report.contest.fabricate_contest import Made
-from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import fabricate
 from tuner.api.catalogue import listings
 from tuner.cli.main import app
@@ -20,7 +20,7 @@ from tuner.cli.printers.run_end import print_end_tables
 from tuner.cli.printers.tuning import comparison_table, gains_table
 from tuner.cli.tables import PIPE_WIDTH, TerminalTable
 from tuner.cli.terminal import Console
-from tuner.documents.contest_document import ComparisonDocument
+from tuner.documents.comparison_document import ComparisonDocument
 from tuner.documents.plan import PlanDocument
 from tuner.documents.summary import Summary
 from tuner.documents.tuning import TuningFolder

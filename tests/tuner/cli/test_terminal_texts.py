@@ -12,9 +12,9 @@ from rich.table import Table
 import tuner.cli
 from plant.texts import inert
 from tests.tuner.exchange.hostile_texts import HOSTILE
+from tests.tuner.extensions.contests.report.fabricate_contest import Made
+from tests.tuner.extensions.contests.report.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.in_process import tuner as command
-from tests.tuner.report.contest.fabricate_contest import Made
-from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import fabricate
 from tuner.cli.terminal import Console
 from tuner.text.inert_stream import InertStream

@@ -36,7 +36,9 @@ def test_documents_and_tables_of_a_run(tmp_path):
 def test_what_is_no_results_folder_is_refused(tmp_path):
     with pytest.raises(StoreError, match="there is no such results folder"):
         open_results(tmp_path / "nowhere")
-    with pytest.raises(StoreError, match="holds none of comparison.json, contest.json"):
+    with pytest.raises(
+        StoreError, match="holds none of comparison.json, summary.json, margins.json, export.json, contest.json"
+    ):
         open_results(tmp_path)
     (tmp_path / "summary.json").write_text('{"title": 3}')
     with pytest.raises(StoreError, match=r"summary.json: 'title' is 3 and not a text"):

@@ -9,9 +9,9 @@ from tuner.experiments.options import OPTIONS
 from tuner.experiments.planning.preview import PREVIEWS, preview
 from tuner.experiments.registry import draw, experiments, folder_kind, refuse_options, run
 from tuner.extension import added
+from tuner.extensions.contests.choices import CHOICES
 from tuner.store.advice import RESUMED, TRIALS
 from tuner.store.folder import Folder
-from tuner.study.choices import CHOICES
 from tuner.study.files import shipped_studies
 from tuner.study.kinds import load_any, study_kinds
 

@@ -6,6 +6,8 @@ import sys
 
 import pytest
 
+from tuner.study.files import shipped_studies
+
 ALONE = """
 import json
 import sys
@@ -36,7 +38,10 @@ COMMANDS = [
 ]  # fmt: skip
 REFUSED = {
     "judge": (["judge", "out/gains.json"], "No such command 'judge'"),
-    "target": (["export", "out/gains.json", "--to", "px4"], "unknown target 'px4'"),
+    "target": (
+        ["export", "out/gains.json", "--to", "px4"],
+        "the target 'px4' comes with the extension px4 of gainproof, which is not installed",
+    ),
     "template": (["new", "extension", "warm"], "no installed extension adds a template"),
     "airframe": (
         ["new", "a", "--mass", "1", "--wheelbase", "0.4", "--propeller", "10x4", "--kv", "900", "--cells", "3"],
@@ -45,6 +50,39 @@ REFUSED = {
     "backend": (["run", "mine.toml", "--backend", "cuda", "--out", "cuda"], "cuda"),
     "cluster": (["run", "mine.toml", "--dask", "local", "--out", "dask"], "dask"),
 }
+
+
+QUICKSTART = (shipped_studies()["quickstart"]).read_text()
+FILES = {
+    "trials.toml": 'title = "Elsewhere"\nseed = 1\n[trials]\n',
+    "choices.toml": f'{QUICKSTART}\n[choices]\n"controller.attitude" = ["hybrid", "pid"]\n',
+    "theory.toml": f'{QUICKSTART}\n[[guarantee]]\ntheorem = "ultimate_error"\naxis = "attitude"\nmax = 1.0\n',
+    "tails.toml": f'{QUICKSTART}\n[[constraint]]\nmetric = "failure"\nrisk = "probability"\nmax = 1e-4\n',
+    "sealed/contest.json": "{}",
+    "begun/run.json": '{"kind": "contest"}',
+    "asked/run.json": '{"kind": "trials"}',
+}
+LACKING = [
+    (["check", "contest"], "contests"), (["run", "contest"], "contests"), (["plan", "contest"], "contests"),
+    (["check", "choices.toml"], "contests"), (["report", "sealed"], "contests"), (["report", "begun"], "contests"),
+    (["show", "begun"], "contests"), (["schema", "contest"], "contests"), (["schema", "choices-study"], "contests"),
+    (["check", "trials.toml"], "trials"), (["report", "asked"], "trials"), (["check", "theory.toml"], "theory"),
+    (["list", "theorems"], "theory"), (["check", "tails.toml"], "tails"), (["schema", "tail"], "tails"),
+    (["margins", "--law", "adrc", "--certificates"], "certificates"), (["run", "quickstart", "--dask", "local"], "cluster"),
+    (["run", "quickstart", "--backend", "cuda"], "cuda"),
+]  # fmt: skip
+
+
+def test_what_only_a_bundled_extension_reads_is_refused_with_its_name(tmp_path):
+    for name, text in FILES.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(text)
+    answers = alone([words for words, _ in LACKING], tmp_path)
+    for (words, error, said), (_, name) in zip(answers, LACKING, strict=True):
+        assert error == "InputError", (words, error, said)
+        named = f"comes with the extension {name} of gainproof, which is not installed; install gainproof with it"
+        assert named in said or f"such as {name} of gainproof" in said, (words, said)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted({name.partition("/")[0] for name in FILES})
 
 
 def alone(commands, folder):

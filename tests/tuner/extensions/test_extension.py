@@ -12,7 +12,7 @@ import pytest
 
 from plant.errors import InputError, UnknownNameError
 from tuner import extension
-from tuner.extension import GROUP, Extension, entry_points, extensions, find, load
+from tuner.extension import BUNDLED, GROUP, Extension, entry_points, extensions, find, load, refuse_lacking
 
 RECORDS = extensions()
 HOME = Path(extension.__file__).parent / "extensions"
@@ -75,6 +75,25 @@ def test_an_extension_imports_the_core_and_what_its_record_requires(name):
         if isinstance(node, ast.Import | ast.ImportFrom) and module.startswith("tuner.extensions.")
     }
     assert named - {name} <= set(RECORDS[name].requires)
+
+
+def test_the_table_of_bundled_names_is_that_of_the_records_of_the_wheel():
+    bundled = [RECORDS[path.parent.name] for path in HOME.glob("*/extension.py")]
+    for part, names in BUNDLED.items():
+        if part != "tables":
+            assert names == {name: record.name for record in bundled for name in getattr(record, part)}, part
+    studies = {load(kind).table: record.name for record in bundled for kind in record.studies.values()}
+    requirements = {table: record.name for record in bundled for table in record.requirements}
+    assert BUNDLED["tables"] == studies | requirements
+
+
+def test_a_name_of_an_installed_extension_or_of_none_is_not_refused(monkeypatch):
+    refuse_lacking("tables", "contender")
+    monkeypatch.setattr(extension, "extensions", lambda: {"trials": RECORDS["trials"]})
+    refuse_lacking("tables", "trials")
+    refuse_lacking("tables", "contenders")
+    with pytest.raises(InputError, match="^a.toml: contender: the table 'contender' comes with the extension contests"):
+        refuse_lacking("tables", "contender", file="a.toml", key="contender")
 
 
 def package(folder: Path, name: str, reference: str, code: str = "") -> None:

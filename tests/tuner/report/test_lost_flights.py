@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from matplotlib.container import ErrorbarContainer
 
+from tests.tuner.extensions.contests.report.fabricate_contest import Made
+from tests.tuner.extensions.contests.report.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.in_process import tuner
-from tests.tuner.report.contest.fabricate_contest import Made
-from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import FINALISTS, fabricate
 from tests.tuner.report.reading import Page
 from tuner.documents.opening import open_results
 from tuner.documents.tuning import TuningFolder
+from tuner.extensions.contests.page import contest_page
 from tuner.report import write_report
 from tuner.report.charts.text import front_lines
-from tuner.report.contest.figures import fronts_figure
-from tuner.report.contest.page import contest_page
+from tuner.report.comparison.figures import fronts_figure
 from tuner.report.figures import front_figure
 
 LOST = 3

@@ -5,11 +5,11 @@ Skipped where Playwright's Python package or a Chromium is missing.
 
 import pytest
 
-from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
+from tests.tuner.extensions.contests.report.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.screenshots import HEIGHT, browser_path, chromium, offline_page
+from tuner.extensions.contests.run import write_contest_report
 from tuner.report import write_report
-from tuner.report.contest import write_contest_report
 
 pytest.importorskip("playwright", reason="Playwright's Python package is not installed")
 pytestmark = pytest.mark.skipif(browser_path() is None, reason="no Chromium is found on this machine")

@@ -7,11 +7,11 @@ import pytest
 
 import tuner
 from plant.errors import UnknownNameError
-from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
+from tests.tuner.extensions.contests.report.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import fabricate
-from tuner.documents.contest import ContestFolder
 from tuner.documents.tuning import TuningFolder
 from tuner.documents.verdicts import shown_verdict
+from tuner.extensions.contests.documents import ContestFolder
 from tuner.report.views import (
     contender_margins_view,
     front_view,

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tuner.study.contest import Contest
+from tuner.extensions.contests.study import Contest
 from tuner.study.kinds import load_any
 
 

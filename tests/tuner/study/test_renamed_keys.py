@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from plant.errors import InputError
-from tests.tuner.experiments.contest.contest_text import CONTEST
-from tests.tuner.experiments.contest.contest_text import write as write_named
+from tests.tuner.extensions.contests.experiments.contest_text import CONTEST
+from tests.tuner.extensions.contests.experiments.contest_text import write as write_named
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study.build import load_study

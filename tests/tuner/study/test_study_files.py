@@ -24,7 +24,7 @@ from plant.quadrotor.sensors import SensorSpec
 from plant.references.steps import Steps
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study.build import load_study
-from tuner.study.contest import Contest
+from tuner.study.comparison import ComparisonStudy
 from tuner.study.kinds import load_any
 from tuner.study.study import SearchSpec
 from tuner.study.template import TEMPLATE
@@ -242,7 +242,7 @@ def test_a_byte_order_mark_is_no_error(tmp_path: Path):
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
 def test_every_study_of_the_project_loads(path: Path):
     study = load_any(path)
-    if isinstance(study, Contest):
+    if isinstance(study, ComparisonStudy):
         assert len(study.contenders) > 1
     else:
         assert study.space.variables

@@ -12,7 +12,7 @@ from plant.errors import InputError, UnknownNameError
 from plant.law_registry import law
 from plant.texts import PlainTable
 from tests.tuner.conftest import QUICKSTART, SMALL
-from tests.tuner.experiments.contest.contest_text import CONTEST
+from tests.tuner.extensions.contests.experiments.contest_text import CONTEST
 from tests.tuner.extensions.trials.bench import BOWLS, TITLE, bowls
 from tests.tuner.study.loading import load_contest
 from tests.tuner.study.study_text import STUDY, changed, write

@@ -9,7 +9,7 @@ from objectives.risk.differences import BETTER, WORSE
 from tuner.cli.printers.tuning import print_ending, with_count
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, bound_text, difference, estimate, unit_text
-from tuner.documents.contest_document import ComparisonDocument, DifferenceRow, QuantityRow
+from tuner.documents.comparison_document import ComparisonDocument, DifferenceRow, QuantityRow
 
 if TYPE_CHECKING:
     from tuner.api.results import ComparisonResults

@@ -1,42 +1,23 @@
-"""A plan, and a sensitivity analysis, for a person."""
+"""A plan, for a person."""
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, digits, unit_text
-from tuner.documents.plan import ContestPlanDocument, PlanDocument, PlannedObjective
+from tuner.documents.plan import PlanDocument, PlannedObjective
+from tuner.extension import added, load
 
 if TYPE_CHECKING:
     from tuner.api.planning import Plan
 
 
 def print_plan(plan: "Plan", console: Console) -> None:
-    """Print the plan of a study or of a contest."""
-    PLANS[type(plan.document)](plan.document, console)
+    """Print the plan of a study."""
+    document = plan.document
+    printer = show if isinstance(document, PlanDocument) else load(added("printers")[type(document).__name__])
+    printer(document, console)
     for text in plan.notes:
         print(text)
-
-
-def show_contest(document: ContestPlanDocument, console: Console) -> None:
-    """Print the plan of a contest: each run, the comparison, and all of it."""
-    for name, run in document.runs.items():
-        console.print(f"\n{name}", style="bold")
-        show(run, console)
-    compared, total = document.comparison, document.total
-    table = plain_table("The contest takes at most")
-    for name, run in document.runs.items():
-        flights, seconds = run.flights.total_at_most, run.seconds.total_at_most
-        table.add_row(f"tuning {name}", f"{flights:,} flights", f"{seconds:.0f} s")
-    table.add_row(
-        f"comparison of {compared.points_at_most} points on confirmation scenarios",
-        f"{compared.flights_at_most:,} flights",
-        f"{compared.seconds_at_most:.0f} s",
-    )
-    table.add_row("all of it", f"{total.flights_at_most:,} flights", f"{total.seconds_at_most:.0f} s")
-    table.add_row("compilation, once", "", done_or(total.compilation_seconds))
-    table.add_row("results folder", f"{1e-6 * total.disk_bytes_at_most:,.0f} MB", "")
-    console.print(table)
 
 
 def show(document: PlanDocument, console: Console) -> None:
@@ -53,10 +34,6 @@ def show(document: PlanDocument, console: Console) -> None:
     for entry in (*document.bounds, *document.tails):
         console.print(entry.words)
     console.warn(document.warnings)
-
-
-PLANS: dict[type, Callable[..., None]] = {ContestPlanDocument: show_contest, PlanDocument: show}
-"""Type of a plan -> what prints it."""
 
 
 def cost_table(document: PlanDocument) -> TerminalTable:

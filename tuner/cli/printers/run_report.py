@@ -4,9 +4,8 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from tuner.api.run_report import UnfinishedContest, UnfinishedRun, next_commands
+from tuner.api.run_report import next_commands
 from tuner.cli.printers.compare import print_comparison
-from tuner.cli.printers.contest import print_estimates
 from tuner.cli.printers.opinion import print_opinion
 from tuner.cli.printers.tuning import finding_texts, print_ending, print_points, print_tables_of_run
 from tuner.cli.tables import TerminalTable, say_files
@@ -14,14 +13,15 @@ from tuner.cli.terminal import Console, digits, unit_text, width
 from tuner.documents.parts import Estimate
 from tuner.documents.summary import PickedObjective, SelectionValues
 from tuner.documents.tuning import DEFAULT, INTERVAL
+from tuner.extension import added, load
 from tuner.report.charts.text import front_lines
 from tuner.report.verdict_text import verdict_text
 from tuner.report.words import gap_words, laws_of
 from tuner.store.manifest import NONE_YET
 
 if TYPE_CHECKING:
-    from tuner.api.results import ComparisonResults, ContestResults, TuningResults
-    from tuner.api.run_report import RunReport
+    from tuner.api.results import ComparisonResults, TuningResults
+    from tuner.api.run_report import Progress, RunReport
     from tuner.documents.tuning import TuningFolder
 
 PLOT_WIDTH, PLOT_HEIGHT = 72, 16
@@ -29,11 +29,13 @@ MOST_POINTS = 12
 
 
 def print_run_report(report: "RunReport", console: Console) -> None:
-    """Print a run, finished or not, a contest or comparison."""
+    """Print a run, finished or not, or a comparison."""
     if report.progress is not None:
         print_unfinished(report.progress, console)
     elif report.results is not None:
-        PRINTERS[report.results.kind](report.results, console)
+        kind = report.results.kind
+        printer = PRINTERS[kind] if kind in PRINTERS else load(added("shows")[kind])
+        printer(report.results, console)
     if not report.is_guarded:
         console.print(f"Of this folder: {NONE_YET}.")
 
@@ -42,14 +44,6 @@ def show_comparison(results: "ComparisonResults", console: Console) -> None:
     """Print a comparison."""
     print_comparison(results.document, console)
     say_files(console, Report=results.home / "report.html")
-
-
-def show_contest(results: "ContestResults", console: Console) -> None:
-    """Print a contest."""
-    console.print(results.title, style="bold")
-    print_estimates(results.document, console)
-    page = results.home / "report.html"
-    say_files(console, **({"Report": page} if page.exists() else {"Results": results.home}))
 
 
 def show_tuning(results: "TuningResults", console: Console) -> None:
@@ -75,13 +69,12 @@ def show_tuning(results: "TuningResults", console: Console) -> None:
 
 PRINTERS = {
     "tuning": show_tuning,
-    "contest": show_contest,
     "comparison": show_comparison,
 }
-"""Kind of results -> what prints them."""
+"""Kind of results of the core -> its printer; those of extensions are in their records."""
 
 
-def print_unfinished(report: UnfinishedRun | UnfinishedContest, console: Console) -> None:
+def print_unfinished(report: "Progress", console: Console) -> None:
     """Print how far a run came and how it goes on."""
     console.print(report.title, style="bold")
     for text in report.texts:

@@ -12,6 +12,7 @@ from typing import Any, TypeVar, Unpack
 from plant.errors import InputError, StoreError, UnnamedCodeError
 from tuner.experiments.options import ResumeOptions
 from tuner.experiments.registry import CompletedRun, completed, experiments, refuse_options
+from tuner.extension import refuse_lacking
 from tuner.search.watcher import Watcher
 from tuner.store.advice import FLOWN_AGAIN, RECORD, RESUMED, TRIALS, is_codeless
 from tuner.store.folder import Folder
@@ -97,6 +98,7 @@ def _extended(record: RunRecord, study: Any, budget: int | None, search_flights:
 
 
 def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> None:
+    refuse_lacking("experiments", record.kind, file=path)
     if record.kind == TRIALS:
         raise StoreError(
             f"another program makes the trials of {path}; `tuner ask {path / 'study.toml'} --out {path}` prints what is lacking"

@@ -1,6 +1,6 @@
-"""From entrants to a contest: the same scenarios, objectives and limits for all, each with its own controller and airframe.
+"""From entrants to what is flown: the same scenarios, objectives and limits for all, each with its own controller and airframe.
 
-A comparison is a contest whose contenders all fly as given, on scenarios of a stream of its own, which no search, no held-out
+All contenders fly as given, on scenarios of a stream of their own, which no search, no held-out
 check and no confirmation has seen.
 """
 
@@ -15,11 +15,9 @@ from plant.errors import InputError
 from plant.texts import PlainTable
 from plant.ties import increasing_order
 from tuner.experiments.compare.entrants import Entrant
-from tuner.experiments.contest.flying import ContestPoint, comparison_problem
-from tuner.experiments.contest.tuning import TunedContender
+from tuner.experiments.compare.flying import ComparedPoint, PreparedContender, comparison_problem
 from tuner.experiments.tuning.ending import contender_ending
-from tuner.study.contest import Contender, Contest
-from tuner.study.contest_reading import slug_of
+from tuner.study.comparison import ComparisonStudy, Contender, slug_of
 from tuner.study.study import TuningStudy
 from tuner.text.toml_text import tables_in
 
@@ -33,47 +31,47 @@ SAME = 1e-9
 
 @dataclass(frozen=True)
 class ComparisonPlan:
-    """A comparison that can be flown. contenders: of the contest, in the order of the entrants, with the fronts behind them."""
+    """A comparison that can be flown. contenders: of the study, in the order of the entrants, with the fronts behind them."""
 
-    contest: Contest
+    study: ComparisonStudy
     entrants: list[Entrant]
-    contenders: list[TunedContender]
+    contenders: list[PreparedContender]
     warnings: list[str]
 
     @property
-    def entries(self) -> list[ContestPoint]:
+    def entries(self) -> list[ComparedPoint]:
         """The points compared."""
         return [points.entry for points in self.contenders]
 
     @property
     def flights(self) -> int:
         """Number of flights."""
-        return self.contest.flights_each * sum(1 + len(points.offered or ()) for points in self.contenders)
+        return self.study.flights_each * sum(1 + len(points.offered or ()) for points in self.contenders)
 
 
 def plan_comparison(entrants: list[Entrant], base: TuningStudy) -> ComparisonPlan:
     """Check entrants against the scenarios of a study; InputError names one that cannot fly them."""
-    contest = contest_of(entrants, base)
-    warnings = differences(entrants, contest, base)
+    study = study_of_all(entrants, base)
+    warnings = differences(entrants, study, base)
     contenders = []
-    for entrant, contender in zip(entrants, contest.contenders, strict=True):
+    for entrant, contender in zip(entrants, study.contenders, strict=True):
         shown = thinned(entrant, np.arange(len(entrant.points))) if same_objectives(entrant, base) else None
         if shown is not None and len(shown.points) < len(entrant.points):
             warnings.append(f"Of the {len(entrant.points)} points of {entrant.name} {len(shown.points)} were flown.")
-        contenders.append(_prepared(entrant, shown, contender, contest, base))
-    return ComparisonPlan(contest, entrants, contenders, warnings)
+        contenders.append(_prepared(entrant, shown, contender, study, base))
+    return ComparisonPlan(study, entrants, contenders, warnings)
 
 
 def _prepared(
-    entrant: Entrant, shown: Entrant | None, contender: Contender, contest: Contest, base: TuningStudy
-) -> TunedContender:
+    entrant: Entrant, shown: Entrant | None, contender: Contender, study: ComparisonStudy, base: TuningStudy
+) -> PreparedContender:
     """Return an entrant at its gains; shown: with the points of its front that are flown, None where it has none here."""
     row = contender.study.row_of(entrant.controller, entrant.source)
-    entry = ContestPoint(contender, entrant.point, row, comparison_problem(contest, contender))
+    entry = ComparedPoint(contender, entrant.point, row, comparison_problem(study, contender))
     # Who has no front of its own in these objectives is one point among the fronts of the others.
     front = [] if shown is None else entries_of(shown, entry, same_flights(entrant, base))
     ending = () if entrant.feasible else tuple(contender_ending(entrant.name, entrant.point))
-    return TunedContender(entry, entrant.why, front or None, None, 0, [], ending)
+    return PreparedContender(entry, entrant.why, front or None, None, 0, [], ending)
 
 
 def base_study(entrants: list[Entrant], given: TuningStudy | None, seeds: int | None) -> TuningStudy:
@@ -93,14 +91,14 @@ def base_study(entrants: list[Entrant], given: TuningStudy | None, seeds: int | 
     return replace(study, scenarios=tuple(replace(entry, held_out=seeds) for entry in study.scenarios))
 
 
-def contest_of(entrants: list[Entrant], base: TuningStudy) -> Contest:
-    """Return the contest of all entrants on the scenarios of a study; InputError names an entrant that cannot fly them."""
+def study_of_all(entrants: list[Entrant], base: TuningStudy) -> ComparisonStudy:
+    """Return the comparison of all entrants on the scenarios of a study; InputError names an entrant that cannot fly them."""
     contenders = tuple(
         Contender(entrant.name, f"{i + 1}-{slug_of(entrant.name)}", entrant_study(entrant, base), {})
         for i, entrant in enumerate(entrants)
     )
     title = f"{' / '.join(entrant.name for entrant in entrants)} on {base.title}"
-    return Contest(base.path, title, "", base.seed, contenders, (), (), {}, COMPARE)
+    return ComparisonStudy(base.path, title, "", base.seed, contenders, COMPARE)
 
 
 def entrant_study(entrant: Entrant, base: TuningStudy) -> TuningStudy:
@@ -141,7 +139,7 @@ def thinned(entrant: Entrant, objective: np.ndarray) -> Entrant:
     )
 
 
-def entries_of(entrant: Entrant, at: ContestPoint, same_flights: bool) -> list[ContestPoint]:
+def entries_of(entrant: Entrant, at: ComparedPoint, same_flights: bool) -> list[ComparedPoint]:
     """Return an entry for each point of a front; at: the entry of the same controller at its recommended point.
 
     same_flights: whether its run flew what is flown here, so that its held-out values are values of the same thing.
@@ -159,7 +157,7 @@ def same_objectives(entrant: Entrant, base: TuningStudy) -> bool:
     return [entry.label for entry in entrant.study.objectives] == [entry.label for entry in base.objectives]
 
 
-def differences(entrants: list[Entrant], contest: Contest, base: TuningStudy) -> list[str]:
+def differences(entrants: list[Entrant], study: ComparisonStudy, base: TuningStudy) -> list[str]:
     """Return warnings about differences between entrants and about too few flights."""
     warnings = []
     for entrant in entrants:
@@ -169,7 +167,7 @@ def differences(entrants: list[Entrant], contest: Contest, base: TuningStudy) ->
             warnings.append(f"{entrant.name} was tuned for other objectives, so its front is not laid over the others.")
         if entrant.study is not None and _plant(entrant.study) != _plant(base):
             warnings.append(f"{entrant.name} was tuned on another plant, or other actuators, than those flown here.")
-    frames = dict.fromkeys(contender.study.flown for contender in contest.contenders)
+    frames = dict.fromkeys(contender.study.flown for contender in study.contenders)
     if len(frames) > 1:
         warnings.append(
             f"The airframes differ ({', '.join(frames)}): what differs is not due to the controllers alone."

@@ -11,7 +11,6 @@ from tuner.experiments.planning.counts import (
     CONFIRMED,
     flights_of,
     judged_at_most,
-    points_at_most,
     scenario_flights,
     survivors_at_most,
 )
@@ -20,7 +19,6 @@ from tuner.experiments.tuning.finalist_limits import estimator, has_rare_limits
 from tuner.search.initial_design import MAX_EXTRA_HYPERCUBES
 from tuner.search.names import ALGORITHMS
 from tuner.store.flights import GATHERED
-from tuner.study.contest import Contender
 from tuner.study.study import TuningStudy
 
 # What a run takes besides its flights: interpreter and libraries, responses, figures and report.
@@ -76,15 +74,6 @@ def planned_tails(study: TuningStudy, pilot: Pilot) -> list[PlannedTail]:
         flown.spec.name: pilot.threads / (flown.draw_seconds + flown.block_seconds / LANES) for flown in pilot.scenarios
     }
     return estimator().planned(study, flights_per_second)
-
-
-def comparison_seconds(contender: Contender, pilot: Pilot) -> float:
-    """Return the expected time [s] of a contender's comparison flights; threads fly blocks of lanes in parallel."""
-    spent = 0.0
-    for entry, flown in zip(contender.study.scenarios, pilot.scenarios, strict=True):
-        blocks = points_at_most(contender) * -(-entry.held_out // LANES)
-        spent += entry.held_out * flown.draw_seconds + blocks * flown.block_seconds / pilot.threads
-    return spent
 
 
 def _rounds(candidates: int, flights: int, threads: int) -> int:

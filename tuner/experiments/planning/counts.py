@@ -1,4 +1,4 @@
-"""Largest numbers of flights of runs and contests, counted from their studies.
+"""Largest numbers of flights of runs, counted from their studies.
 
 What cannot be known before is taken at its largest: candidates that break a hard requirement, or that a race would stop early,
 are counted as flown, and the front as long as it may get. Further flights of finalists that straddle a limit come on top, at most
@@ -10,7 +10,6 @@ from typing import Any
 from tuner.documents.plan import PlannedFlights
 from tuner.experiments.tuning.finalists import most_finalists
 from tuner.experiments.tuning.survivors import MOST_BESIDE, MOST_SURVIVORS
-from tuner.study.contest import Contender, Contest
 from tuner.study.study import SearchedStudy
 
 CONFIRMED = 2
@@ -20,15 +19,6 @@ CONFIRMED = 2
 def search_flights(study: SearchedStudy) -> int:
     """Return the maximum number of search flights."""
     return sum(scenario_flights(study, entry) for entry in study.scenarios)
-
-
-def contest_search_flights(contest: Contest) -> int:
-    """Return the maximum number of search flights of a contest."""
-    tuned = [contender.study for contender in contest.contenders if contender.tuned]
-    if contest.halving is None:
-        return sum(map(search_flights, tuned))
-    searches = [(study.search.generations, search_flights(study) // study.search.generations) for study in tuned]
-    return contest.halving.flights_at_most(searches)
 
 
 def scenario_flights(study: SearchedStudy, entry: Any) -> int:
@@ -59,14 +49,3 @@ def flights_of(study: SearchedStudy) -> PlannedFlights:
 def judged_at_most(finalists: int) -> int:
     """Return the number of candidates in held-out check and confirmation: finalists, the default, and two again."""
     return finalists + 1 + CONFIRMED
-
-
-def points_at_most(contender: Contender) -> int:
-    """Return the maximum number of a contender's compared points: its own, and a front as long as it may get."""
-    return 1 + (flights_of(contender.study).finalists_at_most if contender.tuned else 0)
-
-
-def comparison_flights(contest: Contest) -> int:
-    """Return the maximum number of a contest's comparison flights."""
-    points = sorted(map(points_at_most, contest.contenders), reverse=True)
-    return contest.flights_each * sum(points[: contest.halving.finalists] if contest.halving else points)

@@ -8,62 +8,51 @@ from objectives.problem import Problem
 from plant.errors import InputError
 from tuner.analysis.plant_step import plant_step_warnings
 from tuner.documents.plan import (
-    ContestPlanDocument,
     PilotPart,
     PlanDocument,
-    PlannedComparison,
     PlannedObjective,
-    PlannedTotal,
 )
-from tuner.experiments.planning.cost import comparison_seconds, disk_of, memory_of, planned_tails, seconds_of
-from tuner.experiments.planning.counts import comparison_flights, contest_search_flights, flights_of
+from tuner.experiments.planning.cost import disk_of, memory_of, planned_tails, seconds_of
+from tuner.experiments.planning.counts import flights_of
 from tuner.experiments.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
 from tuner.experiments.planning.precision import planned_bounds, planned_objective
 from tuner.experiments.tuning.conflicts import automatic_rows
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.experiments.tuning.problem import problem_of, warm_up
+from tuner.extension import added, load
 from tuner.search.watcher import Watcher
-from tuner.study.contest import Contest
 from tuner.study.kinds import AnyStudy, study_kinds
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
 
-Plan = PlanDocument | ContestPlanDocument
 
-
-def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads: int | None = None) -> Plan:
-    """Return the plan of a study or contest; share: of the default's values, a difference that is to be told.
+def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads: int | None = None) -> Any:
+    """Return the plan of a study; share: of the default's values, a difference that is to be told.
 
     Raises InputError for a study whose trials another program makes.
     """
-    planned = PLANS.get(study.kind)
-    if planned is None:
+    further = added("plans")
+    if study.kind not in PLANS and study.kind not in further:
         kind = next(kind for kind in study_kinds() if kind.name == study.kind)
         message = f"this is {kind.noun}; `tuner plan` takes a study of one controller or a contest"
         raise InputError(message, file=study.path, key=kind.table)
+    planned = PLANS[study.kind] if study.kind in PLANS else load(further[study.kind])
     return planned(study, share, watcher or Watcher(), threads)
 
 
-def _plan_study(study: TuningStudy, share: float, watcher: Watcher, threads: int | None) -> Plan:
-    pilot, seconds = _fly(study, "Pilot", watcher, threads)
+def _plan_study(study: TuningStudy, share: float, watcher: Watcher, threads: int | None) -> PlanDocument:
+    pilot, seconds = timed_pilot(study, "Pilot", watcher, threads)
     return plan_document(study, pilot, seconds, share)
 
 
-def _plan_contest(contest: Contest, share: float, watcher: Watcher, threads: int | None) -> Plan:
-    """Fly a pilot of every contender and plan the whole."""
-    flown = [_fly(entry.study, f"Pilot of {entry.name}", watcher, threads) for entry in contest.contenders]
-    return contest_plan(contest, [pilot for pilot, _ in flown], [seconds for _, seconds in flown], share)
-
-
-PLANS: dict[str, Callable[[Any, float, Watcher, int | None], Plan]] = {
+PLANS: dict[str, Callable[[Any, float, Watcher, int | None], PlanDocument]] = {
     Study.kind: _plan_study,
     PlantStudy.kind: _plan_study,
-    Contest.kind: _plan_contest,
 }
-"""Planners by the kind of study."""
+"""Planners by the kind of study of the core; those of extensions are in their records."""
 
 
-def _fly(study: TuningStudy, stage: str, watcher: Watcher, threads: int | None) -> tuple[Pilot, float | None]:
+def timed_pilot(study: TuningStudy, stage: str, watcher: Watcher, threads: int | None) -> tuple[Pilot, float | None]:
     """Return a study's pilot and its compile time [s]; None where it was compiled before."""
     problem = problem_of(study, threads, None)
     seconds = _compile(problem, study, watcher)
@@ -132,40 +121,3 @@ def warnings(study: TuningStudy, pilot: Pilot, objectives: list[PlannedObjective
                 f"{needed} would."
             )
     return texts
-
-
-def contest_plan(
-    contest: Contest, pilots: list[Pilot], compilation: list[float | None], share: float
-) -> ContestPlanDocument:
-    """Return the whole plan; pilots, compilation [s, None: done before]: of each contender; share: the difference to be told."""
-    parts = list(zip(contest.contenders, pilots, compilation, strict=True))
-    runs = {
-        contender.name: plan_document(contender.study, pilot, seconds, share)
-        for contender, pilot, seconds in parts
-        if contender.tuned
-    }
-    compared, left = comparison_flights(contest), contest.halving.finalists if contest.halving else len(runs)
-    held_out = sum(sorted([run.flights.held_out_at_most for run in runs.values()], reverse=True)[:left])
-    comparing = sum(comparison_seconds(contender, pilot) for contender, pilot, _ in parts)
-    compiled = [seconds for seconds in compilation if seconds is not None]
-    return ContestPlanDocument(
-        title=contest.title,
-        study=contest.path.name,
-        digest=contest.digest(),
-        seed=contest.seed,
-        runs=runs,
-        comparison=PlannedComparison(
-            stream=contest.stream,
-            flights_each=contest.flights_each,
-            points_at_most=compared // contest.flights_each,
-            flights_at_most=compared,
-            seconds_at_most=comparing,
-        ),
-        total=PlannedTotal(
-            flights_at_most=compared + contest_search_flights(contest) + held_out,
-            seconds_at_most=comparing + sum(run.seconds.total_at_most for run in runs.values()),
-            compilation_seconds=sum(compiled) if compiled else None,
-            memory_bytes=max((run.memory_bytes for run in runs.values()), default=None),
-            disk_bytes_at_most=sum(run.disk_bytes_at_most for run in runs.values()),
-        ),
-    )

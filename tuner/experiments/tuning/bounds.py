@@ -4,7 +4,7 @@ from typing import Literal
 
 import numpy as np
 
-from tuner.documents.contest_document import BoundRow
+from tuner.documents.comparison_document import BoundRow
 from tuner.study.searched import SearchedStudy
 
 # A gain within this share of its range, on the range's own scale, from an end counts as on it.

@@ -12,7 +12,7 @@ from tuner.documents.summary import NamedPoint, PointValue
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.recommendation import is_improvement
 from tuner.search.front import knee
-from tuner.study.contest_reading import slug_of
+from tuner.study.comparison import slug_of
 
 KNEE, NEAR = "knee", "near-default"
 FOLDER = "points"

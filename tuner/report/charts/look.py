@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from tuner.text.markup import Markup, element, join
 
 if TYPE_CHECKING:
-    from tuner.documents.contest import ComparedFolder
+    from tuner.documents.comparison import ComparedFolder
 
 INKS = {
     "default": "#b4530a", "tuned": "#0b63a5", "front": "#2f7d6d", "other": "#7a4aa0", "faint": "#9aa3ab", "muted": "#2b3238",
@@ -110,10 +110,10 @@ def looks(flown: Sequence[tuple[Hashable, str]]) -> list[Look]:
 
 
 @lru_cache(maxsize=1)
-def looks_of(contest: "ComparedFolder") -> dict[str, Look]:
+def looks_of(compared: "ComparedFolder") -> dict[str, Look]:
     """Return the look of each contender by name, the same in every chart, legend and table."""
-    flown = [(tuple(entry.law_of.values()), entry.flown) for entry in contest.contenders]
-    return dict(zip(contest.index, looks(flown), strict=True))
+    flown = [(tuple(entry.law_of.values()), entry.flown) for entry in compared.contenders]
+    return dict(zip(compared.index, looks(flown), strict=True))
 
 
 def drawn_mark(look: Look, x: float = 8.0, y: float = 8.0, size: float = 16.0) -> Markup:

@@ -16,9 +16,9 @@ from tests.tuner.experiments.compare.conftest import SEEDS, compared
 from tests.tuner.in_process import tuner
 from tuner.documents.opening import open_results
 from tuner.experiments.compare.entrants import Entrant
+from tuner.experiments.compare.flying import comparison_problem, fly_all
+from tuner.experiments.compare.fronts import front_of
 from tuner.experiments.compare.plan import COMPARE, MOST_POINTS, thinned
-from tuner.experiments.contest.flying import comparison_problem, fly_all
-from tuner.experiments.contest.fronts import front_of
 
 
 def alone(study, row, count=SEEDS, stream=COMPARE):
@@ -72,7 +72,7 @@ def test_differences_are_of_flights_and_not_of_values(small_run, comparison):
     """The paired interval of a mean is that of the mean of the flightwise differences: its normal width within 40 %."""
     _, result, document = comparison
     label = next(o.label for o in small_run[0].study.objectives if o.risk.name == "mean")
-    i = [quantity.label for quantity in result.contest.quantities].index(label)
+    i = [quantity.label for quantity in result.study.quantities].index(label)
     apart = result.flown.scores[2, i] - result.flown.scores[0, i]
     row = next(r for r in document.differences if (r.first, r.second, r.quantity) == ("small", "softer", label))
     assert row.difference == pytest.approx(apart.mean(axis=0), rel=1e-12)
@@ -114,13 +114,13 @@ def test_what_breaks_a_limit_is_not_on_a_front(comparison):
     asked, result, _ = comparison
     whole = result.fronts[0]
     assert len(whole.points) > 1
-    objectives = asked.contest.base.objectives
+    objectives = asked.study.base.objectives
     most = float(np.sort(whole.values[:, 0])[len(whole.points) // 2 - 1])
     contenders = [
         replace(entry, study=replace(entry.study, constraints=(Constraint(objectives[0], most),)))
-        for entry in asked.contest.contenders
+        for entry in asked.study.contenders
     ]
-    tight = replace(asked.contest, contenders=tuple(contenders))
+    tight = replace(asked.study, contenders=tuple(contenders))
     problem = comparison_problem(tight, contenders[0])
     entries = [replace(entry, problem=problem) for entry in asked.contenders[0].offered if entry.point in whole.points]
     flown = fly_all(tight, entries, 2, lambda flights: None)
@@ -137,9 +137,9 @@ def test_what_is_dominated_on_these_flights_is_not_on_a_front(comparison):
         for entry in asked.contenders[0].offered
         for n in (0, 1, 2, 4)
     ]
-    flown = fly_all(asked.contest, weaker, 2, lambda flights: None)
-    front = front_of(asked.contest, weaker, flown)
-    objectives = asked.contest.base.objectives
+    flown = fly_all(asked.study, weaker, 2, lambda flights: None)
+    front = front_of(asked.study, weaker, flown)
+    objectives = asked.study.base.objectives
     values = np.stack([o.risk.apply(flown.samples(i, o.scenario)) for i, o in enumerate(objectives)], axis=1)
     kept = [
         k
@@ -147,7 +147,7 @@ def test_what_is_dominated_on_these_flights_is_not_on_a_front(comparison):
         if not flown.failed[k].any()
         and all(
             q.limit is None or q.objective.risk.apply(flown.samples(i, q.objective.scenario))[k] <= q.limit
-            for i, q in enumerate(asked.contest.quantities)
+            for i, q in enumerate(asked.study.quantities)
         )
     ]
     best = [k for k in kept if not any(np.all(values[j] <= values[k]) and np.any(values[j] < values[k]) for j in kept)]
@@ -172,8 +172,8 @@ def test_a_point_under_a_limit_is_picked_by_the_held_out_values_of_its_run(small
     assert result.best_under
     entries = [replace(entry, picked=None) for entry in asked.contenders[0].offered]
     assert len(entries) > 1
-    flown = fly_all(asked.contest, entries, 2, lambda flights: None)
-    assert front_of(asked.contest, entries, flown).picked is None
+    flown = fly_all(asked.study, entries, 2, lambda flights: None)
+    assert front_of(asked.study, entries, flown).picked is None
 
 
 def test_few_flights_and_other_airframes_are_told(comparison):

@@ -6,9 +6,9 @@ import pytest
 
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.compare.conftest import changed_gains
-from tests.tuner.experiments.contest.contest_text import write
+from tests.tuner.extensions.contests.experiments.contest_text import write
+from tests.tuner.extensions.contests.report.fabricate_contest import Made, fabricate
 from tests.tuner.in_process import tuner
-from tests.tuner.report.contest.fabricate_contest import Made, fabricate
 from tuner.experiments.compare.entrants import names_of
 
 

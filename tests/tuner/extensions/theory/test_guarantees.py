@@ -33,7 +33,7 @@ def test_a_study_without_any_requires_nothing(tmp_path):
 
 def test_a_guarantee_needs_an_extension_that_has_it(tmp_path, monkeypatch):
     monkeypatch.setattr(extension, "extensions", dict)
-    with pytest.raises(InputError, match=r"no installed extension reads \[\[guarantee\]\]") as caught:
+    with pytest.raises(InputError, match="comes with the extension theory of gainproof, which is not") as caught:
         study(tmp_path, HYBRID)
     assert caught.value.key == "guarantee[0]"
     assert choices_of("guarantee") == {}

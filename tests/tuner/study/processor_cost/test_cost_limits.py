@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from plant.errors import InputError
-from tests.tuner.experiments.contest.contest_text import CONTEST, changed, write
+from tests.tuner.extensions.contests.experiments.contest_text import CONTEST, changed, write
 from tests.tuner.study.loading import load_contest
-from tuner.experiments.contest.cost import step_cost
-from tuner.experiments.contest.words import cost_words
+from tuner.experiments.compare.cost import step_cost
+from tuner.experiments.compare.words import cost_words
 from tuner.gains.schema import COST
 from tuner.study.build import load_study
 from tuner.study.processor_cost.cost import cost_text, gains_rows, tabled

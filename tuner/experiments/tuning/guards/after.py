@@ -8,7 +8,7 @@ import numpy as np
 
 from objectives.risk.differences import BETTER, WORSE, classify_difference
 from plant.ties import mean_ranks
-from tuner.documents.contest_document import BoundRow
+from tuner.documents.comparison_document import BoundRow
 from tuner.documents.parts import row_in_degrees
 from tuner.documents.summary import ComparedRow
 from tuner.experiments.tuning.flight_growth import MAX_RATIO, value_ratios

@@ -7,7 +7,7 @@ import pytest
 
 from objectives.metrics import METRICS
 from tests.tuner.conftest import QUICKSTART
-from tuner.documents.contest_document import BoundRow
+from tuner.documents.comparison_document import BoundRow
 from tuner.documents.parts import Estimate
 from tuner.documents.summary import ComparedRow
 from tuner.experiments.tuning.guards import AFTER, BEFORE, GUARDS, warnings_before_run
