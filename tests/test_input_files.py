@@ -137,7 +137,7 @@ OWN = {
     "plant/input_files.py",
     "plant/output_files.py",
     "plant/backends/cache.py",
-    "plant/backends/cuda_card.py",
+    "tuner/extensions/cuda/card.py",
     "objectives/memory.py",
     "tuner/extensions/rotorpy/export.py",
     "tuner/extensions/fmi/export.py",

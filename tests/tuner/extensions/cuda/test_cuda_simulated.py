@@ -14,8 +14,8 @@ from plant.backends.lane_layout import LANES, result_rows
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.records import flatten, pack
 from plant.status import Status
-from tests.plant.backends.gpu.flights import CASES, SCENARIOS, SHORT, assert_alike, batch, rows
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, flyer, inputs, loop
+from tests.tuner.extensions.cuda.flights import CASES, SCENARIOS, SHORT, assert_alike, batch, rows
 
 ROOT = Path(__file__).parents[4]
 # The simulator takes 5 s of processor time.
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.slow
 def found(tmp_path_factory):
     file = tmp_path_factory.mktemp("cuda") / "flights.npz"
     world = os.environ | {"NUMBA_ENABLE_CUDASIM": "1", "TUNER_CACHE_DIR": str(file.parent / "kernels")}
-    command = [sys.executable, "-m", "tests.plant.backends.gpu.simulated", str(file)]
+    command = [sys.executable, "-m", "tests.tuner.extensions.cuda.simulated", str(file)]
     done = subprocess.run(command, cwd=ROOT, env=world, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr[-3000:]
     with np.load(file) as content:

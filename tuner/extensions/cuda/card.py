@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
-from plant.backends.cuda import compiler, simulated
 from plant.errors import how_to_install
+from tuner.extensions.cuda.kernel import compiler, simulated
 
 NO_CARD = "no CUDA device was found"
 NO_COMPILER = f"numba-cuda is not installed ({how_to_install('cuda')})"

@@ -6,13 +6,13 @@ import pytest
 from objectives.engine import LocalEngine
 from objectives.flown_system import FlightBatch
 from objectives.system import System
-from plant.backends.cuda_card import missing
-from plant.backends.cuda_flights import CudaFlyer
 from plant.backends.flyer import Flyer, result_parts
 from plant.status import Status
-from tests.plant.backends.gpu.flights import LONG, PAIRS, assert_alike, batch, rows, tolerance
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, flyer, loop, spec
+from tests.tuner.extensions.cuda.flights import LONG, PAIRS, assert_alike, batch, rows, tolerance
+from tuner.extensions.cuda.card import missing
 from tuner.extensions.cuda.engine import CudaEngine
+from tuner.extensions.cuda.flights import CudaFlyer
 
 pytestmark = pytest.mark.skipif(missing() is not None, reason=f"{missing()}")
 

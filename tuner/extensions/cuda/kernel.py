@@ -18,17 +18,18 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
+from types import CodeType, FunctionType
 from typing import Any
 
 import numpy as np
 
 from plant import primitives, records
-from plant.backends import branch_free, cuda_precision, vector_math
+from plant.backends import branch_free, vector_math
 from plant.backends.cache import load_kernel
-from plant.backends.cuda_precision import CudaRebinder
 from plant.backends.identity import identity
 from plant.backends.lane_layout import result_rows
 from plant.backends.lanes import body_setter, storer
+from plant.backends.rebind import Rebinder, Wrap
 from plant.loop import ClosedLoop
 from plant.records import build_source, paths, size
 
@@ -41,6 +42,31 @@ On an H200 (hybrid under ladrc, 262,144 flights of 10 s) 2 blocks fly 1.64e10 st
 fly 1.22e10, for what the threads' memory costs; in double precision 2.96e9, 2.61e9 and 2.37e9.
 """
 REALS: Mapping[str, type[np.floating]] = {"float32": np.float32, "float64": np.float64}
+
+
+class CudaRebinder(Rebinder):
+    """Rebinds model functions to one precision, float32 or float64: every number that is written in them takes it.
+
+    Numba takes a literal for a double and promotes whatever meets it, so one `0.5 * h` would turn a step into double precision.
+    """
+
+    def __init__(self, names: dict[str, Any], wrap: Wrap, real: type[np.floating]) -> None:
+        super().__init__(names, wrap)
+        self._real = real
+
+    def _rebound(self, function: FunctionType) -> FunctionType:
+        rebound = super()._rebound(function)
+        rebound.__code__ = self._with_numbers(rebound.__code__)
+        return rebound
+
+    def _with_numbers(self, code: CodeType) -> CodeType:
+        return code.replace(co_consts=tuple(self._number(value) for value in code.co_consts))
+
+    def _translate(self, name: str, value: Any) -> Any:
+        return self._number(super()._translate(name, value))
+
+    def _number(self, value: Any) -> Any:
+        return self._real(value) if isinstance(value, float) and self._real is not np.float64 else value
 
 
 def simulated() -> bool:
@@ -166,8 +192,7 @@ def kernel_names(loop: ClosedLoop, precision: str) -> tuple[dict[str, Any], set[
         "place": bind(loop.place),
     }
     kernel_sources = {
-        Path(str(part.__file__))
-        for part in (records, primitives, branch_free, vector_math, cuda_precision, sys.modules[__name__])
+        Path(str(part.__file__)) for part in (records, primitives, branch_free, vector_math, sys.modules[__name__])
     }
     return names, bind.sources | kernel_sources | loop.sources
 
@@ -183,9 +208,14 @@ class CudaKernel:
 def kernel_of(
     loop: ClosedLoop, wind_rows: int, noise_rows: int, precision: str, blocks: int | None = None
 ) -> CudaKernel:
-    """Return the kernel of a loop for so many rows of air and noise; its first launch compiles it.
+    """Return the kernel of a loop; its first launch compiles it.
 
-    blocks: see `BLOCKS`.
+    Args:
+        loop: Closed loop.
+        wind_rows: Rows of air that its scenarios have.
+        noise_rows: Rows of noise.
+        precision: float64 or float32.
+        blocks: Blocks that shall fit a multiprocessor at once, see `BLOCKS`.
     """
     names, sources = kernel_names(loop, precision)
     bound = blocks or BLOCKS[precision]

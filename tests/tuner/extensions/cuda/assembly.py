@@ -12,12 +12,12 @@ from unittest.mock import patch
 
 import numpy as np
 
-from plant.backends.cuda import BLOCK, BLOCKS, REALS, kernel_names, kernel_source
 from plant.quadrotor.closed_loop import Limits
 from plant.quadrotor.nominal import Nominal
 from plant.quadrotor.sample import Targets
 from plant.records import pack, size
 from tests.plant.loops import loop
+from tuner.extensions.cuda.kernel import BLOCK, BLOCKS, REALS, kernel_names, kernel_source
 
 HOMES = [os.environ.get("CUDA_HOME", ""), "/usr/local/cuda", *map(str, sorted(Path("/usr/local").glob("cuda-*")))]
 

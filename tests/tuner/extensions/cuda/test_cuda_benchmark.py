@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from benchmarks import cuda as benchmark
-from plant.backends.cuda_card import NO_CARD
 from plant.backends.flyer import to_lanes
+from tuner.extensions.cuda.card import NO_CARD
 
 
 def test_without_a_card_it_says_so_and_measures_nothing(monkeypatch, capsys):

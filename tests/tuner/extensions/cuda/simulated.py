@@ -9,11 +9,11 @@ import numpy as np
 from objectives.flown_system import FlightBatch
 from objectives.metrics.columns import COLUMNS
 from objectives.system import System
-from plant.backends import cuda_flights
-from plant.backends.cuda_flights import CudaFlyer
-from tests.plant.backends.gpu.flights import CASES, batch, rows
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, loop, spec
+from tests.tuner.extensions.cuda.flights import CASES, batch, rows
+from tuner.extensions.cuda import flights as cuda_flights
 from tuner.extensions.cuda.engine import CudaEngine
+from tuner.extensions.cuda.flights import CudaFlyer
 
 
 def main():

@@ -6,14 +6,18 @@ from types import FunctionType
 import numpy as np
 import pytest
 
-from plant.backends.cuda_flights import by_scenario, launcher
-from plant.backends.cuda_precision import CudaRebinder
 from plant.backends.flyer import to_lanes
 from plant.backends.lane_layout import LANES
 from plant.primitives import __all__ as primitives
 from plant.quadrotor.closed_loop import LARGEST_STATE
-from tests.plant.backends.gpu.flights import PAIRS
+from plant.records import flatten
+from tests.plant.backends.test_primitives import PAIRS as NUMBERS
+from tests.plant.backends.test_primitives import WANTED, every
 from tests.plant.loops import loop
+from tests.tuner.extensions.cuda.flights import PAIRS
+from tuner.extensions.cuda import kernel
+from tuner.extensions.cuda.flights import by_scenario, launcher
+from tuner.extensions.cuda.kernel import CudaRebinder
 
 
 @pytest.mark.parametrize("rows", [3, 0])
@@ -64,3 +68,13 @@ def test_a_launch_that_does_not_fill_the_card_warns_nobody(colour):
             return shape
 
     assert launcher(Kernel(), 130) == (2, 128)
+
+
+@pytest.mark.parametrize("real", [np.float64, np.float32])
+def test_a_card_has_a_name_for_each(real, monkeypatch):
+    monkeypatch.setattr(kernel, "_inline", lambda function: function)
+    names = kernel._names(real)
+    assert set(names) == set(primitives)
+    for (a, b), wanted in zip(NUMBERS[:20], WANTED, strict=False):
+        given = flatten(CudaRebinder(names, lambda function: function, real)(every)(real(a), real(b)))
+        np.testing.assert_allclose(given, wanted, rtol=1e-5, atol=1e-6)

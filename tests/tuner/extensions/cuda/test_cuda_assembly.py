@@ -4,10 +4,10 @@ import re
 
 import pytest
 
-from plant.backends.cuda import BLOCK, BLOCKS
 from plant.quadrotor.closed_loop import LARGEST_STATE
-from tests.plant.backends.gpu.assembly import assembled, digits, innermost, missing, ptx, total
-from tests.plant.backends.gpu.flights import PAIRS
+from tests.tuner.extensions.cuda.assembly import assembled, digits, innermost, missing, ptx, total
+from tests.tuner.extensions.cuda.flights import PAIRS
+from tuner.extensions.cuda.kernel import BLOCK, BLOCKS
 
 pytestmark = pytest.mark.skipif(missing() is not None, reason=f"{missing()}")
 ARCHITECTURES = ("sm_80", "sm_90")

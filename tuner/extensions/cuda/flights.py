@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 
 from plant.backends import array
-from plant.backends.cuda import BLOCK, BLOCKS, REALS, CudaKernel, kernel_of
-from plant.backends.cuda_card import card, free_memory
 from plant.backends.flyer import FlightInputs
 from plant.backends.lane_layout import result_rows
 from plant.loop import ClosedLoop, Timing
 from plant.records import flatten, pack
+from tuner.extensions.cuda.card import card, free_memory
+from tuner.extensions.cuda.kernel import BLOCK, BLOCKS, REALS, CudaKernel, kernel_of
 
 # Flights of a launch at most: some waves of a large card, a second of its time; and share of the free memory for its results.
 LARGEST_LAUNCH, RESULTS_SHARE = 2**18, 0.5
@@ -64,7 +64,7 @@ def launcher(run: Any, flights: int) -> Any:
 
 
 class CudaFlyer:
-    """A closed loop compiled for the card. precision: float64 or float32; blocks: see `plant.backends.cuda`.
+    """A closed loop compiled for the card. precision: float64 or float32; blocks: see `tuner.extensions.cuda.kernel`.
 
     rows: of a flight's result. resident: flights that the card works on at once. kernel_seconds: that the card has flown.
     fly(gains (candidates, n), nominal, inputs) -> results (candidates, scenarios, rows) in float64, as `Flyer`
