@@ -151,7 +151,7 @@ OWN = {
     "tuner/exchange/texts.py",
     "plant/backends/sealed.py",
     "tuner/study/template.py",
-    "tuner/extension.py",
+    "plant/entry_points.py",
     "tuner/extensions/scaffold/writing.py",
 }
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}

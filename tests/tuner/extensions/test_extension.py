@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from plant.entry_points import entry_points
 from plant.errors import InputError, UnknownNameError
 from tuner import extension
-from tuner.extension import GROUP, Extension, entry_points, extensions, find, load
+from tuner.extension import GROUP, Extension, extensions, find, load
 
 RECORDS = extensions()
 HOME = Path(extension.__file__).parent / "extensions"
@@ -35,7 +36,7 @@ def test_records_of_the_wheel_are_its_folders():
 
 
 def test_records_are_found_as_the_library_finds_them():
-    assert dict(entry_points(sys.path)) == {point.name: point.value for point in installed(group=GROUP)}
+    assert dict(entry_points(GROUP, sys.path)) == {point.name: point.value for point in installed(group=GROUP)}
 
 
 @pytest.mark.parametrize("name", RECORDS)

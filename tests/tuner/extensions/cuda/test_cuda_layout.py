@@ -1,11 +1,14 @@
 """What goes to the card: scenarios as the last axis, and model functions with every number in one precision."""
 
 import warnings
+from pathlib import Path
 from types import FunctionType
 
 import numpy as np
 import pytest
 
+from objectives import memory, meters
+from objectives.memory import flight_code
 from plant.backends.flyer import to_lanes
 from plant.backends.lane_layout import LANES
 from plant.primitives import __all__ as primitives
@@ -78,3 +81,10 @@ def test_a_card_has_a_name_for_each(real, monkeypatch):
     for (a, b), wanted in zip(NUMBERS[:20], WANTED, strict=False):
         given = flatten(CudaRebinder(names, lambda function: function, real)(every)(real(a), real(b)))
         np.testing.assert_allclose(given, wanted, rtol=1e-5, atol=1e-6)
+
+
+def test_keys_of_flights_hold_the_files_of_a_kernel():
+    _, sources = kernel.kernel_names(loop(), "float64")
+    plant = Path(next(iter(memory.plant.__path__)))
+    outside = {file for file in sources if file.is_file() and not file.is_relative_to(plant)}
+    assert outside - {Path(str(meters.__file__))} == {Path(str(kernel.__file__))} <= set(flight_code().values())
