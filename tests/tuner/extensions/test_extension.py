@@ -64,17 +64,10 @@ def test_no_two_records_name_the_same():
 @pytest.mark.parametrize("name", RECORDS)
 def test_an_extension_imports_the_core_and_what_its_record_requires(name):
     """Those of import statements anywhere in its modules; the rest of the wheel may import no extension at all."""
-    named = {
-        module.split(".")[2]
-        for file in (HOME / name).rglob("*.py")
-        for node in ast.walk(ast.parse(file.read_text()))
-        for module in (
-            [node.module or ""]
-            if isinstance(node, ast.ImportFrom)
-            else [entry.name for entry in getattr(node, "names", ())]
-        )
-        if isinstance(node, ast.Import | ast.ImportFrom) and module.startswith("tuner.extensions.")
-    }
+    nodes = [node for file in (HOME / name).rglob("*.py") for node in ast.walk(ast.parse(file.read_text()))]
+    modules = [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+    modules += [entry.name for node in nodes if isinstance(node, ast.Import) for entry in node.names]
+    named = {module.split(".")[2] for module in modules if module.startswith("tuner.extensions.")}
     assert named - {name} <= set(RECORDS[name].requires)
 
 

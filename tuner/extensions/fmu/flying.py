@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from plant.backends.stepping import Inputs
-from plant.fmu.instance import FmuError, Instance
 from plant.loop import Timing
 from plant.model.closing import PlantLoop
 from plant.records import flatten, pack, size
 from plant.status import NON_FINITE
+from tuner.extensions.fmu.instance import FmuError, Instance
 
 Watch = Callable[[int, Any], None]
 

@@ -9,17 +9,12 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from objectives.fmu.flyer import FmuFlyer
-from objectives.fmu.messages import Refused
-from objectives.fmu.process import WorkerLostError
-from objectives.fmu.system import FmuSystem
 from objectives.margins.plant_margins import PlantMargins
 from objectives.margins.quantities import QUANTITIES
 from objectives.metrics.address import parse
 from objectives.problem import score_flights
 from plant.backends.flyer import result_parts
 from plant.errors import InputError, MissingPackageError
-from plant.fmu.fmu_model import read_fmu
 from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel, plan_loop
@@ -27,8 +22,13 @@ from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Coloured, Step
 from plant.records import flatten, paths, rows
 from plant.status import Status
-from tests.plant.fmu.fmus import write_motor
 from tests.plant.model.plants import pid, stepped, system_of
+from tests.tuner.extensions.fmu.fmus import write_motor
+from tuner.extensions.fmu.flyer import FmuFlyer
+from tuner.extensions.fmu.fmu_model import read_fmu
+from tuner.extensions.fmu.messages import Refused
+from tuner.extensions.fmu.process import WorkerLostError
+from tuner.extensions.fmu.system import FmuSystem
 
 SPEC = PlantScenario(
     "turn",

@@ -10,13 +10,13 @@ import numpy as np
 from scipy.linalg import expm
 
 from plant.errors import InputError
-from plant.fmu.flying import FmuPlant
-from plant.fmu.instance import FmuError, Instance
 from plant.loop import Timing
 from plant.model.closing import PlantLoop
 from plant.model.plant_model import STILL
 from plant.model.slope import Slope
 from plant.records import flatten, paths, size
+from tuner.extensions.fmu.flying import FmuPlant
+from tuner.extensions.fmu.instance import FmuError, Instance
 
 Array = np.ndarray
 # Perturbation relative to 1 + |value|: near the cube root of the rounding error, which central differences like best.

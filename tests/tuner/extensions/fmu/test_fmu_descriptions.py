@@ -7,12 +7,12 @@ from io import BytesIO
 import pytest
 
 from plant.errors import InputError, UnknownNameError
-from plant.fmu import archive as archives
-from plant.fmu.archive import open_archive, unpacked
-from plant.fmu.description import as_name
-from plant.fmu.fmu_model import read_fmu
 from plant.records import flatten, paths
-from tests.plant.fmu.fmus import description, write_archive, write_motor
+from tests.tuner.extensions.fmu.fmus import description, write_archive, write_motor
+from tuner.extensions.fmu import archive as archives
+from tuner.extensions.fmu.archive import open_archive, unpacked
+from tuner.extensions.fmu.description import as_name
+from tuner.extensions.fmu.fmu_model import read_fmu
 
 each_version = pytest.mark.parametrize("version", [2, 3])
 

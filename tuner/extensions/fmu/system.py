@@ -9,24 +9,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from objectives.fmu.flyer import FmuFlyer
-from objectives.fmu.loop_description import LoopDescription, describe_loop
-from objectives.fmu.messages import Linearize, Refused
-from objectives.fmu.process import FmuProcess, WorkerLostError
 from objectives.plant_system import PlantSystem
 from plant.backends.identity import identity
 from plant.errors import InputError, require_package
-from plant.fmu.archive import unpacked
-from plant.fmu.fmu_model import FmuModel
 from plant.loop import Timing
 from plant.model.closing import resting
 from plant.records import flatten
+from tuner.extensions.fmu.archive import unpacked
+from tuner.extensions.fmu.flyer import FmuFlyer
+from tuner.extensions.fmu.fmu_model import FmuModel
+from tuner.extensions.fmu.loop_description import LoopDescription, describe_loop
+from tuner.extensions.fmu.messages import Linearize, Refused
+from tuner.extensions.fmu.process import FmuProcess, WorkerLostError
+from tuner.study.plant_schema import PATIENCE
 
 if TYPE_CHECKING:
     from plant.model.slope import Slope
-
-PATIENCE = 60.0
-"""Seconds of the clock on the wall that a flight of an FMU may take, unless a study gives others."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,7 @@ class FmuSystem(PlantSystem):
 
     def process(self) -> FmuProcess:
         """Return a worker process that is not started yet; MissingPackageError where FMPy is not installed."""
-        require_package("fmpy", "fmu", key="plant.fmu")
+        require_package("fmpy", "fmu", key="tuner.extensions.fmu")
         return FmuProcess(*self._loop_description, self.plant.file)
 
     @cached_property

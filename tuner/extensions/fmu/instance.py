@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from plant.errors import one_line, shortened
-from plant.fmu.fmu_model import Interface
+from tuner.extensions.fmu.fmu_model import Interface
 
 MAX_ERROR_LETTERS = 200
 

@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from plant.errors import InputError, UnknownNameError, check_name
-from plant.fmu.archive import Archive, open_archive
-from plant.fmu.description import INPUT, OUTPUT, PARAMETER, Description, FmuVariable, read_description
 from plant.model.plant_model import NoDisturbance, PlantRecords
 from plant.records import pack, record_type, zeros
 from plant.texts import check_text
+from tuner.extensions.fmu.archive import Archive, open_archive
+from tuner.extensions.fmu.description import INPUT, OUTPUT, PARAMETER, Description, FmuVariable, read_description
 
 
 @dataclass(frozen=True)

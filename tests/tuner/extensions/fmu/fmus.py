@@ -7,8 +7,8 @@ from importlib import import_module
 from pathlib import Path
 from tempfile import mkdtemp
 
-from plant.fmu.archive import platform_folder
 from tests.clients import program
+from tuner.extensions.fmu.archive import platform_folder
 
 SOURCE = Path(__file__).with_name("motor.c")
 # Name, value reference, causality, unit and start of each variable; then what else its element has.

@@ -2,18 +2,22 @@
 
 import shutil
 import subprocess
+import sys
 import tomllib
+from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from objectives.memory import flight_code
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
 from plant.quadrotor.scenarios import SEARCH
-from tests.plant.fmu.fmus import write_motor
 from tests.tables import read_frame
 from tests.tuner.conftest import QUICKSTART
+from tests.tuner.extensions.fmu.fmus import write_motor
 from tests.tuner.in_process import called, tuner
 from tuner.api.studies import load_study
 from tuner.documents.opening import open_results
@@ -198,3 +202,18 @@ def test_units_and_names_of_the_example_are_those_of_its_study():
     page = (FOLDER.parent / "docs/fmu_plant.md").read_text(encoding="utf-8")
     shown = page.partition("```toml\n")[2].partition("```")[0]
     assert tomllib.loads(shown)["plant"] == table["plant"]
+
+
+def test_without_the_extension_a_study_of_an_fmu_is_refused(written, monkeypatch):
+    monkeypatch.setattr("tuner.extension.extensions", lambda: {})
+    with pytest.raises(InputError, match="plant.fmu: no installed extension adds a kind of plant"):
+        load_study(written / "motor_fmu.toml")
+
+
+def test_keys_of_flights_hold_all_that_a_worker_runs_of_the_extension():
+    program = "import sys, tuner.extensions.fmu.worker, tuner.extensions.fmu.slope; print(*sorted(sys.modules))"
+    names = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
+    mine = {name for name in names if name.startswith("tuner.")} - {"tuner.extensions"}
+    files = {Path(str(find_spec(name).origin)) for name in mine}
+    assert {"worker.py", "flying.py", "instance.py", "slope.py"} <= {file.name for file in files}
+    assert files <= set(flight_code().values())

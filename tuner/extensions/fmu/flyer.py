@@ -13,8 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from objectives.fmu.messages import Flown, Fly, Refused
-from objectives.fmu.process import FmuProcess, WorkerLostError
 from objectives.plant_system import PlantSystem
 from plant.backends.flyer import FlightInputs, Recording
 from plant.backends.lane_layout import LANES
@@ -23,6 +21,8 @@ from plant.loop import ClosedLoop, Timing
 from plant.records import flatten, size
 from plant.status import NON_FINITE
 from plant.threads import available_threads
+from tuner.extensions.fmu.messages import Flown, Fly, Refused
+from tuner.extensions.fmu.process import FmuProcess, WorkerLostError
 
 Array = np.ndarray
 

@@ -11,14 +11,14 @@ import sys
 from contextlib import suppress
 from typing import IO, Any
 
-from objectives.fmu.loop_description import LoopDescription, loop_of
-from objectives.fmu.messages import Flown, Fly, Linearize, Ready, Refused, receive, send
 from plant.backends.identity import identity
 from plant.errors import InputError
-from plant.fmu.flying import FmuPlant, fly, result
-from plant.fmu.instance import FmuError, Instance
 from plant.model.closing import PlantLoop
 from plant.records import flatten, pack
+from tuner.extensions.fmu.flying import FmuPlant, fly, result
+from tuner.extensions.fmu.instance import FmuError, Instance
+from tuner.extensions.fmu.loop_description import LoopDescription, loop_of
+from tuner.extensions.fmu.messages import Flown, Fly, Linearize, Ready, Refused, receive, send
 
 NOWHERE = os.open(os.devnull, os.O_WRONLY)
 
@@ -91,7 +91,7 @@ def _flown(loop: PlantLoop, instance: Instance, order: Fly) -> Flown:
 
 def _slope(description: LoopDescription, loop: PlantLoop, instance: Instance, order: Linearize) -> Any:
     # Here, because flights need no SciPy.
-    from plant.fmu.slope import slope_at_start
+    from tuner.extensions.fmu.slope import slope_at_start
 
     return slope_at_start(loop, instance, description.timing, order.dynamics, bool(description.interface.derivatives))
 

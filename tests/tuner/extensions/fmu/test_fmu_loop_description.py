@@ -9,23 +9,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-from objectives.fmu.loop_description import describe_loop, loop_of
 from objectives.plant_meters import meters_of
 from objectives.problem import FlightBatch, Problem
 from plant.backends.identity import identity
 from plant.errors import InputError
-from plant.fmu.fmu_model import read_fmu
 from plant.law_registry import LAWS
 from plant.loop import Timing
 from plant.model.closing import close_plant
 from plant.model.plan import Actuator, Channel, plan_loop
 from plant.quadrotor.scenarios import SEARCH
-from tests.plant.fmu.fmus import write_motor
 from tests.plant.own_files import SWAY, forget
+from tests.tuner.extensions.fmu.fmus import write_motor
 from tuner.api.studies import load_study
+from tuner.extensions.fmu.fmu_model import read_fmu
+from tuner.extensions.fmu.loop_description import describe_loop, loop_of
 from tuner.study.own_code import use
 
-STUDIES = Path(__file__).parents[3] / "studies"
+STUDIES = Path(__file__).parents[4] / "studies"
 PLAIN = STUDIES / "own_law/pid_plain.py"
 TIMING = Timing(0.001, 0.001)
 

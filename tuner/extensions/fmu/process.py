@@ -8,15 +8,15 @@ from contextlib import suppress
 from threading import Timer
 from typing import Any
 
-from objectives.fmu.loop_description import LoopDescription
-from objectives.fmu.messages import Ready, Refused, receive, send
 from plant.errors import InputError
 from plant.python_process import python_command
 from plant.texts import signal_name
+from tuner.extensions.fmu.loop_description import LoopDescription
+from tuner.extensions.fmu.messages import Ready, Refused, receive, send
 
 # Seconds in which a worker must have loaded an FMU; some unpack a whole run-time system of their tool.
 START = 120.0
-PROGRAM = "from objectives.fmu.worker import main; main()"
+PROGRAM = "from tuner.extensions.fmu.worker import main; main()"
 
 
 class WorkerLostError(Exception):

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from plant.errors import InputError
-from plant.fmu.archive import LOCK, PREFIX, open_archive, remove_abandoned, unpacked
-from tests.plant.fmu.fmus import write_archive
+from tests.tuner.extensions.fmu.fmus import write_archive
+from tuner.extensions.fmu.archive import LOCK, PREFIX, open_archive, remove_abandoned, unpacked
 
 CONTENT = {"modelDescription.xml": b"<fmiModelDescription/>" * 40, "binaries/linux64/motor.so": b"code" * 100}
 
@@ -40,7 +40,7 @@ def test_the_folder_of_a_killed_process_goes_with_the_next_and_that_of_a_living_
     file = write_archive(tmp_path / "motor.fmu", CONTENT)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     code = (
-        "import sys, time; from pathlib import Path; from plant.fmu.archive import open_archive, unpacked\n"
+        "import sys, time; from pathlib import Path; from tuner.extensions.fmu.archive import open_archive, unpacked\n"
         "file = Path(sys.argv[1]); print(unpacked(file, open_archive(file).digest), flush=True); time.sleep(60)"
     )
     process = subprocess.Popen(

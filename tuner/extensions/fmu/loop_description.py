@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 from objectives.named_channels import channels_by_name, channels_of
 from objectives.plant_meters import meters_of
 from plant.errors import InputError
-from plant.fmu.fmu_model import Interface, fmu_model
 from plant.law_registry import LAWS
 from plant.loop import MeterModel, Timing
 from plant.model.closing import PlantLoop, close_plant
 from plant.model.plan import Actuator, LoopPlan
 from plant.own_code import run_own_code
 from plant.registry import Registry
+from tuner.extensions.fmu.fmu_model import Interface, fmu_model
 
 if TYPE_CHECKING:
     from objectives.metrics.address import MetricAddress
