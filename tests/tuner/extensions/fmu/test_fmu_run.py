@@ -4,7 +4,6 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -211,9 +210,12 @@ def test_without_the_extension_a_study_of_an_fmu_is_refused(written, monkeypatch
 
 
 def test_keys_of_flights_hold_all_that_a_worker_runs_of_the_extension():
-    program = "import sys, tuner.extensions.fmu.worker, tuner.extensions.fmu.slope; print(*sorted(sys.modules))"
-    names = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout.split()
-    mine = {name for name in names if name.startswith("tuner.")} - {"tuner.extensions"}
-    files = {Path(str(find_spec(name).origin)) for name in mine}
+    program = (
+        "import sys, tuner.extensions.fmu.worker, tuner.extensions.fmu.slope\n"
+        "names = {name for name in sys.modules if name.startswith('tuner.')} - {'tuner.extensions'}\n"
+        "print(*sorted(sys.modules[name].__file__ for name in names), sep='\\n')"
+    )
+    answer = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
+    files = set(map(Path, answer.splitlines()))
     assert {"worker.py", "flying.py", "instance.py", "slope.py"} <= {file.name for file in files}
     assert files <= set(flight_code().values())
