@@ -19,12 +19,10 @@ import plant
 from objectives.engine import LANES
 from objectives.flown_system import FlightBatch, FlownSystem
 from plant.backends import processor
-from plant.entry_points import DISTRIBUTION, entry_points, files_of
+from plant.entry_points import DISTRIBUTION, FLIGHT_CODE, LAW_GROUP, entry_points, files_of
 
 # Libraries whose versions can change the bits of a flight.
 LIBRARIES = ("numba", "llvmlite", "numpy", "scipy")
-FLIGHT_CODE = "gainproof.flight_code"
-"""Group of entry points that name modules and packages outside of `plant` whose code flies."""
 
 
 class FlightMemory(Protocol):
@@ -45,7 +43,8 @@ class FlightMemory(Protocol):
 
 def flight_code() -> dict[str, Path]:
     """Return the files of extensions that fly, by module and path."""
-    modules = [module for _, module in entry_points(FLIGHT_CODE, sys.path, DISTRIBUTION)]
+    groups = (entry_points(group, sys.path, DISTRIBUTION) for group in (FLIGHT_CODE, LAW_GROUP))
+    modules = [value.partition(":")[0] for group in groups for _, value in group]
     return {f"{module}/{name}": file for module in modules for name, file in files_of(module).items()}
 
 

@@ -10,6 +10,10 @@ from pathlib import Path
 
 DISTRIBUTION = "gainproof"
 """Name of this tool's own distribution."""
+LAW_GROUP = "gainproof.laws"
+"""Group of entry points that name laws."""
+FLIGHT_CODE = "gainproof.flight_code"
+"""Group of entry points that name modules and packages outside of `plant` whose code flies."""
 
 
 def entry_points(group: str, places: list[str], distribution: str = "") -> Iterator[tuple[str, str]]:

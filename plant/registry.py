@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Callable, Iterable
 from typing import Any, TypeVar
 
-from plant.entry_points import files_of
+from plant.entry_points import DISTRIBUTION, files_of
 from plant.errors import InputError, check_name
 from plant.input_files import read_input
 from plant.origin import Origin, with_origin
@@ -65,7 +65,12 @@ class Registry(dict[str, T]):
         from importlib.metadata import entry_points
 
         for point in entry_points(group=self.group):
-            self.add(_loaded(point), _origin(point))
+            if not _is_own(point):
+                self.add(_loaded(point), _origin(point))
+
+
+def _is_own(point: Any) -> bool:
+    return point.dist.name == DISTRIBUTION
 
 
 def _loaded(point: Any) -> Any:

@@ -20,10 +20,9 @@ from plant.laws.filters import Delays, Section, low_pass, settled_section, stage
 from plant.laws.law import Blocks, Law, Span
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, ardupilot_factors, linearized_slope
-from plant.quadrotor.autopilots.gain_table import gain_rows
-from plant.quadrotor.autopilots.windup import limited, shrinking_only
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
+from tuner.extensions.autopilots.law_parts import gain_rows, limited, shrinking_only
 
 SOURCE = "ArduPilot Copter 4.6, libraries/AC_PID/AC_PID.cpp and parameter metadata"
 

@@ -36,10 +36,9 @@ from plant.laws.law import Blocks, Law, Span
 from plant.primitives import absolute, maximum, minimum, select
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, betaflight_factors, command_slope, hover_share
-from plant.quadrotor.autopilots.gain_table import gain_rows
-from plant.quadrotor.autopilots.windup import bounded, limited
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
+from tuner.extensions.autopilots.law_parts import bounded, gain_rows, limited
 
 SOURCE = "Betaflight 2025.12, src/main/flight/pid.c and src/main/cli/settings.c"
 DEGREES = 57.29577951308232

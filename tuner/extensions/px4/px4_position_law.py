@@ -17,8 +17,8 @@ from typing import NamedTuple
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import stage_share, step_stage
 from plant.laws.law import Blocks, GainInfo, Law, Span
-from plant.quadrotor.autopilots.windup import limited, outward_stopped
 from plant.quadrotor.vehicle import Vehicle
+from tuner.extensions.autopilots.law_parts import limited, outward_stopped
 
 SOURCE = "PX4 1.16, src/modules/mc_pos_control/PositionControl and parameter metadata"
 GRAVITY = 9.80665
@@ -110,15 +110,15 @@ LAW = Law(
         ),
         GainInfo(
             "p", "MPC_*_VEL_P_ACC", "s^-1", Span(8.0, 2.0, 50.0), Span(1.8, 1.2, 5.0), "log", SOURCE,
-            "acceleration per velocity error",
+            "acceleration per velocity error", of_output=True,
         ),
         GainInfo(
             "i", "MPC_*_VEL_I_ACC", "s^-2", Span(8.0, 1.0, 100.0), Span(0.4, 0.02, 4.0), "log", SOURCE,
-            "acceleration per integrated velocity error", term="integral term",
+            "acceleration per integrated velocity error", term="integral term", of_output=True,
         ),
         GainInfo(
             "d", "MPC_*_VEL_D_ACC", "1", Span(0.2, 0.0, 1.0), Span(0.2, 0.0, 2.0), "linear", SOURCE,
-            "acceleration per measured acceleration", term="derivative term",
+            "acceleration per measured acceleration", term="derivative term", of_output=True,
         ),
         GainInfo(
             "i_limit", "i_limit", "{y} s^-2", Span(60.0, 5.0, 200.0), Span(9.80665, 1.0, 20.0), "log", SOURCE,

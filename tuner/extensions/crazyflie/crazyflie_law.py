@@ -20,10 +20,9 @@ from plant.laws.filters import Delays, Section, low_pass, settled_section, step_
 from plant.laws.law import Blocks, Law, Span
 from plant.quadrotor.airframes.actuation import actuation
 from plant.quadrotor.airframes.scales import accelerations, crazyflie_factors
-from plant.quadrotor.autopilots.gain_table import gain_rows
-from plant.quadrotor.autopilots.windup import bounded, limited
 from plant.quadrotor.cascade import ATTITUDE_AXES
 from plant.quadrotor.vehicle import Vehicle
+from tuner.extensions.autopilots.law_parts import bounded, gain_rows, limited
 
 SOURCE = "bitcraze/crazyflie-firmware, src/utils/src/pid.c and platform_defaults_cf2.h"
 DEGREES = 57.29577951308232
