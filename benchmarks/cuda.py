@@ -22,9 +22,6 @@ import numpy as np
 
 from objectives import meters
 from plant.air.air import AirSpec
-from plant.backends.cuda import BLOCK, BLOCKS, compiler, simulated
-from plant.backends.cuda_card import card, missing
-from plant.backends.cuda_flights import CudaFlyer
 from plant.backends.flyer import FlightInputs, Flyer
 from plant.law_registry import law
 from plant.loop import MeterModel, Timing
@@ -35,6 +32,9 @@ from plant.quadrotor.gains import default_row
 from plant.quadrotor.nominal import ControlOptions, nominal
 from plant.quadrotor.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 from plant.references.steps import Steps
+from tuner.extensions.cuda.card import card, missing
+from tuner.extensions.cuda.flights import CudaFlyer
+from tuner.extensions.cuda.kernel import BLOCK, BLOCKS, compiler, simulated
 
 TIMING, LIMITS = Timing(0.004, 0.001), Limits(5.0, 0.17)
 VEHICLE = load("hummingbird").vehicle

@@ -6,6 +6,7 @@ gains: where the key and the gains are equal to the bit, the recorded result is 
 
 import hashlib
 import json
+import sys
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -18,6 +19,7 @@ import plant
 from objectives.engine import LANES
 from objectives.flown_system import FlightBatch, FlownSystem
 from plant.backends import processor
+from plant.entry_points import DISTRIBUTION, FLIGHT_CODE, LAW_GROUP, entry_points, files_of
 
 # Libraries whose versions can change the bits of a flight.
 LIBRARIES = ("numba", "llvmlite", "numpy", "scipy")
@@ -39,14 +41,26 @@ class FlightMemory(Protocol):
         ...
 
 
+def flight_code() -> dict[str, Path]:
+    """Return the files of extensions that fly, by module and path."""
+    groups = (entry_points(group, sys.path, DISTRIBUTION) for group in (FLIGHT_CODE, LAW_GROUP))
+    modules = [value.partition(":")[0] for group in groups for _, value in group]
+    return {f"{module}/{name}": file for module in modules for name, file in files_of(module).items()}
+
+
 @cache
 def model_key() -> str:
-    """Return the hash of a flight's sources and of its compilers."""
+    """Return the hash of a flight's sources and of its compilers.
+
+    Sources are all of `plant`, the meters, and the code that extensions of this distribution fly with.
+    """
     digest = hashlib.blake2b(digest_size=12)
     digest.update(" ".join(f"{name}-{version(name)}" for name in LIBRARIES).encode())
     home = Path(next(iter(plant.__path__)))
     for file in [*sorted(home.rglob("*.py")), Path(objectives.meters.__file__)]:
         digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    for name, file in sorted(flight_code().items()):
+        digest.update(name.encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
 
 

@@ -1,7 +1,10 @@
 """Control laws: one file a law, one line here. The cascade, the search and the reports learn of a law from this table."""
 
+import sys
+from importlib import import_module
 from operator import attrgetter
 
+from plant.entry_points import DISTRIBUTION, LAW_GROUP, entry_points
 from plant.laws import (
     adrc,
     hybrid,
@@ -17,30 +20,25 @@ from plant.laws import (
     supertwisting_euler,
 )
 from plant.laws.law import Law
-from plant.quadrotor.autopilots import ardupilot, betaflight, crazyflie, px4, px4_position
 from plant.registry import Registry
 
-# Laws to choose from first, then the paper's as printed.
-ENTRIES = (
-    pid.LAW,
-    ladrc.LAW,
-    adrc.LAW,
-    supertwisting.LAW,
-    supertwisting_euler.LAW,
-    hybrid.LAW,
-    hybrid_true_sta.LAW,
-    px4.LAW,
-    px4_position.LAW,
-    ardupilot.LAW,
-    betaflight.LAW,
-    crazyflie.LAW,
-    hybrid_gsta.LAW,
-    hybrid_literal.LAW,
-    hybrid_paper_f_hat.LAW,
-    hybrid_beta3.LAW,
-    ladrc_printed.LAW,
+# Laws to choose from first, those of this distribution's extensions last of them, then the paper's as printed.
+MODULES = (
+    pid,
+    ladrc,
+    adrc,
+    supertwisting,
+    supertwisting_euler,
+    hybrid,
+    hybrid_true_sta,
+    *[import_module(name.partition(":")[0]) for _, name in entry_points(LAW_GROUP, sys.path, DISTRIBUTION)],
+    hybrid_gsta,
+    hybrid_literal,
+    hybrid_paper_f_hat,
+    hybrid_beta3,
+    ladrc_printed,
 )
-LAWS: Registry[Law] = Registry("law", attrgetter("name"), ENTRIES)
+LAWS: Registry[Law] = Registry("law", attrgetter("name"), [module.LAW for module in MODULES])
 
 
 def law(name: str) -> Law:

@@ -8,9 +8,9 @@ A package offers an entry by an entry point, as in its pyproject.toml:
 
 import hashlib
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import Any, TypeVar
 
+from plant.entry_points import DISTRIBUTION, files_of
 from plant.errors import InputError, check_name
 from plant.input_files import read_input
 from plant.origin import Origin, with_origin
@@ -65,7 +65,12 @@ class Registry(dict[str, T]):
         from importlib.metadata import entry_points
 
         for point in entry_points(group=self.group):
-            self.add(_loaded(point), _origin(point))
+            if not _is_own(point):
+                self.add(_loaded(point), _origin(point))
+
+
+def _is_own(point: Any) -> bool:
+    return point.dist.name == DISTRIBUTION
 
 
 def _loaded(point: Any) -> Any:
@@ -84,13 +89,7 @@ def _origin(point: Any) -> Origin:
 
 def _digest(point: Any) -> str:
     """Return the digest of an entry point's package, or of its module."""
-    from importlib.util import find_spec
-
-    spec = find_spec(point.module.partition(".")[0])
-    assert spec is not None and spec.origin is not None, "it was imported"
-    home = Path(spec.origin)
-    files = sorted(home.parent.rglob("*.py")) if spec.submodule_search_locations else [home]
     digest = hashlib.blake2b(digest_size=12)
-    for file in files:
-        digest.update(file.relative_to(home.parent).as_posix().encode() + b"\0" + read_input(file))
+    for name, file in files_of(point.module.partition(".")[0]).items():
+        digest.update(name.encode() + b"\0" + read_input(file))
     return digest.hexdigest()

@@ -30,8 +30,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 LONG = (
     "tuner/report/test_report_browser.py", "tuner/extensions/identification/test_identification.py", "golden/test_golden.py",
     "tuner/extensions/tails/test_tail_run.py", "tuner/extensions/contests/experiments/test_contest_run.py", "tuner/extensions/judge/test_second_opinion.py",
-    "tuner/experiments/again/test_resume.py", "tuner/search/test_search_contract.py", "objectives/fmu/test_fmu_flights.py",
-    "tuner/experiments/tuning/test_fmu_run.py",
+    "tuner/experiments/again/test_resume.py", "tuner/search/test_search_contract.py", "tuner/extensions/fmu/test_fmu_flights.py",
+    "tuner/extensions/fmu/test_fmu_run.py",
     "tuner/experiments/tuning/test_margin_study.py", "tuner/api/test_ten_calls.py", "plant/backends/test_backends_agree.py",
     "tuner/cli/test_interrupt.py", "tuner/cli/test_surroundings.py", "tuner/extensions/first_flights/test_approach.py",
     "tuner/exchange/test_hostile_texts.py", "tuner/analysis/test_check_kinds.py", "plant/laws/test_laws.py",

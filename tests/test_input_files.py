@@ -137,7 +137,7 @@ OWN = {
     "plant/input_files.py",
     "plant/output_files.py",
     "plant/backends/cache.py",
-    "plant/backends/cuda_card.py",
+    "tuner/extensions/cuda/card.py",
     "objectives/memory.py",
     "tuner/extensions/rotorpy/export.py",
     "tuner/extensions/fmi/export.py",
@@ -151,7 +151,7 @@ OWN = {
     "tuner/exchange/texts.py",
     "plant/backends/sealed.py",
     "tuner/study/template.py",
-    "tuner/extension.py",
+    "plant/entry_points.py",
     "tuner/extensions/scaffold/writing.py",
 }
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}

@@ -9,9 +9,8 @@ A record holds names alone, "module:object", and its module imports nothing but 
 what they name is imported when it is used.
 """
 
-import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -19,6 +18,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from plant.entry_points import entry_points
 from plant.errors import InputError, UnknownNameError
 
 GROUP = "gainproof.extensions"
@@ -83,6 +83,7 @@ class Extension:
         targets: Name of an export target -> "module:TARGET".
         backends: Name of --backend -> "module:BACKEND", the device that flies.
         clusters: Option of a run -> "module:function" that connects to the engine of its value.
+        plants: Ending of a file, and key of [plant] -> "module:SOURCE" of the plants in such files.
         templates: First word after `tuner new` -> "module:function" that writes files and returns them.
     """
 
@@ -117,6 +118,7 @@ class Extension:
     targets: Names = field(default_factory=_none)
     backends: Names = field(default_factory=_none)
     clusters: Names = field(default_factory=_none)
+    plants: Names = field(default_factory=_none)
     templates: Names = field(default_factory=_none)
 
 
@@ -127,7 +129,7 @@ def extensions() -> dict[str, Extension]:
     Raises InputError where a record cannot be loaded, two have one name, or one requires another that is not installed.
     """
     records: dict[str, Extension] = {}
-    for name, reference in entry_points(sys.path):
+    for name, reference in entry_points(GROUP, sys.path):
         try:
             record = load(reference)
         except (ImportError, AttributeError) as error:
@@ -141,30 +143,6 @@ def extensions() -> dict[str, Extension]:
             if needed not in records:
                 raise InputError(f"the extension {record.name} requires {needed}, which is not installed", file=GROUP)
     return dict(sorted(records.items()))
-
-
-def entry_points(places: list[str]) -> Iterator[tuple[str, str]]:
-    """Return name and "module:object" of each record of the packages on a path, the first of equal names.
-
-    `importlib.metadata` would find the same; its import takes 25 ms, a third of `tuner --help`.
-    """
-    seen = set[str]()
-    for place in places:
-        for folder in _distributions(Path(place)):
-            distribution, file = folder.name.partition("-")[0], folder / "entry_points.txt"
-            text = file.read_text(encoding="utf-8") if file.is_file() else ""
-            if distribution in seen or f"[{GROUP}]" not in text:
-                continue
-            seen.add(distribution)
-            section = text.partition(f"[{GROUP}]")[2].partition("\n[")[0]
-            for line in filter(None, map(str.strip, section.splitlines())):
-                name, _, reference = line.partition("=")
-                yield name.strip(), reference.strip()
-
-
-def _distributions(place: Path) -> list[Path]:
-    """Return the folders of metadata of the packages in a folder."""
-    return [place / name for name in sorted(os.listdir(place)) if name.endswith(".dist-info")] if place.is_dir() else []
 
 
 def added(part: str) -> dict[str, str]:

@@ -46,6 +46,7 @@ class GainInfo:
         source: where definition and range come from.
         integrals: of a gain from an error to the command, behind how many integrals over time it stands, -1 for a
             derivative; where b0 is 1 it has the unit of the command, over that of the error.
+        of_output: stated in units of the loop's output, which the gain `authority` turns into acceleration.
         term: name of the term that is off where the gain is 0, "" where 0 turns none off.
     """
 
@@ -66,6 +67,7 @@ class GainInfo:
     resolution: float = 0.0
     integrals: int | None = None
     term: str = ""
+    of_output: bool = False
 
     def span(self, loop: str) -> Span:
         """Return default and range for the loop "attitude" or "position"."""

@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plant.errors import InputError
-from plant.fmu.description import INPUT, OUTPUT, PARAMETER
-from plant.fmu.fmu_model import looked_at
 from plant.quadrotor.airframes import load as load_airframe
 from plant.quadrotor.airframes.derived import quantities
 from plant.texts import PlainValue
@@ -27,7 +25,7 @@ from tuner.search.watcher import JUDGING, Watcher
 from tuner.study.files import study_file
 from tuner.study.kinds import kind_of_layers, load_any
 from tuner.study.layers import read_layers
-from tuner.study.own_code import examine_own
+from tuner.study.own_code import examine_own, plant_source
 from tuner.study.study import Study
 
 if TYPE_CHECKING:
@@ -106,8 +104,9 @@ def check(
         return validate(path)
     if path.suffix == ".py":
         return check_own(path)
-    if path.suffix == ".fmu":
-        return check_fmu(path)
+    source = plant_source(path)
+    if source is not None:
+        return Checked(path.suffix[1:], source.describe(path))
     layers = read_layers(path)
     keys = set(layers[0].table)
     if kind_of_layers(layers).table is None and AIRFRAME_KEYS & keys and not {"scenario", "objective"} & keys:
@@ -167,28 +166,6 @@ def check_own(file: Path) -> Checked:
         "breaches": [breach._asdict() for breach in examined.breaches],
     }
     return Checked(examined.noun, verdict, bool(examined.breaches))
-
-
-def check_fmu(file: Path) -> Checked:
-    """Return the names in an FMU, of which nothing runs; InputError where it cannot be used on this machine."""
-    archive, description = looked_at(file)
-    by_reference = {each.reference: each for each in reversed(description.variables)}
-    groups = {
-        f"{role}s": {each.name: each.unit or "(no unit)" for each in description.variables if each.role == role}
-        for role in (INPUT, OUTPUT, PARAMETER)
-    }
-    states = [by_reference[reference].name for reference in description.states if reference in by_reference]
-    result = {
-        "kind": "fmu",
-        "file": str(file),
-        "title": description.title or description.model,
-        "fmi": description.version,
-        **groups,
-        "states": states,
-        "directional_derivatives": "yes" if description.directional else "no",
-        "digest": archive.digest,
-    }
-    return Checked("fmu", result)
 
 
 def airframe_figures(file: Path) -> Row:

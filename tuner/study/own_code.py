@@ -8,26 +8,30 @@ its digest.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from objectives.metrics import METRICS, Metric
 from objectives.metrics.contract import check_metric, violations_of_metric
+from objectives.plant_system import PlantSystem
 from plant.contract.law_contract import check_law, violations_of_law
 from plant.contract.plant_contract import violations_of_plant
 from plant.contract.reference_contract import check_reference, violations_of_reference
 from plant.contract.violation import ContractViolation
 from plant.errors import InputError, UnnamedCodeError
-from plant.fmu.archive import Archive, open_archive
 from plant.law_registry import LAWS
 from plant.laws.law import Law
-from plant.model.plant_model import PlantModel, plant_from
+from plant.model.plant_model import PlantModel, PlantRecords, plant_from
 from plant.own_code import OwnCode, run_own_code
 from plant.references import REFERENCES, ReferenceSpec
 from plant.registry import Registry
+from tuner.extension import added, find
 from tuner.gains.quantities import UCUM
 from tuner.study.files import is_shipped
 from tuner.study.reading import parse_toml
 from tuner.study.schema import OwnCodeTable
+
+if TYPE_CHECKING:
+    from tuner.study.plant_schema import PlantTable
 
 
 @dataclass(frozen=True)
@@ -84,13 +88,38 @@ OWN_KINDS = (
     OwnKind("metric", "METRIC", METRICS, check_metric, violations_of_metric),
     OwnKind("reference", "REFERENCE", REFERENCES, check_reference, violations_of_reference),
 )
-PLANT_NOUN, PLANT, FMU = "plant", "derivative", "fmu"
-"""Table of a study that names the file of a plant, the name in the file that tells it, and ending and key of an FMU."""
+PLANT_NOUN, PLANT = "plant", "derivative"
+"""Table of a study that names the file of a plant, and the name in the file that tells it."""
 TABLES = tuple(kind.noun for kind in OWN_KINDS)
 """Tables of a study that name files of code."""
 
 
-def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | Archive:
+SystemMaker = Callable[..., PlantSystem]
+
+
+class PlantSource(NamedTuple):
+    """Plants that an extension reads from files of one ending.
+
+    Its name in records is that ending, and the key of [plant] that names such a file.
+
+    Attributes:
+        name: Function that takes a file that the user names and returns the content of `use`.
+        read: Function of a file, its table and its study that returns plant, digest and class of its system.
+        describe: Function that returns the content that `tuner check` shows of a file.
+    """
+
+    name: Callable[[Path], Any]
+    read: Callable[[Path, "PlantTable", Path], tuple[PlantRecords, str, SystemMaker]]
+    describe: Callable[[Path], dict[str, Any]]
+
+
+def plant_source(file: Path) -> PlantSource | None:
+    """Return the extension's source of plants for files of this ending, or None."""
+    name = file.suffix[1:]
+    return find("plants", "kind of plant", name) if name in added("plants") else None
+
+
+def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | Any:
     """Run your file and register its content.
 
     Its law, metric or reference is then available by name to studies, gains and everything else.
@@ -108,8 +137,9 @@ def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | A
         >>> tuner.use("my_law.py").name  # doctest: +SKIP
         'my_law'
     """
-    if Path(file).suffix == f".{FMU}":
-        return open_archive(Path(file))
+    source = plant_source(Path(file))
+    if source is not None:
+        return source.name(Path(file))
     code = run_own_code(Path(file))
     return plant_from(code.names, code.file.stem, str(code.file)) if PLANT in code.names else _take(code, OWN_KINDS)
 
@@ -123,7 +153,7 @@ def use_named(file: Path) -> None:
     for kind in OWN_KINDS:
         for name in _files_in(table.get(kind.noun)):
             _take(run_own_code(file.parent / name), (kind,))
-    for key in ("file", FMU):
+    for key in ("file", *added("plants")):
         for name in _files_in(table.get(PLANT_NOUN), key):
             use(file.parent / name)
 

@@ -7,7 +7,6 @@ from typing import Annotated, Any
 
 from pydantic import Field, Tag, model_serializer
 
-from objectives.fmu.system import PATIENCE
 from objectives.risk import RELEVANT
 from tuner.gains.channels import StudyChannelTable
 from tuner.study import schema
@@ -16,6 +15,8 @@ from tuner.study.size import MOST_FLIGHTS
 from tuner.text.strict_table import StrictTable
 
 SignalTable = dict[str, Any]
+PATIENCE = 60.0
+"""Seconds of the clock on the wall that a flight of an FMU may take, unless a study gives others."""
 # Keys of [plant] of which one says what the plant is; keys that only linear plants have.
 PLANT_KEYS = ("file", "fmu", "transfer_function", "state_space")
 LINEAR_KEYS = (*PLANT_KEYS[2:], "dead_time", "inputs", "outputs")

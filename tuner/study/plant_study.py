@@ -10,14 +10,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from objectives.flown_system import FlownSystem
-from objectives.fmu.system import FmuSystem
 from objectives.mission import USUAL, Mission
 from objectives.plant_mission import quantities_of, with_plant_floor
 from objectives.plant_system import PlantSystem
 from objectives.problem import FlightBatch
 from plant.backends.identity import identity
 from plant.errors import InputError, UnknownNameError
-from plant.fmu.fmu_model import read_fmu
 from plant.loop import Timing
 from plant.model.linear import SignalNames, linear_plant
 from plant.model.plan import Actuator, Channel, plan_loop
@@ -28,13 +26,14 @@ from plant.origin import origins
 from plant.own_code import run_own_code
 from plant.records import flatten, paths
 from plant.texts import PlainTable, PlainValue
+from tuner.extension import find
 from tuner.gains import TunedLoops, plant_gains_document, read_loops
 from tuner.gains.channels import channel_of
 from tuner.gains.ranges import LONGEST_OF_PLANTS, SHORTEST_OF_PLANTS, check_multiple, check_period, timing_of
 from tuner.study.assembly import assembled, judging_of
 from tuner.study.files import is_shipped
 from tuner.study.judged_reading import mission_of, unique
-from tuner.study.own_code import use_files_of
+from tuner.study.own_code import SystemMaker, use_files_of
 from tuner.study.plant_gains import plant_space
 from tuner.study.plant_margins import margin_screen_of, margins_asked, plant_margins
 from tuner.study.plant_schema import PLANT_KEYS, ActuatorTable, PlantScenarioTable, PlantStudyTable, PlantTable
@@ -110,7 +109,7 @@ class PlantStudy(TuningStudy):
 
         As flown: of the loop in its plant steps. None of an FMU.
         """
-        if self.table.plant.fmu is not None:
+        if not self.system.has_equations:
             return None
         try:
             model = self.margin_model()
@@ -275,7 +274,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         return assembled(PlantStudy, path, table, space, judging, mission, constraints, screens, code_digest=digest)
 
 
-def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str, Callable[..., PlantSystem]]:
+def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str, SystemMaker]:
     """Return the plant of a study, its digest and its system class."""
     given = [key for key in PLANT_KEYS if getattr(table, key) is not None]
     if len(given) != 1:
@@ -289,8 +288,7 @@ def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str, Callable[.
             raise InputError(f"{reason}: leave it out", key=f"plant.{key}")
     with located(path, "plant"):
         if table.fmu is not None:
-            fmu = read_fmu(path.parent / table.fmu, table.disturbances, table.states, table.units, path)
-            return fmu, fmu.interface.digest, partial(FmuSystem, patience=table.patience)
+            return find("plants", "kind of plant", "fmu").read(path.parent / table.fmu, table, path)
         if table.file is None:
             names = SignalNames(table.inputs, table.outputs, table.states, table.units)
             plant = linear_plant(path.stem, {given[0]: getattr(table, given[0]).model_dump()}, names)

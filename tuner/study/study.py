@@ -18,7 +18,6 @@ from plant.errors import InputError
 from plant.loop import Timing
 from plant.origin import origins
 from plant.quadrotor.airframes import Airframe
-from plant.quadrotor.autopilots.gain_table import OF_OUTPUT
 from plant.quadrotor.gains import GainAddress, gain_addresses
 from plant.quadrotor.nominal import ControlOptions, nominal
 from plant.quadrotor.scenarios import ScenarioSpec, drawn_numbers
@@ -284,7 +283,7 @@ class Study(TuningStudy):
 
 def _authority(gains: Mapping[str, float], gain: GainAddress) -> float:
     """Return the acceleration for a unit of what a gain gives; 1 where the gain is one of accelerations."""
-    return gains.get(f"{gain.axis}.authority", 1.0) if gain.info.name in OF_OUTPUT else 1.0
+    return gains.get(f"{gain.axis}.authority", 1.0) if gain.info.of_output else 1.0
 
 
 def _airframe_values(airframe: Airframe) -> PlainTable:

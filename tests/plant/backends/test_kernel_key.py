@@ -50,7 +50,7 @@ assert key() == unedited
 
 
 def test_an_edit_of_any_source_of_the_kernel_changes_its_key(tmp_path: Path) -> None:
-    for package in ("plant", "objectives", "tests/plant"):
+    for package in ("plant", "objectives", "tuner", "tests/plant"):
         shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
     command = [sys.executable, "-B", "-c", KEYS, *SOURCES]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120)

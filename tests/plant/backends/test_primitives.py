@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from plant import primitives
-from plant.backends import array, cuda, lanes, symbolic, tracing
+from plant.backends import array, lanes, symbolic, tracing
 from plant.backends.tracing import Graph, Node, reachable
 from plant.primitives import (
     absolute,
@@ -115,16 +115,6 @@ def test_casadi_gives_the_numbers_of_python():
 def test_compiled_lanes_give_the_numbers_of_python():
     native = lanes.compiled(every)
     np.testing.assert_allclose([flatten(native(a, b)) for a, b in PAIRS], WANTED, rtol=RELATIVE, atol=LEAST)
-
-
-@pytest.mark.parametrize("real", [np.float64, np.float32])
-def test_a_card_has_a_name_for_each(real, monkeypatch):
-    monkeypatch.setattr(cuda, "_inline", lambda function: function)
-    names = cuda._names(real)
-    assert set(names) == set(primitives.__all__)
-    for (a, b), wanted in zip(PAIRS[:20], WANTED, strict=False):
-        given = flatten(cuda.CudaRebinder(names, lambda function: function, real)(every)(real(a), real(b)))
-        np.testing.assert_allclose(given, wanted, rtol=1e-5, atol=1e-6)
 
 
 def of_signals(name):

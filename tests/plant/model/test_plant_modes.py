@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from objectives.fmu.system import FmuSystem
 from plant.errors import InputError
 from plant.model.modes import MAX_ERROR, MAX_STEPS, accurate_timing, check_plant_step
 from plant.model.plan import Actuator, LoopPlan
@@ -15,6 +14,7 @@ from plant.own_code import run_own_code
 from tests.plant.model.plants import FILES, pid
 from tuner.api.plants import plant_system
 from tuner.api.studies import make_study
+from tuner.extensions.fmu.system import FmuSystem
 from tuner.gains.ranges import timing_of
 from tuner.study.plant_study import with_timing
 

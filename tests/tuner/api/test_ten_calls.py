@@ -13,9 +13,9 @@ import tuner
 from plant.errors import InputError, StoreError
 from plant.own_code import run_own_code
 from tests.clients import program
-from tests.plant.fmu.fmus import write_motor
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.experiments import own_motor
+from tests.tuner.extensions.fmu.fmus import write_motor
 from tests.undrawn import undrawn
 from tuner.api.checking import Checked, Judgement
 from tuner.api.designing import Design

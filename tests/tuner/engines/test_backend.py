@@ -1,11 +1,10 @@
-"""`tuner run --backend`: which engine flies, and what is said where there is no card."""
+"""`tuner run --backend`: which engine flies."""
 
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from plant.backends import cuda_card
 from plant.errors import InputError, StoreError, UnknownNameError
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, loop
 from tests.tuner.in_process import tuner
@@ -16,15 +15,6 @@ from tuner.store.inputs import RunRecord
 
 def test_the_processor_flies_by_default_and_without_a_word():
     assert choice.engine_named("lanes", system(), 1) is None
-
-
-@pytest.mark.parametrize("backend", ["cuda", "cuda-float32"])
-@pytest.mark.parametrize("why", [cuda_card.NO_CARD, cuda_card.NO_COMPILER, cuda_card.NO_TOOLKIT])
-def test_without_a_card_a_run_on_one_is_refused_in_one_line(monkeypatch, backend, why):
-    monkeypatch.setattr(cuda_card, "missing", lambda: why)
-    with pytest.raises(InputError) as told:
-        choice.engine_named(backend, system(), 1)
-    assert str(told.value) == f"--backend: given '{backend}', and {why}; leave the option out to fly on the processor"
 
 
 def test_an_unknown_backend_is_refused_with_the_nearest():
@@ -41,15 +31,6 @@ def test_run_refuses_what_a_card_does_not_fly(monkeypatch, capsys):
     assert code == 2 and "give --dask or --backend" in error
     code, _, error = tuner(monkeypatch, capsys, "run", "studies/contest.toml", "--backend", "cuda")
     assert code == 2 and "only a tuning study flies on a graphics card" in error
-
-
-def test_run_does_not_fly_on_the_processor_instead(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(cuda_card, "missing", lambda: cuda_card.NO_COMPILER)
-    out = tmp_path / "r"
-    code, _, error = tuner(
-        monkeypatch, capsys, "run", "studies/quickstart.toml", "--backend", "cuda-float32", "--out", out
-    )
-    assert code == 2 and "pip install" in error and error.count("\n") == 1 and not out.exists()
 
 
 def test_a_backend_of_another_record_flies_by_its_name_and_what_it_flew(monkeypatch, tmp_path):

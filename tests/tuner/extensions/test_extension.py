@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from plant.entry_points import entry_points
 from plant.errors import InputError, UnknownNameError
 from tuner import extension
-from tuner.extension import BUNDLED, GROUP, Extension, entry_points, extensions, find, load, refuse_lacking
+from tuner.extension import BUNDLED, GROUP, Extension, extensions, find, load, refuse_lacking
 
 RECORDS = extensions()
 HOME = Path(extension.__file__).parent / "extensions"
@@ -35,7 +36,7 @@ def test_records_of_the_wheel_are_its_folders():
 
 
 def test_records_are_found_as_the_library_finds_them():
-    assert dict(entry_points(sys.path)) == {point.name: point.value for point in installed(group=GROUP)}
+    assert dict(entry_points(GROUP, sys.path)) == {point.name: point.value for point in installed(group=GROUP)}
 
 
 @pytest.mark.parametrize("name", RECORDS)
@@ -63,17 +64,10 @@ def test_no_two_records_name_the_same():
 @pytest.mark.parametrize("name", RECORDS)
 def test_an_extension_imports_the_core_and_what_its_record_requires(name):
     """Those of import statements anywhere in its modules; the rest of the wheel may import no extension at all."""
-    named = {
-        module.split(".")[2]
-        for file in (HOME / name).rglob("*.py")
-        for node in ast.walk(ast.parse(file.read_text()))
-        for module in (
-            [node.module or ""]
-            if isinstance(node, ast.ImportFrom)
-            else [entry.name for entry in getattr(node, "names", ())]
-        )
-        if isinstance(node, ast.Import | ast.ImportFrom) and module.startswith("tuner.extensions.")
-    }
+    nodes = [node for file in (HOME / name).rglob("*.py") for node in ast.walk(ast.parse(file.read_text()))]
+    modules = [node.module or "" for node in nodes if isinstance(node, ast.ImportFrom)]
+    modules += [entry.name for node in nodes if isinstance(node, ast.Import) for entry in node.names]
+    named = {module.split(".")[2] for module in modules if module.startswith("tuner.extensions.")}
     assert named - {name} <= set(RECORDS[name].requires)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from plant.own_code import HAVE_RUN, run_own_code
-from tests.plant.fmu.fmus import write_archive
+from tests.tuner.extensions.fmu.fmus import write_archive
 from tests.tuner.in_process import tuner as in_this_process
 from tuner.text.errors import code_announced
 

@@ -56,7 +56,7 @@ def unstable_loops_of_plant(study: PlantStudy) -> list[UnstableLoop]:
     There are none of a plant whose margins are not known.
     """
     # The slope of an FMU takes calls of it, which only a study that limits margins makes.
-    if study.table.plant.fmu is not None and not study.screens:
+    if not study.system.has_equations and not study.screens:
         return []
     try:
         loops = _unstable(study.margin_model(), study.default_row)

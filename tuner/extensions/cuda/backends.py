@@ -6,9 +6,9 @@ from tuner.engines.registry import Backend
 
 
 def _missing() -> str | None:
-    from plant.backends import cuda_card
+    from tuner.extensions.cuda import card
 
-    return cuda_card.missing()
+    return card.missing()
 
 
 def _backend(precision: str) -> Backend:

@@ -9,13 +9,13 @@ import numpy as np
 
 from objectives.engine import Engine, OnFlightsDone, Scenarios
 from objectives.flown_system import FlightBatch, FlownSystem
-from plant.backends.cuda_flights import CudaFlyer
+from tuner.extensions.cuda.flights import CudaFlyer
 
 FLOAT64, FLOAT32 = "float64", "float32"
 
 
 class CudaEngine(Engine):
-    """The first CUDA device of this machine; raises what Numba raises where there is none, see `cuda_card.missing`."""
+    """The first CUDA device of this machine; raises what Numba raises where there is none, see `card.missing`."""
 
     def __init__(self, system: FlownSystem, root: int, precision: str = FLOAT64) -> None:
         self._system = system

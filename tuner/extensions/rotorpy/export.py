@@ -30,7 +30,8 @@ MODULES = ("README.md", *(f"{PACKAGE}/{name}.py" for name in ("__init__", "gains
 # What stands in the packages inside, whose own would import every law.
 PART = '"""Copies of gainproof\'s model functions, those that this controller calls."""\n'
 CONTROLLER = Path(rotorpy_controller.__file__)
-_OF_PLANT = re.compile(r"^from plant(\.[\w.]+)? import", re.MULTILINE)
+_OURS = re.compile(r"^from (plant|tuner)(\.[\w.]+)? import", re.MULTILINE)
+"""Imports of modules that are copied: models, and laws of extensions."""
 
 
 def export(request: Request) -> Bundle:
@@ -55,7 +56,7 @@ def package(request: Request, sentence: str = "") -> dict[str, bytes]:
     """Return name -> content of the files of the package."""
     cascade = request.controller.cascade
     files = _modules(request, sentence)
-    files[f"{PACKAGE}/flight_controller.py"] = relative(CONTROLLER.read_text(encoding="utf-8"), ".plant")
+    files[f"{PACKAGE}/flight_controller.py"] = relative(CONTROLLER.read_text(encoding="utf-8"), ".", "")
     files |= {
         f"{PACKAGE}/{name}": text for name, text in copies({cascade.position.name, cascade.attitude.name}).items()
     }
@@ -68,9 +69,9 @@ def copies(names: set[str]) -> dict[str, str]:
     texts = {}
     for module in sorted(reached):
         *folders, name = module.split(".")
-        dots = "." * len(folders)
-        texts[f"{'/'.join(folders)}/{name}.py"] = relative(source(module).read_text(encoding="utf-8"), dots)
-        texts[f"{'/'.join(folders)}/__init__.py"] = PART
+        text = source(module).read_text(encoding="utf-8")
+        texts[f"{'/'.join(folders)}/{name}.py"] = relative(text, "." * len(folders), folders[0])
+        texts |= {f"{'/'.join(folders[:depth])}/__init__.py": PART for depth in range(1, len(folders) + 1)}
     return texts
 
 
@@ -78,15 +79,11 @@ def module_of(law: str) -> str:
     """Return the module of a law; of a user's law, that in the copy."""
     if law_registry.LAWS[law].origin is not None:
         return f"plant.laws.own_{law}"
-    names = {
-        name for name, module in vars(law_registry).items() if getattr(module, "LAW", None) is law_registry.LAWS[law]
-    }
-    assert len(names) == 1, (law, names)
-    return vars(law_registry)[names.pop()].__name__
+    return next(module.__name__ for module in law_registry.MODULES if module.LAW is law_registry.LAWS[law])
 
 
 def reach(file: Path, start: set[str]) -> set[str]:
-    """Return the modules of plant that a file and some modules import: the transitive closure."""
+    """Return the modules of ours that a file and some modules import: the transitive closure."""
     waiting, modules = imports(file) | start, set()
     while waiting:
         module = waiting.pop()
@@ -96,16 +93,16 @@ def reach(file: Path, start: set[str]) -> set[str]:
 
 
 def imports(file: Path) -> set[str]:
-    """Return the modules of plant that a file imports."""
+    """Return the modules of ours that a file imports."""
     return set(_imported(file.read_text(encoding="utf-8")))
 
 
 @lru_cache(maxsize=256)
 def _imported(text: str) -> frozenset[str]:
-    """Return the modules of plant that a text imports; cached, for an export and its rollback read the same 25 files."""
+    """Return the modules of ours that a text imports; cached, for an export and its rollback read the same 25 files."""
     modules = set()
     for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "plant":
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] in ("plant", "tuner"):
             within = [f"{node.module}.{name.name}" for name in node.names]
             modules |= {name if _is_module(name) else node.module for name in within}
     return frozenset(modules)
@@ -135,13 +132,20 @@ def _single_file(file: Path) -> Path:
     return file
 
 
-def relative(text: str, root: str) -> str:
-    """Return a module's text with imports from plant relative to `root`."""
-    return _OF_PLANT.sub(lambda match: f"from {_joined(root, match.group(1) or '')} import", text)
+def relative(text: str, dots: str, package: str) -> str:
+    """Return a module's text with its imports of ours relative.
 
+    Args:
+        text: Text of the module.
+        dots: Way up to the outermost of the packages that it lies in.
+        package: Name of that package, "" for a module beside the packages.
+    """
 
-def _joined(root: str, rest: str) -> str:
-    return root + rest.lstrip(".") if root.endswith(".") else root + rest
+    def statement(match: re.Match[str]) -> str:
+        top, rest = match.group(1), match.group(2) or ""
+        return f"from {dots}{rest[1:] if top == package else f'.{top}{rest}' if package else top + rest} import"
+
+    return _OURS.sub(statement, text)
 
 
 def _modules(request: Request, sentence: str) -> dict[str, str]:

@@ -198,6 +198,20 @@ def test_the_model_key_hangs_on_every_source_of_the_plant(tmp_path, monkeypatch)
     assert memory.model_key.__wrapped__() != known
 
 
+def test_the_model_key_hangs_on_what_extensions_of_this_distribution_fly_with(tmp_path, monkeypatch):
+    for name in ("gainproof", "stranger"):
+        metadata = tmp_path / f"{name}-9.dist-info"
+        metadata.mkdir()
+        (metadata / "entry_points.txt").write_text(f"[{memory.FLIGHT_CODE}]\n{name} = flies_{name}\n")
+        (tmp_path / f"flies_{name}.py").write_text("speed = 1.0\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    known = memory.model_key.__wrapped__()
+    (tmp_path / "flies_stranger.py").write_text("speed = 2.0\n")
+    assert memory.model_key.__wrapped__() == known
+    (tmp_path / "flies_gainproof.py").write_text("speed = 2.0\n")
+    assert memory.model_key.__wrapped__() != known
+
+
 def test_a_longer_budget_gives_what_the_longer_run_gives(small_run, copy, tmp_path):
     outcome, _ = resumed(copy, budget=5)
     whole = run_small(tmp_path / "whole", search__generations=5)

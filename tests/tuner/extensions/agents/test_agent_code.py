@@ -86,7 +86,7 @@ def test_a_tool_runs_nothing_without_allow_code(name, options, program):
 
 # File that starts a process -> what is started, and why no other look at TUNER_OWN_CODE is needed.
 STARTERS = {
-    "objectives/fmu/process.py": "our worker; its FMU is admitted as it is read",
+    "tuner/extensions/fmu/process.py": "our worker; its FMU is admitted as it is read",
     "tuner/extensions/agents/child.py": "our command",
     "tuner/extensions/betaflight/board.py": "a program: refused; our library's compiler",
     "tuner/extensions/autopilots/libraries/building.py": "a checkout's compiler: refused",

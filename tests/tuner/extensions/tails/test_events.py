@@ -8,10 +8,10 @@ import pytest
 
 from objectives.problem import score_flights
 from plant.errors import InputError
-from tests.objectives.fmu import test_fmu_flights as fmus
 from tests.plant.model.plants import CASCADE_GAINS, cascade
 from tests.plant.model.test_plant_flights import SPEC as PLANT_SPEC
 from tests.tuner.conftest import QUICKSTART
+from tests.tuner.extensions.fmu import test_fmu_flights as fmus
 from tuner.extensions.tails.events import read_event
 from tuner.extensions.tails.flight_limit import FlightLimit, inputs_of
 from tuner.study.build import load_study

@@ -1,1 +1,0 @@
-"""Rate loops of autopilots as attitude laws, each in the form and the units of its own firmware."""
