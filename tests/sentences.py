@@ -117,7 +117,7 @@ def messages(tree: ast.Module) -> Iterator[tuple[int, str]]:
             case ast.Constant(value=str(text)):
                 pass
             case ast.JoinedStr(values=values):
-                text = "".join(part.value if isinstance(part, ast.Constant) else "X" for part in values)
+                text = "".join(str(part.value) if isinstance(part, ast.Constant) else "X" for part in values)
             case _:
                 continue
         if len(text.split()) >= MIN_WORDS:

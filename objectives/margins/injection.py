@@ -27,7 +27,7 @@ from plant.vectors import Rotors, Vec3, axpy_rotors, norm3
 Functions = dict[Callable[..., Any], Callable[..., Any]]
 
 # Keeps speed commands finite [N] where the search for a steady flight asks for negative thrust.
-LEAST_THRUST = 1e-9
+MIN_THRUST = 1e-9
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class SignalInjection(TermInjection):
         lift = nominal.vehicle.mass * self._v[2]
         for amount, column in zip((lift, *self._v[3:]), columns, strict=True):
             thrust = axpy_rotors(thrust, amount, column)
-        up = Rotors(*[ca.fmax(part, LEAST_THRUST) for part in thrust])
+        up = Rotors(*[ca.fmax(part, MIN_THRUST) for part in thrust])
         return self._plain(speed_commands)(up, nominal)
 
     def _tilt(self, acceleration: Vec3, heading: Vec3, gravity: Any) -> Tilt:

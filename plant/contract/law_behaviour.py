@@ -20,7 +20,7 @@ from plant.laws.law import Law, Nonlinearity
 from plant.records import flatten
 
 STILL = Applied(0.0, 0.0)
-MOST_CORNERS = 128
+MAX_CORNERS = 128
 
 
 class Case(NamedTuple):
@@ -209,9 +209,9 @@ def corners_stay_finite(law: Law) -> Iterator[ContractViolation]:
 def _corners(law: Law, loop: str) -> list[tuple[float, ...]]:
     """Return every corner of the ranges of a loop; of laws with many gains, some drawn."""
     ends = [(gain.span(loop).low, gain.span(loop).high) for gain in law.gains]
-    if 2 ** len(ends) <= MOST_CORNERS:
+    if 2 ** len(ends) <= MAX_CORNERS:
         return list(product(*ends))
-    high = np.random.default_rng(6).integers(2, size=(MOST_CORNERS, len(ends))).tolist()
+    high = np.random.default_rng(6).integers(2, size=(MAX_CORNERS, len(ends))).tolist()
     return [tuple(pair[k] for pair, k in zip(ends, row, strict=True)) for row in high]
 
 

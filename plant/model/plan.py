@@ -15,7 +15,7 @@ from plant.model.plant_model import PlantRecords
 from plant.records import paths
 
 # Longest delay of an input [control periods]: each period is a number of the state.
-MOST_DELAY = 128
+MAX_DELAY = 128
 # Names that stand beside those of the channels in the records of a loop and of its meters.
 TAKEN = frozenset(
     ("time", "command", "previous", "saturated", "commands", "inputs", "travel", "effort", "command_peak")
@@ -68,9 +68,9 @@ class Actuator:
             raise InputError(
                 f"given {self.delay:g} s; a delay must be a whole number of control periods of {h:g} s", key="delay"
             )
-        if periods > MOST_DELAY:
+        if periods > MAX_DELAY:
             raise InputError(
-                f"given {self.delay:g} s, {periods} control periods; at most {MOST_DELAY} are kept: take a longer period",
+                f"given {self.delay:g} s, {periods} control periods; at most {MAX_DELAY} are kept: take a longer period",
                 key="delay",
             )
         return periods

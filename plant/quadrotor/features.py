@@ -11,7 +11,7 @@ from plant.quadrotor.thrust_curve import CURVED, PROPORTIONAL, RotorDrive
 from plant.quadrotor.vehicle import Vehicle, late_periods, most_late_periods
 
 # The bilinear transform of a mode keeps its frequency up to here, over the control rate.
-MOST_OF_RATE = 0.4
+MAX_RATE_SHARE = 0.4
 
 
 class VehicleFeatures(NamedTuple):
@@ -101,10 +101,10 @@ def vehicle_features(
         InputError: The loop cannot be sampled so slowly.
     """
     has_flexible_mode = vehicle.mode_gain != 0.0
-    if has_flexible_mode and vehicle.mode_frequency * control_period > MOST_OF_RATE:
+    if has_flexible_mode and vehicle.mode_frequency * control_period > MAX_RATE_SHARE:
         raise InputError(
-            f"given {vehicle.mode_frequency:g} Hz with a control period of {control_period:g} s; at most {MOST_OF_RATE:g} of "
-            f"the control rate, {MOST_OF_RATE / control_period:g} Hz, is sampled: take a shorter period, or leave mode_gain "
+            f"given {vehicle.mode_frequency:g} Hz with a control period of {control_period:g} s; at most {MAX_RATE_SHARE:g} of "
+            f"the control rate, {MAX_RATE_SHARE / control_period:g} Hz, is sampled: take a shorter period, or leave mode_gain "
             "out",
             key="mode_frequency",
         )

@@ -9,14 +9,14 @@ import numpy as np
 from plant.errors import InputError
 from plant.quadrotor.battery import Battery, battery_of
 from plant.quadrotor.gyro import GyroPath, gyro_path
-from plant.quadrotor.notches import MOST_NOTCHES, RpmNotches, rpm_notches
+from plant.quadrotor.notches import MAX_NOTCHES, RpmNotches, rpm_notches
 from plant.quadrotor.thrust_curve import CommandCurve, command_curve
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Rotors, Vec3
 
 # Cut-off of the low-pass on the yaw torque [Hz]; PX4's MC_YAW_TQ_CUTOFF goes from 0 to 10.
-LEAST_CUTOFF, MOST_CUTOFF = 0.1, 100.0
-NOTCH_RANGES = {"rpm_notches": (0, MOST_NOTCHES), "rpm_notch_q": (0.5, 30.0), "rpm_notch_min": (10.0, 1000.0)}
+MIN_CUTOFF, MAX_CUTOFF = 0.1, 100.0
+NOTCH_RANGES = {"rpm_notches": (0, MAX_NOTCHES), "rpm_notch_q": (0.5, 30.0), "rpm_notch_min": (10.0, 1000.0)}
 """Allowed numbers of the notches that follow the rotors; the last in Hz."""
 BATTERY_RANGES = {"battery_compensation": (0.0, 1.0), "battery_cutoff": (0.05, 100.0)}
 """Allowed numbers of the compensation of a battery's sag; the last in Hz."""
@@ -114,9 +114,9 @@ class ControlOptions:
                 raise InputError(f"given '{getattr(self, key)}'; allowed: 'measured', 'observer'", key=key)
         if not 0.05 <= self.tilt_limit <= 1.05:
             raise InputError(f"given {self.tilt_limit} rad; allowed: 0.05 to 1.05 rad (3 to 60 deg)", key="tilt_limit")
-        if self.yaw_torque_cutoff != 0.0 and not LEAST_CUTOFF <= self.yaw_torque_cutoff <= MOST_CUTOFF:
+        if self.yaw_torque_cutoff != 0.0 and not MIN_CUTOFF <= self.yaw_torque_cutoff <= MAX_CUTOFF:
             raise InputError(
-                f"given {self.yaw_torque_cutoff} Hz; allowed: {LEAST_CUTOFF:g} to {MOST_CUTOFF:g} Hz, or 0 for no filter",
+                f"given {self.yaw_torque_cutoff} Hz; allowed: {MIN_CUTOFF:g} to {MAX_CUTOFF:g} Hz, or 0 for no filter",
                 key="yaw_torque_cutoff",
             )
         for key, (least, most) in {**NOTCH_RANGES, **BATTERY_RANGES}.items():

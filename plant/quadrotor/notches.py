@@ -20,7 +20,7 @@ from plant.quadrotor.sensors import Measurement
 from plant.records import record_type
 from plant.vectors import Rotors, Vec3
 
-MOST_NOTCHES = 3
+MAX_NOTCHES = 3
 # Cut-off of the low-pass on measured speeds [Hz], and highest notch over the control rate.
 TELEMETRY, HIGHEST = 150.0, 0.48
 TURN = 6.283185307179586

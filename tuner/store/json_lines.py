@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 from pydantic import ValidationError
 
 from plant.errors import StoreError
-from plant.input_files import MOST_TABLE, read_input
+from plant.input_files import MAX_TABLE_BYTES, read_input
 from plant.output_files import open_in_place
 from tuner.store.document import DocumentPart
 
@@ -55,7 +55,7 @@ class JsonLines(Generic[Line]):
 
     def _read(self) -> list[Line]:
         try:
-            content = read_input(self._file, MOST_TABLE)
+            content = read_input(self._file, MAX_TABLE_BYTES)
         except FileNotFoundError:
             return []
         except OSError as error:

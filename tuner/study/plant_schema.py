@@ -12,7 +12,7 @@ from objectives.risk import RELEVANT
 from tuner.gains.channels import StudyChannelTable
 from tuner.study import schema
 from tuner.study.certainty import CONFIDENCE, Confidence, Relevant
-from tuner.study.size import MOST_FLIGHTS
+from tuner.study.size import MAX_FLIGHTS
 from tuner.text.strict_table import StrictTable
 
 SignalTable = dict[str, Any]
@@ -129,9 +129,9 @@ class PlantScenarioTable(StrictTable):
     """Name of the scenario, unique in the study."""
     duration: float
     """Length of a flight [s]."""
-    search: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] = 16
+    search: Annotated[int, Field(ge=1, le=MAX_FLIGHTS)] = 16
     """Flights of a candidate in the search."""
-    held_out: Annotated[int, Field(ge=2, le=MOST_FLIGHTS)] = 128
+    held_out: Annotated[int, Field(ge=2, le=MAX_FLIGHTS)] = 128
     """Flights of the final check, which the search never sees."""
     reference: dict[str, SignalTable] = Field(default={})
     """Signal that each outer channel follows, by its name; by default 0."""

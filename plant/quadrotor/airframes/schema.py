@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from plant.errors import InputError, UnknownNameError, check_name
-from plant.quadrotor.thrust_curve import LEAST, MOST
+from plant.quadrotor.thrust_curve import MAX_LINEAR, MIN_LINEAR
 
 
 class Sourced(NamedTuple):
@@ -79,7 +79,7 @@ _SIGN_TESTS: dict[str, Callable[[float], bool]] = {
     "positive": lambda v: v > 0.0,
     "not negative": lambda v: v >= 0.0,
     "any": lambda v: True,
-    "above -1 and at most 1": lambda v: LEAST < v <= MOST,
+    "above -1 and at most 1": lambda v: MIN_LINEAR < v <= MAX_LINEAR,
 }
 
 

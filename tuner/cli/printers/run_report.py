@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tuner.documents.tuning import TuningFolder
 
 PLOT_WIDTH, PLOT_HEIGHT = 72, 16
-MOST_POINTS = 12
+MAX_POINTS = 12
 
 
 def print_run_report(report: "RunReport", console: Console) -> None:
@@ -135,7 +135,7 @@ def front_table(results: "TuningFolder") -> TerminalTable:
         table.add_column(Text(entry.label), justify="right")
     named = [row for row in front.shown_rows if front.roles[row]]
     others = [row for row in front.shown_rows if not front.roles[row]]
-    step = -(-len(others) // MOST_POINTS) or 1
+    step = -(-len(others) // MAX_POINTS) or 1
     for row in [*named, *others[::step]]:
         role = front.roles[row]
         values = [

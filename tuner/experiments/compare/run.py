@@ -4,7 +4,7 @@ from pathlib import Path
 
 from tuner.documents.contest_document import ComparisonDocument
 from tuner.experiments.compare.entrants import read_entrants
-from tuner.experiments.compare.plan import MOST_POINTS, ComparisonPlan, base_study, plan_comparison
+from tuner.experiments.compare.plan import MAX_POINTS, ComparisonPlan, base_study, plan_comparison
 from tuner.experiments.contest.document import contest_document
 from tuner.experiments.contest.result import Result
 from tuner.experiments.contest.run import ContestRun
@@ -93,5 +93,5 @@ def comparison_document(plan: ComparisonPlan, result: Result) -> ComparisonDocum
         kind="comparison",
         first=result.names[0],
         study_file=str(plan.contest.path),
-        front_points_at_most=MOST_POINTS,
+        front_points_at_most=MAX_POINTS,
     )

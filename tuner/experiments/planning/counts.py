@@ -9,7 +9,7 @@ from typing import Any
 
 from tuner.documents.plan import PlannedFlights
 from tuner.experiments.tuning.finalists import most_finalists
-from tuner.experiments.tuning.survivors import MOST_BESIDE, MOST_SURVIVORS
+from tuner.experiments.tuning.survivors import MAX_EXTRA_SURVIVORS, MAX_SURVIVORS
 from tuner.study.contest import Contender, Contest
 from tuner.study.study import SearchedStudy
 
@@ -39,7 +39,7 @@ def scenario_flights(study: SearchedStudy, entry: Any) -> int:
 
 def survivors_at_most(study: SearchedStudy) -> int:
     """Return the maximum number of candidates with all search flights: the first one and those that survive."""
-    return min(study.search.candidates, 1 + MOST_SURVIVORS + MOST_BESIDE)
+    return min(study.search.candidates, 1 + MAX_SURVIVORS + MAX_EXTRA_SURVIVORS)
 
 
 def flights_of(study: SearchedStudy) -> PlannedFlights:

@@ -30,7 +30,7 @@ from tuner.text.sentences import BOUNDS
 Array = np.ndarray
 
 # Candidates whose loops are looked at one by one, the closest to a limit first.
-MOST_CANDIDATES = 128
+MAX_CANDIDATES = 128
 # Places of a variable in its range at which a quantity is asked again; factors by which a fixed gain is changed for that.
 PLACES, FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0), (0.5, 0.8, 1.25, 2.0)
 # Share of the excess over a limit that a gain has to take away alone to be named as the one that moves it.

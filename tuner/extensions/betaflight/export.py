@@ -48,7 +48,7 @@ NAME = "Betaflight 2025.12"
 # Its numbers of our rotors 1 to 4, mixers QUADX and QUADP.
 MOTORS: Motors = (4, 2, 3, 1)
 # Our largest tilt limit [rad].
-MOST_TILT = 1.05
+MAX_TILT = 1.05
 LOADING = (
     "Load all of it on the command line: it is stored whole or not at all. An error is a line that begins with three hash signs; "
     "nothing is stored then, and 'exit' brings back what was."
@@ -147,7 +147,7 @@ def stays(wanted: Mapping[str, float], before: Mapping[str, float]) -> tuple[str
     """Return the settings that a vehicle retains: terms that our law lacks, and a tilt limit beyond ours."""
     if not before:
         return ()
-    beyond = before[ANGLE_LIMIT] > wanted[ANGLE_LIMIT] >= nearest(degrees(MOST_TILT))
+    beyond = before[ANGLE_LIMIT] > wanted[ANGLE_LIMIT] >= nearest(degrees(MAX_TILT))
     return (*EXTRA, ANGLE_LIMIT) if beyond else EXTRA
 
 

@@ -42,11 +42,11 @@ Array = NDArray[np.float64]
 
 POOR = 0.5
 """Share of an output's variance below which its prediction on windows kept from the fit is called poor."""
-LEAST_COVERED, MOST_CORRELATED = 0.8, 0.25
+MIN_COVERAGE, MAX_CORRELATED_SHARE = 0.8, 0.25
 """Share of what is measured below which the 95 % band is called too narrow; share of autocorrelations beyond their bound above
 which what is left over is not called white.
 """
-MOST_SHOWN = 1e4
+MAX_DOCUMENTED_VALUE = 1e4
 """Largest number of decibels or degrees in the document."""
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
 WEIGH = (
@@ -207,7 +207,9 @@ def response_rows(compared: Sequence[ResponseComparison]) -> list[ResponseRow]:
 def _rounded(series: Array) -> list[float]:
     """Return numbers for a chart, without an infinite one."""
     return (
-        np.round(np.nan_to_num(series, posinf=MOST_SHOWN, neginf=-MOST_SHOWN), 4).clip(-MOST_SHOWN, MOST_SHOWN).tolist()
+        np.round(np.nan_to_num(series, posinf=MAX_DOCUMENTED_VALUE, neginf=-MAX_DOCUMENTED_VALUE), 4)
+        .clip(-MAX_DOCUMENTED_VALUE, MAX_DOCUMENTED_VALUE)
+        .tolist()
     )
 
 
@@ -256,13 +258,13 @@ def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:
         else "On windows kept from the fit the model explains "
         f"{per_cent(min(row.explained for row in excited))} or more of what it uses."
     ]
-    narrow = [row for row in excited if row.covered < LEAST_COVERED]
+    narrow = [row for row in excited if row.covered < MIN_COVERAGE]
     if narrow:
         held = listing([f"{per_cent(row.covered)} of {row.output}" for row in narrow])
         sentences.append(
             f"Its 95 % band holds only {held} there: parts of the flight are rougher than those of the fit."
         )
-    coloured = [row.output for row in excited if row.correlated > MOST_CORRELATED]
+    coloured = [row.output for row in excited if row.correlated > MAX_CORRELATED_SHARE]
     sentences.append(
         f"What it leaves over of {listing(coloured)} is not white: the vehicle does something there that the model lacks."
         if coloured

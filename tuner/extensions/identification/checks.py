@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 SLOWEST, SLOW = 50.0, 200.0
 """Rates of a log below which nothing, and little, can be said [Hz]."""
-MOST_LOST, MOST_SATURATED = 0.02, 0.02
+MAX_LOST, MAX_SATURATED_SHARE = 0.02, 0.02
 """Shares of samples."""
 HOVER = (0.8, 1.25)
 """Median specific force along z of a flight that neither climbs nor falls for long, over gravity."""
@@ -27,7 +27,7 @@ SHAPED = 0.3
 """Correlation of turning with what the motors ask for, below which nothing is said of their order."""
 SIZED = 0.6
 """The same, below which an axis is too calm, and nothing is said of its size."""
-LEAST_STRETCH = 0.5
+MIN_SEGMENT = 0.5
 """Shortest part without a pause that turning is compared on [s]."""
 TELLING = 0.5
 """Share of an output's variance that the motors explain, below which a flight tells nothing by it."""
@@ -91,19 +91,19 @@ def _time_base(log: FlightLog) -> Iterator[LogIssue]:
             False, f"{log.rate:.0f} samples a second say little of lag and delay; {COMPARED_RATE:.0f} Hz or more would"
         )
     share = log.lost / (len(log.time) + log.lost)
-    if share > MOST_LOST:
+    if share > MAX_LOST:
         yield LogIssue(False, f"{log.lost:,} samples ({100.0 * share:.1f} %) are lost; use a faster card or log less")
 
 
 def _commands(log: FlightLog) -> Iterator[LogIssue]:
     outside = float(np.mean(np.any((log.command < -0.01) | (log.command > 1.01), axis=1)))
-    if outside > MOST_SATURATED:
+    if outside > MAX_SATURATED_SHARE:
         least, most = float(log.command.min()), float(log.command.max())
         yield LogIssue(
             True, f"motor commands go from {least:.3g} to {most:.3g} of full; correct idle and full of their scale"
         )
     full = float(np.mean(np.any(log.command >= 0.995, axis=1)))
-    if outside <= MOST_SATURATED < full:
+    if outside <= MAX_SATURATED_SHARE < full:
         yield LogIssue(False, f"a motor is at full command {100.0 * full:.0f} % of the time; fly with more reserve")
     still = [name for name, column in zip(ROTORS, log.command.T, strict=True) if np.std(column) < 1e-4]
     if still:
@@ -168,7 +168,7 @@ def _turning(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
 def _longest_segment(log: FlightLog) -> LogSegment | None:
     """Return the longest of a log's stretches on a uniform grid; None where all are short."""
     longest = max(log.stretches(), key=lambda part: part.duration, default=None)
-    if longest is None or longest.duration < LEAST_STRETCH:
+    if longest is None or longest.duration < MIN_SEGMENT:
         return None
     return resample(longest, 0, float(log.time[0]), log.duration)
 

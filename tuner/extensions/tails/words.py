@@ -9,8 +9,8 @@ from tuner.extensions.tails.document import TailRatio
 from tuner.text.numbers import count, fixed, per_cent, significant
 
 # Shares of a distance that are told.
-LEAST_SHARE = 0.005
-LEAST_DEVIATION = 0.3
+MIN_SHARE = 0.005
+MIN_DEVIATION = 0.3
 """Deviations of single numbers that are told."""
 
 
@@ -77,9 +77,9 @@ def mode_line(mode: TailMode) -> str:
 def point_line(point: TailPoint) -> str:
     """Return distance and shares of a design point."""
     shares = sorted(point.shares.items(), key=lambda entry: -entry[1])
-    listed = ", ".join(f"{part} {per_cent(share)}" for part, share in shares if share >= LEAST_SHARE)
+    listed = ", ".join(f"{part} {per_cent(share)}" for part, share in shares if share >= MIN_SHARE)
     numbers = sorted(point.numbers.items(), key=lambda entry: -abs(entry[1]))
-    single = [f"; {name} {fixed(value, 1, signed=True)}" for name, value in numbers if abs(value) >= LEAST_DEVIATION]
+    single = [f"; {name} {fixed(value, 1, signed=True)}" for name, value in numbers if abs(value) >= MIN_DEVIATION]
     distance = significant(point.distance, 3)
     return f"most likely so: {point.name}, {distance} deviations off, of it squared {listed}{''.join(single)}"
 

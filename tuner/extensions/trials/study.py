@@ -31,7 +31,7 @@ from tuner.study.reading import put
 from tuner.study.schema import PickTable, SearchTable
 from tuner.study.search_reading import least_tail, search_of, with_reference
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords
-from tuner.study.size import CHECKED, MOST_FLIGHTS, check_candidates
+from tuner.study.size import CHECKED, MAX_FLIGHTS, check_candidates
 from tuner.study.starts import EarlierGains
 from tuner.text.input_errors import check_sizes, listed, located
 from tuner.text.markup import element
@@ -41,7 +41,7 @@ from tuner.text.strict_table import StrictTable
 from tuner.text.units import after_number
 
 # Trials of a run at most: the lines of all of them are held in memory.
-MOST_TRIALS = 10_000_000
+MAX_TRIALS = 10_000_000
 SEEDS = 2**31
 """Seeds of trials lie below this, so that they fit where a program keeps a seed in 32 bits with a sign."""
 FAILED = 2.0
@@ -83,9 +83,9 @@ class MetricTable(StrictTable):
 class TrialsTable(StrictTable):
     """[trials]: how many trials a candidate takes, each in a scenario with a seed of its own."""
 
-    search: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] = 8
+    search: Annotated[int, Field(ge=1, le=MAX_FLIGHTS)] = 8
     """Trials of each candidate in the search."""
-    held_out: Annotated[int, Field(ge=2, le=MOST_FLIGHTS)] = 32
+    held_out: Annotated[int, Field(ge=2, le=MAX_FLIGHTS)] = 32
     """Trials of a finalist in the held-out check at most, and as many for the confirmation."""
 
 
@@ -331,6 +331,6 @@ def _check_size(search: SearchSpec, trials: TrialsTable) -> None:
     """Refuse a run that is out of all proportion; InputError with the key inside [search]."""
     check_candidates(search.population, search.generations)
     count = search.candidates * trials.search + CHECKED * trials.held_out
-    if count > MOST_TRIALS:
-        message = f"about {count:,} trials in all; allowed: up to {MOST_TRIALS:,}: make generations or [trials] smaller"
+    if count > MAX_TRIALS:
+        message = f"about {count:,} trials in all; allowed: up to {MAX_TRIALS:,}: make generations or [trials] smaller"
         raise InputError(message)

@@ -22,7 +22,7 @@ OVERLAP_CORRELATION = 1.0 / 36.0
 """Correlation of the spectra of neighboring segments under a Hann window."""
 CONFIDENCE = 0.975
 """Quantile of a two-sided interval of 95 %."""
-LEAST_AVERAGES = 3.0
+MIN_AVERAGES = 3.0
 """Fewest independent segments that have an interval."""
 
 TINY = 1e-300
@@ -83,7 +83,7 @@ def estimate_response(records: Sequence[Record], length: float, highest: float) 
     pieces = [transforms for record in records if (transforms := _transforms(record, length, highest)) is not None]
     count = sum(len(piece[0]) for piece in pieces)
     averages = count / (1.0 + 2.0 * OVERLAP_CORRELATION * (count - len(pieces)) / max(count, 1))
-    if averages < LEAST_AVERAGES:
+    if averages < MIN_AVERAGES:
         return None
     last = min(piece.shape[-1] for piece in pieces)
     u, y, r = np.concatenate([piece[..., :last] for piece in pieces], axis=1)

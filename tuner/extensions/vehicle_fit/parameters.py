@@ -98,7 +98,7 @@ DEAD_TIME, CENTRE = 0.01, 0.1
 """Of the dead time [s], and of the centre of mass as a share of the arm."""
 LIFT_BIAS, SAG = 0.15, 0.2
 """Of the accelerometer's bias [m/s2], and of the change of thrust from begin to end of a log, relative."""
-LEAST_DRAG = 0.05
+MIN_DRAG = 0.05
 """Drag over mass that the prior begins at where the airframe has less [1/s]."""
 NUISANCES = 3
 """Coordinates that belong to a log."""
@@ -235,7 +235,7 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
     full = vehicle.thrust_coefficient * vehicle.speed_max**2
     lever = hypot(vehicle.rotor_x.r1, vehicle.rotor_y.r1)
     torque = vehicle.mass * vehicle.gravity * vehicle.torque_ratio
-    climb_drag = max(vehicle.drag_linear.z, LEAST_DRAG * vehicle.mass)
+    climb_drag = max(vehicle.drag_linear.z, MIN_DRAG * vehicle.mass)
     # A rotor loses thrust to a climb of its own, whether the vehicle climbs or rolls.
     damping = max(vehicle.rate_damping.x, vehicle.rate_damping.y, 0.5 * climb_drag * lever**2)
     inertia = vehicle.inertia._asdict()

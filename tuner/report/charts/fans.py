@@ -15,7 +15,7 @@ TITLES = {
 ROTOR_UNIT = "hover thrust"
 TIME = Axis("time [s]")
 # Instants drawn of a fan at most; the width of a small chart in pixels.
-MOST_INSTANTS = 400
+MAX_INSTANTS = 400
 
 
 def title(signal: str, unit: str) -> str:
@@ -90,7 +90,7 @@ def agree(fans: list[Fan]) -> bool:
     return all(np.array_equal(fan.reference, first, equal_nan=True) for fan in fans)
 
 
-def thinned(fan: Fan, most: int = MOST_INSTANTS) -> Fan:
+def thinned(fan: Fan, most: int = MAX_INSTANTS) -> Fan:
     """Return a fan with at most so many instants; the band keeps the extremes of the instants left out."""
     step = -(-len(fan.time) // most)
     if step <= 1:

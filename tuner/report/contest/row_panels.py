@@ -15,7 +15,7 @@ from tuner.report.labels import has_rotors, plain_label
 from tuner.text.units import bracketed
 
 # Panels drawn at most, objectives first.
-MOST_PANELS = 15
+MAX_PANELS = 15
 # Where printed numbers and ours span more than this factor, their axis is logarithmic.
 LOG_FACTOR = 30.0
 ZERO = Look("ink", width=1.2)
@@ -37,7 +37,7 @@ def difference_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
     """Return a forest for each quantity in which contenders differ, a row for each pair of kin; names at the left of each row."""
     pairs_by_quantity = [(quantity, _pairs(contest, quantity.label)) for quantity in contest.shown.quantities]
     shown = [entry for entry in pairs_by_quantity if any(number for pair in entry[1] for number in pair.estimate)][
-        :MOST_PANELS
+        :MAX_PANELS
     ]
     return [_forest(contest, quantity, pairs, number % columns == 0) for number, (quantity, pairs) in enumerate(shown)]
 
@@ -45,7 +45,7 @@ def difference_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
 def value_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
     """Return a panel for each quantity, a row for each contender."""
     style, panels = looks_of(contest), []
-    for number, quantity in enumerate(contest.shown.quantities[:MOST_PANELS]):
+    for number, quantity in enumerate(contest.shown.quantities[:MAX_PANELS]):
         marks: list[Mark] = []
         for row, entry in enumerate(contest.contenders):
             marks += _estimate(contest.estimates[entry.name, quantity.label], row, style[entry.name])

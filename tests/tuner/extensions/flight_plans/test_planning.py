@@ -14,8 +14,8 @@ from tuner.cli.terminal import Console
 from tuner.extensions.flight_plans import choosing, limits, planning
 from tuner.extensions.flight_plans.api import craft_of
 from tuner.extensions.flight_plans.choosing import (
-    LEAST,
     LONGEST,
+    MIN_LENGTH,
     AccuracyTarget,
     CandidateExcitation,
     ExcitationSet,
@@ -192,7 +192,7 @@ def test_lengths_are_those_that_the_information_asks_for():
     found = required_durations(excitation_set, accuracy, TargetCapabilities({"roll": "angle", "pitch": "angle"}))
     needed = {"roll": (deviation**-2 - 1.0) / 40.0, "pitch": ((2.0 * deviation) ** -2 - 1.0) / 4.0}
     for axis, length in found.items():
-        assert max(needed[axis], LEAST) <= length <= max(needed[axis], LEAST) + 2.0
+        assert max(needed[axis], MIN_LENGTH) <= length <= max(needed[axis], MIN_LENGTH) + 2.0
     alike = required_durations(
         excitation_set, accuracy, TargetCapabilities({"roll": "angle", "pitch": "angle"}, alike=True)
     )

@@ -33,7 +33,7 @@ REACH = (0.0, *np.geomspace(0.5, 64.0, 15).tolist())
 """Distances at which the direction of a failure is tried, over its own."""
 HALVINGS = 10
 """Of the interval that holds the distance of a direction."""
-GAIN, MOST_STEPS = 0.005, 12
+GAIN, MAX_STEPS = 0.005, 12
 """Share by which a step must come nearer for the search to go on, and steps at most."""
 
 
@@ -75,7 +75,7 @@ class Boundary(NamedTuple):
 
 
 def find_design_point(
-    limit: LimitFunction, mode: int, basis: Basis, failure: Array, steps: int = MOST_STEPS
+    limit: LimitFunction, mode: int, basis: Basis, failure: Array, steps: int = MAX_STEPS
 ) -> Array | None:
     """Return the most likely failure (d,) of a mode near a known one.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from plant.seeds import generator
 from tuner.extensions.tails.estimation.hidden_modes import (
-    MOST_DIMENSIONS,
+    MAX_DIMENSIONS,
     Sector,
     SectorLimit,
     divide,
@@ -20,7 +20,7 @@ from tuner.extensions.tails.estimation.splitting import CHAIN, FRACTION, Ascent,
 
 PILOT_CHAINS = 50
 """Of an ascent to a mode or a sector: with 30, some sectors got so few states that an estimate took ten times the replicas."""
-LEAST_CHAINS = 25
+MIN_CHAINS = 25
 """Of a replica's ladders together."""
 CRUDE_FROM = 0.004
 """Probability above which crude Monte Carlo costs less, at any width: (1 - p) / p against `SPREAD` ln(p)^2."""
@@ -107,7 +107,7 @@ def expected_evaluations(probability: float, relative_width: float, method: Meth
     rows = (2.0 * 1.96 / relative_width) ** 2 * per_variance
     if method is Method.SPLITTING:
         # However wide the interval may be.
-        rows = max(rows, FIRST * LEAST_CHAINS * CHAIN * np.log(probability) / np.log(FRACTION))
+        rows = max(rows, FIRST * MIN_CHAINS * CHAIN * np.log(probability) / np.log(FRACTION))
     return int(np.ceil(rows))
 
 
@@ -120,7 +120,7 @@ def pilot_evaluations(limit: LimitFunction, smallest: float) -> int:
     """Return the most rows that a pilot takes; most take a third."""
     levels = int(np.ceil(np.log(smallest / FLOOR) / np.log(FRACTION))) + 1
     rows = PILOT_CHAINS * CHAIN * levels
-    if limit.dimension <= MOST_DIMENSIONS:
+    if limit.dimension <= MAX_DIMENSIONS:
         rows += 2 * PILOT_CHAINS * CHAIN * levels + most_evaluations(limit.dimension)
     return rows * len(limit.modes)
 
@@ -170,7 +170,7 @@ def _climb_all(
         rng = generator(seed, "tail/pilot", mode)
         [ascent] = run_together(limit, [climb(mode, limit.dimension, chains, smallest, rng)])
         is_rare = ascent.probability < CRUDE_FROM and np.isfinite(ascent.ladder.target)
-        parts = divide(limit, ascent, chains, smallest, rng) if is_rare and limit.dimension <= MOST_DIMENSIONS else ()
+        parts = divide(limit, ascent, chains, smallest, rng) if is_rare and limit.dimension <= MAX_DIMENSIONS else ()
         for sector, part in parts:
             column = len(limit.modes) + len(sectors)
             sectors.append(sector)
@@ -191,7 +191,7 @@ def _sized(ascents: list[Ascent], request: Request, dimension: int) -> tuple[Lad
     probabilities = np.array([ascent.probability for ascent in ascents])
     variation = sqrt(FIRST) * request.relative_width / (2.0 * student_quantile(request.confidence, FIRST))
     total = float(
-        np.clip(0.9 * np.log(1.0 / min(np.sum(probabilities), 0.9)) / np.log1p(variation**2), LEAST_CHAINS, 1000.0)
+        np.clip(0.9 * np.log(1.0 / min(np.sum(probabilities), 0.9)) / np.log1p(variation**2), MIN_CHAINS, 1000.0)
     )
     parts = np.maximum(probabilities / np.sum(probabilities), 0.2 / len(ascents))
     chains = np.clip(np.ceil(total * parts).astype(int), 3, most_chains(dimension))
