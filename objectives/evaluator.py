@@ -353,7 +353,7 @@ class Evaluator(ABC):
         return risks
 
     def spare(self, flights: int, on_flights_done: Callable[[int], None] | None) -> None:
-        """Tell whoever hears of landings of flights that need not be made."""
+        """Report skipped flights to the watcher."""
         report = on_flights_done and (self.spared or on_flights_done)
         if report is not None and flights:
             report(flights)

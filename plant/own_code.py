@@ -50,7 +50,7 @@ class OwnCode:
 
 
 OWN_CODE = "TUNER_OWN_CODE"
-"""Environment variable; "refuse" for a process that runs no code of anybody's."""
+"""Environment variable; "refuse" disables user code."""
 NOT_RUN = "which this process does not run; `tuner mcp --allow-code` would"
 HAVE_RUN: dict[str, OwnCode] = {}
 """All code of the user's that has run in this process, by digest."""

@@ -131,7 +131,9 @@ def _state_space(name: str, given: SignalNames, a: Rows, b: Rows, c: Rows, d: Ro
     matrices = {"A": (a, n, n), "B": (b, n, m), "C": (c, q, n), "D": (d or [[0.0] * m] * q, q, m)}
     for key, (matrix, rows, columns) in matrices.items():
         if 0 in (rows, columns) or [len(row) for row in matrix] != [columns] * rows:
-            message = f"must have {rows} rows of {columns} numbers, for A has {n} rows, B {m} columns and C {q} rows"
+            message = (
+                f"must have {rows} rows of {columns} numbers, because A has {n} rows, B {m} columns and C {q} rows"
+            )
             raise InputError(message, key=f"state_space.{key}")
     if not np.any(b) and not np.any(d):
         message = "all numbers are 0, so no input moves anything; allowed: one that is not 0"

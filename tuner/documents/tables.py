@@ -1,4 +1,4 @@
-"""Tables of a results folder, read with suspicion: whatever is missing or wrong becomes a StoreError naming the file."""
+"""Tables of a results folder, validated on reading: whatever is missing or wrong becomes a StoreError naming the file."""
 
 import csv
 from collections.abc import Iterator, Sequence

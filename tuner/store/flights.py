@@ -149,7 +149,7 @@ def intact_files(place: Path, folder: Folder | None, damaged: list[str]) -> Iter
             content = read_input(file, MAX_TABLE_BYTES)
         except OSError as error:
             raise StoreError(
-                f"{file} cannot be read ({error.strerror}); give the folder's files back to you"
+                f"{file} cannot be read ({error.strerror}); make the folder's files yours again (chown)"
             ) from error
         intact = file.stem.endswith(digest_of(content))
         if intact and (folder is None or folder.keep(f"{FOLDER}/{file.name}")):

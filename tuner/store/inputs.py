@@ -211,7 +211,7 @@ def compute_as_recorded(path: Path, record: RunRecord, instead: str | None = Non
     except StoreError as error:
         raise StoreError(
             f"{path} was computed on another machine ({record.machine.arithmetic.label if record.machine else ''}): {error}; "
-            f"go on there, or {instead or f'have all of it computed anew for this machine with `tuner resume {path} --here`'}"
+            f"go on there, or {instead or f'recompute all of it on this machine with `tuner resume {path} --here`'}"
         ) from None
 
 

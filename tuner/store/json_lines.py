@@ -48,7 +48,7 @@ class JsonLines(Generic[Line]):
                 os.fsync(out.fileno())
         except OSError as error:
             raise StoreError(
-                f"{self._file} cannot be written ({error.strerror}); what was told before is kept. Make room, then try again"
+                f"{self._file} cannot be written ({error.strerror}); earlier results are saved. Free disk space and retry"
             ) from error
         self._intact_bytes += len(content)
         self.lines += lines
@@ -60,7 +60,7 @@ class JsonLines(Generic[Line]):
             return []
         except OSError as error:
             raise StoreError(
-                f"{self._file} cannot be read ({error.strerror}); give the folder's files back to you"
+                f"{self._file} cannot be read ({error.strerror}); make the folder's files yours again (chown)"
             ) from error
         self._intact_bytes = content.rfind(b"\n") + 1
         lines = content[: self._intact_bytes].splitlines()

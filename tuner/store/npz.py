@@ -136,12 +136,12 @@ def _is_list_of(name: str, arrays: list[str]) -> bool:
 
 def _coded(codes: np.ndarray, texts: np.ndarray, categorical: bool) -> Coded:
     if codes.dtype.kind not in "iu" or codes.ndim != 1 or texts.dtype.kind != "U" or texts.ndim != 1:
-        raise ValueError("codes of texts are no integers, or stand for no texts")
+        raise ValueError("codes of texts are no integers, or have no texts")
     letters = np.frombuffer(texts.tobytes(), "<u4")
     # Beyond Unicode, or halves of pairs, which no file can be written with.
     if ((letters > MAX_LETTER) | (letters >> 11 == SURROGATES)).any():
         raise ValueError("a text holds letters that there are not")
     names = texts.tolist()
     if len(set(names)) != len(names) or (len(codes) and not 0 <= codes.min() <= codes.max() < len(names)):
-        raise ValueError("a code stands for no text, or two for one")
+        raise ValueError("a code has no text, or two codes have one")
     return Coded(codes, names, categorical)

@@ -46,7 +46,7 @@ def contest_of_choices(table: PlainTable, path: Path) -> PlainTable:
     for other in CONTEST_TABLES:
         if other in table and other != HALVING:
             raise InputError(
-                "cannot stand beside [choices], whose combinations are the contenders; leave one out", key=other
+                "cannot be combined with [choices], whose combinations are the contenders; leave one out", key=other
             )
     given = checked_tables(ChoicesTable, table, path)
     base = {key: value for key, value in table.items() if key != CHOICES}

@@ -155,7 +155,7 @@ class Contest:
         texts = [f"Successive halving: {', '.join(steps)}, {self.halving.finalists} to {longest}."]
         if not all(contender.study.search.starts for contender in self.contenders):
             texts.append(
-                "Not every search has starts: after few generations fronts say little of where a search will end; name some in "
+                "Not every search has starts: after few generations fronts predict little of a search's end; name some in "
                 "search.starts, or raise halving.least."
             )
         return texts

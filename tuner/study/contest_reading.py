@@ -196,7 +196,7 @@ def _check_names(contenders: tuple[Contender, ...]) -> None:
     for i, contender in enumerate(contenders):
         for j, other in enumerate(contenders[:i]):
             if contender.slug == other.slug:
-                message = f"'{contender.name}' and '{other.name}' of contender[{j}] cannot be told apart; change one of the two"
+                message = f"'{contender.name}' and '{other.name}' of contender[{j}] look alike; change one of the two"
                 raise InputError(message, key=f"contender[{i}].name")
 
 

@@ -71,7 +71,7 @@ def read_front(folder: Path) -> FrontTable:
     front = [row for row in cells if row[role] != DEFAULT]
     default = [row for row in cells if row[role] == DEFAULT]
     if not front or not default:
-        raise InputError(f"holds no point beside the default; {GIVE_FINISHED}", file=file)
+        raise InputError(f"holds no point besides the default; {GIVE_FINISHED}", file=file)
     addresses = _addresses(folder / RESOLVED)
     return FrontTable(
         addresses=tuple(addresses.get(name.removeprefix("gain:"), ()) for name in gains),

@@ -178,7 +178,7 @@ SpreadTable = create_model(
     **_FROM,
 )
 BandsTable = mirror(Bands, "[scenario.bands]: bands that settling and recovery are judged by.", meanings.BANDS)
-MissionTable = mirror(Mission, "[mission]: how much the automatic limits ask.", meanings.MISSION)
+MissionTable = mirror(Mission, "[mission]: strictness of the automatic limits.", meanings.MISSION)
 GustTable = mirror(Gust, "[scenario.air.gust]: one raised-cosine pulse of wind.", meanings.GUST)
 InjectionTable = mirror(
     Injection, "[scenario.air.injection]: accelerations injected without air, three numbers each.", meanings.INJECTION

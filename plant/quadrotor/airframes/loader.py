@@ -137,4 +137,4 @@ def _judge(vehicle: Vehicle, path: Path, *, in_file: bool, by_caller: bool) -> N
             "correct the file, or write allow_unphysical = true twice: at the top of the file, above all tables, and "
             "in [airframe] of the study"
         )
-    raise UnphysicalError(f"no real airframe has these numbers: {'; '.join(broken)}. What to do: {remedy}", file=path)
+    raise UnphysicalError(f"no real airframe has these numbers: {'; '.join(broken)}. Remedy: {remedy}", file=path)

@@ -117,7 +117,7 @@ def torque_scale(actuation: Actuation, factors: np.ndarray, thrust: float, targe
     coupling = np.max(np.abs(reach - np.vstack((np.diag(diagonal), np.zeros(3)))), axis=(0, 1))
     if not np.min(diagonal, axis=0) > 0.0 or coupling > MAX_COUPLING * np.min(diagonal, axis=0):
         raise InputError(
-            f"a unit of roll, pitch or yaw of {target} turns this airframe about another axis too ({coupling:.3g} N m beside "
+            f"a unit of roll, pitch or yaw of {target} turns this airframe about another axis too ({coupling:.3g} N m against "
             f"{np.min(diagonal, axis=0):.3g} N m); allowed: rotors that stand symmetrically about the centre of mass",
             key="airframe",
         )

@@ -146,7 +146,7 @@ def damage_front(folder, change):
 DAMAGED = [
     (lambda folder: (folder / "gains.json").unlink(), "holds no gains.json: it is no folder of a finished tuning run"),
     (lambda folder: (folder / "front.csv").unlink(), "front.csv: there is no such file"),
-    (lambda folder: damage_front(folder, lambda lines: lines[:2]), "holds no point beside the default"),
+    (lambda folder: damage_front(folder, lambda lines: lines[:2]), "holds no point besides the default"),
     (
         lambda folder: damage_front(folder, lambda lines: [lines[0].replace("gain:", "g:"), *lines[1:]]),
         "is damaged, or of another",

@@ -70,7 +70,7 @@ def show_tuning(results: "TuningResults", console: Console) -> None:
         console.print(text)
     if summary.opinion is not None:
         print_opinion(summary.opinion, console)
-    section(console, "What to fly" if results.feasible else "What to look at; nothing to fly", next_commands(results))
+    section(console, "Next steps" if results.feasible else "Next steps; nothing to fly", next_commands(results))
 
 
 PRINTERS = {

@@ -343,7 +343,7 @@ def _design_text(design: DesignReach, rows: UnmetConstraint) -> str:
     reached = f"`tuner design` reaches {_shown(design.value, rows)}"
     own_gains = f" with {_listed(design.gains)}" if design.gains else ""
     if not design.is_satisfied:
-        return f"{reached}{own_gains}, which is not enough either: the limit asks more than this design gives."
+        return f"{reached}{own_gains}, which is not enough either: this design cannot meet the limit."
     if design.in_ranges:
         return f'{reached}{own_gains}: let the search start there, search.initial = ["default", "design"].'
     return f"{reached}{own_gains}: give these gains a range in [gains], or these values."

@@ -110,8 +110,8 @@ def version_note(version: str | None, target: str, read_as: Collection[str]) -> 
     if version is None or any(version == prefix or version.startswith(f"{prefix}.") for prefix in read_as):
         return ()
     return (
-        f"The file says version {shortened(version)}, and is read with the names, units and defaults of {target}: check what "
-        "that version calls them.",
+        f"The file is of version {shortened(version)}, and is read with the names, units and defaults of {target}: check the "
+        "names of that version.",
     )
 
 

@@ -191,7 +191,7 @@ def option_changes(table: Mapping[str, ParameterInfo], written: Collection[HeldP
         and _number(old) != _number(one.held)
     ]
     return (
-        (f"Beside the gains, the controller's options ([controller] of a study) change {', '.join(entries)}.",)
+        (f"Besides the gains, the controller's options ([controller] of a study) change {', '.join(entries)}.",)
         if entries
         else ()
     )

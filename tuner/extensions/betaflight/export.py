@@ -269,8 +269,8 @@ def _extra(before: Mapping[str, float], unchanged: tuple[str, ...], request: Req
     if request.previous is None:
         return (
             "The D terms (d, d_max), feed-forward, throttle attenuation (tpa_rate), anti-gravity, I-term relax, the yaw low-pass "
-            "and the sliders are switched off, for our law has none of them; the vehicle is then as sensitive to propeller wash "
-            "as our gains are. With --previous they stay as the vehicle has them."
+            "and the sliders are switched off, because our law has none of them; the vehicle is then as sensitive to propeller "
+            "wash as our gains are. With --previous they stay as the vehicle has them."
         )
     texts = read_cli(request.previous, profile(request.settings))
     standing = {

@@ -157,7 +157,7 @@ class Interconnection:
     outputs: Sequence[str]
 
     def between(self, sources: Sequence[str], targets: Sequence[str]) -> StateSpace:
-        """Return the closed loop from signals that are given to outputs; a signal that nobody gives is zero."""
+        """Return the closed loop from given signals to outputs; unspecified inputs are zero."""
         a, b, c, d = (block_diag(*[getattr(block, name) for block in self.blocks]) for name in "abcd")
         back, outside = self._matrix(self.outputs), self._matrix(sources)
         inward = np.linalg.inv(np.eye(len(self.inputs)) - back @ d)

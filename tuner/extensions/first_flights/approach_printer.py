@@ -83,7 +83,7 @@ def ring_of(step: StepOfApproach) -> str:
 
 def expected_table(steps: list[StepOfApproach], where: str) -> TerminalTable:
     """Return the measurements of completed flights of each step: median, and the range of 90 % of them."""
-    table = TerminalTable(f"What to expect: {where}, median and 90 % of them", keys=1)
+    table = TerminalTable(f"Expected: {where}, median and 90 % of them", keys=1)
     table.columns_of("step", *[f"{each.metric} [{each.unit}]".replace(" [1]", "") for each in steps[0].expected])
     for k, step in enumerate(steps):
         cells = [range_of(each) for each in step.expected]

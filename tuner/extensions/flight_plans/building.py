@@ -21,7 +21,7 @@ PEAKS = {
     "motors": ("motors, of the way from hover to idle or full", "1"),
     "rotor_rms": (f"acceleration of a rotor over its hover speed, RMS over {HEATING:g} s", "1/s"),
     "rotor_peak": ("acceleration of a rotor over its hover speed", "1/s"),
-    "drift": ("drift over ground, with nobody holding against it", "m"),
+    "drift": ("drift over ground without position control", "m"),
 }
 """Name of a peak -> meaning, unit."""
 

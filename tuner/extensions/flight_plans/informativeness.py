@@ -40,7 +40,7 @@ def check_is_informative(is_named: bool, space: ParameterSpace, accuracy: Accura
     after, before = (half_widths(space, entry) for entry in (deviations, space.prior_std))
     widths = [f"{space.names[k]} ({width_text(space.parameters[k], after[k], before[k])})" for k in untold]
     raise InputError(
-        f"no flight within these limits tells {listing(widths)}: a number counts as told where its interval shrinks to half; "
+        f"no flight within these limits identifies {listing(widths)}: an identified number has an interval of half its prior's; "
         "allow more (--tilt, --rate), give gains that follow faster (--gains), measure them on a test stand"
         f"{', or ask for others' if is_named else ''}",
         key="--numbers" if is_named else "--within",

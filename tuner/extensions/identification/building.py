@@ -50,8 +50,8 @@ MAX_DOCUMENTED_VALUE = 1e4
 """Largest number of decibels or degrees in the document."""
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
 WEIGH = (
-    "Weigh the vehicle and measure its arms: no log tells mass and arm, and where they are wrong by 5 %, inertias and thrust "
-    "come out wrong by as much, without a sign in the log."
+    "Weigh the vehicle and measure its arms: no log identifies mass and arm, and if they are wrong by 5 %, inertias and thrust "
+    "are wrong by as much, without a sign in the log."
 )
 
 
@@ -221,10 +221,10 @@ def verdict(identified: Identified) -> str:
     sentences = (
         [f"{len(identifiable)} numbers identified: {', '.join(identifiable)}."]
         if identifiable
-        else ["The data tell nothing of this vehicle."]
+        else ["The data do not identify this vehicle."]
     )
     if left:
-        sentences.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
+        sentences.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would identify them.")
     if identified.wider:
         sentences.append(f"No better known than before: {', '.join(identified.wider)}.")
     at = names.index("dead_time")
@@ -266,9 +266,9 @@ def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:
         )
     coloured = [row.output for row in excited if row.correlated > MAX_CORRELATED_SHARE]
     sentences.append(
-        f"What it leaves over of {listing(coloured)} is not white: the vehicle does something there that the model lacks."
+        f"The residual of {listing(coloured)} is not white: the vehicle has dynamics there that the model lacks."
         if coloured
-        else "What it leaves over is white behind the noise model."
+        else "The residual is white behind the noise model."
     )
     return sentences
 
@@ -307,7 +307,7 @@ def _curve(identified: Identified) -> list[IdentifiedNumber]:
     )
     unknown = identified.reasons.keys() | identified.wider.keys()
     is_missing = not unknown.isdisjoint(identified.space.names[part])
-    reason = "a node of the curve is not told" if is_missing else ""
+    reason = "a node of the curve is not identified" if is_missing else ""
     return [
         IdentifiedNumber(
             name=f"thrust u^{k}",

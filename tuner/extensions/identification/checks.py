@@ -39,8 +39,8 @@ AXES = ("roll", "pitch", "yaw")
 
 
 SILENT = (
-    "its data tell nothing of this vehicle: neither turning nor lift follow the motors; fly with short doublets of roll, pitch, "
-    "yaw and thrust"
+    "its data do not identify the vehicle: rotation and lift are uncorrelated with the motors; fly short doublets of roll, "
+    "pitch, yaw and thrust"
 )
 
 
@@ -116,8 +116,8 @@ def _gravity(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
     for sign, axes in ((1.0, ""), (-1.0, "z points down (NED, FRD)")):
         for factor, units in (
             (1.0, ""),
-            (STANDARD_GRAVITY, "g are taken for m/s2"),
-            (1.0 / STANDARD_GRAVITY, "m/s2 are taken for g"),
+            (STANDARD_GRAVITY, "values are in g, not m/s2"),
+            (1.0 / STANDARD_GRAVITY, "values are in m/s2, not g"),
         ):
             if low <= sign * factor * middle <= high:
                 errors = " and ".join(text for text in (axes, units) if text)
@@ -187,12 +187,13 @@ def _scale(ratio: float, lag: float) -> Iterator[LogIssue]:
     if ratio > DEGREES / FACTOR:
         yield LogIssue(
             True,
-            f"it turns {ratio:.0f} times as fast as the airframe could: deg/s are taken for rad/s; correct the unit of the gyro",
+            f"it turns {ratio:.0f} times as fast as the airframe could: values are in deg/s, not rad/s; correct the unit of the "
+            "gyro",
         )
     elif ratio < FACTOR / DEGREES:
         yield LogIssue(
             True,
-            f"it turns {1.0 / ratio:.0f} times as slowly as the airframe would: rad/s are taken for deg/s; correct the unit",
+            f"it turns {1.0 / ratio:.0f} times as slowly as the airframe would: values are in rad/s, not deg/s; correct the unit",
         )
     elif not 1.0 / 1.6 < ratio < 1.6:
         how = f"{ratio:.2g} times as fast" if ratio > 1.0 else f"{1.0 / ratio:.2g} times as slowly"

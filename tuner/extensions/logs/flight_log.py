@@ -109,7 +109,7 @@ def checked(log: FlightLog) -> FlightLog:
         else replace(log.where(finite), notes=(*log.notes, f"{np.sum(~finite):,} samples are no numbers"))
     )
     if log.setpoint is not None and not np.isfinite(log.setpoint).all():
-        log = replace(log, setpoint=None, notes=(*log.notes, "setpoints are left out, for some are no numbers"))
+        log = replace(log, setpoint=None, notes=(*log.notes, "setpoints are left out, because some are no numbers"))
     if len(log.time) < MIN_SAMPLES:
         raise InputError(f"has {len(log.time)} usable samples; at least {MIN_SAMPLES} are needed", file=log.name)
     forward = np.concatenate([[True], log.time[1:] > np.maximum.accumulate(log.time)[:-1]])

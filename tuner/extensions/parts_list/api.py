@@ -151,5 +151,5 @@ def _lowered(estimate: Estimate, hover: float | None) -> str:
     )
     return (
         f"{cause} {estimate.thrust_of_parts:.3g} times the weight; speed_max was lowered to "
-        f"{estimate.thrust_to_weight:.3g} times, for an airframe may have {THRUST_TO_WEIGHT[1]:g} at most: {remedy}. "
+        f"{estimate.thrust_to_weight:.3g} times, the most that an airframe may have ({THRUST_TO_WEIGHT[1]:g}): {remedy}. "
     )

@@ -192,7 +192,7 @@ def differences(controller: Controller) -> tuple[str, ...]:
         "Each output is limited on its own (u_clamp), at the largest torque or force that hover leaves; our limits are those of "
         "the rotors together, with yaw given up first.",
         "The acceleration of the reference is not fed forward.",
-        "position_pid gives the force beside the weight, in world axes [N]: adding the weight, limiting to the tilt cone and "
+        "position_pid gives the force without the weight, in world axes [N]: adding the weight, limiting to the tilt cone and "
         "turning the force into roll, pitch and thrust are left to the node between the controllers.",
         "angle_wraparound is on for yaw, as our yaw error goes the short way round.",
         *rate_sources(controller),

@@ -32,12 +32,16 @@ from tuner.study.study import StudyScenario, TuningStudy
 STAGE = "Estimating rare losses"
 MAX_POINTS = 5
 """Points that are judged by estimates of their own."""
-SMALLEST_SHARE, WIDTH, MAX_FLIGHTS = 0.3, 1.0, 1_000_000
-"""Probability over the limit below which none is needed, width of the interval over the probability, flights of an estimate."""
+SMALLEST_SHARE = 0.3
+"""Probability over the limit below which no estimate is needed."""
+WIDTH = 1.0
+"""Width of the interval over the probability."""
+MAX_FLIGHTS = 1_000_000
+"""Flights of an estimate at most."""
 FIRST_SHARE = 1.31
 """Flights of the first point, at 97.5 %, over those of an estimate at 95 %: (2.241 / 1.960)^2."""
 CONFIDENCE = 0.95
-"""Of the interval where the study asks for none."""
+"""Confidence of the interval if the study names none."""
 
 
 class TailValue(NamedTuple):

@@ -88,7 +88,7 @@ def ratio_line(ratio: TailRatio) -> str:
     """Return the ratio of an event's probabilities."""
     whose = f"{ratio.event}, {ratio.gains} over {ratio.first}"
     if ratio.ratio is None:
-        return f"{whose}: not known, for one of the two may be 0"
+        return f"{whose}: not known, because one of the two may be 0"
     return f"{whose}: {_factor(ratio.ratio)}"
 
 

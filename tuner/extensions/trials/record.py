@@ -79,8 +79,8 @@ class TrialRecord:
             before = self.trials.get(trial.id)
             if before is not None and not is_same(before, trial):
                 raise StoreError(
-                    f"{self._folder / REQUESTS_FILE}: {trial.id} was asked for with other values than this version or machine "
-                    f"asks for; go on with the version that {self._folder / 'environment.json'} names, or begin anew with "
+                    f"{self._folder / REQUESTS_FILE}: the recorded {trial.id} has other values than this version or machine "
+                    f"computes; use the version in {self._folder / 'environment.json'}, or start over with "
                     "another --out"
                 )
         new = [trial for trial in trials if trial.id not in self.trials]

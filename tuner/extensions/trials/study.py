@@ -300,7 +300,7 @@ def _metric(table: MetricTable) -> MetricAddress:
         symbol=name,
         unit=table.unit.replace("{", "{{").replace("}", "}}"),
         scope="flight",
-        definition=table.meaning or "as the program tells it",
+        definition=table.meaning or "value that the program submits",
         value=lambda numbers: numbers[name],
         bound=lambda numbers: worst,
         highest=inf,

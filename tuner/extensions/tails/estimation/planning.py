@@ -19,17 +19,21 @@ from tuner.extensions.tails.estimation.limit_function import Array, LimitFunctio
 from tuner.extensions.tails.estimation.splitting import CHAIN, FRACTION, Ascent, Ladder, climb, run_together
 
 PILOT_CHAINS = 50
-"""Of an ascent to a mode or a sector: with 30, some sectors got so few states that an estimate took ten times the replicas."""
+"""Chains of an ascent to a mode or a sector: with 30, some sectors got so few states that an estimate took ten times the
+replicas.
+"""
 MIN_CHAINS = 25
-"""Of a replica's ladders together."""
+"""Chains of a replica's ladders together, at least."""
 CRUDE_FROM = 0.004
 """Probability above which crude Monte Carlo costs less, at any width: (1 - p) / p against `SPREAD` ln(p)^2."""
 SPREAD = 8.0
-"""Of splitting: squared coefficient of variation times evaluations, over ln(p)^2: first passages took 7 to 8, pilot included."""
+"""Cost of splitting: squared coefficient of variation times evaluations, over ln(p)^2: first passages took 7 to 8, pilot
+included.
+"""
 FAILURES = 8
-"""Of a mode at most, from which its design point may be sought."""
-FLOOR = 30.0
-"""Part of the smallest probability asked for at which a pilot ends: states are few, so it may be off by as much as 3."""
+"""Failures of a mode, at most, from which its design point may be sought."""
+PILOT_DEPTH = 30.0
+"""Factor below the smallest requested probability at which a pilot ends; with its few states it may be off by 3."""
 MEMORY = 100e6
 """Bytes that the states of replicas may take."""
 VECTORS = 11
@@ -118,7 +122,7 @@ def choose_method(probability: float) -> Method:
 
 def pilot_evaluations(limit: LimitFunction, smallest: float) -> int:
     """Return the most rows that a pilot takes; most take a third."""
-    levels = int(np.ceil(np.log(smallest / FLOOR) / np.log(FRACTION))) + 1
+    levels = int(np.ceil(np.log(smallest / PILOT_DEPTH) / np.log(FRACTION))) + 1
     rows = PILOT_CHAINS * CHAIN * levels
     if limit.dimension <= MAX_DIMENSIONS:
         rows += 2 * PILOT_CHAINS * CHAIN * levels + most_evaluations(limit.dimension)
@@ -133,7 +137,7 @@ def plan_tail(limit: LimitFunction, seed: int, request: Request) -> Plan:
         return Plan(Method.CRUDE, curve=np.linspace(0.1, 1.0, 10))
     counted = _CountedLimit(limit)
     chains = min(PILOT_CHAINS, most_chains(limit.dimension))
-    ascents, sectors = _climb_all(counted, seed, chains, request.smallest / FLOOR)
+    ascents, sectors = _climb_all(counted, seed, chains, request.smallest / PILOT_DEPTH)
     reached = [ascent for ascent in ascents if ascent.ladder.target == 1.0]
     probability = min(sum(ascent.probability for ascent in reached), 1.0)
     method = request.method or choose_method(probability)
