@@ -61,6 +61,6 @@ def largest_error(axes: Iterable[str], limit: float, meters: Any) -> Array:
 def diverged(axes: Iterable[str]) -> FailureMode:
     """Return the mode of states that are no numbers or absurdly large.
 
-    Errors of axes are the part of the state that meters know.
+    Errors of axes are the part of the state in the meters.
     """
     return FailureMode("diverged", Status.NON_FINITE, partial(largest_error, tuple(axes), sqrt(LARGEST_STATE)))

@@ -189,7 +189,7 @@ class FlownSystem(Protocol):
 
         Args:
             trace: Rows of `traced` (scenarios, instants, rows).
-            references: Of the flight inputs, at the same instants (instants, rows).
+            references: References of the flight inputs, at the same instants (instants, rows).
         """
         ...
 

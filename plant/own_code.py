@@ -1,7 +1,7 @@
 """Code of the user's own: a file of a law, a metric or a reference, run in this process from the bytes that were read.
 
-The digest of a file is taken over its bytes and those of the files beside it that it imports, which are run before it. What has
-run is known by its digest: a copy of it elsewhere, such as in a results folder, is the same code and is not run again.
+The digest of a file is taken over its bytes and those of the files beside it that it imports, which are run before it. Code that
+has run is known by its digest: a copy of it elsewhere, such as in a results folder, is the same code and is not run again.
 
 Code that is found through a study runs where the study is no results folder's and the code lies with it: in the folder of the
 study, below that, or below the working folder. Other code runs only where the user names it.

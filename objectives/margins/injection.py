@@ -2,12 +2,12 @@
 
 Functions stand in for a few that it calls:
 
-    speed_commands   adds thrust and torque to the rotor commands in force, behind all that the controller knows of them
+    speed_commands   adds thrust and torque to the rotor commands in force, behind the controller's model of them
     tilt_for         adds acceleration to what the position loops ask for, roll and pitch to what they ask of the attitude
     `Law.nonlinear`  each term f(s) of a law gives back an input w instead; s and f(s) are read
     norm3            has its derivative, 0, at the zero vector too
 
-So the break point of a channel is the plant input: what the controller believes to have applied holds no injected signal.
+So the break point of a channel is the plant input: the controller's record of its command holds no injected signal.
 """
 
 from collections.abc import Callable

@@ -82,7 +82,7 @@ def over_period(
         phases: All its loops (n, ...) in each control period of the common one, terms left open.
         term: Gains (n, cases, terms) of all terms; rows of the result are candidates, then cases.
         picked: Channels of the result, the loops of the others stay closed.
-        rates: Of the channels of the result.
+        rates: Rates of the channels of the result.
     """
     places = [block.channels.index(channel) for channel in picked]
     closed = {id(phase): with_terms(block, phase, term) for phase in phases}

@@ -162,7 +162,7 @@ def find_trim(
     """Return the trim of gains rows (n, g) of a plant in balance.
 
     It starts from where their flights start.
-    A flight starts in balance, with every law told what it holds, so most laws are at their fixed point at once; of others
+    A flight starts in balance, with the trim command given to every law, so most laws are at their fixed point at once; of others
     Newton's method finds it. A row's result does not depend on the others. A row that runs away, or ends outside the limits, is
     not steady. secant() -> (n, terms): gains that stand for the nonlinear terms while their signals are at rest.
     """

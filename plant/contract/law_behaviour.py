@@ -422,7 +422,7 @@ def _nonlinearity_problem(law: Law, part: Nonlinearity, loop: str) -> str:
 
 
 def the_continuous_observer_is_the_limit(law: Law) -> Iterator[ContractViolation]:
-    """The observer that a law tells of is its sampled one for a vanishing control period."""
+    """The declared observer of a law is its sampled one for a vanishing control period."""
     if law.observer is None:
         return
     omega_o, h = 10.0, 1e-6

@@ -39,7 +39,7 @@ class FmuVariable(NamedTuple):
 
 @dataclass(frozen=True)
 class Description:
-    """What of modelDescription.xml is used.
+    """Used content of modelDescription.xml.
 
     version: of FMI, 2 or 3. model: its name; title: its description. identifier: of its machine code. token: that this code
     asks for. states, derivatives: value references of its continuous states and of their derivatives, none where it does not

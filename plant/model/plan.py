@@ -82,7 +82,7 @@ class Channel:
 
     output: the output that it controls; rate_output: the output that measures its rate, None where the law takes it from its own
     observer, or from the difference of the output over the channel's step. to: input or channel that its command goes to. b0:
-    acceleration of the output for one unit of command, as the controller believes it; 1 for gains in units of the command. every:
+    acceleration of the output for one unit of command, in the controller's model; 1 for gains in units of the command. every:
     control periods between its steps. limit: largest |error| of a flight that has not failed [unit of the output]. low, high:
     limits of its command.
     """

@@ -20,11 +20,11 @@ class VehicleFeatures(NamedTuple):
     Attributes:
         delay_steps: Control periods by which rotors feel a command late.
         most_delay_steps: The same of any vehicle that is drawn, 0 where all have one dead time.
-        has_vibration: Whether the gyro hears rotors.
+        has_vibration: True if the gyro signal has rotor lines.
         has_flexible_mode: Whether the frame has a mode.
         has_low_pass: Whether the gyro has a low-pass below half the control rate.
-        harmonics: Of the rotors' speed, at each of which the controller has a notch.
-        supply: Of the rotors.
+        harmonics: Harmonics of the rotors' speed, at each of which the controller has a notch.
+        supply: Supply of the rotors.
         drive: From commanded to held rotor speeds.
     """
 
@@ -78,7 +78,7 @@ class VehicleFeatures(NamedTuple):
 
 
 BARE = VehicleFeatures()
-"""Of a vehicle whose file says nothing of it."""
+"""Features of a vehicle whose file has none of them."""
 
 
 def hears_rotors(vehicle: Vehicle) -> bool:
@@ -94,7 +94,7 @@ def vehicle_features(
     Args:
         vehicle: The vehicle that flies.
         control_period: Control period [s].
-        harmonics: Of the rotor notches.
+        harmonics: Harmonics of the rotor notches.
         assumed: The vehicle that the controller assumes, by default the one that flies.
 
     Raises:

@@ -32,7 +32,7 @@ class Allocation(NamedTuple):
 
 
 class Nominal(NamedTuple):
-    """The vehicle as its controller knows it.
+    """The vehicle in its controller's model.
 
     Attributes:
         vehicle: nominal numbers.
@@ -48,10 +48,10 @@ class Nominal(NamedTuple):
             modelled thrust achieve, 0 for the one commanded.
         delay: 1 for one period of compute delay.
         yaw_smoothing: share of a new yaw torque that a period of its low-pass takes over, 1 without.
-        gyro: path of the gyro, which flies with the vehicle and which no law knows.
+        gyro: path of the gyro, which flies with the vehicle and is in no law's model.
         notches, harmonics: those that follow the rotors, and at how many harmonics.
         battery: the one that flies, and its compensation.
-        curve: of rotor speed over its command, which the controller inverts.
+        curve: curve of rotor speed over its command, which the controller inverts.
     """
 
     vehicle: Vehicle
@@ -85,7 +85,7 @@ class ControlOptions:
             clipped command.
         delay: the command acts one control period after its measurement.
         tilt_limit: largest commanded tilt [rad].
-        yaw_torque_cutoff: of the low-pass on the yaw torque asked for [Hz], 0 for none; where rotors are heavy
+        yaw_torque_cutoff: cut-off of the low-pass on the yaw torque [Hz], 0 for none; where rotors are heavy
             their own angular momentum makes yaw lead, and this takes the lead back.
         rpm_notches: harmonics of each rotor's measured speed that are taken out of the gyro
             (`plant.quadrotor.notches`), 0 for none.
@@ -93,7 +93,7 @@ class ControlOptions:
         rpm_notch_min: frequency below which there is none [Hz].
         battery_compensation: share of the sag of a battery that commands are raised by
             (`plant.quadrotor.battery`).
-        battery_cutoff: of the low-pass on its voltage [Hz].
+        battery_cutoff: cut-off of the low-pass on its voltage [Hz].
     """
 
     attitude_rate: str = "measured"
@@ -203,7 +203,7 @@ def arm_of(vehicle: Vehicle) -> float:
 def shift_center_of_mass(vehicle: Vehicle, x: float, y: float) -> Vehicle:
     """Return the vehicle with its centre of mass moved by (x, y) in the body [m]; its inertias are then about that centre.
 
-    What changes is where the rotors sit, so thrust turns the body; drag goes on acting above the centre of mass.
+    The rotors sit elsewhere about it, so thrust turns the body; drag goes on acting above the centre of mass.
     """
     return vehicle._replace(
         rotor_x=Rotors(*[place - x for place in vehicle.rotor_x]),

@@ -109,7 +109,7 @@ class ScenarioSpec:
         duration [s].
         recovery_from: when the gust is over [s], by default the end of the air's gating window.
         steady_share: share of the flight, at its end, that the steady-state error looks at.
-        uncertainty: of the airframe, from which vehicles are drawn in place of a spread.
+        uncertainty: uncertainty of the airframe, from which vehicles are drawn in place of a spread.
     """
 
     name: str

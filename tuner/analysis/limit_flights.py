@@ -57,7 +57,7 @@ class LimitFlights:
         problem: Makes the flights; another program's trials are not asked for more.
         gains: Rows (rows, g), the default first.
         batches: Held-out flights of the study.
-        root: Of resamples.
+        root: Root seed of the resamples.
         on_flights_done: Called with n as n more flights have ended.
         relevant: Share of the default's value from which a difference matters.
     """

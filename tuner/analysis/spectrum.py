@@ -16,7 +16,7 @@ from plant.records import rows
 Array = NDArray[np.float64]
 
 SEGMENT = 1.0
-"""Length of the windowed segments [s]: frequencies are told apart to some 2 Hz."""
+"""Length of the windowed segments [s]: the resolution is some 2 Hz."""
 BANDS, MIN_SEGMENT = 120, 16
 """Bands at most, and the fewest samples of a segment."""
 

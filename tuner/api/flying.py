@@ -153,7 +153,7 @@ def fly(
         gains: Gains, a gains.json or a results folder; of a plant, name its code with `use` or give the study.
         study: Study whose scenario, limits and seed are flown; by default one metre steps in a fresh breeze, or the study of the
             results folder where a plant's gains lie in one.
-        scenario: Which scenario of the study, from 0.
+        scenario: Number of a scenario of the study, from 0.
         flights: Number of flights, each in its own turbulence.
         seed: Root seed where no study gives one.
         flight: Name of a single flight, STREAM-INDEX, such as those that `lost` names, or FOLDER/point-N of a tail; it alone is

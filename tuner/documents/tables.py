@@ -47,7 +47,7 @@ class Fan:
 
 @dataclass(frozen=True)
 class PointSpectrum:
-    """What a point asks of rotors or inputs in a scenario: density (bands,) [1/sqrt(Hz)] at frequency (bands,) [Hz]."""
+    """Use of rotors or inputs by a point in a scenario: density (bands,) [1/sqrt(Hz)] at frequency (bands,) [Hz]."""
 
     point: str
     scenario: str

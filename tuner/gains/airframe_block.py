@@ -4,7 +4,7 @@
     actuation   see `plant.quadrotor.airframes.actuation`; rotors: where they sit, which way they turn seen from above
     sha256      over the canonical form of {"numbers", "rotors"}; allow_unphysical: true where `broken_rules` are broken
 
-What flies is `numbers` and the rotors; the rest of `actuation` follows from them.
+The flying vehicle is `numbers` and the rotors; the rest of `actuation` follows from them.
 """
 
 from collections.abc import Iterator

@@ -280,7 +280,7 @@ class NumberTable(StrictTable):
 
 
 class LoopsTable(StrictTable):
-    """What a gains.json says of the loops of a plant."""
+    """Loops of a plant in a gains.json."""
 
     version: int
     """Version of the format."""

@@ -22,7 +22,7 @@ def trust_section(results: TuningFolder, charts: Markup) -> Markup:
     """Return the section without its heading.
 
     Args:
-        results: Of the run.
+        results: Results of the run.
         charts: Search against held-out values, and how the search went.
     """
     return join(

@@ -8,7 +8,7 @@ from tuner.search.convergence import MIN_GENERATIONS
 
 STARTS = ("default", "design")
 AUTOMATIC = "auto"
-"""In place of a search's name: the one that `tuner.search.automatic` chooses."""
+"""Name of the search that `tuner.search.automatic` chooses."""
 # Ends of a search: after so many generations, or before, where its front has come to rest.
 GENERATIONS, CONVERGED = "generations", "converged"
 STOPS = (GENERATIONS, CONVERGED)

@@ -38,7 +38,7 @@ NAMES_STARTS, NO_STARTS = 4, {"search": {"starts": list[PlainValue]()}}
 
 
 class RecordedMachine(DocumentPart):
-    """What kernels were compiled for, by name and features, and libraries that drew the air."""
+    """Processor of the kernels, by name and features, and libraries that drew the air."""
 
     name: Annotated[str, Field(pattern=r"^[\w.-]{1,60}$")]
     features: Annotated[str, Field(pattern=r"^([+-][\w.-]{1,60}(,|$))*$")]

@@ -24,9 +24,9 @@ class JsonLines(Generic[Line]):
     """The lines of a file, each a part of a document; StoreError where the file cannot be used.
 
     Args:
-        file: Which need not exist.
+        file: Path of the file, which need not exist.
         kind: Model of a line.
-        advice: What to do about a damaged line, as a sentence's end.
+        advice: Remedy for a damaged line, as a sentence's end.
     """
 
     def __init__(self, file: Path, kind: type[Line], advice: str) -> None:

@@ -1,4 +1,4 @@
-"""manifest.json: the digest of every file that a results folder consists of, so that damage to any of them is told.
+"""manifest.json: the digest of every file that a results folder consists of, so that damage to any of them is detected.
 
     format "gainproof-manifest", version 1
     complete  whether the folder was written to its end

@@ -192,7 +192,7 @@ def _moved(error: InputError, i: int, individual: PlainTable, path: Path, layers
 
 
 def _check_names(contenders: tuple[Contender, ...]) -> None:
-    """Refuse names that cannot be told apart."""
+    """Refuse names that cannot be distinguished."""
     for i, contender in enumerate(contenders):
         for j, other in enumerate(contenders[:i]):
             if contender.slug == other.slug:

@@ -21,7 +21,7 @@ class HalvingSchedule:
     """Settings of successive halving.
 
     Attributes:
-        factor: Of so many contenders one goes on, to a search that is as many times longer.
+        factor: Number of contenders of which one goes on, to a search that is as many times longer.
         finalists: Contenders whose searches are carried to their end.
         least: Smallest number of generations of a rung.
     """

@@ -1,6 +1,7 @@
 """The shape of a study of a plant of the user's own: which tables and keys there are, of which type, with which default.
 
-What it shares with studies of quadrotors stands in `tuner.study.schema`. Every number is in the unit that the plant's file gives.
+The parts that it shares with studies of quadrotors are in `tuner.study.schema`. Every number is in the unit that the plant's file
+gives.
 """
 
 from typing import Annotated, Any
@@ -49,13 +50,13 @@ class PlantTable(StrictTable):
     file: str | None = None
     """Python file of the plant, beside the study: State, Input, Parameters, Output, derivative and output."""
     fmu: str | None = None
-    """In place of a file: an FMU for co-simulation (FMI 2 or 3), beside the study."""
+    """FMU for co-simulation (FMI 2 or 3) in place of a file, next to the study."""
     disturbances: list[str] = Field(default=[])
     """Inputs of an FMU that disturb it; all others are commanded."""
     transfer_function: TransferFunctionTable | None = None
-    """In place of a file: a linear plant of one input and one output."""
+    """Linear plant of one input and one output, in place of a file."""
     state_space: StateSpaceTable | None = None
-    """In place of a file: a linear plant."""
+    """Linear plant in place of a file."""
     dead_time: float = 0.0
     """Dead time between the inputs of a linear plant and what they do [s], whole control periods."""
     inputs: list[str] = Field(default=[])

@@ -122,7 +122,7 @@ def start_sets(
     Args:
         entries: Paths, from the folder of the study or from the working directory, the name of what comes with the tool, or
             points by themselves.
-        folder: Of the study.
+        folder: Folder of the study.
         space: Searched gains.
         study: Says which gains mean the same in it.
 

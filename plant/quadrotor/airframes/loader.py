@@ -38,8 +38,8 @@ class Airframe:
         vehicle: the numbers as the kernels read them.
         sources: dotted key -> (value, unit, source) of every number in the file.
         path: the file.
-        uncertainty: how far the numbers are known, where the file says so.
-        gyro_noise: amplitude density of the gyro's white noise [rad/s/sqrt(Hz)], where the file says so.
+        uncertainty: uncertainty of the numbers, if the file has one.
+        gyro_noise: amplitude density of the gyro's white noise [rad/s/sqrt(Hz)], if the file has one.
     """
 
     name: str

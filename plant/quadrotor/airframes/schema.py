@@ -66,7 +66,7 @@ OPTIONAL: dict[str, NumberField] = {
 }
 """Numbers that a file may leave out: 0."""
 SENSORS: dict[str, NumberField] = {"gyro_noise": NumberField("rad/s/sqrt(Hz)", "not negative")}
-"""Of sensors, for studies that do not give them; a file may leave them out."""
+"""Default sensors of studies without any; a file may leave them out."""
 TOGETHER = {
     "a mode of the frame": ("mode_frequency", "mode_damping", "mode_gain"),
     "a battery": ("battery_full", "battery_empty", "battery_resistance", "battery_capacity", "hover_power"),

@@ -1,4 +1,4 @@
-"""`tuner show`: a results folder in the terminal, for people on ssh; what the page of the report tells at length."""
+"""`tuner show`: a results folder in the terminal, for people on ssh; the report in short."""
 
 from typing import TYPE_CHECKING
 

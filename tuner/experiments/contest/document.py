@@ -1,4 +1,4 @@
-"""contest.json: what a contest found, in numbers and sentences; the keys are told in results/README.md."""
+"""contest.json: what a contest found, in numbers and sentences; results/README.md lists the keys."""
 
 from collections.abc import Sequence
 from typing import TypedDict

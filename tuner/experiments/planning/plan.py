@@ -32,7 +32,7 @@ Plan = PlanDocument | ContestPlanDocument
 
 
 def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads: int | None = None) -> Plan:
-    """Return the plan of a study or contest; share: of the default's values, a difference that is to be told.
+    """Return the plan of a study or contest; share: smallest difference of interest, a share of the default's values.
 
     Raises InputError for a study whose trials another program makes.
     """
@@ -80,7 +80,7 @@ def _compile(problem: Problem, study: TuningStudy, watcher: Watcher) -> float | 
 
 
 def plan_document(study: TuningStudy, pilot: Pilot, compile_seconds: float | None, share: float) -> PlanDocument:
-    """Return the whole plan; compile_seconds: None where the kernel was there; share: of the default's value, to be told."""
+    """Return the whole plan; compile_seconds: None if the kernel was there; share: smallest difference of interest."""
     objectives = [planned_objective(study, pilot, i, share) for i in range(len(study.objectives))]
     return PlanDocument(
         title=study.title,
@@ -137,7 +137,7 @@ def warnings(study: TuningStudy, pilot: Pilot, objectives: list[PlannedObjective
 def contest_plan(
     contest: Contest, pilots: list[Pilot], compilation: list[float | None], share: float
 ) -> ContestPlanDocument:
-    """Return the whole plan; pilots, compilation [s, None: done before]: of each contender; share: the difference to be told."""
+    """Return the whole plan; pilots, compilation [s, None: done before]: one per contender; share: see `plan`."""
     parts = list(zip(contest.contenders, pilots, compilation, strict=True))
     runs = {
         contender.name: plan_document(contender.study, pilot, seconds, share)

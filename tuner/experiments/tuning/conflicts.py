@@ -1,6 +1,6 @@
 """Conflicts of limits: which no candidate kept together, how far they would have to be relaxed, and what each costs.
 
-All of it is said of the candidates that a search tried. Of a candidate that was not flown through every scenario the requirements
+All of it holds for the candidates that a search tried. Of a candidate that was not flown through every scenario the requirements
 are known and the constraints are not: it counts as one that does not keep them, and no relaxation is drawn from it.
 """
 

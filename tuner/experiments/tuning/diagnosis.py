@@ -162,8 +162,8 @@ class Diagnosis:
     def _moved_by(self, i: int, point: Array, value: float, least: float | None) -> list[str]:
         """Return the searched gains that reduce a probe's violation by a share.
 
-        Each goes through its range from a point (d,), alone. Where the loop is not stable the value says nothing of what
-        would make it so: its gains count then. least: the share; None: all that move the probe.
+        Each goes through its range from a point (d,), alone. The value of an unstable loop has no information on a stable one:
+        its gains count then. least: the share; None: all that move the probe.
         """
         probe = self.probes[i]
         variables, places = self._study.space.variables, len(PLACES)

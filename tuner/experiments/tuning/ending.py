@@ -1,4 +1,4 @@
-"""The end of a run: gains to recommend, or nothing that keeps every limit; every other part of the tool asks here."""
+"""The end of a run: gains to recommend, or nothing that keeps every limit; every other part of the tool uses this."""
 
 from collections.abc import Sequence
 from math import ceil, floor, log10

@@ -145,7 +145,7 @@ def parameters(
     Args:
         table: entries of the parameters.
         values: to be written, unrounded.
-        rounding: of the vehicle.
+        rounding: rounding of the vehicle.
         target: name and version, for the messages.
         before: values on the vehicle.
         unchanged: names that stay as they are there.

@@ -38,7 +38,7 @@ LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Sticks:
-    """What full deflection asks for: tilt [deg], yaw rate [deg/s]."""
+    """Setpoints at full deflection: tilt [deg], yaw rate [deg/s]."""
 
     tilt: float
     yaw_rate: float

@@ -227,7 +227,7 @@ def _law(system: PlantSystem, row: Sequence[float], channel: Channel) -> StateSp
 
 
 def _way(actuator: Actuator, control_period: float) -> StateSpace:
-    """Return the way of a command to (the plant, what laws know of it)."""
+    """Return the transfer of a command to (the plant, the model of the laws)."""
     delay = actuator.delay + 0.5 * control_period
     if actuator.lag > 0.0:
         return RotorLag(actuator.lag, delay, lag_aware=False, order=ORDER).model(Factors())

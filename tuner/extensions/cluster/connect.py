@@ -42,8 +42,8 @@ def client_at(where: str, files: Sequence[OwnFile], threads: int | None, say: Sa
 
     Args:
         where: Processes of this machine, or the address of a scheduler.
-        files: Of the user's own that workers need.
-        threads: Of local processes together.
+        files: User files that workers need.
+        threads: Threads of all local processes together.
         say: Hears of the cluster.
     """
     local = required(where)

@@ -1,4 +1,4 @@
-"""Files of the user's own that flights need: workers are told names and digests, and whoever starts them gives the files."""
+"""User files that flights need: workers get names and digests, and their owner starts them with the files."""
 
 from collections.abc import Iterable
 from pathlib import Path

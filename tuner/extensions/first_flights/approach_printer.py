@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tuner.extensions.first_flights.approach_api import Approach
 
 MARGINS = ("phase_margin", "gain_up", "ms")
-"""Margins that the table tells, each in the worst loop."""
+"""Margins in the table, each in the worst loop."""
 
 
 def print_approach(made: "Approach", console: Console) -> None:

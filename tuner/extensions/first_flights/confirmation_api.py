@@ -58,8 +58,8 @@ class Confirmation(Documented):
     """Finalists flown in a firmware.
 
     Attributes:
-        document: What `tuner confirm --json` prints.
-        folder: Where confirm.json and confirm.md were written, None where they were not.
+        document: Output of `tuner confirm --json`.
+        folder: Folder of confirm.json and confirm.md, None if none was written.
 
     """
 

@@ -102,7 +102,7 @@ class Task:
 
     Attributes:
         truth (n,): Coordinates of the nominal vehicle.
-        limits: By the names of `Flown.peaks`.
+        limits: Limits by the names of `Flown.peaks`.
         still: Peaks of flights without excitation, by the same names.
     """
 
@@ -121,7 +121,7 @@ class CandidateExcitation:
 
     Attributes:
         information (n, n): Per second.
-        power: Of the output of its axis.
+        power: Power of the output of its axis.
     """
 
     excitation: Excitation

@@ -1,4 +1,4 @@
-"""Numbers that a flight tells: those whose interval shrinks to half of their prior's, as identification counts them."""
+"""Parameters that a flight identifies: those whose interval shrinks to half of their prior's, as identification counts them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from tuner.text.sentences import listing
 Array = NDArray[np.float64]
 
 QUANTILE = 1.96
-"""Of a 95 % interval, in standard deviations."""
+"""Quantile of a 95 % interval, in standard deviations."""
 
 
 def is_identified(space: ParameterSpace, deviations: Array) -> NDArray[np.bool_]:

@@ -79,7 +79,7 @@ class Experiment:
     """A planned flight.
 
     Attributes:
-        excitations: In their order.
+        excitations: Excitations in their order.
         accuracy: Parameters to be identified, and their accuracy.
         checked: Flights over the airframe's uncertainty.
         expected: Accuracy that the flight should give.

@@ -1,4 +1,4 @@
-"""What was identified, as its document."""
+"""Identification as a document."""
 
 from collections.abc import Sequence
 from math import exp

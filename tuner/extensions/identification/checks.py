@@ -18,19 +18,19 @@ from tuner.extensions.vehicle_fit.samples import COMPARED_RATE, LogSegment, resa
 Array = NDArray[np.float64]
 
 SLOWEST, SLOW = 50.0, 200.0
-"""Rates of a log below which nothing, and little, can be said [Hz]."""
+"""Rates of a log [Hz] below which nothing, and little, can be identified."""
 MAX_LOST, MAX_SATURATED_SHARE = 0.02, 0.02
 """Shares of samples."""
 HOVER = (0.8, 1.25)
 """Median specific force along z of a flight that neither climbs nor falls for long, over gravity."""
 SHAPED = 0.3
-"""Correlation of turning with what the motors ask for, below which nothing is said of their order."""
+"""Correlation of rotation with the motor commands below which their order is not judged."""
 SIZED = 0.6
-"""The same, below which an axis is too calm, and nothing is said of its size."""
+"""Correlation below which an axis is too calm, and its size is not judged."""
 MIN_SEGMENT = 0.5
 """Shortest part without a pause that turning is compared on [s]."""
 TELLING = 0.5
-"""Share of an output's variance that the motors explain, below which a flight tells nothing by it."""
+"""Share of an output's variance that the motors explain, below which the output does not count."""
 FACTOR = 6.0
 """Factor between turning and what the airframe would do, beyond which a unit is wrong and not an inertia."""
 DEGREES = 180.0 / np.pi

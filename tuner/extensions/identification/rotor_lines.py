@@ -7,7 +7,7 @@ They stand at 1, 2 and 3 times the speed of the rotors.
 
 P is the spectrum of roll and pitch rate, r the speed of the rotors over that of hover, from the commands, and A the power that
 the lines of four rotors have about an axis at hover: each adds a^2/2. The true speed may differ from the model's by one factor,
-which the place of the first line tells. L is the gyro's low-pass, known by its delay only.
+which follows from the frequency of the first line. L is the gyro's low-pass, known by its delay only.
 """
 
 from collections.abc import Iterator
@@ -148,11 +148,11 @@ def _line(
     """Return a line, None where it is not clear.
 
     Args:
-        spectra: Of the windows (n, orders).
+        spectra: Spectra of the windows (n, orders).
         harmonic: Frequency over that of the rotors.
-        order: Of the first line.
+        order: Order of the first line.
         hover: Frequency of the rotors at hover by the model [Hz].
-        cutoff: Of the gyro's low-pass [Hz].
+        cutoff: Cutoff of the gyro's low-pass [Hz].
         deviation: Relative standard deviation of the cut-off.
     """
     frequency, (low, high) = harmonic * order * hover, FILLED[harmonic]

@@ -13,7 +13,7 @@ class VehicleClass:
     """Vehicles that usually fly a firmware.
 
     Attributes:
-        noun: What they are.
+        noun: Description of the vehicles.
         airframe: The bundled one in their middle.
         mass: Standard deviation of the logarithm of their mass.
     """

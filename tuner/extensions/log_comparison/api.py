@@ -32,7 +32,7 @@ class LogComparison(Documented):
     """Two flights side by side.
 
     Attributes:
-        document: What `tuner compare-logs --json` prints.
+        document: Output of `tuner compare-logs --json`.
 
     """
 

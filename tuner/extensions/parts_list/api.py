@@ -36,7 +36,7 @@ class EstimatedAirframe(Documented):
     """An airframe from a parts list.
 
     Attributes:
-        document: What `tuner new NAME --mass ... --json` prints.
+        document: Output of `tuner new NAME --mass ... --json`.
         estimate: Its numbers and their uncertainty.
 
     """

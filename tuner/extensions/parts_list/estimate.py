@@ -59,7 +59,7 @@ SPREADS: dict[str, dict[str, float]] = {
 AT_HOVER = {"weighed": 0.02, "hover": 0.1}
 """The same of thrust_coefficient where the command at hover is known to 5 %."""
 QUANTILE = 1.96
-"""Of a 95 % interval, in standard deviations."""
+"""Quantile of a 95 % interval, in standard deviations."""
 
 
 class Propeller(NamedTuple):
@@ -71,7 +71,7 @@ class Propeller(NamedTuple):
 
 
 class PartsList(NamedTuple):
-    """What is known of a vehicle: mass [kg], wheelbase: from a motor to the one opposite [m], propeller, speed constant of the
+    """Known data of a vehicle: mass [kg], wheelbase: from a motor to the one opposite [m], propeller, speed constant of the
     motors [rpm/V], cells of the battery, and the command at hover as a share of full command, None where nobody knows.
     """
 
@@ -88,7 +88,7 @@ class Estimate(NamedTuple):
 
     Attributes:
         values: Every number of an airframe file of frame "x".
-        uncertainty: Of these numbers.
+        uncertainty: Uncertainty of these numbers.
         thrust_to_weight: At speed_max [1].
         thrust_of_parts: The same before speed_max was lowered [1].
     """

@@ -24,7 +24,7 @@ SCALE_WORDS = {
 
 
 def sensitivity_document(study: TuningStudy, analysis: Analysis, seconds: float) -> SensitivityDocument:
-    """Return the document: in shares of 1, or in percent where a key says so."""
+    """Return the document: in shares of 1, or in percent if the key has that unit."""
     flights = sum(entry.search for entry in study.scenarios)
     return SensitivityDocument(
         title=study.title,

@@ -34,8 +34,8 @@ class Tail(Documented):
     """Probabilities of events.
 
     Attributes:
-        document: What `tuner tail --json` prints.
-        folder: Where tail.json and the flights of the design points were written, None where they were not.
+        document: Output of `tuner tail --json`.
+        folder: Folder of tail.json and the flights of the design points, None if none was written.
 
     """
 
@@ -102,7 +102,7 @@ def tail(
         width: Width of the 95 % interval, over the probability.
         most: Flights of each event at most.
         study: Study whose scenario, limits and seed are flown; by default that of the gains as of `fly`.
-        scenario: Which scenario of the study, from 0.
+        scenario: Number of a scenario of the study, from 0.
         seed: Root seed where no study gives one.
         worst: Part of a flight, such as "vehicle" or "air", whose design point is sought with all else as usual; by default of
             all parts together.

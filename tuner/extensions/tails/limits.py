@@ -48,10 +48,10 @@ class TailValue(NamedTuple):
     """Probability of an event with its interval.
 
     Attributes:
-        probability: Of several scenarios that with the largest upper end.
-        confidence: Of the interval.
+        probability: Probability; of several scenarios the one with the largest upper end.
+        confidence: Confidence of the interval.
         low, high: Ends of its interval.
-        flights: Of all scenarios.
+        flights: Flights of all scenarios.
         events: Estimates by names of scenarios.
     """
 
@@ -89,8 +89,8 @@ class TailLimits:
     """The limits of a study on rare events.
 
     Attributes:
-        study: Whose gains are judged.
-        threads: That fly.
+        study: Study whose gains are judged.
+        threads: Threads that fly.
         watcher: Callbacks.
     """
 
@@ -145,8 +145,8 @@ class FinalistTails:
     """Finalists judged by the limits on rare events, one after the other.
 
     Args:
-        limits: Of the study.
-        gains: Of the finalists (rows, g).
+        limits: Limits of the study.
+        gains: Gains of the finalists (rows, g).
     """
 
     def __init__(self, limits: TailLimits, gains: np.ndarray) -> None:
@@ -191,8 +191,8 @@ class FinalistTails:
         They stand in place of the shares of its flights, which were tuned values.
 
         Args:
-            table: Of objectives and constraints.
-            row: Of the finalists.
+            table: Table of objectives and constraints.
+            row: Row of the finalists.
             confirmation: Flights of the default and of that row.
         """
         first = len(self._limits.study.objectives)

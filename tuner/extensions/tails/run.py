@@ -99,9 +99,9 @@ class TailRun:
 
     Args:
         gains: The first is compared with.
-        events: As texts.
+        events: Events as texts.
         spec: Scenario.
-        settings: Of all estimates.
+        settings: Settings of all estimates.
         watcher: Callbacks.
         out: Folder of the record, None for none.
     """

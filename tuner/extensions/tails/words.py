@@ -11,7 +11,7 @@ from tuner.text.numbers import count, fixed, per_cent, significant
 # Shares of a distance that are told.
 MIN_SHARE = 0.005
 MIN_DEVIATION = 0.3
-"""Deviations of single numbers that are told."""
+"""Smallest deviation of a single number that is printed."""
 
 
 def probability_text(value: float, low: float, high: float) -> str:

@@ -41,7 +41,7 @@ class Trial(DocumentPart):
 
 
 class Answer(DocumentPart):
-    """What was told of a trial. metrics: by name, null for one that failed; reason: why it did."""
+    """Result of a trial. metrics: by name, null for one that failed; reason: why it did."""
 
     id: str
     metrics: dict[str, float] | None = None
@@ -70,7 +70,7 @@ class TrialRecord:
 
     @property
     def lacking(self) -> list[Trial]:
-        """Trials that were asked for and of which nothing was told."""
+        """Trials without a result."""
         return [trial for trial in self.trials.values() if trial.id not in self.answers]
 
     def ask(self, trials: list[Trial]) -> None:
@@ -88,6 +88,6 @@ class TrialRecord:
         self.trials |= {trial.id: trial for trial in new}
 
     def tell(self, answer: Answer) -> None:
-        """Keep what was told of a trial."""
+        """Add the result of a trial."""
         self._results.append([answer])
         self.answers[answer.id] = answer

@@ -1,4 +1,4 @@
-"""A study whose trials another program makes: variables, what is told of a trial, how many trials, and what is wanted.
+"""A study whose trials another program makes: variables, metrics, budget, objectives and constraints.
 
 The program may be a simulator or a test bench. Trials have the numbers of scenarios; each comes with a seed, the same for every
 candidate, so that a program which draws its disturbances from it compares candidates in pairs. A metric is a number of a trial,
@@ -52,7 +52,7 @@ class VariableTable(StrictTable):
     """[[variable]]: a number that is searched."""
 
     name: str
-    """Name, by which the program is told its value."""
+    """Name in the trials that the program gets."""
     low: float
     """Lower end of the range."""
     high: float
@@ -68,10 +68,10 @@ class VariableTable(StrictTable):
 
 
 class MetricTable(StrictTable):
-    """[[metric]]: a number that the program tells of each trial, 0 or more, better when smaller."""
+    """[[metric]]: a number of each trial that the program submits, 0 or more, better when smaller."""
 
     name: str
-    """Name, by which the program tells it."""
+    """Name in the results that the program submits."""
     worst: Annotated[float, Field(gt=0.0)]
     """Largest value that counts; a failed trial counts as twice this."""
     unit: str = "1"
@@ -279,7 +279,7 @@ FAILURE = MetricAddress(
     ),
     (),
 )
-"""The metric that needs not be told."""
+"""The metric that need not be submitted."""
 
 
 def _metrics(tables: list[MetricTable]) -> tuple[MetricAddress, ...]:
@@ -293,7 +293,7 @@ def _metrics(tables: list[MetricTable]) -> tuple[MetricAddress, ...]:
 
 
 def _metric(table: MetricTable) -> MetricAddress:
-    """Return the metric: its value is what is told under its name, its bound the worst that counts."""
+    """Return the metric: its value is the submitted one, its bound the worst that counts."""
     name, worst = table.name, table.worst
     metric = Metric(
         name=name,

@@ -51,7 +51,7 @@ class FrequencyResponse:
     Attributes:
         frequency (f,): [Hz].
         response (f,): Complex, output per input.
-        coherence (f,): Of instrument and output, 0 to 1.
+        coherence (f,): Coherence of instrument and output, 0 to 1.
         deviation (f,): Relative standard deviation; that of the phase in radians as well.
         output_power (f,): One-sided power density of the output.
         leaks (f,): Mask where the instrument has no power but what leaks from its neighbors.
@@ -77,7 +77,7 @@ def estimate_response(records: Sequence[Record], length: float, highest: float) 
 
     Args:
         records: Records of one system.
-        length: Of a segment [s].
+        length: Length of a segment [s].
         highest: Frequency [Hz] of the last value, at most.
     """
     pieces = [transforms for record in records if (transforms := _transforms(record, length, highest)) is not None]

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 HORIZON = 0.5
 """Length of a window [s]: at its begin the rates are given, and a constant disturbance over it is not held against the model."""
 HELD_OUT, OF = 1, 5
-"""Of so many parts of `PART` seconds, those that are held out of the fit."""
+"""Number of held-out parts of `PART` seconds among so many."""
 PART = 1.0
 SETTLING, MAX_SETTLING_SHARE = 0.5, 0.2
 """Begin of a segment that neither fit nor validation uses [s], and the largest share of it: rotors' speeds there follow from

@@ -85,7 +85,7 @@ def bounds(
 
 
 def agree(fans: list[Fan]) -> bool:
-    """Say whether fans share their reference; what a position loop asks of roll and pitch differs from point to point."""
+    """Say whether fans share their reference; the setpoints of roll and pitch from a position loop differ from point to point."""
     first = fans[0].reference
     return all(np.array_equal(fan.reference, first, equal_nan=True) for fan in fans)
 

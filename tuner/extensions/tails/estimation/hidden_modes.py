@@ -30,12 +30,12 @@ INFLATED = (1.5, 2.0, 3.0, 4.0)
 """Deviations that are tried until `ENOUGH` states fail."""
 ROWS, ENOUGH = 200, 8
 STEPS = 3
-"""Of the search for a design point: directions are enough."""
+"""Number of steps of the search for a design point: directions are enough."""
 SAME_MODE = 0.5
 """Cosine of design points above which two failures belong together: 60 degrees."""
 STARVED = 4.0
 SHARPNESS = 10.0
-"""Of the border between sectors, in demand per standard deviation: levels below 1 lie up to 0.1 beyond it."""
+"""Sharpness of the border between sectors, in demand per standard deviation: levels below 1 lie up to 0.1 beyond it."""
 
 
 class Sector(NamedTuple):
@@ -52,7 +52,7 @@ class SectorLimit:
 
     Attributes:
         limit: limit function.
-        sectors: whose columns follow those of the limit function.
+        sectors: sectors whose columns follow those of the limit function.
     """
 
     limit: LimitFunction
@@ -117,7 +117,7 @@ def divide(
         ascent: to a mode of it.
         chains: number of seeds of a level.
         smallest: probability below which the climb ends.
-        rng: of the search.
+        rng: source of random numbers of the search.
     """
     mode = ascent.ladder.mode
     [failures] = run_together(limit, [look_for_failures(mode, limit.dimension, rng)])

@@ -37,17 +37,19 @@ PILOT_DEPTH = 30.0
 MEMORY = 100e6
 """Bytes that the states of replicas may take."""
 VECTORS = 11
-"""Of normals for each chain at most: states, their moves, and survivors of two levels, of which one is being gathered."""
+"""Number of normal vectors per chain at most: states, their moves, and survivors of two levels, of which one is being
+gathered.
+"""
 
 
 class Request(NamedTuple):
     """The estimate asked for.
 
     Attributes:
-        relative_width: of the interval over the probability: 0.5 is about a quarter to either side.
+        relative_width: width of the interval over the probability: 0.5 is about a quarter to either side.
         smallest: probability that matters.
         most_evaluations: rows of the limit function, pilot included.
-        confidence: of the intervals.
+        confidence: confidence of the intervals.
         method: None for the one that costs less.
     """
 
@@ -63,13 +65,13 @@ class Plan:
     """All that replicas need but their streams; a function of limit function, request and seed.
 
     Attributes:
-        method: of the replicas.
-        ladders: of splitting, in columns of the sectors' limit function.
-        sectors: of modes that hide others.
+        method: method of the replicas.
+        ladders: ladders of splitting, in columns of the sectors' limit function.
+        sectors: sectors of modes that hide others.
         curve: levels at which the largest demand is counted; the last is 1.
         failures: some (k, d) of each mode that was reached.
         is_stalled: whether no ladder reached the event, and one of them for want of anything nearer to it.
-        probability: of the event, roughly.
+        probability: probability of the event, roughly.
         independent: first rows of each ascent, drawn independently; none fails by a mode that was not reached.
         evaluations: rows of the pilot.
     """
