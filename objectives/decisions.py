@@ -78,8 +78,8 @@ class DecisionSpace:
     """Decision variables over a row of gains.
 
     Attributes:
-        variables: in order.
-        columns: for each variable the columns of the gains row that take its value.
+        variables: variables in their order.
+        columns: columns of the gains row that take the value of each variable.
         base: the gains row that stands where no variable does (fixed and default gains).
     """
 

@@ -121,7 +121,7 @@ class Evaluation:
 
     Attributes:
         values: Objectives (n, objectives) in the metrics' units.
-        excess: Over constraints and requirements (n, constraints + requirements), below 0 where there is slack.
+        excess: Violation of constraints and requirements (n, constraints + requirements), below 0 where there is slack.
         failures: Share of flights that did not complete (n,).
         scores: The per-flight metrics that all of it came from (n, quantities, flights).
         origin: Name of the scenario of each flight (flights,).
@@ -353,7 +353,7 @@ class Evaluator(ABC):
         return risks
 
     def spare(self, flights: int, on_flights_done: Callable[[int], None] | None) -> None:
-        """Tell whoever hears of landings of flights that need not be made."""
+        """Report skipped flights to the watcher."""
         report = on_flights_done and (self.spared or on_flights_done)
         if report is not None and flights:
             report(flights)

@@ -1,7 +1,7 @@
-"""Failure modes of flights: demand over capacity of each way to be lost, which reaches 1 where a flight is lost that way.
+"""Failure modes of flights: utilisation of each mode, demand over capacity; 1 at failure.
 
-The meters of a lost flight stand at the last instant before the loss. So its demand is 1, and more the earlier it was lost, of
-the mode that has the status of the loss; where several have it, of the one whose demand was largest.
+The meters of a failed flight are those of the last instant before the failure. So the demand of the mode with the status of the
+failure is 1, and more the earlier it failed; if several modes have that status, this is the one with the largest demand.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -26,10 +26,10 @@ class FailureMode:
     """One way to be lost.
 
     Attributes:
-        name: Of what leaves its limit, such as "position".
-        status: Of flights that end so.
+        name: Name of the quantity that exceeds its limit, such as "position".
+        status: Status of flights that end this way.
         demand: Largest demand over capacity (...) of flights with the meters of a record.
-        metric: Whose accumulator `demand` reads, None where it reads those of every flight.
+        metric: Metric whose accumulator `demand` reads, None if it reads those of every flight.
 
     """
 
@@ -61,6 +61,6 @@ def largest_error(axes: Iterable[str], limit: float, meters: Any) -> Array:
 def diverged(axes: Iterable[str]) -> FailureMode:
     """Return the mode of states that are no numbers or absurdly large.
 
-    Errors of axes are the part of the state that meters know.
+    Errors of axes are the part of the state in the meters.
     """
     return FailureMode("diverged", Status.NON_FINITE, partial(largest_error, tuple(axes), sqrt(LARGEST_STATE)))

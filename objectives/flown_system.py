@@ -1,6 +1,6 @@
-"""The interface of whatever flies: a quadrotor, a plant of the user's own, an FMU.
+"""The interface of a simulated system: a quadrotor, a user-defined plant, an FMU.
 
-Whoever asks a system for something asks one of these members; nobody asks which kind of system it is.
+Callers use these members and never test the type of a system.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -189,7 +189,7 @@ class FlownSystem(Protocol):
 
         Args:
             trace: Rows of `traced` (scenarios, instants, rows).
-            references: Of the flight inputs, at the same instants (instants, rows).
+            references: References of the flight inputs, at the same instants (instants, rows).
         """
         ...
 

@@ -38,7 +38,7 @@ FOLLOWED_KEY, HELD_KEY, OFF_KEY = "mission.followed", "mission.held", "mission.o
 
 @dataclass(frozen=True)
 class Mission:
-    """[mission]: how much the automatic limits ask.
+    """[mission]: strictness of the automatic limits.
 
     Attributes:
         followed: share of the error of a flight that never leaves its start.

@@ -17,5 +17,5 @@ def channels_by_name(channels: Iterable[Channel]) -> tuple[dict[str, Any], ...]:
 
 
 def channels_of(named: Iterable[dict[str, Any]]) -> tuple[Channel, ...]:
-    """Return the channels of such fields; UnknownNameError where this process knows no law of that name."""
+    """Return the channels of such fields; UnknownNameError if this process has no law of that name."""
     return tuple(Channel(law=law(each["law"]), **{key: each[key] for key in each if key != "law"}) for each in named)

@@ -1,4 +1,4 @@
-"""A plant of the user's own under study: its loops, what its controller knows, its limits and its timing."""
+"""A plant of the user's own under study: its loops, its controller's model, its limits and its timing."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
@@ -75,7 +75,7 @@ class PlantParts:
     Args:
         make: Makes the plant: of its numbers, or of its file, which the process that calls it has run.
         channels: Fields of each, laws by their names.
-        actuators: Of its inputs.
+        actuators: Actuators of its inputs.
         parameters: Nominal ones, in the order of the record.
         timing: Its periods.
     """

@@ -1,7 +1,7 @@
 """Requirements on a controller that are known without flying it: bounds that theory gives, stability margins.
 
-An analysis turns gains into numbers, a requirement puts a limit on one of them. What breaks a hard one is not worth a
-flight; a soft one is flown and counts as a broken constraint. `Problem` asks before it flies.
+An analysis turns gains into numbers, a requirement puts a limit on one of them. A candidate that violates a hard one does not
+fly; a soft one is flown and counts as a broken constraint. `Problem` asks before it flies.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ class Requirement:
     Attributes:
         label: short name, unique in a study.
         quantity: what the number is, one line for reports.
-        unit: of value and limit, as a study file gives it.
+        unit: unit of value and limit, as a study file gives it.
         limit: finite.
         sense: "max", the value must not exceed the limit, or "min", not fall below it.
         hard: whether a candidate that breaks it is left unflown.

@@ -67,7 +67,7 @@ class UnknownNameError(InputError):
 
     Args:
         kind: what the name stands for ("law", "metric", "key").
-        name: as given.
+        name: name as given.
         valid: all valid names.
     """
 

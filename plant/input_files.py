@@ -14,15 +14,15 @@ from typing import Any
 
 from plant.errors import InputError
 
-MOST_TEXT, MOST_TABLE = 2**26, 2**31
+MAX_TEXT_BYTES, MAX_TABLE_BYTES = 2**26, 2**31
 """Largest text file, some ten times the largest in use, and largest table, packed or not [bytes]."""
-MOST_JSON, MOST_VALUES = 2**23, 200_000
+MAX_JSON_BYTES, MAX_VALUES = 2**23, 200_000
 """Largest JSON text [bytes] and most values in one, fifty times the largest in use: each takes 1 kB while it is checked."""
 # A system that lacks the flag has no such pipes either.
 _AT_ONCE = getattr(os, "O_NONBLOCK", 0)
 
 
-def read_input(file: Path, most: int = MOST_TEXT) -> bytes:
+def read_input(file: Path, most: int = MAX_TEXT_BYTES) -> bytes:
     """Return the content of a regular file of limited size.
 
     Raises OSError, with a reason for people, where it cannot be opened, is a folder, a pipe or a device, or is larger.
@@ -39,7 +39,7 @@ def read_input(file: Path, most: int = MOST_TEXT) -> bytes:
     return content
 
 
-def file_sha256(file: Path, most: int = MOST_TEXT) -> str:
+def file_sha256(file: Path, most: int = MAX_TEXT_BYTES) -> str:
     """Return the SHA-256 of a file; raises as `read_input` does."""
     return sha256(read_input(file, most)).hexdigest()
 
@@ -49,7 +49,7 @@ def read_input_text(file: Path, encoding: str = "utf-8") -> str:
     return read_input(file).decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
 
 
-def given_content(file: Path, remedy: str, most: int = MOST_TEXT) -> bytes:
+def given_content(file: Path, remedy: str, most: int = MAX_TEXT_BYTES) -> bytes:
     """Return the content of a file that a person named; InputError with a remedy where there is none."""
     try:
         return read_input(file, most)
@@ -85,13 +85,13 @@ def parse_json(text: str, **options: Any) -> Any:
 
 def check_json_size(text: str) -> None:
     """Raise ValueError for a JSON text larger than any document of the tool."""
-    if len(text) > MOST_JSON:
+    if len(text) > MAX_JSON_BYTES:
         raise ValueError(
-            f"a JSON text of {len(text) / 2**20:,.0f} MiB, and at most {MOST_JSON / 2**20:,.0f} MiB are read"
+            f"a JSON text of {len(text) / 2**20:,.0f} MiB, and at most {MAX_JSON_BYTES / 2**20:,.0f} MiB are read"
         )
     # Every value but the first of its list or object stands behind a comma.
-    if sum(map(text.count, ",[{")) > MOST_VALUES:
-        raise ValueError(f"a JSON text of more than {MOST_VALUES:,} values, which no document has")
+    if sum(map(text.count, ",[{")) > MAX_VALUES:
+        raise ValueError(f"a JSON text of more than {MAX_VALUES:,} values, which no document has")
 
 
 def opened_at_once(file: str, flags: int) -> int:

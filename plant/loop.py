@@ -48,7 +48,7 @@ class LoopRecords(NamedTuple):
     """Types of the records that a closed loop is handed.
 
     Attributes:
-        Gains: of the controller.
+        Gains: type of the controller's gains.
         Nominal: its knowledge of the plant.
         Reference, Disturbance, Noise: one of each for every control period.
         Dynamics: constants of the plant that flies.
@@ -72,7 +72,7 @@ class ClosedLoop:
     """A closed loop bound to a controller and to meters.
 
     Attributes:
-        name: of its kernels.
+        name: name of its kernels.
         records: types of all that it is handed.
         Flight: record of everything that changes; its parts are body, speed (the command to the plant), whatever
             the controller keeps, meters, status and end_time, the last three last.

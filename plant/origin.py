@@ -25,7 +25,7 @@ def origins(entries: Iterable[Any], name: str = "name") -> dict[str, str]:
 
 
 def with_origin(entry: Any, origin: Origin) -> Any:
-    """Return an entry that knows where it comes from; a class is told itself."""
+    """Return an entry that knows where it comes from; a class gets itself."""
     if is_dataclass(entry) and not isinstance(entry, type):
         return replace(entry, origin=origin)
     setattr(entry, "origin", origin)  # noqa: B010 (a class's own attribute, whatever its type)

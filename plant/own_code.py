@@ -1,7 +1,7 @@
 """Code of the user's own: a file of a law, a metric or a reference, run in this process from the bytes that were read.
 
-The digest of a file is taken over its bytes and those of the files beside it that it imports, which are run before it. What has
-run is known by its digest: a copy of it elsewhere, such as in a results folder, is the same code and is not run again.
+The digest of a file is taken over its bytes and those of the files beside it that it imports, which are run before it. Code that
+has run is known by its digest: a copy of it elsewhere, such as in a results folder, is the same code and is not run again.
 
 Code that is found through a study runs where the study is no results folder's and the code lies with it: in the folder of the
 study, below that, or below the working folder. Other code runs only where the user names it.
@@ -20,12 +20,12 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from plant.errors import InputError, UnnamedCodeError
-from plant.input_files import MOST_TEXT, given_content
+from plant.input_files import MAX_TEXT_BYTES, given_content
 from plant.origin import Origin
 from plant.results_folder import in_results_folder
 
 # Largest FMU [bytes].
-MOST_BINARY = 2**29
+MAX_BINARY_BYTES = 2**29
 
 
 class Source(NamedTuple):
@@ -50,7 +50,7 @@ class OwnCode:
 
 
 OWN_CODE = "TUNER_OWN_CODE"
-"""Environment variable; "refuse" for a process that runs no code of anybody's."""
+"""Environment variable; "refuse" disables user code."""
 NOT_RUN = "which this process does not run; `tuner mcp --allow-code` would"
 HAVE_RUN: dict[str, OwnCode] = {}
 """All code of the user's that has run in this process, by digest."""
@@ -73,7 +73,7 @@ def run_own_code(file: Path, study: Path | None = None) -> OwnCode:
     return HAVE_RUN[digest]
 
 
-def named_binary(file: Path, study: Path | None = None, most: int = MOST_TEXT) -> OwnCode:
+def named_binary(file: Path, study: Path | None = None, most: int = MAX_TEXT_BYTES) -> OwnCode:
     """Return machine code of the user's by its digest; it runs elsewhere. study: as for `run_own_code`.
 
     Raises UnnamedCodeError as `run_own_code` does, and InputError where the file cannot be read.
@@ -87,7 +87,7 @@ def named_binary(file: Path, study: Path | None = None, most: int = MOST_TEXT) -
 
 def refuse_unnamed(file: Path) -> None:
     """Raise UnnamedCodeError for code, or an FMU, that the user has not named."""
-    digest = digest_of(sources_of(file)) if file.suffix == ".py" else digest_of_bytes(_read(file, MOST_BINARY))
+    digest = digest_of(sources_of(file)) if file.suffix == ".py" else digest_of_bytes(_read(file, MAX_BINARY_BYTES))
     if digest not in HAVE_RUN:
         raise _unnamed(file, digest, "this is code from elsewhere")
 
@@ -168,7 +168,7 @@ def _collect(file: Path, by_file: dict[Path, Source], begun: set[Path]) -> None:
     by_file[file] = Source(file, content)
 
 
-def _read(file: Path, most: int = MOST_TEXT) -> bytes:
+def _read(file: Path, most: int = MAX_TEXT_BYTES) -> bytes:
     what = "a Python file of your own" if file.suffix == ".py" else "a file of your own"
     return given_content(file, f"give {what}", most)
 

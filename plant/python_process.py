@@ -20,7 +20,7 @@ def python_command(program: str, *arguments: str, excluded: Path | None = None) 
 
     Args:
         program: text of the program.
-        arguments: of the program.
+        arguments: arguments of the program.
         excluded: folder from which nothing is imported.
     """
     folders = [folder for folder in sys.path if os.path.isabs(folder)]

@@ -36,15 +36,15 @@ def shares(count: int, least: int) -> list[slice]:
 
 def use_threads(most: int | None) -> None:
     """Work on so many threads from now on; None: one for each core."""
-    _MOST[0] = most
+    _MAX_THREADS[0] = most
 
 
 def threads_used() -> int:
     """Return the number of threads that tasks share."""
-    return _MOST[0] or available_threads()
+    return _MAX_THREADS[0] or available_threads()
 
 
-_MOST: list[int | None] = [None]
+_MAX_THREADS: list[int | None] = [None]
 
 
 @cache

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from plant.errors import ToolError
-from plant.input_files import MOST_TEXT, read_input, read_input_text
+from plant.input_files import MAX_TEXT_BYTES, read_input, read_input_text
 from plant.quadrotor.airframes import load
 from plant.references.waypoint_file import read_waypoints
 from tests.tuner.fuzz.fuzzing import patience
@@ -114,7 +114,7 @@ def test_a_file_of_the_largest_size_is_read_and_one_byte_more_is_not(tmp_path):
     assert len(read_input(file, 10)) == 10
     with pytest.raises(OSError, match="are read"):
         read_input(file, 9)
-    assert MOST_TEXT > 100 * (ROOT / "results/paper/contest/contest.json").stat().st_size
+    assert MAX_TEXT_BYTES > 100 * (ROOT / "results/paper/contest/contest.json").stat().st_size
 
 
 def test_a_file_that_grows_while_it_is_read_is_refused():

@@ -1,13 +1,13 @@
-"""Names and first lines of docstrings keep to the rules: the counts of `tests/words.json` may only fall."""
+"""Names, docstrings, messages and pages keep to the rules: the counts of `tests/words.json` may only fall."""
 
 import ast
 
 import pytest
 
-from tests import words
+from tests import sentences, words
 
 CHAINED = '"""Fly.\n\n law: flown; gains: of it; seed: of the air.\n """'
-LISTED = '"""Fly.\n\n Args:\n    law: flown.\n    gains: of it.\n    seed: of the air.\n """'
+LISTED = '"""Fly.\n\n Args:\n     law: flown.\n     gains: gains of it.\n     seed: root seed.\n """'
 # Rule, a text that breaks it, one that keeps to it.
 EXAMPLES = [
     ("banned name", "told = 1", "total = 1"),
@@ -21,13 +21,60 @@ EXAMPLES = [
     ("long first line", f'"""{"word " * 13}."""', f'"""{"word " * 12}: {"word " * 9}"""'),
     ("chained parameters", f"def fly(law, gains, seed): {CHAINED}", f"def fly(law, gains, seed): {LISTED}"),
     ("chained parameters", f"class A:\n {CHAINED}\n law: int\n gains: int\n seed: int", f"class A:\n {LISTED}"),
+    ("constant without noun", "MOST_TRIES = 3", "MAX_TRIES = 3"),
+    ("constant without noun", "class A:\n SMALL: float = 1e-9", "class A:\n MIN_STEP: float = 1e-9"),
+    ("constant without noun", "BALANCED = 1e-12", 'COMPLETED = "completed"; TILTED = Status.TILTED; SPEED = 2.0'),
+    ("constants together", 'A, B = 1, 2\n"Limits."', 'A, B = 1, 2\nC = 3\n"Limit."'),
+    ("headless description", 'TRIES = 3\n"Of a fit."', 'TRIES = 3\n"Number of fits."'),
+    ("headless description", f"def f(law): {LISTED.replace('flown', 'that flies')}", f"def f(law): {LISTED}"),
+    (
+        "headless description",
+        f"class A: {LISTED.replace('Args', 'Attributes').replace('gains of it', 'whose')}",
+        "class A: ...",
+    ),
+    ("free relative", '"""Air.\n\nWhat is drawn is kept."""', '"""Air.\n\nThe draws are kept. What now?"""'),
+    ("passive of speech", 'raise E(f"{x} was told before as {y}")', 'raise E(f"{x} was submitted before as {y}")'),
+    ("figure of speech", 'print("the log tells nothing of it")', 'print("the pilot tells the log by its name")'),
+    ("old sense", 'print(f"begin {x} anew with --out")', 'print(f"begin {x} again with --out")'),
+    (
+        "old sense",
+        'print("leave it out, for a contest has none")',
+        'print("one file for a contest, for example, is enough")',
+    ),
+    ("old sense", 'print("Where none is given, it is 0.")', 'print("Place where it is written: X.")'),
 ]
+PAGE = """# What is shown
+
+- nobody reads this
+- a list
+  that is told
+
+    What is typed is code.
+
+| what | `it is told` |
+|---|---|
+| What is drawn | [whoever](a.md) |
+
+```sh
+echo anew
+```
+"""
 
 
 @pytest.mark.parametrize(("rule", "bad", "good"), EXAMPLES)
 def test_each_rule_names_what_breaks_it_and_nothing_else(rule, bad, good):
     assert [place.rule for place in words.places(ast.parse(bad))] == [rule]
     assert not list(words.places(ast.parse(good)))
+
+
+def test_markdown_is_read_without_headings_and_code_cell_by_cell():
+    faults = list(sentences.faults(sentences.markdown_prose(PAGE)))
+    assert faults == [
+        ("old sense", "nobody reads this"),
+        ("passive of speech", "a list that is told"),
+        ("free relative", "What is drawn"),
+        ("old sense", "whoever"),
+    ]
 
 
 def test_counts_are_those_of_the_table():

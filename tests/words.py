@@ -1,4 +1,4 @@
-"""Counts of words and docstrings that break the rules of `CONTRIBUTING.md`, by rule and room; they may only fall.
+"""Counts of words and sentences that break the rules of `CONTRIBUTING.md`, by rule and room; they may only fall.
 
 `python -m tests.words` writes the counts of the tree to `tests/words.json`; `python -m tests.words RULE [ROOM]` lists places.
 """
@@ -10,12 +10,17 @@ import sys
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
+from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
+
+from tests import sentences
 
 ROOT = Path(__file__).parents[1]
 TABLE = Path(__file__).with_suffix(".json")
 PACKAGES = "plant", "objectives", "tuner"
+# The changelog is history.
+PAGES = "README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "docs/**/*.md", "tuner/extensions/*/README.md"
 
 # Words that say how a value was come by, or nothing: the value has a noun of its own.
 BANNED_NAMES = frozenset("told asked said found known kept own whole beside apart again here there worth".split())
@@ -44,6 +49,12 @@ SAME_IN_BOTH = (
     "exercis",
 )
 MAX_WORDS = 12
+# A constant is a noun: bounds have prefixes of their own, and no last word is an adjective or a participle.
+BOUND_WITHOUT_TERM = re.compile(r"_*(?:LEAST|MOST|FEWEST|LOWEST|HIGHEST|LARGEST|SMALLEST|LONGEST)_")
+NOT_NOUN = re.compile(
+    r"SMALL|LARGE|BIG|NEAR|NEARLY|FAR|MANY|FEW|MORE|LESS|OWN|KNOWN|GIVEN|DRAWN|SHOWN|TAKEN|FORGIVEN|HIDDEN|LEFT|HELD|"
+    r"KEPT|MADE|WIDE|NARROW|TOGETHER|LEAST|MOST|FEWEST|(?!SEED|SPEED|FEED|NEED|RED)\w*ED|(?!REST|TEST|REQUEST|DIGEST|MANIFEST)\w+EST"
+)
 FUNCTIONS = ast.FunctionDef, ast.AsyncFunctionDef
 
 Documented = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
@@ -63,6 +74,49 @@ def places(tree: ast.Module) -> Iterator[Place]:
         yield from _names(node)
         if isinstance(node, ast.Module | ast.ClassDef | FUNCTIONS[0] | FUNCTIONS[1]):
             yield from _docstring(node)
+        if isinstance(node, ast.Module | ast.ClassDef):
+            yield from _constants(node.body)
+    for line, text in sentences.messages(tree):
+        yield from (Place(rule, line, sentence) for rule, sentence in sentences.faults(text))
+
+
+def _constants(body: list[ast.stmt]) -> Iterator[Place]:
+    """Yield the faults of the constants of a module or a class, and of the strings that document values."""
+    for statement, following in zip_longest(body, body[1:]):
+        bound = _bindings(statement)
+        names = [name for name in bound if name.isupper()]
+        for name in names:
+            if BOUND_WITHOUT_TERM.match(name) or (
+                NOT_NOUN.fullmatch(name.rpartition("_")[2]) and not _is_label(bound[name])
+            ):
+                yield Place("constant without noun", statement.lineno, name)
+        if not bound or not isinstance(following, ast.Expr) or not isinstance(following.value, ast.Constant):
+            continue
+        line, text = following.lineno, str(following.value.value)
+        if len(names) > 1:
+            yield Place("constants together", line, ", ".join(names))
+        if sentences.is_headless(text):
+            yield Place("headless description", line, text)
+        yield from (Place(rule, line, sentence) for rule, sentence in sentences.faults(sentences.prose(text)))
+
+
+def _bindings(statement: ast.stmt) -> dict[str, ast.expr | None]:
+    """Return the names that an assignment binds, with their values where these stand there."""
+    match statement:
+        case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)) if len(names) == len(values):
+            pairs = list(zip(names, values, strict=True))
+        case ast.Assign(targets=targets, value=value):
+            pairs = [(node, value) for target in targets for node in ast.walk(target)]
+        case ast.AnnAssign(target=target, value=value):
+            pairs = [(target, value)]
+        case _:
+            pairs = []
+    return {node.id: value for node, value in pairs if isinstance(node, ast.Name)}
+
+
+def _is_label(value: ast.expr | None) -> bool:
+    """Return True if a constant is a state's name, for which a participle is right."""
+    return isinstance(value, ast.Attribute) or (isinstance(value, ast.Constant) and isinstance(value.value, str))
 
 
 def _names(node: ast.AST) -> Iterator[Place]:
@@ -105,6 +159,8 @@ def _docstring(node: Documented) -> Iterator[Place]:
         yield Place("long first line", line, first)
     if _is_chain(text, _parameters(node)):
         yield Place("chained parameters", line, first)
+    yield from (Place("headless description", line, d) for d in sentences.entries(text) if sentences.is_headless(d))
+    yield from (Place(rule, line, sentence) for rule, sentence in sentences.faults(sentences.prose(text)))
 
 
 def _parameters(node: Documented) -> list[str]:
@@ -140,6 +196,10 @@ def places_by_room() -> dict[tuple[str, str], list[str]]:
             room = "/".join(name.parts[:-1][:2])
             for rule, line, text in places(ast.parse(path.read_text(encoding="utf-8"))):
                 out.setdefault((rule, room), []).append(f"{name}:{line}: {text}")
+    for path in sorted(path for pattern in PAGES for path in ROOT.glob(pattern)):
+        name = path.relative_to(ROOT)
+        for rule, text in sentences.faults(sentences.markdown_prose(path.read_text(encoding="utf-8"))):
+            out.setdefault((rule, "/".join(name.parts[:-1][:2]) or str(name)), []).append(f"{name}: {text}")
     return out
 
 

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-MOST_SECONDS = 1200
+MAX_SECONDS = 1200
 """How long an installation may take: torch and jax are large."""
 
 
@@ -37,7 +37,7 @@ def worker_environment() -> dict[str, str]:
 
 def _run(command: list[str]) -> None:
     try:
-        subprocess.run(command, check=True, capture_output=True, text=True, timeout=MOST_SECONDS)
+        subprocess.run(command, check=True, capture_output=True, text=True, timeout=MAX_SECONDS)
     except (OSError, subprocess.SubprocessError) as error:
         message = getattr(error, "stderr", None) or str(error)
         # What a command wrote before it ran out of time is left undecoded.

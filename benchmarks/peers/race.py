@@ -11,7 +11,7 @@ from benchmarks.course import SUBSTEPS, Course
 from benchmarks.peers.contestant import Contestant
 from benchmarks.peers.environments import ROOT, worker_environment
 
-LEAST_PERIODS = 5
+MIN_PERIODS = 5
 """Shorter flights would measure how a flight starts."""
 
 
@@ -79,7 +79,7 @@ class Runner:
 def periods_of(contestant: Contestant, batch: int, course: Course) -> int:
     """Return how many control periods a contestant flies of a batch, so that a round takes it a second or so."""
     wanted = contestant.budget // (batch * SUBSTEPS)
-    return max(LEAST_PERIODS, min(course.periods, contestant.periods, wanted))
+    return max(MIN_PERIODS, min(course.periods, contestant.periods, wanted))
 
 
 def race(runners: list[Runner], batches: list[int], rounds: int, course: Course, told: Callable[[str], None]) -> None:

@@ -27,7 +27,7 @@ from objectives.linear_axis.axis_of_cascade import TILTED_BY, open_axis
 from objectives.linear_axis.channel_model import MODELLED, AxisLoop, closed_loop, is_stable
 from plant.laws import hybrid, ladrc, pid
 from plant.loop import Timing
-from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, LEAST_LIFT, POSITION_AXES, Cascade
+from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, MIN_LIFT, POSITION_AXES, Cascade
 from plant.quadrotor.nominal import Nominal
 from plant.records import flatten
 
@@ -49,7 +49,7 @@ def authority(nominal: Nominal, axis: str) -> float:
         inertia = getattr(vehicle.inertia, {"roll": "x", "pitch": "y", "yaw": "z"}[axis])
         return room / share / inertia
     if axis == "z":
-        return min(4.0 * room / vehicle.mass, (1.0 - LEAST_LIFT) * vehicle.gravity)
+        return min(4.0 * room / vehicle.mass, (1.0 - MIN_LIFT) * vehicle.gravity)
     return vehicle.gravity * nominal.tilt_tangent
 
 

@@ -10,7 +10,7 @@ from objectives.design.frequency import actuator_response, closed_matrix, peaks
 from objectives.design.requirements import DesignRequirements
 from objectives.linear_axis.channel_model import AxisLoop, RotorLag, TiltLoop, is_stable
 from plant.laws.law import Law
-from plant.quadrotor.gains import MOST_OBSERVER
+from plant.quadrotor.gains import MAX_BANDWIDTH_PERIODS
 
 Array = np.ndarray
 
@@ -44,7 +44,7 @@ class DesignAxis:
         """Return a gain's range; the control period limits an observer's bandwidth."""
         info = next(gain for gain in self.law.gains if gain.name == name)
         span = info.span(self.loop)
-        high = min(span.high, MOST_OBSERVER / self.control_period) if info.observer else span.high
+        high = min(span.high, MAX_BANDWIDTH_PERIODS / self.control_period) if info.observer else span.high
         return min(span.low, high), high
 
     def record(self, **gains: float) -> Any:

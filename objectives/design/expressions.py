@@ -67,7 +67,7 @@ class Observed(NamedTuple):
 def observed(law: Feedback, s: Complex, applied: Complex) -> Observed:
     """Return the law at s.
 
-    applied: share of its command that its observer knows.
+    applied: share of its command that its observer uses.
     """
     kp, kd, omega_o = law.kp, law.kd, law.omega_o
     b1, b2, b3 = triple_pole(omega_o)

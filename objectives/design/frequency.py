@@ -4,7 +4,7 @@ They serve designs and their checks:
 
     L = G_a C/s^2,   C = -(K_y + s K_v)/(1 - K_e G_k)
 
-K: the law from (r, y, y', known) to u; G_a: from u to the acceleration delivered; G_k: from u to what the law knows of it.
+K: the law from (r, y, y', known) to u; G_a: from u to the acceleration delivered; G_k: from u to the law's model of it.
 """
 
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class AxisResponses:
         return -self.feedback / (1.0 - self.command * self.seen)
 
     def loop(self) -> Array:
-        """Return L, broken where the command leaves the law; what the law knows of its own command stays closed."""
+        """Return L, broken where the command leaves the law; the law's model of its own command stays closed."""
         return self.delivered * self.feedback_gain() / self.s**2
 
     def closed(self) -> Array:

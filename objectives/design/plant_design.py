@@ -3,7 +3,7 @@
 The loop is taken as it is sampled.
 L of a channel with PID, all others closed, is linear in kp, ki and kd, whatever the plant: so its three parts are read off the
 margin model, and `pid_ccp` makes ki kp^speed large while |S| and |T| keep their limits. Inner channels come first, and outer
-ones act through them. What is found counts where the sampled loop is stable and keeps the limits on a finer grid.
+ones act through them. A solution counts if the sampled loop is stable and satisfies the limits on a finer grid.
 """
 
 from collections.abc import Mapping

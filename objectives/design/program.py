@@ -87,7 +87,7 @@ class LoopLimits:
 
 
 def load_rejection(law: Feedback, known_delay: float) -> Any:
-    """Return k_i [1/s3], the limit of s C; known_delay: of what the observer knows of the command [s]."""
+    """Return k_i [1/s3], the limit of s C; known_delay: of the observer's input from the command [s]."""
     b1, b2, b3 = triple_pole(law.omega_o)
     estimated = (law.kp if law.value_too else 0.0) + (law.kd * b1 if law.rate_too else 0.0)
     return law.kp * b3 / (b2 + b3 * known_delay + estimated)

@@ -23,7 +23,7 @@ class DesignRequirements:
         attitude_step: Largest error at once that a loop answers without asking for more than the axis can do [rad]; as
             feedback on the error it bounds kp.
         position_step: The same of position [m].
-        power_share: What the power-rate term adds to the hybrid's largest equivalent gain, as a share of it; 0 is a
+        power_share: Contribution of the power-rate term to the hybrid's largest equivalent gain, as a share of it; 0 is a
             linear law.
         sensors: The sensor noise.
     """

@@ -1,6 +1,6 @@
 """One axis in continuous time: double integrator, rotor lag, delay, observer and feedback as one linear state space.
 
-    y'' = a/m + w,   a = actuator(u),   u = law(r, y, y', what the law knows of a) - phi(S)
+    y'' = a/m + w,   a = actuator(u),   u = law(r, y, y', model of a) - phi(S)
 
 All in acceleration units: u and a are b0 times the command, so b0 cancels. m is the true inertia (or mass) over the nominal
 one, w an acceleration that disturbs, S the sliding variable and phi the part of a law that grows slower than S; a linear law
@@ -67,7 +67,7 @@ class RotorLag:
     Attributes:
         lag: Time constant of the lag [s].
         delay: Dead time T [s].
-        lag_aware: Whether the law knows the lagged output, by a model with the nominal lag and no lead, or only the
+        lag_aware: True if the law uses the lagged output, by a model with the nominal lag and no lead, or only the
             delayed command.
         order: Order of the Pade approximant, 0 (no delay at all), 1 or 2.
         lead: Time constant of the lead, of yaw, by the rotors' inertia [s].
@@ -100,7 +100,7 @@ class RotorLag:
 class TiltLoop:
     """The attitude loop as the actuator of a horizontal position axis: reference angle in, angle out, both times gravity.
 
-    lag_aware: whether the law knows the angle reached (it is measured), or only the one asked for.
+    lag_aware: true if the law uses the measured angle, false for the setpoint.
     """
 
     attitude: "AxisLoop"
@@ -120,7 +120,7 @@ class AxisLoop:
     Attributes:
         law: Name of its law.
         gains: Its Gains record.
-        actuator: What u acts through.
+        actuator: Actuator of u.
         loop: "attitude", where the true inertia scales the acceleration, or "position", where the true mass does.
         from_observer: Whether the law takes the rate from its observer.
     """

@@ -17,8 +17,8 @@
     MarginModel(..., others=spread_corners(vehicle, Spread(mass=0.1, lag=0.2)))   # the worst of a spread of vehicles
     MarginModel(..., cases=(Case(0.05), Case(0.5)))                               # other amplitudes of nonlinear terms
 
-Break points. A signal v is added at the plant input of z [m/s2], roll, pitch and yaw [N m], behind all that the controller knows
-of its command, and to the demands of the position loops of x and y [m/s2]. With T from v to the command c all other loops stay
+Break points. A signal v is added at the plant input of z [m/s2], roll, pitch and yaw [N m], behind the controller's model of its
+command, and to the demands of the position loops of x and y [m/s2]. With T from v to the command c all other loops stay
 closed: S = 1 + T, L = -T/(1 + T).
 
 Conventions. Gain margins are factors of 1 or more, up and down. An unstable loop has factors 1, angles, delays and disks 0,

@@ -45,7 +45,7 @@ def modes_of_loops(loops: LinearLoops, requested: Fields = EVERY) -> Modes:
     """Return the modes of loops a (n, b, b) with closed terms.
 
     They have the inputs and outputs that margins are read from.
-    Of loops that are not stable, of which no curve tells anything, there are only the poles.
+    Unstable loops have no meaningful curve, only poles.
     """
     inputs, outputs = (slice(None), slice(None)) if requested & TRACKING else (loops.injected, loops.command)
     a = without_idle(loops.a, loops.b[..., loops.injected])

@@ -94,7 +94,7 @@ def close_all(given: tuple[Array, ...], gain: Array, first: int, out: tuple[Arra
     """Fill `out` with the given loops, terms closed by gain (n, cases, t).
 
     Both are a, b, c and d (n, cases, ...).
-    first: channel from which on the terms stand. What is given once stands for every n, or for every case.
+    first: channel from which on the terms stand. A single value holds for every n, or for every case.
     """
     whole_a, whole_b, whole_c, whole_d = given
     new_a, new_b, new_c, new_d = out

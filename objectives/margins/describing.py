@@ -8,8 +8,8 @@ so around an oscillation of amplitude A the term acts as the gain N(A). A. Gelb,
 Functions and Nonlinear System Design, McGraw-Hill 1968, section 2.2. A small perturbation of a state away from rest sees the
 slope f' instead, which can exceed every N (1.5 against 0.93 for |s|^(1/2) sat s), so the steepest slope is a case of its own.
 
-Signals swing about 0, as they do under laws that leave no steady error. What a law does not declare as a term, such as the
-tracking differentiator of ADRC, and every limit act as they do on small signals.
+Signals swing about 0, as they do under laws that leave no steady error. Undeclared nonlinearities, such as the tracking
+differentiator of ADRC, and limits act as they do on small signals.
 """
 
 from collections.abc import Callable, Sequence

@@ -2,12 +2,12 @@
 
 Functions stand in for a few that it calls:
 
-    speed_commands   adds thrust and torque to the rotor commands in force, behind all that the controller knows of them
+    speed_commands   adds thrust and torque to the rotor commands in force, behind the controller's model of them
     tilt_for         adds acceleration to what the position loops ask for, roll and pitch to what they ask of the attitude
     `Law.nonlinear`  each term f(s) of a law gives back an input w instead; s and f(s) are read
     norm3            has its derivative, 0, at the zero vector too
 
-So the break point of a channel is the plant input: what the controller believes to have applied holds no injected signal.
+So the break point of a channel is the plant input: the controller's record of its command holds no injected signal.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ from plant.vectors import Rotors, Vec3, axpy_rotors, norm3
 Functions = dict[Callable[..., Any], Callable[..., Any]]
 
 # Keeps speed commands finite [N] where the search for a steady flight asks for negative thrust.
-LEAST_THRUST = 1e-9
+MIN_THRUST = 1e-9
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class SignalInjection(TermInjection):
         lift = nominal.vehicle.mass * self._v[2]
         for amount, column in zip((lift, *self._v[3:]), columns, strict=True):
             thrust = axpy_rotors(thrust, amount, column)
-        up = Rotors(*[ca.fmax(part, LEAST_THRUST) for part in thrust])
+        up = Rotors(*[ca.fmax(part, MIN_THRUST) for part in thrust])
         return self._plain(speed_commands)(up, nominal)
 
     def _tilt(self, acceleration: Vec3, heading: Vec3, gravity: Any) -> Tilt:

@@ -26,7 +26,7 @@ from plant.model.plan import Channel, LoopPlan
 Array = NDArray[np.float64]
 
 # Longest common period [control periods]: the matrices of a fast channel have as many rows.
-MOST_PERIODS = 64
+MAX_PERIODS = 64
 
 
 class Rate(NamedTuple):
@@ -54,11 +54,11 @@ def rates_of(plan: LoopPlan, control_period: float) -> tuple[Rate, ...]:
     it is delayed. Raises InputError where it takes too many periods until all channels step at once again.
     """
     periods = lcm(*[channel.every for channel in plan.channels])
-    if periods > MOST_PERIODS:
+    if periods > MAX_PERIODS:
         rates = ", ".join(str(channel.every) for channel in plan.channels)
         raise InputError(
             f"channels that step every {rates} periods step together every {periods} periods; margins are known up to "
-            f"{MOST_PERIODS}: choose rates that divide each other, or leave the margins out",
+            f"{MAX_PERIODS}: choose rates that divide each other, or leave the margins out",
             key="margin",
         )
     return tuple(_rate(channel, plan, control_period) for channel in plan.channels)
@@ -82,7 +82,7 @@ def over_period(
         phases: All its loops (n, ...) in each control period of the common one, terms left open.
         term: Gains (n, cases, terms) of all terms; rows of the result are candidates, then cases.
         picked: Channels of the result, the loops of the others stay closed.
-        rates: Of the channels of the result.
+        rates: Rates of the channels of the result.
     """
     places = [block.channels.index(channel) for channel in picked]
     closed = {id(phase): with_terms(block, phase, term) for phase in phases}

@@ -131,7 +131,7 @@ class LoopMargins(ABC):
 
     Args:
         loop: Channels, terms and period of the loop.
-        linearizations: Of the nominal vehicle first, then of others that the worst is taken over.
+        linearizations: Linearizations of the nominal vehicle first, then of others over which the worst is taken.
         cases: Amplitudes of nonlinear terms that it is taken over; loops without such terms ignore them.
         skew: Sigma of the disk margins.
         points: Points of the frequency grid.

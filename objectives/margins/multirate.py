@@ -1,7 +1,7 @@
 """Margins of a loop of several rates, from its lifted form (`objectives.margins.lifting`).
 
 A channel with one instant in the common period is a loop of one signal, whose margins are the classical ones at that period. A
-faster channel has q instants and a matrix T(z) of q rows from the signals injected to the commands. What its margins say:
+faster channel has q instants and a matrix T(z) of q rows from the signals injected to the commands. Meaning of its margins:
 
     gain, phase         the least factor on all its commands, real or of modulus 1, with which the loop is not stable: with
                         t an eigenvalue of T(e^jwH), det(I + k L) = 0 where k = (1 + t)/t, so they are read from the

@@ -24,12 +24,12 @@ class MarginQuantity:
     """One margin quantity of a loop.
 
     Attributes:
-        name: In every file.
-        label: In tables and drawings.
-        short: In narrow tables.
-        unit: Of files, SI, "1" for factors and ratios.
+        name: Name in every file.
+        label: Label in tables and drawings.
+        short: Label in narrow tables.
+        unit: Unit of files, SI, "1" for factors and ratios.
         sense: "min" where more is better, "max" where less is.
-        field: Of the record `Margins` that it is read from.
+        field: Field of the record `Margins` that it is read from.
         meaning: One line for reports.
         scale: Unit in which it is shown, where that is not the unit of files.
         limited: Unit in which a study file limits it, where that is not the unit of files.

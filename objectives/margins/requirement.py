@@ -21,10 +21,10 @@ class MarginRequirement:
 
     Attributes:
         label: Its name.
-        spread: In the worst vehicle of the spread too.
+        spread: True for the worst vehicle of the spread as well.
         amplitude: Smallest amplitude of the signals of nonlinear terms, each in its unit, that counts; 0 for all,
             vanishing ones and the steepest slope included.
-        in_trims: In the trims of the scenarios too, not at hover alone.
+        in_trims: True for the trims of the scenarios as well, not for hover alone.
     """
 
     quantity: MarginQuantity

@@ -23,9 +23,9 @@ class SteadyState:
     """A steady state that loops are judged in.
 
     Args:
-        name: In words, unique among the states of a study.
+        name: Name in words, unique among the states of a study.
         yaw: Heading [rad].
-        velocity: Over ground [m/s], world ENU.
+        velocity: Velocity over ground [m/s], world ENU.
         wind: Mean wind [m/s], world ENU.
         hold: Whether the loops of x and y are closed.
         is_diagonal: Whether the air comes from between the axes of the body.

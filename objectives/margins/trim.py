@@ -16,7 +16,7 @@ from objectives.margins.closing import close_terms
 from objectives.margins.linearise import OperatingPoint, PeriodStep, Plant, one_period, plant_about
 from objectives.margins.period import BODY, ROTORS, PeriodMap
 from plant.errors import InputError
-from plant.quadrotor.cascade import LEAST_LIFT
+from plant.quadrotor.cascade import MIN_LIFT
 from plant.quadrotor.disturbance import Disturbance
 from plant.quadrotor.nominal import Nominal
 from plant.quadrotor.rigid_body import Dynamics, dynamics
@@ -117,10 +117,10 @@ def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Ope
     # Lift as the controller counts it, by its own mass and thrust coefficient.
     assumed, speeds = nominal.vehicle, flight.body[0, -ROTORS:]
     lift = assumed.thrust_coefficient * float(np.sum(speeds**2, axis=0)) * cos(flight.tilt[0])
-    if not (within_limits(flight, nominal)[0] and lift > LEAST_LIFT * assumed.mass * assumed.gravity):
+    if not (within_limits(flight, nominal)[0] and lift > MIN_LIFT * assumed.mass * assumed.gravity):
         raise InputError(
             f"no steady flight in an air flow of {sqrt(sum(part * part for part in trim.air)):.3g} m/s within the limits of tilt "
-            f"({degrees(atan(nominal.tilt_tangent)):.3g} deg), rotor speed and least lift ({LEAST_LIFT:.0%} of the weight that "
+            f"({degrees(atan(nominal.tilt_tangent)):.3g} deg), rotor speed and least lift ({MIN_LIFT:.0%} of the weight that "
             "the controller assumes); give less wind or velocity, or a vehicle that its rotors carry and that is no feather to "
             "its controller",
             key="trim",
@@ -162,7 +162,7 @@ def find_trim(
     """Return the trim of gains rows (n, g) of a plant in balance.
 
     It starts from where their flights start.
-    A flight starts in balance, with every law told what it holds, so most laws are at their fixed point at once; of others
+    A flight starts in balance, with the trim command given to every law, so most laws are at their fixed point at once; of others
     Newton's method finds it. A row's result does not depend on the others. A row that runs away, or ends outside the limits, is
     not steady. secant() -> (n, terms): gains that stand for the nonlinear terms while their signals are at rest.
     """

@@ -70,7 +70,7 @@ class Metric:
     """One way to judge a flight. Smaller is better, for every metric.
 
     Attributes:
-        name, symbol: in addresses and in reports.
+        name, symbol: texts in addresses and in reports.
         title: plain words for tables and charts, those of an axis behind its name, "position error (ITAE)"; "" for the name.
         unit: SI, "{}" standing for the unit of the axis, "1" for none.
         scope: "axis" metrics are addressed per axis or group, "flight" metrics are not.

@@ -1,7 +1,7 @@
 """Sampled flights inside the limits, for checks of accumulators.
 
-What the axes show is drawn at random, and the first flight goes from one limit to the other at every instant, which is the worst
-that a bound has to hold for.
+Signals of the axes are random, and the first flight jumps from one limit to the other at every instant: the worst case of a
+bound.
 """
 
 from collections.abc import Iterator

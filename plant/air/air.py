@@ -5,7 +5,7 @@ air about body axes (FLU) [rad/s] 3:6; injected acceleration in the world [m/s2]
 the body [rad/s2] 9:12. The gust rates are those of a vehicle that is level at yaw 0, where body and world axes
 coincide.
 
-What is drawn, in which order: the generator spawns three children, always all three. Child 0: the wind direction in [0,
+Random numbers in their order: the generator spawns three children, always all three. Child 0: the wind direction in [0,
 2 pi) (drawn even where it is given), then per step the 5 normals u, v1, v2, w1, w2. Child 1: per step the 3 normals p,
 q3, r3. Child 2: per step the 6 normals of the injection. So switching an option on or off leaves the bits of all others
 alone, and a longer run begins with the bits of a shorter one. For one scenario at two steps, sample at the finer step
@@ -54,7 +54,8 @@ class _Plan(NamedTuple):
 def draw_air(spec: AirSpec, dt: float, generator: Generator, out: Array) -> None:
     """Draw the air of one scenario into (steps, 12), or (steps, 3) where it is a wind alone, at the times k dt [s].
 
-    Columns as the module says. It is a function of the arguments alone when the generator is fresh: from `plant.seeds.generator`.
+    Columns as in the module's docstring. It is a function of the arguments alone when the generator is fresh: from
+    `plant.seeds.generator`.
     """
     assert dt > 0.0 and len(out), "dt and steps come from a checked study"
     plan = _plan(spec, dt, len(out))

@@ -65,12 +65,12 @@ def load_kernel(
     """Return the module of a kernel, with its entry `run`, and True if compiled.
 
     Args:
-        name: of the kernel, for people.
-        source: of the module.
+        name: name of the kernel, for people.
+        source: source of the module.
         names: its globals.
-        files: whose content decides what is compiled.
+        files: files whose content decides what is compiled.
         of: `identity` of the model in it.
-        kind: of numba's caches, see `keep`; False for none.
+        kind: kind of numba's caches, see `keep`; False for none.
     """
     key = fingerprint(source, files, of)
     module_name = f"kernel_{name}_{key}"

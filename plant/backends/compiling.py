@@ -106,7 +106,7 @@ def inliner(options: dict[str, Any], allocates: bool = False) -> Callable[[Calla
 
 
 def read_only(values: Array) -> Array:
-    """Return values in C order that nobody may write: numba compiles for each order, and for what may be written, apart."""
+    """Return read-only values in C order: numba compiles each order, and writable values, apart."""
     view = np.ascontiguousarray(values).view()
     view.flags.writeable = False
     return view

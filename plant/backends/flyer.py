@@ -52,7 +52,7 @@ class Recording(NamedTuple):
 
     Attributes:
         flights: how many.
-        rows: of the workspace, in the order in which they are wanted.
+        rows: rows of the workspace, in the order in which they are wanted.
         every: at each so many-th instant.
         take: called with gains (n,), trace (flights, instants, rows) and results (flights, rows) of a candidate and the
             references (K, 14) that it flew, from the threads that fly.

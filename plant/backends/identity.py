@@ -1,7 +1,7 @@
 """The identity of a model: a digest of everything that it is made of, so that no part of it can be forgotten in a key.
 
 Functions count by their code, defaults, closures and the globals that they name; records by their fields; dataclasses field
-by field, but for fields that do not count when two are compared. What a name stands for is followed to the end.
+by field, but for fields that do not count when two are compared. The object of a name is followed to the end.
 """
 
 import hashlib

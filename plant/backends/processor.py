@@ -1,7 +1,7 @@
 """The arithmetic of a machine: what its kernels are compiled for and what its libraries compute with.
 
 Code for another processor contracts and reassociates in another way and may differ in the last bit, so a run keeps to one.
-Numba takes the processor from the machine, or is told: a machine can compile for a lesser one than its own.
+Numba takes the processor from the machine or from a variable: a machine can compile for a lesser one than its own.
 """
 
 import hashlib

@@ -1,7 +1,7 @@
 """Files of compiled kernels, sealed: each opens with a digest of its name and content, checked before anything is unpickled.
 
 The digest protects from damage (a flipped bit, a cut file, a full disk), not from an attacker: whoever can write the folder can
-write a digest too. What protects from others is the folder: it is made with mode 0700, and one that somebody else owns or can
+write a digest too. The folder protects from others: it is made with mode 0700, and one that somebody else owns or can
 write is not used. A kernel is compiled by one process; others wait for it at a lock of the operating system.
 """
 
@@ -81,7 +81,7 @@ def unsealed(file: Path) -> bytes | None:
 
 
 def _write(file: Path, content: bytes) -> None:
-    """Write a sealed file aside and rename it; a line is said where that cannot be done."""
+    """Write a sealed file aside and rename it; a line reports a failure."""
     aside = file.with_name(f"{file.name}.{os.getpid()}.tmp")
     try:
         handle = os.open(aside, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)

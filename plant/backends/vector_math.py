@@ -14,7 +14,7 @@ QUARTER_PI = 0.7853981633974483
 PI = 3.141592653589793
 # tan(pi/8): beyond it the quotient is reduced around pi/4.
 TAN_EIGHTH_TURN = 0.41421356237309503
-LEAST_DIVISOR = 1e-300
+MIN_DIVISOR = 1e-300
 
 P4, P3, P2 = -8.750608600031904122785e-1, -1.615753718733365076637e1, -7.500855792314704667340e1
 P1, P0 = -1.228866684490136173410e2, -6.485021904942025371773e1
@@ -33,7 +33,7 @@ def atan_reduced(x: float) -> float:
 def atan2(y: float, x: float) -> float:
     """Angle of the point (x, y) in (-pi, pi]; 0 at the origin."""
     ax, ay = absolute(x), absolute(y)
-    short, long = minimum(ax, ay), maximum(maximum(ax, ay), LEAST_DIVISOR)
+    short, long = minimum(ax, ay), maximum(maximum(ax, ay), MIN_DIVISOR)
     large = short > TAN_EIGHTH_TURN * long
     # (q - 1)/(q + 1) with q = short/long, in one division.
     reduced = select(large, short - long, short) / select(large, short + long, long)

@@ -79,7 +79,7 @@ class Axis:
 
     @property
     def channel(self) -> Channel:
-        """The axis as the law knows it."""
+        """The axis in the law's model."""
         return Channel(self.b0, float(self.from_observer))
 
 

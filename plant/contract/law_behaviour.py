@@ -20,7 +20,7 @@ from plant.laws.law import Law, Nonlinearity
 from plant.records import flatten
 
 STILL = Applied(0.0, 0.0)
-MOST_CORNERS = 128
+MAX_CORNERS = 128
 
 
 class Case(NamedTuple):
@@ -87,7 +87,7 @@ def _checked(part: str, record: Any, kind: Any, case: Case) -> Iterator[Contract
 
 
 def same_inputs_give_the_same(law: Law) -> Iterator[ContractViolation]:
-    """Asked twice, with other questions between, a law answers alike: nothing hides between calls."""
+    """Equal inputs give equal outputs, whatever was called between."""
     inputs = random_inputs(np.random.default_rng(5), 20)
     for case in cases(law):
         first, _ = run(law, case.gains, inputs, case.channel(2.0))
@@ -209,9 +209,9 @@ def corners_stay_finite(law: Law) -> Iterator[ContractViolation]:
 def _corners(law: Law, loop: str) -> list[tuple[float, ...]]:
     """Return every corner of the ranges of a loop; of laws with many gains, some drawn."""
     ends = [(gain.span(loop).low, gain.span(loop).high) for gain in law.gains]
-    if 2 ** len(ends) <= MOST_CORNERS:
+    if 2 ** len(ends) <= MAX_CORNERS:
         return list(product(*ends))
-    high = np.random.default_rng(6).integers(2, size=(MOST_CORNERS, len(ends))).tolist()
+    high = np.random.default_rng(6).integers(2, size=(MAX_CORNERS, len(ends))).tolist()
     return [tuple(pair[k] for pair, k in zip(ends, row, strict=True)) for row in high]
 
 
@@ -241,7 +241,7 @@ def references_are_flown_as_promised(law: Law) -> Iterator[ContractViolation]:
 # Slowest closed-loop pole with default gains: PID ki/kp = 1 and 0.24 1/s, the sliding surface 1 1/s: 120 s leave
 # exp(-28) of 2 m.
 def disturbances_are_rejected_as_promised(law: Law) -> Iterator[ContractViolation]:
-    """A constant disturbance leaves no error, to 1e-9 and with the command at rest through the last second; or so it says."""
+    """A law that promises "rejects" leaves no error on a constant disturbance: 1e-9, at a constant command in the end."""
     outcomes: list[tuple[str, bool]] = []
     for case in cases(law):
         axis = Axis(b0=2.0, disturbance=0.7, from_observer=case.from_observer)
@@ -255,7 +255,7 @@ def disturbances_are_rejected_as_promised(law: Law) -> Iterator[ContractViolatio
 
 
 def _promised(law: Law, promise: str, outcomes: list[tuple[str, bool]], what: str) -> Iterator[ContractViolation]:
-    """Yield what a promise and the loops say of each other; one that not all of them keep is none to make."""
+    """Yield the differences between a promise and the loops; a promise holds in every loop."""
     if promise not in law.promises:
         if all(each for _, each in outcomes):
             yield ContractViolation("promises", f'leaves no error on {what}; promise "{promise}"')
@@ -274,9 +274,9 @@ def settling(value: Array) -> float:
 
 
 def saturation_is_listened_to(law: Law) -> Iterator[ContractViolation]:
-    """A step that asks for ten times the limit: little more overshoot than without, and no tail; told nothing, it winds up.
+    """A saturated step overshoots little more than an unlimited one if the law gets the saturation input.
 
-    A law that says to wind up must do so: what it is told makes no difference.
+    The step needs ten times the limit. Without the input the law winds up; a law that promises "winds_up" does so with it too.
     """
     for loop in LOOPS:
         gains, duration = defaults(law, loop), 30.0
@@ -289,7 +289,7 @@ def saturation_is_listened_to(law: Law) -> Iterator[ContractViolation]:
         if law.winds_up:
             if not np.array_equal(aware.value, unaware.value):
                 yield ContractViolation(
-                    "winds_up", f"is said, but the law listens to saturation in the {loop} loop; leave it out"
+                    "winds_up", f"is declared, but saturation changes the law in the {loop} loop; remove it"
                 )
             continue
         if settling(free.value) == duration:
@@ -310,7 +310,7 @@ def saturation_is_listened_to(law: Law) -> Iterator[ContractViolation]:
                 f"overshoots after saturation in the {loop} loop: it winds up; use applied.excess or applied.effect",
             )
         if "rejects" in law.promises and not unaware.value.max(axis=0) > aware.value.max(axis=0) + 0.15:
-            yield ContractViolation("step", f"does as well in the {loop} loop where it is told nothing of saturation")
+            yield ContractViolation("step", f"is equally good in the {loop} loop without the saturation input")
 
 
 def _step(t: float) -> Setpoint:  # noqa: ARG001
@@ -422,7 +422,7 @@ def _nonlinearity_problem(law: Law, part: Nonlinearity, loop: str) -> str:
 
 
 def the_continuous_observer_is_the_limit(law: Law) -> Iterator[ContractViolation]:
-    """The observer that a law tells of is its sampled one for a vanishing control period."""
+    """The declared observer of a law is its sampled one for a vanishing control period."""
     if law.observer is None:
         return
     omega_o, h = 10.0, 1e-6

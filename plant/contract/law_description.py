@@ -103,7 +103,7 @@ def every_gain_is_described(law: Law) -> Iterator[ContractViolation]:
             )
         if "{" in gain.unit_in("attitude") + gain.unit_in("position"):
             yield ContractViolation(
-                "Gains", f"the gain '{gain.name}' has the unit {gain.unit!r}; {{y}} alone stands for rad or m"
+                "Gains", f"the gain '{gain.name}' has the unit {gain.unit!r}; only {{y}} is replaced by rad or m"
             )
 
 

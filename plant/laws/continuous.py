@@ -2,7 +2,7 @@
 
     x' = a x + b (r, y, y', known),   (u, S) = c x + d (r, y, y', known)
 
-u is in acceleration units (b0 times the command), `known` is the acceleration that the law knows to be delivered, S the sliding
+u is in acceleration units (b0 times the command), `known` is the delivered acceleration in the law's model, S the sliding
 variable. A part of the feedback that grows slower than S is left out and counted apart (`Law.sector`); a linear law has S = 0.
 """
 

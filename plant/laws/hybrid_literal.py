@@ -9,9 +9,9 @@ Use it to test the paper's claims alone.
 Wu et al., Appl. Sci. 2025, 15(9), 5124, section 2.3.3, with the estimate of f + d read as z3 and the observer's poles in one
 place, as in `hybrid`; to be compared with it. The minus signs are those without which the loop would be unstable: the
 surface dynamics are first printed with the switching terms positive (S repelled), then negative. The terms r'' - lambda e'
-that make S' = -k1 |S|^(1/2) sat(S/delta) - k2 S hold are left out there, by assuming what is to be proved. What remains is
-a PD law with kp = lambda k and kd = k, k as in `hybrid`: s^2 + k s + lambda k = 0 in place of poles at -k and -lambda,
-so underdamped where lambda > k/4; and a moving reference is followed with the error that a missing r'' leaves.
+that make S' = -k1 |S|^(1/2) sat(S/delta) - k2 S hold are left out there, by assuming what is to be proved. The remainder is a PD
+law with kp = lambda k and kd = k, k as in `hybrid`: s^2 + k s + lambda k = 0 in place of poles at -k and -lambda, so underdamped
+where lambda > k/4; and a moving reference is followed with the error that a missing r'' leaves.
 """
 
 from dataclasses import replace

@@ -7,7 +7,7 @@
 Use it to test the paper's claims alone.
 
 Wu et al., Appl. Sci. 2025, 15(9), 5124, section 2.3.3. z2 estimates the rate of y (rad/s), not an acceleration, and z3
-estimates f + d already; the sum adds quantities of different units. What it does is rate feedback with a gain of 1 1/s:
+estimates f + d already; the sum adds quantities of different units. Its effect is rate feedback with a gain of 1 1/s:
 a little damping, and an error on every ramp. At the rate v it holds S = lambda e with k1 |S|^(1/2) sat(S/delta) + k2 S = -v.
 """
 

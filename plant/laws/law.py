@@ -32,7 +32,7 @@ class GainInfo:
     """One gain of a law.
 
     Attributes:
-        symbol: as in the source.
+        symbol: symbol as in the source.
         unit: UCUM-like, with {y} for the unit of the channel (rad or m).
         attitude, position: default and search range in each loop.
         scale: "log" or "linear", how a search should walk the range.
@@ -43,8 +43,8 @@ class GainInfo:
         airframe: a fact of the vehicle that the gains are stated with, which no search changes.
         firmware: a constant of the firmware, which no parameter changes.
         resolution: step of the values that the firmware holds, 0 for none.
-        source: where definition and range come from.
-        integrals: of a gain from an error to the command, behind how many integrals over time it stands, -1 for a
+        source: reference from which definition and range come.
+        integrals: number of integrals over time from an error to the command, -1 for a
             derivative; where b0 is 1 it has the unit of the command, over that of the error.
         of_output: stated in units of the loop's output, which the gain `authority` turns into acceleration.
         term: name of the term that is off where the gain is 0, "" where 0 turns none off.

@@ -11,7 +11,7 @@ from plant.laws.law import Law
 from plant.primitives import select
 from plant.records import record_type, selector
 
-MOST_PERIODS = 64
+MAX_PERIODS = 64
 
 
 def slower(law: Law, every: int) -> Law:

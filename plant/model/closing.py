@@ -1,7 +1,7 @@
 """The closed loop of a plant of the user's own: its records and functions, put together from the plan of its channels.
 
 At t = k h the controller (`plant.model.controller`) reads the outputs and decides; actuators lag and the plant moves over the
-period by Runge-Kutta steps. What the outputs show at k is what they were at the end of the period before, with the input and the
+period by Runge-Kutta steps. Outputs at k are those at the end of the period before, with the input and the
 disturbance of that period, so no loop is closed without a state in it.
 
 Model functions have no loops over fields, so the functions are written out, line by line, for the channels at hand.

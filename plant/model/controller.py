@@ -1,7 +1,7 @@
 """The controller of a plant of the user's own: from measured outputs and references to commands, and all that it keeps between.
 
 Every period each channel reads its output, decides and hands its command on; the sum on each input is limited and slewed, and
-comes into force after as many periods as the controller believes the input to be late. The closed loop flies these functions
+comes into force after as many periods as the delay in the controller's model. The closed loop flies these functions
 (`plant.model.closing`), and exported C is traced from them.
 """
 
@@ -45,7 +45,7 @@ class Range(NamedTuple):
 class PlantController:
     """The controller of a plan's channels at one control period.
 
-    Gains, Constants: of the law of every channel. Nominal: its knowledge: every channel as its law knows it, then the ranges of
+    Gains, Constants: of the law of every channel. Nominal: its knowledge: every channel in its law's model, then the ranges of
     `commands` of channels and of `inputs`. Reference: a set point for every channel; those of inner ones are not read.
     Memory: laws; commands and excess of channels; command of inputs: what they were last sent; shortfall: that less what was
     wanted; in_force: what has come into force; waiting: what is on its way; phase: periods since a slower channel stepped;

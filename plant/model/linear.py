@@ -21,7 +21,7 @@ from plant.texts import check_text
 
 Rows = Sequence[Sequence[float]]
 # Most states: of a dense matrix they are a thousand products in each stage of a Runge-Kutta step, which compile in seconds.
-MOST_STATES = 32
+MAX_STATES = 32
 # Largest power of 2, and 1 over the smallest, that states of a transfer function are scaled by: about 1e100.
 WIDEST = 332
 ZERO = "0.0"
@@ -37,8 +37,8 @@ class SignalNames(NamedTuple):
 
     def completed(self, **counts: int) -> "SignalNames":
         """Return names and units for so many inputs, outputs and states; InputError with the key where those given do not fit."""
-        if not 1 <= counts["states"] <= MOST_STATES:
-            raise InputError(f"this plant has {counts['states']} states; allowed: 1 to {MOST_STATES}")
+        if not 1 <= counts["states"] <= MAX_STATES:
+            raise InputError(f"this plant has {counts['states']} states; allowed: 1 to {MAX_STATES}")
         groups: dict[str, list[str]] = {}
         for letter, (key, count) in zip("uyx", counts.items(), strict=True):
             usual = [letter] if count == 1 and letter != "x" else [f"{letter}{i + 1}" for i in range(count)]
@@ -131,7 +131,9 @@ def _state_space(name: str, given: SignalNames, a: Rows, b: Rows, c: Rows, d: Ro
     matrices = {"A": (a, n, n), "B": (b, n, m), "C": (c, q, n), "D": (d or [[0.0] * m] * q, q, m)}
     for key, (matrix, rows, columns) in matrices.items():
         if 0 in (rows, columns) or [len(row) for row in matrix] != [columns] * rows:
-            message = f"must have {rows} rows of {columns} numbers, for A has {n} rows, B {m} columns and C {q} rows"
+            message = (
+                f"must have {rows} rows of {columns} numbers, because A has {n} rows, B {m} columns and C {q} rows"
+            )
             raise InputError(message, key=f"state_space.{key}")
     if not np.any(b) and not np.any(d):
         message = "all numbers are 0, so no input moves anything; allowed: one that is not 0"

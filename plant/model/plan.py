@@ -15,7 +15,7 @@ from plant.model.plant_model import PlantRecords
 from plant.records import paths
 
 # Longest delay of an input [control periods]: each period is a number of the state.
-MOST_DELAY = 128
+MAX_DELAY = 128
 # Names that stand beside those of the channels in the records of a loop and of its meters.
 TAKEN = frozenset(
     ("time", "command", "previous", "saturated", "commands", "inputs", "travel", "effort", "command_peak")
@@ -68,9 +68,9 @@ class Actuator:
             raise InputError(
                 f"given {self.delay:g} s; a delay must be a whole number of control periods of {h:g} s", key="delay"
             )
-        if periods > MOST_DELAY:
+        if periods > MAX_DELAY:
             raise InputError(
-                f"given {self.delay:g} s, {periods} control periods; at most {MOST_DELAY} are kept: take a longer period",
+                f"given {self.delay:g} s, {periods} control periods; at most {MAX_DELAY} are kept: take a longer period",
                 key="delay",
             )
         return periods
@@ -82,7 +82,7 @@ class Channel:
 
     output: the output that it controls; rate_output: the output that measures its rate, None where the law takes it from its own
     observer, or from the difference of the output over the channel's step. to: input or channel that its command goes to. b0:
-    acceleration of the output for one unit of command, as the controller believes it; 1 for gains in units of the command. every:
+    acceleration of the output for one unit of command, in the controller's model; 1 for gains in units of the command. every:
     control periods between its steps. limit: largest |error| of a flight that has not failed [unit of the output]. low, high:
     limits of its command.
     """

@@ -21,7 +21,7 @@ from plant.seeds import RandomSource
 
 Array = np.ndarray
 # Largest half-width of a parameter's spread: beyond it a factor could be zero.
-MOST_SPREAD = 0.95
+MAX_SPREAD = 0.95
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,8 @@ class PlantScenario:
                 key="recovery_from",
             )
         for name, width in self.spread.items():
-            if not (isfinite(width) and 0.0 <= width <= MOST_SPREAD):
-                raise InputError(f"given {width}; allowed: 0 to {MOST_SPREAD}", key=f"spread.{name}")
+            if not (isfinite(width) and 0.0 <= width <= MAX_SPREAD):
+                raise InputError(f"given {width}; allowed: 0 to {MAX_SPREAD}", key=f"spread.{name}")
         for name, signal in self.references.items():
             if signal.random:
                 raise InputError(f"given '{signal.kind}'; a reference must not be random", key=f"reference.{name}")

@@ -9,7 +9,7 @@ from plant.quadrotor.nominal import Allocation, Nominal
 from plant.vectors import Rotors, Vec3, axpy_rotors
 
 # Keeps the quotient finite where no yaw torque is asked for [N m].
-LEAST_TORQUE = 1e-15
+MIN_TORQUE = 1e-15
 # A command this close to a limit, as a share of the range, stands at it: where yaw is scaled to fit, rounding would decide else.
 AT_LIMIT = 1e-6
 
@@ -32,7 +32,7 @@ def allocate(thrust: float, torque: Vec3, nominal: Nominal) -> Rotors:
     reach = nominal.yaw_reach
     front = minimum(reach.r1 * headroom(base.r1, yaw.r1, low, high), reach.r2 * headroom(base.r2, yaw.r2, low, high))
     rear = minimum(reach.r3 * headroom(base.r3, yaw.r3, low, high), reach.r4 * headroom(base.r4, yaw.r4, low, high))
-    share = minimum(front, rear) / maximum(absolute(torque.z), LEAST_TORQUE)
+    share = minimum(front, rear) / maximum(absolute(torque.z), MIN_TORQUE)
     wanted = axpy_rotors(base, clip(share, 0.0, 1.0), yaw)
     return Rotors(
         clip(wanted.r1, low, high), clip(wanted.r2, low, high), clip(wanted.r3, low, high), clip(wanted.r4, low, high)

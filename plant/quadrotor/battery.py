@@ -29,7 +29,7 @@ class Battery(NamedTuple):
 
     Attributes:
         full: voltage at rest [V].
-        fall: of it with the charge that is used [V/(A s)].
+        fall: loss of voltage with the used charge [V/(A s)].
         resistance [ohm].
         power over the sum of the cubed rotor speeds [W s3].
         reference: voltage in hover on a full battery [V].

@@ -25,9 +25,9 @@ from plant.vectors import Rotors, Vec3, axpy3, axpy_rotors, rotors_sum
 
 POSITION_AXES, ATTITUDE_AXES = AXES[:3], AXES[3:]
 # The commanded vertical specific force stays above this share of gravity, so a thrust direction always exists.
-LEAST_LIFT = 0.2
+MIN_LIFT = 0.2
 # Thrust is divided by the measured cosine of tilt to hold altitude, but never by less than this (60 deg).
-LEAST_COSINE = 0.5
+MIN_COSINE = 0.5
 
 
 class Tilt(NamedTuple):
@@ -59,7 +59,7 @@ class ActuatorModel(NamedTuple):
 
 def limit_to_cone(demand: Vec3, gravity: float, tangent: float) -> Vec3:
     """Shorten the horizontal part of an acceleration demand [m/s2] so that the thrust stays in the tilt cone; bound sink."""
-    vertical = maximum(demand.z, (LEAST_LIFT - 1.0) * gravity)
+    vertical = maximum(demand.z, (MIN_LIFT - 1.0) * gravity)
     length = sqrt(demand.x * demand.x + demand.y * demand.y + 1e-12)
     scale = minimum(1.0, tangent * (vertical + gravity) / length)
     return Vec3(scale * demand.x, scale * demand.y, vertical)
@@ -310,7 +310,7 @@ def _closed(position: Law, attitude: Law) -> Cascade:
             memory, constants, nominal, goal, reference.yaw_rate, angles, m.rate, torque_felt, h
         )
         # Rotor thrusts, and what the limits took away.
-        lift = vehicle.mass * (demand.z + gravity) / maximum(direction.z, LEAST_COSINE)
+        lift = vehicle.mass * (demand.z + gravity) / maximum(direction.z, MIN_COSINE)
         smoothing = nominal.yaw_smoothing
         turning = smoothing * wanted.z + (1.0 - smoothing) * memory.yaw_torque
         torque = Vec3(wanted.x, wanted.y, turning)

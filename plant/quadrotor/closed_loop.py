@@ -1,7 +1,7 @@
 """The closed loop of a quadrotor and its cascade. Written once; every backend runs these functions.
 
 With compute delay, the command decided at k comes into force at k + 1. Rotors with dead time feel it so many whole periods later
-(`vehicle.late_periods`), and the gyro hears more than the body's rate (`gyro.py`), which the controller does not know.
+(`vehicle.late_periods`), and the gyro signal has more than the body rate (`gyro.py`); the controller models neither.
 """
 
 from dataclasses import dataclass

@@ -11,7 +11,7 @@ from plant.quadrotor.thrust_curve import CURVED, PROPORTIONAL, RotorDrive
 from plant.quadrotor.vehicle import Vehicle, late_periods, most_late_periods
 
 # The bilinear transform of a mode keeps its frequency up to here, over the control rate.
-MOST_OF_RATE = 0.4
+MAX_RATE_SHARE = 0.4
 
 
 class VehicleFeatures(NamedTuple):
@@ -20,11 +20,11 @@ class VehicleFeatures(NamedTuple):
     Attributes:
         delay_steps: Control periods by which rotors feel a command late.
         most_delay_steps: The same of any vehicle that is drawn, 0 where all have one dead time.
-        has_vibration: Whether the gyro hears rotors.
+        has_vibration: True if the gyro signal has rotor lines.
         has_flexible_mode: Whether the frame has a mode.
         has_low_pass: Whether the gyro has a low-pass below half the control rate.
-        harmonics: Of the rotors' speed, at each of which the controller has a notch.
-        supply: Of the rotors.
+        harmonics: Harmonics of the rotors' speed, at each of which the controller has a notch.
+        supply: Supply of the rotors.
         drive: From commanded to held rotor speeds.
     """
 
@@ -78,7 +78,7 @@ class VehicleFeatures(NamedTuple):
 
 
 BARE = VehicleFeatures()
-"""Of a vehicle whose file says nothing of it."""
+"""Features of a vehicle whose file has none of them."""
 
 
 def hears_rotors(vehicle: Vehicle) -> bool:
@@ -94,17 +94,17 @@ def vehicle_features(
     Args:
         vehicle: The vehicle that flies.
         control_period: Control period [s].
-        harmonics: Of the rotor notches.
+        harmonics: Harmonics of the rotor notches.
         assumed: The vehicle that the controller assumes, by default the one that flies.
 
     Raises:
         InputError: The loop cannot be sampled so slowly.
     """
     has_flexible_mode = vehicle.mode_gain != 0.0
-    if has_flexible_mode and vehicle.mode_frequency * control_period > MOST_OF_RATE:
+    if has_flexible_mode and vehicle.mode_frequency * control_period > MAX_RATE_SHARE:
         raise InputError(
-            f"given {vehicle.mode_frequency:g} Hz with a control period of {control_period:g} s; at most {MOST_OF_RATE:g} of "
-            f"the control rate, {MOST_OF_RATE / control_period:g} Hz, is sampled: take a shorter period, or leave mode_gain "
+            f"given {vehicle.mode_frequency:g} Hz with a control period of {control_period:g} s; at most {MAX_RATE_SHARE:g} of "
+            f"the control rate, {MAX_RATE_SHARE / control_period:g} Hz, is sampled: take a shorter period, or leave mode_gain "
             "out",
             key="mode_frequency",
         )

@@ -9,7 +9,7 @@ from plant.records import paths
 
 # Largest product of an observer's bandwidth and the control period: beyond it the margins of the sampled loop leave those of the
 # continuous design, and measurement noise passes straight through.
-MOST_OBSERVER = 0.3
+MAX_BANDWIDTH_PERIODS = 0.3
 # The axes behind every name of an axis or a group in an address.
 GROUPS: dict[str, tuple[str, ...]] = {
     **{axis: (axis,) for axis in AXES},

@@ -4,8 +4,8 @@
 
 M = 1 + g s^2/(s^2 + 2 z w s + w^2) is a mode of the frame that the body's angular acceleration drives and the gyro picks up; L
 is a Butterworth low-pass of second order. Both are sampled with the control period and stand in flights and margins alike.
-Lines are heard as they are sampled: one above half the control rate folds down, weakened by L alone. What the airframe's file
-leaves out is left out of the loop.
+Lines are heard as they are sampled: one above half the control rate folds down, weakened by L alone. Parts that the airframe's
+file lacks are absent in the loop.
 
 M is one mode beside the rigid body in modal form, W. K. Gawronski, Advanced Structural Dynamics and Active Control of
 Structures, 2004, chapter 2: g is -1 for a gyro on a hub whose arms carry the rotors on a spring, positive where both move alike.

@@ -9,14 +9,14 @@ import numpy as np
 from plant.errors import InputError
 from plant.quadrotor.battery import Battery, battery_of
 from plant.quadrotor.gyro import GyroPath, gyro_path
-from plant.quadrotor.notches import MOST_NOTCHES, RpmNotches, rpm_notches
+from plant.quadrotor.notches import MAX_NOTCHES, RpmNotches, rpm_notches
 from plant.quadrotor.thrust_curve import CommandCurve, command_curve
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Rotors, Vec3
 
 # Cut-off of the low-pass on the yaw torque [Hz]; PX4's MC_YAW_TQ_CUTOFF goes from 0 to 10.
-LEAST_CUTOFF, MOST_CUTOFF = 0.1, 100.0
-NOTCH_RANGES = {"rpm_notches": (0, MOST_NOTCHES), "rpm_notch_q": (0.5, 30.0), "rpm_notch_min": (10.0, 1000.0)}
+MIN_CUTOFF, MAX_CUTOFF = 0.1, 100.0
+NOTCH_RANGES = {"rpm_notches": (0, MAX_NOTCHES), "rpm_notch_q": (0.5, 30.0), "rpm_notch_min": (10.0, 1000.0)}
 """Allowed numbers of the notches that follow the rotors; the last in Hz."""
 BATTERY_RANGES = {"battery_compensation": (0.0, 1.0), "battery_cutoff": (0.05, 100.0)}
 """Allowed numbers of the compensation of a battery's sag; the last in Hz."""
@@ -32,7 +32,7 @@ class Allocation(NamedTuple):
 
 
 class Nominal(NamedTuple):
-    """The vehicle as its controller knows it.
+    """The vehicle in its controller's model.
 
     Attributes:
         vehicle: nominal numbers.
@@ -48,10 +48,10 @@ class Nominal(NamedTuple):
             modelled thrust achieve, 0 for the one commanded.
         delay: 1 for one period of compute delay.
         yaw_smoothing: share of a new yaw torque that a period of its low-pass takes over, 1 without.
-        gyro: path of the gyro, which flies with the vehicle and which no law knows.
+        gyro: path of the gyro, which flies with the vehicle and is in no law's model.
         notches, harmonics: those that follow the rotors, and at how many harmonics.
         battery: the one that flies, and its compensation.
-        curve: of rotor speed over its command, which the controller inverts.
+        curve: curve of rotor speed over its command, which the controller inverts.
     """
 
     vehicle: Vehicle
@@ -85,7 +85,7 @@ class ControlOptions:
             clipped command.
         delay: the command acts one control period after its measurement.
         tilt_limit: largest commanded tilt [rad].
-        yaw_torque_cutoff: of the low-pass on the yaw torque asked for [Hz], 0 for none; where rotors are heavy
+        yaw_torque_cutoff: cut-off of the low-pass on the yaw torque [Hz], 0 for none; where rotors are heavy
             their own angular momentum makes yaw lead, and this takes the lead back.
         rpm_notches: harmonics of each rotor's measured speed that are taken out of the gyro
             (`plant.quadrotor.notches`), 0 for none.
@@ -93,7 +93,7 @@ class ControlOptions:
         rpm_notch_min: frequency below which there is none [Hz].
         battery_compensation: share of the sag of a battery that commands are raised by
             (`plant.quadrotor.battery`).
-        battery_cutoff: of the low-pass on its voltage [Hz].
+        battery_cutoff: cut-off of the low-pass on its voltage [Hz].
     """
 
     attitude_rate: str = "measured"
@@ -114,9 +114,9 @@ class ControlOptions:
                 raise InputError(f"given '{getattr(self, key)}'; allowed: 'measured', 'observer'", key=key)
         if not 0.05 <= self.tilt_limit <= 1.05:
             raise InputError(f"given {self.tilt_limit} rad; allowed: 0.05 to 1.05 rad (3 to 60 deg)", key="tilt_limit")
-        if self.yaw_torque_cutoff != 0.0 and not LEAST_CUTOFF <= self.yaw_torque_cutoff <= MOST_CUTOFF:
+        if self.yaw_torque_cutoff != 0.0 and not MIN_CUTOFF <= self.yaw_torque_cutoff <= MAX_CUTOFF:
             raise InputError(
-                f"given {self.yaw_torque_cutoff} Hz; allowed: {LEAST_CUTOFF:g} to {MOST_CUTOFF:g} Hz, or 0 for no filter",
+                f"given {self.yaw_torque_cutoff} Hz; allowed: {MIN_CUTOFF:g} to {MAX_CUTOFF:g} Hz, or 0 for no filter",
                 key="yaw_torque_cutoff",
             )
         for key, (least, most) in {**NOTCH_RANGES, **BATTERY_RANGES}.items():
@@ -203,7 +203,7 @@ def arm_of(vehicle: Vehicle) -> float:
 def shift_center_of_mass(vehicle: Vehicle, x: float, y: float) -> Vehicle:
     """Return the vehicle with its centre of mass moved by (x, y) in the body [m]; its inertias are then about that centre.
 
-    What changes is where the rotors sit, so thrust turns the body; drag goes on acting above the centre of mass.
+    The rotors sit elsewhere about it, so thrust turns the body; drag goes on acting above the centre of mass.
     """
     return vehicle._replace(
         rotor_x=Rotors(*[place - x for place in vehicle.rotor_x]),

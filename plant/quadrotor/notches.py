@@ -1,4 +1,4 @@
-"""Notches that follow the rotors: an autopilot takes their lines out of the gyro before any law hears it.
+"""Notches that follow the rotors and remove their harmonics from the gyro.
 
 For every rotor, at 1 to 3 times its measured speed, a notch of quality Q on all three axes, one behind the other. The speed is
 that of telemetry behind a first-order low-pass. Below a least frequency there is no notch; half of it above, a notch is whole,
@@ -20,7 +20,7 @@ from plant.quadrotor.sensors import Measurement
 from plant.records import record_type
 from plant.vectors import Rotors, Vec3
 
-MOST_NOTCHES = 3
+MAX_NOTCHES = 3
 # Cut-off of the low-pass on measured speeds [Hz], and highest notch over the control rate.
 TELEMETRY, HIGHEST = 150.0, 0.48
 TURN = 6.283185307179586

@@ -53,8 +53,8 @@ class Dynamics(NamedTuple):
         torque_ratio [m].
         rotor_inertia [kg m2].
         rise, fall: rotor poles 1/tau [1/s].
-        drag_linear, drag_quadratic, drag_height, rate_damping, gravity: as in `Vehicle`.
-        curve: of rotor speed over its command.
+        drag_linear, drag_quadratic, drag_height, rate_damping, gravity: values as in `Vehicle`.
+        curve: curve of rotor speed over its command.
         dead_time [s].
     """
 

@@ -34,7 +34,7 @@ SEARCH, HELD_OUT, CONFIRMATION = "search", "held-out", "confirmation"
 
 # What of a vehicle varies by a factor, in the order of `plant.quadrotor.nominal.vary`, and the least factor that is flown.
 FACTORS = ("mass", "inertia", "thrust", "lag")
-LEAST_FACTOR, LARGEST_SHIFT = 0.25, 3.0
+MIN_FACTOR, LARGEST_SHIFT = 0.25, 3.0
 
 
 @dataclass(frozen=True)
@@ -67,11 +67,11 @@ class Spread:
             if not (isfinite(value) and 0.0 <= value <= 0.5):
                 raise InputError(f"given {value}; allowed: 0 to 0.5 (+-50 %)", key=key)
         for name, (middle, width) in zip(FACTORS, self.factors, strict=True):
-            lowest = LEAST_FACTOR - 1.0 + width
+            lowest = MIN_FACTOR - 1.0 + width
             if not (isfinite(middle) and lowest <= middle - 1.0 <= LARGEST_SHIFT):
                 raise InputError(
                     f"given {middle - 1.0:g}; with {name} = {width:g} allowed: {lowest:g} to {LARGEST_SHIFT:g}, so that no "
-                    f"vehicle has less than {LEAST_FACTOR:g} of its nominal {name}",
+                    f"vehicle has less than {MIN_FACTOR:g} of its nominal {name}",
                     key=f"{name}_shift",
                 )
 
@@ -109,7 +109,7 @@ class ScenarioSpec:
         duration [s].
         recovery_from: when the gust is over [s], by default the end of the air's gating window.
         steady_share: share of the flight, at its end, that the steady-state error looks at.
-        uncertainty: of the airframe, from which vehicles are drawn in place of a spread.
+        uncertainty: uncertainty of the airframe, from which vehicles are drawn in place of a spread.
     """
 
     name: str

@@ -45,7 +45,7 @@ class Measurement(NamedTuple):
 
 
 def measure(body: Body, angles: Vec3, rate: Vec3, noise: Noise) -> Measurement:
-    """Add the sensor errors to the true state; angles: its roll, pitch, yaw [rad]; rate: the one that the gyro hears [rad/s].
+    """Add the sensor errors to the true state; angles: its roll, pitch, yaw [rad]; rate: body rate at the gyro [rad/s].
 
     The angle errors turn the two directions to first order. At 2 mrad and level, that leaves both right to 1e-5; leaning by t,
     the thrust direction takes yaw and roll errors as if level, which is off by some 2 mrad times sin t.

@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 from plant.primitives import maximum, select, sqrt
 from plant.vectors import Rotors
 
-LEAST, MOST = -1.0, 1.0
+MIN_LINEAR, MAX_LINEAR = -1.0, 1.0
 """Ends of the range of a, the first outside of it: thrust never falls with the command, and half of full turns any rotor."""
 # Keeps the quotient finite where speed and curve are 0 [rad/s].
-LEAST_SPEED = 1e-30
+MIN_SPEED = 1e-30
 
 
 class CommandCurve(NamedTuple):
@@ -52,7 +52,7 @@ def rotor_command(speed: float, curve: CommandCurve) -> float:
     """
     root = sqrt(curve.linear * curve.linear + 4.0 * curve.square * speed * speed)
     convex = (root - curve.linear) / (2.0 * maximum(curve.square, 1.0))
-    concave = 2.0 * speed * speed / maximum(root + curve.linear, LEAST_SPEED)
+    concave = 2.0 * speed * speed / maximum(root + curve.linear, MIN_SPEED)
     return select(curve.linear < 0.0, convex, concave)
 
 

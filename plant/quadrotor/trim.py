@@ -37,7 +37,7 @@ class SteadyFlight(NamedTuple):
     Attributes:
         body: rows (n, 17) of `Body` at rest at the origin.
         tilt (n,) [rad].
-        thrust (n,): of all rotors over the weight [1].
+        thrust (n,): thrust of all rotors over the weight [1].
         balanced (n,): whether the row is a balance; where there is none it is level hover.
     """
 

@@ -6,7 +6,7 @@ from plant.errors import InputError
 from plant.vectors import Rotors, Vec3
 
 # Each control period of dead time is four numbers of the state.
-MOST_LATE = 64
+MAX_LATE_PERIODS = 64
 # Longest dead time that is drawn, in standard deviations above the file's: 1 of 740 vehicles is beyond.
 FARTHEST = 3.0
 
@@ -82,13 +82,13 @@ class Vehicle(NamedTuple):
 def late_periods(vehicle: Vehicle, control_period: float) -> int:
     """Return the control periods by which rotors feel a command late: the dead time, rounded.
 
-    InputError where these are more than `MOST_LATE`.
+    InputError where these are more than `MAX_LATE_PERIODS`.
     """
     periods = round(vehicle.dead_time / control_period)
-    if periods > MOST_LATE:
+    if periods > MAX_LATE_PERIODS:
         raise InputError(
-            f"given {vehicle.dead_time:g} s, {periods} control periods of {control_period:g} s; at most {MOST_LATE} are kept: "
-            "take a longer period or correct the airframe",
+            f"given {vehicle.dead_time:g} s, {periods} control periods of {control_period:g} s; at most {MAX_LATE_PERIODS} are "
+            "kept: take a longer period or correct the airframe",
             key="dead_time",
         )
     return periods
@@ -97,9 +97,9 @@ def late_periods(vehicle: Vehicle, control_period: float) -> int:
 def most_late_periods(vehicle: Vehicle, control_period: float) -> int:
     """Return the control periods of the longest dead time that is drawn.
 
-    At most `MOST_LATE`; 0 where none is drawn.
+    At most `MAX_LATE_PERIODS`; 0 where none is drawn.
     """
     if vehicle.dead_time_deviation == 0.0:
         return 0
     longest = vehicle.dead_time + FARTHEST * vehicle.dead_time_deviation
-    return min(round(longest / control_period), MOST_LATE)
+    return min(round(longest / control_period), MAX_LATE_PERIODS)

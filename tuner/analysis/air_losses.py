@@ -1,7 +1,7 @@
 """Flights that the air lost: the default and every finalist lose them, so they say nothing about gains.
 
 A gust that no gains of a vehicle can meet would end every run that allows no loss, whatever it recommends. Such a flight is named
-and counts for nobody: its scores are the mean of the point's other flights in the scenario. Where more than `MOST_SHARE` of the
+and counts for nobody: its scores are the mean of the point's other flights in the scenario. Where more than `MAX_SHARE` of the
 flights are lost by all, the study asks for more than any gains reach, and that counts.
 """
 
@@ -17,7 +17,7 @@ from plant.backends.flyer import result_parts
 from tuner.analysis.final_flights import FinalFlights
 from tuner.analysis.lost_flights import fly_alone
 
-MOST_SHARE = 0.05
+MAX_SHARE = 0.05
 """Share of the flights that the air may lose; one flight always."""
 MIN_POINTS = 3
 """Points that must all lose a flight, the default among them: two may share a weakness."""
@@ -27,7 +27,7 @@ def air_losses(
     problem: Evaluator, gains: np.ndarray, batches: tuple[FlightBatch, ...], suspects: np.ndarray
 ) -> np.ndarray:
     """Return the mask of the suspects (flights,) that every gains row (rows, g) loses; none where there are too many."""
-    most = max(1.0, MOST_SHARE * len(suspects))
+    most = max(1.0, MAX_SHARE * len(suspects))
     if not isinstance(problem, Problem) or len(gains) < MIN_POINTS or not 0 < suspects.sum() <= most:
         return np.zeros(len(suspects), dtype=bool)
     return np.all(losses(problem, gains, batches, suspects), axis=0)

@@ -1,6 +1,6 @@
 """Held-out flights of finalists, of which some stop early, and their estimates.
 
-What a finalist that stopped is worth is its paired difference to one that made all flights, from the flights of both, plus the
+The value of a finalist that stopped is its paired difference to one that made all flights, from the flights of both, plus the
 value of that one: points that lie close together rise and fall with the air alike, so their difference varies far less than
 their values (control variates: P. Glasserman, "Monte Carlo Methods in Financial Engineering", Springer, 2003, section 4.1). Its
 intervals are wider by as much as it flew less. Shares rest on its own flights alone, where their intervals are exact.
@@ -29,7 +29,7 @@ class FinalFlights:
     Attributes:
         problem: Evaluator of the flights.
         root: Root seed.
-        scores (rows, quantities, flights): Of flights not made the mean of those made in the same scenario.
+        scores (rows, quantities, flights): Scores; a skipped flight has the mean of those made in the same scenario.
         failed (rows, flights): Mask of the failed flights.
         origin (flights,): Name of the scenario.
         requirements (rows, requirements): Values of the requirements.

@@ -26,7 +26,7 @@ from tuner.analysis.final_flights import FRONT_REPLICATES, FinalFlights, dominat
 Array = np.ndarray
 # Part of the flights that everyone makes; how many they are in a scenario at least for anything to be decided by them; share of
 # the resamples that decides.
-SHARE, FEWEST, LEVEL = 0.25, 32, 0.99
+SHARE, MIN_FLIGHTS, LEVEL = 0.25, 32, 0.99
 # Random sets of those that stopped without which the choice must be the same, and the share of those that is in each.
 TRIED, LOST = 32, 0.25
 MOVED = (0.025, 0.975)
@@ -108,7 +108,7 @@ class Finals:
 
 def early_counts(batches: tuple[FlightBatch, ...]) -> list[int]:
     """Return the numbers of flights, by batch, that every finalist makes."""
-    enough = all(SHARE * batch.count >= FEWEST for batch in batches)
+    enough = all(SHARE * batch.count >= MIN_FLIGHTS for batch in batches)
     return [round(SHARE * batch.count) if enough else batch.count for batch in batches]
 
 

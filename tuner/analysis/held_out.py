@@ -1,11 +1,11 @@
 """The truth about the finalists: re-flown on scenarios that the search never saw, with intervals over scenarios.
 
-Every finalist meets the same scenarios, and one resample of them serves all finalists and objectives, so that what is said of
-two candidates, or of the whole front, is said in pairs. The recommended point is picked on these values, which flatters
-it; it and the default are flown once more on scenarios that decided nothing, and what is said of the two rests on those.
-Measured on straight fronts of 12 and 48 points of lognormal values with 1024 flights (CVaR 0.8, 300 repetitions): 95 %
-intervals on the values it was picked by hold its true value in 72 to 91 % and its difference to the default in 81 to 89 %,
-those on fresh flights both in 93 to 95 %.
+Every finalist meets the same scenarios, and one resample of them serves all finalists and objectives, so that comparisons of two
+candidates, or of the whole front, are paired. The recommended point is picked on these values, which flatters it; it and the
+default are flown once more on scenarios that decided nothing, and the comparison of the two uses those. Measured on straight
+fronts of 12 and 48 points of lognormal values with 1024 flights (CVaR 0.8, 300 repetitions): 95 % intervals on the values it was
+picked by hold its true value in 72 to 91 % and its difference to the default in 81 to 89 %, those on fresh flights both in 93 to
+95 %.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """One limit after the other: value, interval, verdict.
 
 A limit on flights is judged by the value over all of them; its interval says whether another draw could have judged otherwise.
-A share that is limited to 0 is judged on the flights made, for no number of them shows that; its bound is told beside it.
+A share that is limited to 0 is judged on the flights made, for no number of them shows that; its bound is printed next to it.
 Of a worst case none can be given. Requirements that are known without flying are exact and have no interval.
 """
 

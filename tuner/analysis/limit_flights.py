@@ -25,7 +25,7 @@ SPENT = (0.5, 0.25, 0.125, 0.125)
 """Parts of the allowed error by look; the first is at the held-out flights of the study, each further one at twice as many."""
 BUDGET = 16
 """Further flights of all points together, in held-out flights of the study."""
-MOST_FOR_SHARE = 20_000
+MAX_FLIGHTS_FOR_SHARE = 20_000
 """Flights of a point at most to show that a share of events is within its limit."""
 DOUBT = 2
 """Ratio of foreseen flights to those of the last look up to which a row is worth them: few skewed flights foresee too many."""
@@ -57,7 +57,7 @@ class LimitFlights:
         problem: Makes the flights; another program's trials are not asked for more.
         gains: Rows (rows, g), the default first.
         batches: Held-out flights of the study.
-        root: Of resamples.
+        root: Root seed of the resamples.
         on_flights_done: Called with n as n more flights have ended.
         relevant: Share of the default's value from which a difference matters.
     """
@@ -182,9 +182,9 @@ class LimitFlights:
             if entry.objective.is_binary and entry.objective.risk.is_mean and entry.most > 0.0:
                 enough = flights_to_show(entry.most, self.confidence(entry, number))
                 scenarios = [entry.objective.scenario in (None, batch.spec.name) for batch in self.batches]
-                each = ceil(min(enough, MOST_FOR_SHARE) / max(sum(scenarios), 1))
+                each = ceil(min(enough, MAX_FLIGHTS_FOR_SHARE) / max(sum(scenarios), 1))
                 wanted = [max(n, each) if counts else n for n, counts in zip(wanted, scenarios, strict=True)]
-                self._budget = max(self._budget, 4 * min(enough, MOST_FOR_SHARE))
+                self._budget = max(self._budget, 4 * min(enough, MAX_FLIGHTS_FOR_SHARE))
         return wanted
 
     def _flown(self, row: int, batch: FlightBatch) -> tuple[np.ndarray, np.ndarray]:
@@ -213,7 +213,7 @@ class LimitFlights:
         last = 2 ** (len(SPENT) - 1) * sum(batch.count for batch in self.batches)
         most = np.full(len(self.gains), DOUBT * last)
         shares = [entry.objective.is_binary for entry in self.problem.constraints]
-        most[np.any(look.excess[:, shares] > 0.0, axis=1)] = MOST_FOR_SHARE
+        most[np.any(look.excess[:, shares] > 0.0, axis=1)] = MAX_FLIGHTS_FOR_SHARE
         settled = [self.flights_to_settle(look, flown, row) for row in range(len(self.gains))]
         return np.array([count is not None and count <= allowed for count, allowed in zip(settled, most, strict=True)])
 

@@ -16,7 +16,7 @@ from tuner.documents.parts import LostFlight, ShareCount
 from tuner.documents.summary import RaisedValue, UnseenLosses
 
 STATUSES = tuple(Status)
-MOST_NAMED = 20
+MAX_NAMED_FLIGHTS = 20
 
 
 def fly_alone(problem: Problem, gains: np.ndarray, spec: Any, stream: str, indices: Sequence[int]) -> np.ndarray:
@@ -62,7 +62,7 @@ def lost_flight(
 def named_losses(
     problem: Evaluator, gains: np.ndarray, batches: tuple[FlightBatch, ...], failed: np.ndarray, point: str
 ) -> list[LostFlight]:
-    """Return the first `MOST_NAMED` lost flights of a gains row (g,).
+    """Return the first `MAX_NAMED_FLIGHTS` lost flights of a gains row (g,).
 
     They are flown once more for their causes; none where another program makes the flights.
     failed (flights,): which of the flights of all batches were lost.
@@ -71,7 +71,7 @@ def named_losses(
         return []
     flights, start = list[LostFlight](), 0
     for batch in batches:
-        lost = np.flatnonzero(failed[start : start + batch.count])[: MOST_NAMED - len(flights)].tolist()
+        lost = np.flatnonzero(failed[start : start + batch.count])[: MAX_NAMED_FLIGHTS - len(flights)].tolist()
         start += batch.count
         if lost:
             results = fly_alone(problem, gains, batch.spec, batch.stream, lost)

@@ -16,8 +16,8 @@ from plant.records import rows
 Array = NDArray[np.float64]
 
 SEGMENT = 1.0
-"""Length of the windowed segments [s]: frequencies are told apart to some 2 Hz."""
-BANDS, LEAST = 120, 16
+"""Length of the windowed segments [s]: the resolution is some 2 Hz."""
+BANDS, MIN_SEGMENT = 120, 16
 """Bands at most, and the fewest samples of a segment."""
 
 
@@ -45,7 +45,7 @@ def spectrum(commands: Array, h: float) -> Spectrum | None:
     from scipy.signal import welch
 
     segment = min(commands.shape[1], round(SEGMENT / h))
-    if not len(commands) or segment < LEAST:
+    if not len(commands) or segment < MIN_SEGMENT:
         return None
     frequency, power = welch(commands, 1.0 / h, "hann", segment, detrend="constant", axis=1)
     mean = power.mean(axis=(0, 2))

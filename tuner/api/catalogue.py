@@ -252,7 +252,7 @@ def about_of(kind: str) -> str:
 
 
 def names_of(kind: str) -> list[str]:
-    """Return the names of what the tool knows of a kind."""
+    """Return the names of a kind's entries."""
     return list(dict.fromkeys(str(next(iter(row.values()))) for row in rows_of(kind)))
 
 

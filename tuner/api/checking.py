@@ -43,7 +43,7 @@ class Checked(Documented):
     Attributes:
         kind: Kind of the file: "study", "contest", "trials", "airframe", "gains", "law", "metric", "reference",
             "plant" or "fmu".
-        document: What it holds: the preview of a study of any kind; plain data of the other kinds.
+        document: Its content: the preview of a study of any kind; plain data of the other kinds.
         hopeless: Whether a study asks for what nothing can reach, a gains file is wrong, or code of your own breaks its contract.
         examined: A gains file as read, None for other files.
 
@@ -81,7 +81,7 @@ def check(
         watcher: Callbacks that hear of compilation.
 
     Returns:
-        What it holds; of a study trim, margins of the default, and limits that nothing can reach.
+        Its content; of a study trim, margins of the default, and limits that nothing can reach.
 
     Raises:
         InputError: The file is missing or wrong, or changes are given for another file than a study.

@@ -63,9 +63,9 @@ class Design(Documented):
     Attributes:
         gains: The designed gains.
         default: The default gains of the study.
-        loops: For each axis or channel whether it was designed, why not, and figures of its loop.
+        loops: Design of each axis or channel: success or reason, and figures of its loop.
         margins: The documents of the margins of "default" and "design".
-        warnings: What a reader must know.
+        warnings: Notes for the reader.
         toml: The [gains] table of a study of a plant that starts from the design; empty for a quadrotor.
 
     """

@@ -1,4 +1,4 @@
-"""What is to be flown: a system with gains, through a scenario."""
+"""Setup of flights: a system with gains, through a scenario."""
 
 from dataclasses import dataclass
 
@@ -24,7 +24,7 @@ class FlightSetup:
     Attributes:
         system: Flies the gains, a row (g,), through the scenario `spec`.
         root: Root seed of the draws.
-        laws: In words.
+        laws: Laws in words.
         metrics: Addresses that such flights can be judged by.
         draws: Stream and numbers of the flights.
         single: The one flight that is flown instead, None for those of the draws.

@@ -23,7 +23,7 @@ from tuner.documents.parts import LostFlight, ShareCount
 from tuner.extension import added, load
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.document import DocumentPart
-from tuner.study.size import MOST_FLIGHTS
+from tuner.study.size import MAX_FLIGHTS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -153,7 +153,7 @@ def fly(
         gains: Gains, a gains.json or a results folder; of a plant, name its code with `use` or give the study.
         study: Study whose scenario, limits and seed are flown; by default one metre steps in a fresh breeze, or the study of the
             results folder where a plant's gains lie in one.
-        scenario: Which scenario of the study, from 0.
+        scenario: Number of a scenario of the study, from 0.
         flights: Number of flights, each in its own turbulence.
         seed: Root seed where no study gives one.
         flight: Name of a single flight, STREAM-INDEX, such as those that `lost` names, or FOLDER/point-N of a tail; it alone is
@@ -198,7 +198,7 @@ def drawn_setup(flight_setup: FlightSetup, flights: int, flight: str | None) -> 
 def named_draw(name: str) -> tuple[str, range]:
     """Return stream and number of a flight by its name; InputError where it is none."""
     stream, _, index = name.rpartition("-")
-    if stream not in STREAMS or not (index.isascii() and index.isdigit()) or int(index) >= MOST_FLIGHTS:
+    if stream not in STREAMS or not (index.isascii() and index.isdigit()) or int(index) >= MAX_FLIGHTS:
         allowed = " or ".join(f"{name_of_stream}-INDEX" for name_of_stream in STREAMS)
         raise InputError(
             f"given '{name}'; write {allowed}, for instance {HELD_OUT}-12, or the FOLDER/point-N of a tail",

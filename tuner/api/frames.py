@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from tuner.documents.comparison_document import EstimateRow
     from tuner.documents.parts import Estimate
 
-MOST_ROWS = 20
+MAX_ROWS = 20
 """Rows of a table that an object shows of itself."""
 
 
@@ -83,7 +83,7 @@ def html_table(frame: "pd.DataFrame") -> Markup:
     units = frame.attrs.get("units", {})
     flat = frame.reset_index() if frame.index.name else frame
     head = [f"{name} [{units[name]}]" if units.get(name, "1") != "1" else str(name) for name in flat.columns]
-    rows = [[cell(value) for value in row] for row in flat.head(MOST_ROWS).itertuples(index=False)]
+    rows = [[cell(value) for value in row] for row in flat.head(MAX_ROWS).itertuples(index=False)]
     left = len(flat) - len(rows)
     more = element("div", f"and {left:,} more rows") if left else Markup("")
     return join([table(head, rows), more])

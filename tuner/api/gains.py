@@ -245,7 +245,7 @@ class PlantGains(Gains):
 
     Attributes:
         loops: Its loops with their gains.
-        study: In memory: closes the loops around the plant, such as one of a notebook.
+        study: Study in memory, closes the loops around the plant, such as one of a notebook.
         folder: Results folder that keeps the study, whose code or FMU is named with `use`.
 
     """
@@ -288,7 +288,7 @@ class PlantGains(Gains):
         """Return the controller with the study that closes its loops.
 
         Args:
-            study: That study; by default the one in memory, or that of the results folder.
+            study: Study of the gains; by default the one in memory, or that of the results folder.
             command: Who needs it, for errors.
 
         Raises:
@@ -376,7 +376,7 @@ def gains_in(document: PlainTable, path: Path | None, folder: Path) -> Gains:
     Args:
         document: The content.
         path: The file, None where none holds it.
-        folder: Where it lies; a results folder keeps its study.
+        folder: Folder of the file; a results folder keeps its study.
     """
     if document["format"] == VARIABLES_FORMAT:
         return VariableValues(document, path)

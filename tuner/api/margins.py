@@ -29,7 +29,7 @@ class Margins(Documented):
     """Stability margins of one controller.
 
     Attributes:
-        document: What `tuner margins --json` prints.
+        document: Output of `tuner margins --json`.
         subject: The loops behind it.
         from_study: Whether the limits are those of a study.
 

@@ -30,7 +30,7 @@ def plant_system(
     Args:
         names: State, Input, Parameters, Output, derivative and output, such as `globals()` of a notebook; or a
             linear system of python-control or scipy.signal.
-        name: Of the plant.
+        name: Name of the plant.
         channels: Its loops.
         actuators: Limits, rate, delay and lag of its inputs.
         control_period: [s].

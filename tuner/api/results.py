@@ -180,7 +180,7 @@ class TuningResults(TuningFolder, Results[Summary]):
     """Results of the tuning of one controller.
 
     Attributes:
-        opinion: That of `judge` against the present gains, None where `run` had no file of these, or of an opened folder.
+        opinion: Opinion of `judge` against the present gains, None where `run` had no file of these, or of an opened folder.
     """
 
     opinion: Opinion | None = None

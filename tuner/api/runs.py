@@ -43,7 +43,7 @@ def run(
         study: A study, a file, or the name of a shipped study.
         out: Results folder, which must not exist; by default results/NAME.
         watcher: Callbacks that hear of progress.
-        **options: As of the command line.
+        **options: Options as of the command line.
 
     Returns:
         `TuningResults` or `ContestResults`, as the study is. A run for a firmware with a file of present
@@ -74,7 +74,7 @@ def resume(results: PathLike, *, watcher: Watcher | None = None, **options: Unpa
     Args:
         results: Its results folder.
         watcher: Callbacks that hear of progress.
-        **options: As of the command line.
+        **options: Options as of the command line.
 
     Returns:
         The results, as `run` does.

@@ -84,7 +84,7 @@ def make_study(
     """Check a study that is put together in Python.
 
     Args:
-        tables: What a study file holds, in its units: `{"title": ..., "gains": {...}, "scenario": [{...}], ...}`.
+        tables: Content of a study file, in its units: `{"title": ..., "gains": {...}, "scenario": [{...}], ...}`.
         name: Name of the study, which is that of its results folder unless another is given.
         folder: Folder that paths in the tables are relative to.
         plant: Names that describe a plant of your own, such as `globals()` of a notebook, where the tables have a `[plant]`

@@ -64,7 +64,7 @@ class GroupedCommands(TyperGroup):
                 formatter.write_dl(list(zip([name.ljust(longest) for name in names], sentences, strict=True)))
 
     def invoke(self, ctx: Any) -> Any:
-        """Carry out a command; an error of an option says what that takes."""
+        """Carry out a command; an error of an option names its valid values."""
         try:
             return super().invoke(ctx)
         except USAGE_ERROR as error:

@@ -39,7 +39,7 @@ def say_files(console: Console, **files: Path) -> None:
 class TerminalTable(RichTable):
     """A table that fits: the widest columns wrap between words, those with no_wrap stay whole; a blank line follows a title's.
 
-    Where that does not make room, a table with keys is told in several, each with those first columns; one without becomes a
+    If that is not enough, a table with keys is split into several, each with those first columns; one without becomes a
     block for each row, a line for each column.
     """
 

@@ -27,7 +27,7 @@ def export(
         str,
         typer.Option(help="Target: see `tuner list targets`.", show_default=False, autocompletion=TARGET),
     ],
-    out: Annotated[Path | None, typer.Option(help="Folder to write. Default: export/TARGET beside the gains.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder to write. Default: export/TARGET next to the gains.")] = None,
     firmware: Annotated[
         str | None, typer.Option(help="Firmware version, for targets whose names depend on it.")
     ] = None,

@@ -117,15 +117,15 @@ class AssessmentDocument(Document):
 
     Attributes:
         comparison: Verdict of the paired flights alone, null without a file before, or where nothing is judged.
-        reasons: Of the verdict, the most severe first.
-        unmodeled: What the loops of the model lack, or assume.
-        unmodeled_changes: Of parameters that no loop has.
+        reasons: Reasons of the verdict, the most severe first.
+        unmodeled: Differences of the model's loops, and assumptions.
+        unmodeled_changes: Changes of parameters that no loop has.
         gyro_noise: Density of the gyro's noise, null where nothing is judged.
         lost_after: Lost flights, null where nothing is judged.
         guessed: The source in a sentence, null where it was named.
         rollback: File that restores what was before.
         not_restored: Parameters that it does not hold.
-        seconds: By stage.
+        seconds: Time of each stage [s].
     """
 
     format: Literal["gainproof-assessment"]

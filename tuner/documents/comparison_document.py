@@ -260,7 +260,7 @@ class BestRow(_WithInterval):
 
 
 class BestUnder(DocumentPart):
-    """What every front offers under a limit: the smallest `objective` with `subject_to` at most `limit`."""
+    """Offer of every front under a limit: the smallest `objective` with `subject_to` at most `limit`."""
 
     objective: str
     subject_to: str

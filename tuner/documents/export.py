@@ -88,7 +88,7 @@ class FilteredLoop(DocumentPart):
 
 
 class GyroFilterPart(DocumentPart):
-    """Low-pass of the target between the gyro and its loops; cutoff [Hz]; known: the vehicle's file told it."""
+    """Low-pass of the target between the gyro and its loops; cutoff [Hz]; known: it is from the vehicle's file."""
 
     name: str
     cutoff: float

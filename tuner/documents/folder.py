@@ -23,7 +23,7 @@ class OpenedFolder(Generic[D]):
         kind: Name of the kind of results.
         noun: The kind in a sentence, with its article.
         main: Name of the file with the main document.
-        folder: Where it is; None where its document is all there is.
+        folder: Path of the folder; None if its document is all there is.
         document: Content of the main document, in SI units and radians.
     """
 

@@ -116,7 +116,7 @@ class LimitRow(DocumentPart):
 
 
 class CertificateRow(DocumentPart):
-    """What a certificate proves of an axis; null where it proves nothing."""
+    """Proved number of an axis; null where it proves nothing."""
 
     axis: str
     name: str

@@ -57,7 +57,7 @@ class DesignReach(DocumentPart):
 
 
 class UnmetConstraint(DocumentPart):
-    """What stands behind a limit that no candidate keeps.
+    """Cause of a limit that no candidate satisfies.
 
     loop: axis that breaks it, null where it is no margin of one loop; reached: best value (null: infinite), by point; tried:
     candidates looked at; moved_by: searched gains that bring it nearer; fixed: gains that do and are not searched; automatic: key

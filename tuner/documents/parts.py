@@ -133,7 +133,7 @@ class PlantStep(DocumentPart):
     def words(self) -> str:
         """Steps and error in a line."""
         count = "1 step" if self.steps == 1 else f"{self.steps} steps"
-        who = ", as the study says" if self.fixed else ""
+        who = ", fixed by the study" if self.fixed else ""
         shares = [
             (self.error, f"the standard error of the held-out mean ({self.metric})"),
             (self.relative_error, f"the value ({self.relative_metric})"),

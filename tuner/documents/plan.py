@@ -29,11 +29,11 @@ class PlannedSeconds(DocumentPart):
 
     Args:
         compilation: Null where the kernel is there.
-        search: Of the search.
-        held_out_at_most: Of held-out check and confirmation.
-        tails_at_most: Of estimates of rare losses.
-        writing: Of responses, figures and report.
-        total_at_most: Of all but the compilation.
+        search: Time of the search.
+        held_out_at_most: Time of held-out check and confirmation.
+        tails_at_most: Time of the estimates of rare losses.
+        writing: Time of responses, figures and report.
+        total_at_most: Time of all but the compilation.
     """
 
     compilation: float | None
@@ -52,14 +52,14 @@ class StreamFlights(DocumentPart):
 
 
 class StreamWidths(DocumentPart):
-    """Widths of an interval in the search and held out, null where nothing can be said."""
+    """Widths of an interval in the search and held out, null if unknown."""
 
     search: float | None
     held_out: float | None
 
 
 class PlannedObjective(DocumentPart):
-    """What to expect of an objective: its intervals."""
+    """Expected values of an objective: its intervals."""
 
     label: str
     unit: str
@@ -74,9 +74,9 @@ class PlannedBound(DocumentPart):
     """Bound of a quantile that holds for any distribution (Wilks).
 
     Args:
-        label: Of the objective or limit.
-        level: Of the quantile.
-        confidence: Of the bound.
+        label: Label of the objective or limit.
+        level: Level of the quantile.
+        confidence: Confidence of the bound.
         flights: Held-out flights of the study.
         flights_needed: Flights whose largest value is the bound.
         rank: The bound is the rank-th largest value of the study's flights, null where these are too few.
@@ -104,10 +104,10 @@ class PlannedTail(DocumentPart):
     """Estimate of a rare loss for a limit.
 
     Args:
-        label: Of the limit.
+        label: Label of the limit.
         limit: Largest probability.
-        method: That estimates it.
-        flights: Of a point that just keeps the limit.
+        method: Method that estimates it.
+        flights: Flights of a point that just keeps the limit.
         seconds: Time of these [s].
         points_at_most: Points that are estimated.
     """

@@ -146,7 +146,7 @@ class ResolvedRequirement(DocumentPart):
 
 
 class Resolved(Document):
-    """Content of resolved.json of a tuning run; tables that are not told here are those of the study file.
+    """Content of resolved.json of a tuning run; tables that are absent here are those of the study file.
 
     law, metric, reference: digests of code of the user's own, by name. airframe, controller: null where another thing flies: a
     plant with its actuators and channels, or trials of another program, of which variable and metric are the tables of the file.

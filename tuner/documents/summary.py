@@ -20,7 +20,7 @@ from tuner.text.sentences import listing
 GAINS, INFEASIBLE = "gains.json", "infeasible.json"
 """Files of a run's recommended gains, and of those of the nearest point if nothing was feasible."""
 NOTHING = "Nothing feasible"
-"""Beginning of the first line wherever a run that recommends nothing is told."""
+"""Beginning of the first line on a run that recommends nothing."""
 
 
 class Pick(DocumentPart):

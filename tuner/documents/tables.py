@@ -1,4 +1,4 @@
-"""Tables of a results folder, read with suspicion: whatever is missing or wrong becomes a StoreError naming the file."""
+"""Tables of a results folder, validated on reading: whatever is missing or wrong becomes a StoreError naming the file."""
 
 import csv
 from collections.abc import Iterator, Sequence
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from plant.input_files import MOST_TABLE, read_input
+from plant.input_files import MAX_TABLE_BYTES, read_input
 from tuner.store.columns import Coded
 from tuner.store.document import read_text, refuse
 from tuner.store.tables import TableFile
@@ -47,7 +47,7 @@ class Fan:
 
 @dataclass(frozen=True)
 class PointSpectrum:
-    """What a point asks of rotors or inputs in a scenario: density (bands,) [1/sqrt(Hz)] at frequency (bands,) [Hz]."""
+    """Use of rotors or inputs by a point in a scenario: density (bands,) [1/sqrt(Hz)] at frequency (bands,) [Hz]."""
 
     point: str
     scenario: str
@@ -112,7 +112,7 @@ def read_frame(file: Path) -> "pd.DataFrame":
     if file.suffix != ".csv":
         return frame_of(TableFile(file))
     try:
-        return pd.read_csv(BytesIO(read_input(file, MOST_TABLE)))
+        return pd.read_csv(BytesIO(read_input(file, MAX_TABLE_BYTES)))
     except FileNotFoundError:
         raise refuse(file, "there is no such file") from None
     except (OSError, ValueError) as error:

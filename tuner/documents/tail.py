@@ -8,9 +8,9 @@ class TailPoint(DocumentPart):
     """The most likely flight that fails by a mode.
 
     Args:
-        name: By which `tuner fly --flight` flies it.
+        name: Name by which `tuner fly --flight` flies it.
         distance: From the flight without deviations, in standard deviations.
-        shares: Of the squared distance, by the part drawn.
+        shares: Shares of the squared distance, by the part drawn.
         numbers: Deviations of single numbers of the parts that have names, such as "vehicle mass".
     """
 
@@ -45,18 +45,18 @@ class TailEvent(DocumentPart):
     """An event and its probability.
 
     Args:
-        event: As it was written.
-        metric: Whose exceedance it is, null for a loss.
-        unit: Of the metric.
-        limit: Of the metric in its unit, 1 of a loss.
+        event: Event as it was written.
+        metric: Metric whose exceedance it is, null for a loss.
+        unit: Unit of the metric.
+        limit: Limit of the metric in its unit, 1 of a loss.
         status: "estimated"; "wide" where the flights allowed were too few for the width; "below" the smallest probability, where
             `high` bounds it; "unreached" where no flight came nearer; "certain"; "deterministic" where nothing is drawn.
-        method: By which it was estimated.
-        probability: Of the event.
+        method: Method by which it was estimated.
+        probability: Probability of the event.
         low: Lower end of its 95 % interval.
         high: Upper end of that.
         flights: Made for it, with those of the pilot and without those of design points.
-        count: Of independent flights, null where others were made.
+        count: Number of independent flights, null where others were made.
         replicas: Independent estimates whose mean it is, or batches of flights.
         modes: Ways in which it happens.
         curve: On the way to the limit.
@@ -83,13 +83,13 @@ class LimitedTail(DocumentPart):
 
     Args:
         scenario: Name.
-        confidence: Of the intervals.
+        confidence: Confidence of the intervals.
         smallest: Probability down to which was looked.
-        width: Of the interval of `tuned`, over the probability.
+        width: Width of the interval of `tuned`, over the probability.
         tuned: Estimate at the point shown.
-        default: That of the default, by a few independent flights.
-        tuned_count: Of confirmation flights, at the point shown.
-        default_count: That of the default.
+        default: Probability of the default, by a few independent flights.
+        tuned_count: Number of confirmation flights, at the point shown.
+        default_count: Number of confirmation flights of the default.
     """
 
     scenario: str

@@ -15,7 +15,7 @@ from tuner.exchange.target import C, ExportRequest, ExportTarget, Option, PlantR
 from tuner.gains import Controller, content_hash, content_sha256, read_gains, to_document
 
 KEEP = "keep"
-MOST_NAME = 128
+MAX_NAME_LETTERS = 128
 OTHERS = Option(
     "others",
     "what acts in these loops and ours have not (see the import): keep what is on the vehicle, or switch it off",
@@ -63,7 +63,7 @@ def origin(request: ExportRequest[C], target: str) -> str | None:
 
 def plain_name(file: Path) -> str:
     """Return a file's name for any text: letters, digits, blanks, dots, dashes and underscores."""
-    return re.sub(r"[^A-Za-z0-9 ._-]", "_", file.name)[-MOST_NAME:]
+    return re.sub(r"[^A-Za-z0-9 ._-]", "_", file.name)[-MAX_NAME_LETTERS:]
 
 
 def remembered(controller: C, target: ExportTarget, given: list[str]) -> list[str]:

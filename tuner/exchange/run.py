@@ -83,7 +83,7 @@ class ExportSubject(Generic[C]):
         """Export the gains into a new folder.
 
         Args:
-            target: Where to.
+            target: Target of the export.
             given: NAME=VALUE options.
             previous: See `ExportRequest`.
             out: The folder.

@@ -2,7 +2,7 @@
 
 Requests and bundles are those of a quadrotor's controller (`Request`, `Bundle`) or of a plant's (`PlantRequest`, `PlantBundle`).
 A target either takes a controller as it is, to its own resolution, or refuses with an `InputError` that names what it cannot
-hold. What it adds or lacks beside the gains stands in `Bundle.differences`.
+hold. Additions and omissions besides the gains are in `Bundle.differences`.
 """
 
 from collections.abc import Callable, Mapping

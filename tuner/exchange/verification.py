@@ -52,7 +52,7 @@ class Loops:
         spec: Scenario that it flies.
         metrics: Addresses of the metrics compared, failure among them.
         limits: Return how its loops stand to limits on their margins, none where nothing rests.
-        structure: What no target may change.
+        structure: Limits that no target may change.
         content: With the gains, all that rounding may change.
         filtered: Return the loops under a target's low-pass of the gyro.
     """

@@ -67,7 +67,7 @@ SEARCH_FLIGHTS = RunOption(
 RECOMPUTE = RunOption(
     bool,
     "Recompute a run of another machine in this machine's arithmetic.",
-    "only a tuning study is computed anew; run this one again",
+    "only a tuning study can be recomputed; run this one again",
     default=False,
     flag="here",
 )

@@ -25,7 +25,7 @@ class ExperimentKind:
     """A kind of experiment.
 
     Args:
-        name: As in run.json.
+        name: Name in run.json.
         module: Module of its `run`.
         life: Name of its class there.
         document: The file of its folder that holds the findings.

@@ -4,7 +4,7 @@
     actuation   see `plant.quadrotor.airframes.actuation`; rotors: where they sit, which way they turn seen from above
     sha256      over the canonical form of {"numbers", "rotors"}; allow_unphysical: true where `broken_rules` are broken
 
-What flies is `numbers` and the rotors; the rest of `actuation` follows from them.
+The flying vehicle is `numbers` and the rotors; the rest of `actuation` follows from them.
 """
 
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ AGREEMENT = 1e-9
 # Sizes of a number of an airframe in SI units: beyond them a digit slipped, and arithmetic overflows.
 SMALLEST, LARGEST = 1e-15, 1e9
 # Of the mixer: 17 for an Iris, 168 for a Crazyflie.
-MOST_CONDITION = 1e12
+MAX_CONDITION = 1e12
 
 
 _BOUNDS: dict[str, dict[str, float]] = {
@@ -189,7 +189,7 @@ def _disproportionate(part: AirframePart) -> Iterator[InputError]:
 
 
 def _unphysical(part: AirframePart) -> Iterator[InputError]:
-    if np.linalg.cond(mixer_matrix(part.vehicle)) > MOST_CONDITION:
+    if np.linalg.cond(mixer_matrix(part.vehicle)) > MAX_CONDITION:
         message = (
             "rotors at these places with these turns make no independent roll, pitch and yaw torques; correct them"
         )

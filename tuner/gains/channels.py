@@ -22,7 +22,7 @@ class LoopTable(StrictTable):
     to: str
     """Input, or channel whose set point it commands."""
     b0: float = 1.0
-    """Second derivative of the output for one unit of command, as the controller believes it."""
+    """Second derivative of the output for one unit of command, in the controller's model."""
     rate_output: str | None = None
     """Output that measures the rate of the other one; by default the law works it out."""
     every: Annotated[int, Field(ge=1)] = 1

@@ -40,7 +40,7 @@ class VehicleRecord:
     Attributes:
         target, target_version: Names of an exporter.
         file: Its name without the folder.
-        sha256: Of its bytes (64 hex digits).
+        sha256: SHA-256 of its bytes (64 hex digits).
         settings: Options of the import.
         parameters: Name -> value in the target's unit.
         untuned: Names of those that our loops cannot carry; an export leaves them as the vehicle has them.

@@ -18,7 +18,7 @@ from tuner.gains.schema import STATE, controller_schema
 from tuner.gains.sections import (
     CONVENTIONS,
     FORMAT,
-    MOST_EXACT,
+    MAX_EXACT_INTEGER,
     PLANT_FORMAT,
     PLANT_VERSION,
     STRUCTURE,
@@ -114,7 +114,7 @@ def _range(ranges: Ranges, address: str, value: float) -> Row:
 
 def seed_entry(seed: int) -> int | str:
     """Return a seed as JSON holds it: as text where a double would not tell it from its neighbours."""
-    return seed if seed <= MOST_EXACT else str(seed)
+    return seed if seed <= MAX_EXACT_INTEGER else str(seed)
 
 
 def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) -> Row:

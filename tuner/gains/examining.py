@@ -246,7 +246,7 @@ def _check_gain(gain: GainAddress, entry: GainEntry, period: float) -> None:
         )
     if not within(entry.value, entry.low, entry.high):
         message = (
-            f"given {entry.value:g} {gain.unit}, outside of the range {entry.low:g} to {entry.high:g} that stands beside it: "
+            f"given {entry.value:g} {gain.unit}, outside of its range {entry.low:g} to {entry.high:g}: "
             "correct one of them, or leave low and high out"
         )
         raise InputError(message, key=f"{gain.address}.value")

@@ -9,7 +9,7 @@ import hashlib
 from typing import Any
 
 from plant.errors import InputError
-from tuner.gains.sections import MOST_EXACT, VERSION, Row
+from tuner.gains.sections import MAX_EXACT_INTEGER, VERSION, Row
 
 # What may be added later without another controller coming of it.
 OUTSIDE = ("sha256", "exports", "cost")
@@ -44,7 +44,7 @@ def _doubles(value: Any) -> Any:
         return {key: _doubles(inner) for key, inner in value.items()}
     if isinstance(value, list | tuple):
         return [_doubles(inner) for inner in value]
-    if isinstance(value, int) and not isinstance(value, bool) and abs(value) > MOST_EXACT:
+    if isinstance(value, int) and not isinstance(value, bool) and abs(value) > MAX_EXACT_INTEGER:
         return float(value)
     return value
 

@@ -9,7 +9,7 @@ from plant.errors import InputError
 from plant.laws.filters import HALF
 from plant.loop import Timing
 from plant.quadrotor.airframes import Airframe
-from plant.quadrotor.gains import MOST_OBSERVER, GainAddress
+from plant.quadrotor.gains import MAX_BANDWIDTH_PERIODS, GainAddress
 
 
 def check_value(key: str, gain: GainAddress, value: float, control_period: float, origin: str = "given") -> None:
@@ -25,11 +25,11 @@ def check_value(key: str, gain: GainAddress, value: float, control_period: float
             key=key,
         )
     # Relative 1e-9: 75 rad/s at 4 ms is the limit and not above it, whichever way the product rounds.
-    if info.observer and value * control_period > MOST_OBSERVER * (1.0 + 1e-9):
+    if info.observer and value * control_period > MAX_BANDWIDTH_PERIODS * (1.0 + 1e-9):
         raise InputError(
             f"{what}; at a control period of {control_period:g} s the largest allowed value is "
-            f"{MOST_OBSERVER / control_period:g} rad/s (bandwidth times period at most {MOST_OBSERVER}), beyond it the "
-            "sampled observer is not the one designed: give a smaller value, or shorten the control period",
+            f"{MAX_BANDWIDTH_PERIODS / control_period:g} rad/s (bandwidth times period at most {MAX_BANDWIDTH_PERIODS}), "
+            "beyond it the sampled observer is not the one designed: give a smaller value, or shorten the control period",
             key=key,
         )
 

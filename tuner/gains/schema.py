@@ -26,9 +26,9 @@ from pydantic import Field
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.law_registry import LAWS
 from plant.laws.law import GainInfo, Law
-from plant.laws.slower import MOST_PERIODS
+from plant.laws.slower import MAX_PERIODS
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, POSITION_AXES
-from plant.quadrotor.nominal import BATTERY_RANGES, LEAST_CUTOFF, MOST_CUTOFF, NOTCH_RANGES, ControlOptions
+from plant.quadrotor.nominal import BATTERY_RANGES, MAX_CUTOFF, MIN_CUTOFF, NOTCH_RANGES, ControlOptions
 from tuner.gains.airframe_block import AIRFRAME
 from tuner.gains.channels import ChannelTable
 from tuner.gains.quantities import UCUM, ucum
@@ -40,7 +40,7 @@ from tuner.gains.sections import (
     DIGEST,
     FORMAT,
     LINEARISED,
-    MOST_EXACT,
+    MAX_EXACT_INTEGER,
     PLANT_INPUT,
     STRUCTURE,
     VERSIONS,
@@ -57,18 +57,18 @@ LOOPS = {"position": POSITION_AXES, "attitude": ATTITUDE_AXES}
 # Unit, least and most of options that are numbers.
 MEASURES = {
     "tilt_limit": ("rad", 0.05, 1.05),
-    "yaw_torque_cutoff": ("Hz", LEAST_CUTOFF, MOST_CUTOFF),
+    "yaw_torque_cutoff": ("Hz", MIN_CUTOFF, MAX_CUTOFF),
     "rpm_notch_q": ("1", *NOTCH_RANGES["rpm_notch_q"]),
     "rpm_notch_min": ("Hz", *NOTCH_RANGES["rpm_notch_min"]),
     "battery_compensation": ("1", *BATTERY_RANGES["battery_compensation"]),
     "battery_cutoff": ("Hz", *BATTERY_RANGES["battery_cutoff"]),
 }
 # Steady states that loops are judged in; a study has a handful.
-MOST_STATES = 64
+MAX_STATES = 64
 NUMBER_OR_NULL = {"type": ["number", "null"]}
 TARGET_TEXT = {"type": "string", "pattern": "^[A-Za-z0-9 ._-]{1,128}(?!\n)$"}
 PARAMETER_NAME = {"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_.]{0,31}(?!\n)$"}
-SEED = {"type": ["integer", "string"], "minimum": 0, "maximum": MOST_EXACT, "pattern": "^[0-9]{16,19}(?!\n)$"}
+SEED = {"type": ["integer", "string"], "minimum": 0, "maximum": MAX_EXACT_INTEGER, "pattern": "^[0-9]{16,19}(?!\n)$"}
 # A metric of the user's own may have a unit that the table lacks; it is then an annotation.
 ANY_UNIT = {"anyOf": [{"enum": sorted(set(UCUM.values()))}, {"type": "string", "pattern": r"^\{[^{}]+\}$"}]}
 VELOCITY = {**listed(measured("m/s")), "minItems": 3, "maxItems": 3}
@@ -136,7 +136,7 @@ EXPORT = closed({**texts("target", "target_version", "file"), "sha256": DIGEST, 
 SECTIONS: Row = {
     "vehicle": VEHICLE,
     "study": closed(ORIGIN, optional=ORIGIN),
-    "states": {**listed(STATE), "maxItems": MOST_STATES},
+    "states": {**listed(STATE), "maxItems": MAX_STATES},
     "objectives": listed(OBJECTIVE),
     "design": listed(DESIGN),
     "margins": listed(MARGIN),
@@ -261,7 +261,7 @@ def controller_schema() -> Row:
             **dict.fromkeys(LOOPS, laws),
             **dict.fromkeys(("control_period", "plant_step"), period),
             **options,
-            "position_every": {"type": "integer", "minimum": 2, "maximum": MOST_PERIODS},
+            "position_every": {"type": "integer", "minimum": 2, "maximum": MAX_PERIODS},
             "structure": closed({key: {"const": text} for key, text in STRUCTURE.items()}),
             "discretisation": closed(texts(*LOOPS)),
             "code": closed(dict.fromkeys(LOOPS, closed(texts("file", "digest"))), optional=LOOPS),
@@ -280,7 +280,7 @@ class NumberTable(StrictTable):
 
 
 class LoopsTable(StrictTable):
-    """What a gains.json says of the loops of a plant."""
+    """Loops of a plant in a gains.json."""
 
     version: int
     """Version of the format."""

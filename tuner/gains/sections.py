@@ -70,4 +70,4 @@ STRUCTURE = {
 LINEARISED, DESCRIBING = "linearised", "describing function"
 PLANT_INPUT, DEMAND = "plant input", "demand of the position loop"
 # Whole numbers that every reader of JSON holds exactly; a larger seed is written as text.
-MOST_EXACT = 2**53 - 1
+MAX_EXACT_INTEGER = 2**53 - 1

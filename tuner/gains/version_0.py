@@ -22,7 +22,7 @@ PERIODS = ("control_period", "plant_step", "tilt_limit")
 def brought_up(old: Row, path: Path, airframe: Airframe | None) -> Row:
     """Return a document of version 0.1 as one of `VERSION` without origin.
 
-    airframe: replaces the document's. What is wrong in it stays wrong for the schema to report. Raises InputError where the
+    airframe: replaces the document's. Errors in it stay for the schema to report. Raises InputError where the
     airframe is unknown.
     """
     flown = airframe or _airframe(old.get("airframe"), path.parent)

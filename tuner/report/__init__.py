@@ -1,6 +1,6 @@
 """The report of a results folder: one offline HTML page, and figures for a paper.
 
-Both read nothing but the folder. What draws is imported when it is asked for: matplotlib alone takes half a second.
+Both read nothing but the folder. Drawing code is imported on use: matplotlib alone takes half a second.
 """
 
 from pathlib import Path

@@ -1,6 +1,6 @@
 """Figures drawn by a process of their own while the run goes on writing: matplotlib alone takes half a second to import.
 
-That process touches no file. It is told what to draw and hands the figures back; the run, which holds the folder's lock, reads
+That process touches no file. It gets panels and returns figures; the run, which holds the folder's lock, reads
 and writes. It ends when its parent does, however that dies: its standard input is a pipe that the system then closes.
 """
 

@@ -34,7 +34,7 @@ from tuner.text.numbers import MISSING, significant
 from tuner.text.units import plain
 
 # Candidates kept at most; beyond, they are thinned evenly.
-MOST_CANDIDATES = 6000
+MAX_CANDIDATES = 6000
 INFEASIBLE, SEARCHED, START = 0, 1, 2
 LimitedQuantities = tuple[list[TableRow], np.ndarray]
 """Limited quantities that differ among finalists, and their values (finalists, quantities)."""
@@ -131,7 +131,7 @@ def _point(results: TuningFolder, row: int, limited: np.ndarray) -> dict[str, ob
 def _candidates(results: TuningFolder) -> dict[str, object]:
     tried, front = results.evaluated, results.held_out_front
     flown = front.candidates[[role != "default" for role in front.roles]]
-    rows = thinned(np.flatnonzero(~(tried.feasible & np.isin(tried.number, flown))), MOST_CANDIDATES)
+    rows = thinned(np.flatnonzero(~(tried.feasible & np.isin(tried.number, flown))), MAX_CANDIDATES)
     state = np.where(tried.feasible[rows], SEARCHED, INFEASIBLE)
     state[tried.number[rows] == results.start] = START
     values = np.concatenate([tried.values[rows], tried.gains[rows]], axis=1)

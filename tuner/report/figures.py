@@ -43,7 +43,7 @@ def progress_figure(results: TuningFolder) -> Figure:
 
 
 def write_responses(responses: "Responses", scenario: str, file: Path) -> None:
-    """Write the fans of one controller; the ending of the file says the format. InputError where it cannot be."""
+    """Write the fans of one controller; the ending of the file decides the format. InputError where it cannot be."""
     if file.suffix.lower() not in ENDINGS:
         raise InputError(f"given '{file}'; allowed endings: {', '.join(ENDINGS)}", key="--plot")
     with style():

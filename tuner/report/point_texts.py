@@ -157,7 +157,7 @@ def _lost(results: TuningFolder, row: int) -> str:
 
 
 def _column(entry: FinalistColumn, results: TuningFolder, row: int) -> str:
-    """Return a cell; the default is none of the points that shares are told of."""
+    """Return a cell; the default is none of the points with shares."""
     front = results.held_out_front
     value = entry.cell(front.columns, row)
     if entry.form == "share":

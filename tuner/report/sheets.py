@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 COLUMNS, ROW = 4, 1.7
 ADDED_COLUMNS, ADDED_HEIGHT = 2, 2.4
-"""Of figures of extensions."""
+"""Columns and height of figures of extensions."""
 
 
 def search_sheets(results: TuningFolder) -> dict[str, FigureSpec]:

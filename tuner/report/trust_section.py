@@ -13,7 +13,7 @@ from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import count, per_cent, significant
 from tuner.text.units import marked_up
 
-MOST_NUMBERS = 4
+MAX_NUMBERS = 4
 """Parameters of the vehicle that are shown of each objective."""
 CHANCE = "not significant"
 
@@ -22,7 +22,7 @@ def trust_section(results: TuningFolder, charts: Markup) -> Markup:
     """Return the section without its heading.
 
     Args:
-        results: Of the run.
+        results: Results of the run.
         charts: Search against held-out values, and how the search went.
     """
     return join(
@@ -101,7 +101,7 @@ def _uncertainty(results: TuningFolder) -> Markup:
             element("span", per_cent(entry.share) if entry.shows else CHANCE, class_="number"),
         ]
         for cost in costs
-        for entry in cost.numbers[:MOST_NUMBERS]
+        for entry in cost.numbers[:MAX_NUMBERS]
     ]
     text = (
         "Decrease of the mean of an objective if the parameter were known when a finalist is selected, from held-out flights "

@@ -15,7 +15,7 @@ from tuner.report.charts.spectra import spectrum_mark, spectrum_panel
 
 # Bytes that all fans together may take in the page, and the instants of a fan: at most as many as a small chart has pixels.
 BUDGET = 4.0e6
-MOST, LEAST = 200, 60
+MAX_INSTANTS, MIN_INSTANTS = 200, 60
 # Bytes of an instant of one signal: four series in sixteen bits, in base64, and a fifth of some.
 INSTANT = 4.4 * 2 * 4 / 3
 # A bound counts where default or tuned come within reach of it, as a share of the bound. It is drawn as far as it lies within
@@ -67,13 +67,13 @@ def margin_panels(results: TuningFolder) -> list[Panel]:
 
 def instants(count: int) -> int:
     """Return the number of instants of each of so many fans."""
-    return int(np.clip(BUDGET / (INSTANT * max(count, 1)), LEAST, MOST))
+    return int(np.clip(BUDGET / (INSTANT * max(count, 1)), MIN_INSTANTS, MAX_INSTANTS))
 
 
 def kept_points(results: TuningFolder) -> set[str]:
     """Return the points whose fans fit in at least so few instants: default and tuned first, the others evenly spread."""
     points = results.flown_points
-    each = LEAST * INSTANT * len(results.fans) / len(points)
+    each = MIN_INSTANTS * INSTANT * len(results.fans) / len(points)
     room = max(int(BUDGET / each), 2)
     if len(points) <= room:
         return set(points)

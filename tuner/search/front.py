@@ -154,7 +154,7 @@ def resolved_rule(rule: str, weights: Mapping[str, PlainValue], labels: list[str
     """
     if weights and rule != "weights":
         raise InputError(
-            f'given weights beside rule = "{rule}"; write rule = "weights", or leave them out', key="weights"
+            f'given weights with rule = "{rule}"; write rule = "weights", or leave them out', key="weights"
         )
     if rule in PICKS:
         return rule

@@ -222,7 +222,7 @@ def ask_generation(
 ) -> tuple[np.ndarray, Evaluation]:
     """Return the points (n, d) of the next generation and their evaluation.
 
-    population: least n; shift (limits,): added to what the search is told of its excess.
+    population: least n; shift (limits,): added to its excess in the search.
     """
     points, evaluations, count = [], [], 0
     while count < population:

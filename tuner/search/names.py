@@ -8,7 +8,7 @@ from tuner.search.convergence import MIN_GENERATIONS
 
 STARTS = ("default", "design")
 AUTOMATIC = "auto"
-"""In place of a search's name: the one that `tuner.search.automatic` chooses."""
+"""Name of the search that `tuner.search.automatic` chooses."""
 # Ends of a search: after so many generations, or before, where its front has come to rest.
 GENERATIONS, CONVERGED = "generations", "converged"
 STOPS = (GENERATIONS, CONVERGED)
@@ -21,7 +21,7 @@ IN_TAIL = 1.5
 
 # A search that grows takes its generations once for each so many gains, twice at least; it ends before, where it has converged.
 # Of 6 problems with 6 seeds each, 136 candidates in batches of 8 ended at 0.55 to 0.97 of the best known, these at 0.82 to 1.
-GAINS_PER_GROWTH, LEAST_GROWTH = 4, 2.0
+GAINS_PER_GROWTH, MIN_GROWTH = 4, 2.0
 # Largest number of candidates for which a model was measured to serve.
 MAX_CANDIDATES = 1000
 
@@ -35,7 +35,7 @@ class Sizes(NamedTuple):
 
     def grown(self, gains: int) -> "Sizes":
         """Return the sizes for so many gains: at most so many generations, where the search may end before."""
-        growth = max(gains / GAINS_PER_GROWTH, LEAST_GROWTH)
+        growth = max(gains / GAINS_PER_GROWTH, MIN_GROWTH)
         most = max(MAX_CANDIDATES // self.population, self.generations)
         return self._replace(generations=min(round(self.generations * growth), most))
 

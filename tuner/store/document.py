@@ -1,6 +1,6 @@
 """Base of every JSON document that the tool writes: a frozen model that writer, reader, schema and tests share.
 
-A document is read with suspicion: whatever is missing or wrong becomes a StoreError that names the file and the key. Keys that
+A document is validated on reading: a missing or wrong value becomes a StoreError that names the file and the key. Keys that
 earlier versions did not write have a default, and a document is written with the keys that it was given and no others, so that
 what was read comes out again as it stood.
 """

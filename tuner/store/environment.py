@@ -81,7 +81,7 @@ def with_session(file: Path, now: Environment) -> Environment:
 
 @cache
 def processor() -> str:
-    """Return the processor's name as the system tells it."""
+    """Return the processor's name as the system has it."""
     info = Path("/proc/cpuinfo")
     if info.exists():
         for line in info.read_text(encoding="utf-8", errors="replace").splitlines():

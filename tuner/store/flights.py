@@ -17,7 +17,7 @@ import numpy as np
 from objectives.flown_system import FlightBatch
 from objectives.meters import Meters
 from plant.errors import StoreError
-from plant.input_files import MOST_TABLE, parse_json, read_input
+from plant.input_files import MAX_TABLE_BYTES, parse_json, read_input
 from plant.quadrotor.scenarios import SEARCH
 from plant.records import paths
 from tuner.store.columns import Coded, Columns
@@ -146,10 +146,10 @@ def intact_files(place: Path, folder: Folder | None, damaged: list[str]) -> Iter
     """
     for file in table_files(place / FOLDER):
         try:
-            content = read_input(file, MOST_TABLE)
+            content = read_input(file, MAX_TABLE_BYTES)
         except OSError as error:
             raise StoreError(
-                f"{file} cannot be read ({error.strerror}); give the folder's files back to you"
+                f"{file} cannot be read ({error.strerror}); make the folder's files yours again (chown)"
             ) from error
         intact = file.stem.endswith(digest_of(content))
         if intact and (folder is None or folder.keep(f"{FOLDER}/{file.name}")):

@@ -14,7 +14,7 @@ from objectives.engine import LANES
 from objectives.memory import model_key
 from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_as
 from plant.errors import StoreError
-from plant.input_files import MOST_TABLE, read_input, read_input_text
+from plant.input_files import MAX_TABLE_BYTES, read_input, read_input_text
 from plant.own_code import sources_of
 from plant.texts import PlainTable, PlainValue
 from tuner.store.advice import RECORD, restart_hint
@@ -38,7 +38,7 @@ NAMES_STARTS, NO_STARTS = 4, {"search": {"starts": list[PlainValue]()}}
 
 
 class RecordedMachine(DocumentPart):
-    """What kernels were compiled for, by name and features, and libraries that drew the air."""
+    """Processor of the kernels, by name and features, and libraries that drew the air."""
 
     name: Annotated[str, Field(pattern=r"^[\w.-]{1,60}$")]
     features: Annotated[str, Field(pattern=r"^([+-][\w.-]{1,60}(,|$))*$")]
@@ -211,7 +211,7 @@ def compute_as_recorded(path: Path, record: RunRecord, instead: str | None = Non
     except StoreError as error:
         raise StoreError(
             f"{path} was computed on another machine ({record.machine.arithmetic.label if record.machine else ''}): {error}; "
-            f"go on there, or {instead or f'have all of it computed anew for this machine with `tuner resume {path} --here`'}"
+            f"go on there, or {instead or f'recompute all of it on this machine with `tuner resume {path} --here`'}"
         ) from None
 
 
@@ -227,7 +227,7 @@ def _copied(folder: Folder, source: Path, taken: dict[str, Path]) -> str:
         number += 1
         name = f"{source.stem}-{number}{source.suffix}"
     try:
-        content = read_input(source, MOST_TABLE)
+        content = read_input(source, MAX_TABLE_BYTES)
     except OSError as error:
         raise StoreError(f"{source} cannot be read ({error.strerror})") from None
     folder.write_bytes(f"inputs/{name}", content)

@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 from pydantic import ValidationError
 
 from plant.errors import StoreError
-from plant.input_files import MOST_TABLE, read_input
+from plant.input_files import MAX_TABLE_BYTES, read_input
 from plant.output_files import open_in_place
 from tuner.store.document import DocumentPart
 
@@ -24,9 +24,9 @@ class JsonLines(Generic[Line]):
     """The lines of a file, each a part of a document; StoreError where the file cannot be used.
 
     Args:
-        file: Which need not exist.
+        file: Path of the file, which need not exist.
         kind: Model of a line.
-        advice: What to do about a damaged line, as a sentence's end.
+        advice: Remedy for a damaged line, as a sentence's end.
     """
 
     def __init__(self, file: Path, kind: type[Line], advice: str) -> None:
@@ -48,19 +48,19 @@ class JsonLines(Generic[Line]):
                 os.fsync(out.fileno())
         except OSError as error:
             raise StoreError(
-                f"{self._file} cannot be written ({error.strerror}); what was told before is kept. Make room, then try again"
+                f"{self._file} cannot be written ({error.strerror}); earlier results are saved. Free disk space and retry"
             ) from error
         self._intact_bytes += len(content)
         self.lines += lines
 
     def _read(self) -> list[Line]:
         try:
-            content = read_input(self._file, MOST_TABLE)
+            content = read_input(self._file, MAX_TABLE_BYTES)
         except FileNotFoundError:
             return []
         except OSError as error:
             raise StoreError(
-                f"{self._file} cannot be read ({error.strerror}); give the folder's files back to you"
+                f"{self._file} cannot be read ({error.strerror}); make the folder's files yours again (chown)"
             ) from error
         self._intact_bytes = content.rfind(b"\n") + 1
         lines = content[: self._intact_bytes].splitlines()

@@ -1,4 +1,4 @@
-"""manifest.json: the digest of every file that a results folder consists of, so that damage to any of them is told.
+"""manifest.json: the digest of every file that a results folder consists of, so that damage to any of them is detected.
 
     format "gainproof-manifest", version 1
     complete  whether the folder was written to its end
@@ -22,7 +22,7 @@ from tuner.text.product import READ_FORMER
 
 FILE = "manifest.json"
 FORMAT, VERSION = "gainproof-manifest", 1
-NONE_YET = f"it has no {FILE}, as folders of earlier versions have none, so damage to its files cannot be told"
+NONE_YET = f"it has no {FILE}, as folders of earlier versions, so damage to its files cannot be detected"
 
 
 def _inside(name: str) -> str:

@@ -15,7 +15,7 @@ from zlib import compress
 
 import numpy as np
 
-from plant.input_files import MOST_TABLE
+from plant.input_files import MAX_TABLE_BYTES
 from tuner.store.columns import Coded, filled, in_codes
 
 HEADER = re.compile(
@@ -82,8 +82,10 @@ class NpzTable:
         self._zip = ZipFile(io.BytesIO(content))
         self._members = {member.filename: member for member in self._zip.infolist()}
         size = sum(member.file_size for member in self._members.values())
-        if size > MOST_TABLE:
-            raise ValueError(f"it unpacks to {size / 2**20:,.0f} MiB; at most {MOST_TABLE / 2**20:,.0f} MiB are read")
+        if size > MAX_TABLE_BYTES:
+            raise ValueError(
+                f"it unpacks to {size / 2**20:,.0f} MiB; at most {MAX_TABLE_BYTES / 2**20:,.0f} MiB are read"
+            )
         arrays = [name.removesuffix(".npy") for name in self._members if name.endswith(".npy")]
         self.names = [name for name in arrays if not _is_list_of(name, arrays)]
         self._rows: int | None = None
@@ -134,12 +136,12 @@ def _is_list_of(name: str, arrays: list[str]) -> bool:
 
 def _coded(codes: np.ndarray, texts: np.ndarray, categorical: bool) -> Coded:
     if codes.dtype.kind not in "iu" or codes.ndim != 1 or texts.dtype.kind != "U" or texts.ndim != 1:
-        raise ValueError("codes of texts are no integers, or stand for no texts")
+        raise ValueError("codes of texts are no integers, or have no texts")
     letters = np.frombuffer(texts.tobytes(), "<u4")
     # Beyond Unicode, or halves of pairs, which no file can be written with.
     if ((letters > MAX_LETTER) | (letters >> 11 == SURROGATES)).any():
         raise ValueError("a text holds letters that there are not")
     names = texts.tolist()
     if len(set(names)) != len(names) or (len(codes) and not 0 <= codes.min() <= codes.max() < len(names)):
-        raise ValueError("a code stands for no text, or two for one")
+        raise ValueError("a code has no text, or two codes have one")
     return Coded(codes, names, categorical)

@@ -10,7 +10,7 @@ from zlib import error as DeflateError
 import numpy as np
 
 from plant.errors import require_package
-from plant.input_files import MOST_TABLE, read_input
+from plant.input_files import MAX_TABLE_BYTES, read_input
 from tuner.store.columns import Coded, in_codes
 from tuner.store.document import refuse
 from tuner.store.npz import NpzTable
@@ -40,7 +40,7 @@ class TableFile:
     def __init__(self, file: Path, content: bytes | None = None) -> None:
         self._file = file
         with self._refusing():
-            content = read_input(file, MOST_TABLE) if content is None else content
+            content = read_input(file, MAX_TABLE_BYTES) if content is None else content
             self._table = ParquetTable(content) if file.suffix == FORMER else NpzTable(content)
             self.names = self._table.names
 

@@ -52,9 +52,9 @@ from tuner.text.input_errors import check_magnitudes, listed, located
 
 T = TypeVar("T")
 # Longest flight [control periods], an hour at 250 Hz: beyond it a digit slipped, and the run would fill the memory or not end.
-MOST_PERIODS = 1_000_000
+MAX_PERIODS = 1_000_000
 # Fastest reference [m/s]: a third above the fastest quadrotors.
-MOST_SPEED = 150.0
+MAX_SPEED = 150.0
 # What [scenario.spread] may draw from.
 AIRFRAME = "airframe"
 
@@ -288,7 +288,7 @@ def _check_air(spec: ScenarioSpec) -> None:
 
 
 def _check_duration(duration: float, control_period: float) -> None:
-    longest = MOST_PERIODS * control_period
+    longest = MAX_PERIODS * control_period
     if duration > longest:
         raise InputError(f"given {duration:g} s; at this control period allowed: up to {longest:g} s", key="duration")
     check_multiple(duration, control_period, "duration", "controller.control_period")
@@ -322,8 +322,8 @@ def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
             )
             raise InputError(message, key=axis if hasattr(spec.reference, axis) else None)
     fastest = float(np.max(np.linalg.norm(samples[:, VELOCITY], axis=1)))
-    if fastest > MOST_SPEED:
-        raise InputError(f"moves at {fastest:g} m/s; allowed: up to {MOST_SPEED:g} m/s: make it slower")
+    if fastest > MAX_SPEED:
+        raise InputError(f"moves at {fastest:g} m/s; allowed: up to {MAX_SPEED:g} m/s: make it slower")
 
 
 def _screens(table: StudyTable, path: Path, system: System, specs: tuple[ScenarioSpec, ...]) -> tuple[Screen, ...]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from plant.errors import InputError
-from plant.input_files import MOST_TABLE, given_content, given_text
+from plant.input_files import MAX_TABLE_BYTES, given_content, given_text
 from plant.texts import PlainTable, json_table
 from tuner.text.product import current_format
 
@@ -59,7 +59,7 @@ def gains_file_of(path: Path) -> Path:
 def read_front(folder: Path) -> FrontTable:
     """Return the front of a results folder; InputError where it is missing, empty or damaged."""
     file = folder / FRONT
-    text = given_content(file, GIVE_FINISHED, MOST_TABLE).decode(errors="replace")
+    text = given_content(file, GIVE_FINISHED, MAX_TABLE_BYTES).decode(errors="replace")
     header, *cells = [row for row in csv.reader(StringIO(text)) if row] or [[]]
     gains = [name for name in header if name.startswith("gain:")]
     held_out = [name for name in header if name.startswith("held_out:")]
@@ -71,7 +71,7 @@ def read_front(folder: Path) -> FrontTable:
     front = [row for row in cells if row[role] != DEFAULT]
     default = [row for row in cells if row[role] == DEFAULT]
     if not front or not default:
-        raise InputError(f"holds no point beside the default; {GIVE_FINISHED}", file=file)
+        raise InputError(f"holds no point besides the default; {GIVE_FINISHED}", file=file)
     addresses = _addresses(folder / RESOLVED)
     return FrontTable(
         addresses=tuple(addresses.get(name.removeprefix("gain:"), ()) for name in gains),

@@ -45,7 +45,7 @@ def _lines(vehicle: Vehicle, h: float) -> list[str]:
     levels = (vehicle.vibration_1, vehicle.vibration_2, vehicle.vibration_3)
     speed = hover_speed(vehicle) / (2.0 * pi)
     tones = [_line(n * speed, level, 1.0 / h) for n, level in enumerate(levels, 1) if level]
-    return [f"The gyro hears each rotor, at hover speed with {listing(tones)}."] if tones else []
+    return [f"The gyro signal has a line of each rotor, at hover speed with {listing(tones)}."] if tones else []
 
 
 def _line(frequency: float, level: float, rate: float) -> str:
@@ -68,7 +68,7 @@ def _mode(vehicle: Vehicle) -> list[str]:
         return []
     return [
         f"The frame has a mode at {vehicle.mode_frequency:.3g} Hz, damping {vehicle.mode_damping:.3g}, gain "
-        f"{vehicle.mode_gain:.3g}, in what the gyro hears; flights and margins have it."
+        f"{vehicle.mode_gain:.3g}, in the gyro signal; flights and margins have it."
     ]
 
 

@@ -16,7 +16,7 @@ from tuner.study.study import StudyScenario
 from tuner.text.input_errors import located
 from tuner.text.units import after_number
 
-LEAST_TAIL, LARGEST_TAIL = 1e-6, 0.05
+MIN_TAIL, LARGEST_TAIL = 1e-6, 0.05
 """Limits on a probability."""
 
 
@@ -62,9 +62,9 @@ def _check_tail(constraint: Constraint) -> None:
             f"given 'probability' of '{metric}'; allowed: of 'failure'. `tuner tail` estimates that of other events",
             key="risk",
         )
-    if not LEAST_TAIL <= constraint.most <= LARGEST_TAIL:
+    if not MIN_TAIL <= constraint.most <= LARGEST_TAIL:
         raise InputError(
-            f"given {constraint.most:g}; allowed for a probability: {LEAST_TAIL:g} to {LARGEST_TAIL:g}; for more, write "
+            f"given {constraint.most:g}; allowed for a probability: {MIN_TAIL:g} to {LARGEST_TAIL:g}; for more, write "
             'risk = "mean"',
             key="max",
         )

@@ -27,7 +27,7 @@ class StudyKind:
     """One kind of study file.
 
     Attributes:
-        name: As in `run.json`, where a study with choices is the contest that it stands for.
+        name: Name in `run.json`, where a study with choices is the contest that it becomes.
         noun: With its article.
         table: Table that identifies the kind, None for the kind of all other files.
         build: Function from path, layers and overrides to the checked study.

@@ -11,7 +11,7 @@ from tuner.text.strict_table import NO_TEXTS, translate_error
 # What to write where a required key is missing; [] stands for any entry of a list.
 LINES = {
     "seed": "seed = 2025",
-    "title": 'title = "What this study asks"',
+    "title": 'title = "Gains for hover in gusts"',
     "airframe": '[airframe] with name = "hummingbird"',
     "controller": '[controller] with attitude = "hybrid"',
     "controller.attitude": 'attitude = "hybrid"',

@@ -128,7 +128,7 @@ def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | A
         file: A Python file that defines LAW, METRIC or REFERENCE, or a plant; or an FMU, of which nothing runs yet.
 
     Returns:
-        What it defines.
+        Kind of its definition.
 
     Raises:
         InputError: It cannot be run or used; the message names file and line.
@@ -196,9 +196,9 @@ def _code_beside(study: Path, name: str, noun: str) -> OwnCode:
 
 @dataclass(frozen=True)
 class Examination:
-    """What the contract of its kind says of a file.
+    """Faults of a file by the contract of its kind.
 
-    noun: of its kind. name: of what it defines, "" where that is not to be told.
+    noun: of its kind. name: of what it defines, "" to announce nothing.
     """
 
     noun: str

@@ -1,6 +1,7 @@
 """The shape of a study of a plant of the user's own: which tables and keys there are, of which type, with which default.
 
-What it shares with studies of quadrotors stands in `tuner.study.schema`. Every number is in the unit that the plant's file gives.
+The parts that it shares with studies of quadrotors are in `tuner.study.schema`. Every number is in the unit that the plant's file
+gives.
 """
 
 from typing import Annotated, Any
@@ -11,7 +12,7 @@ from objectives.risk import RELEVANT
 from tuner.gains.channels import StudyChannelTable
 from tuner.study import schema
 from tuner.study.certainty import CONFIDENCE, Confidence, Relevant
-from tuner.study.size import MOST_FLIGHTS
+from tuner.study.size import MAX_FLIGHTS
 from tuner.text.strict_table import StrictTable
 
 SignalTable = dict[str, Any]
@@ -50,13 +51,13 @@ class PlantTable(StrictTable):
     file: str | None = None
     """Python file of the plant, beside the study: State, Input, Parameters, Output, derivative and output."""
     fmu: str | None = None
-    """In place of a file: an FMU for co-simulation (FMI 2 or 3), beside the study."""
+    """FMU for co-simulation (FMI 2 or 3) in place of a file, next to the study."""
     disturbances: list[str] = Field(default=[])
     """Inputs of an FMU that disturb it; all others are commanded."""
     transfer_function: TransferFunctionTable | None = None
-    """In place of a file: a linear plant of one input and one output."""
+    """Linear plant of one input and one output, in place of a file."""
     state_space: StateSpaceTable | None = None
-    """In place of a file: a linear plant."""
+    """Linear plant in place of a file."""
     dead_time: float = 0.0
     """Dead time between the inputs of a linear plant and what they do [s], whole control periods."""
     inputs: list[str] = Field(default=[])
@@ -130,9 +131,9 @@ class PlantScenarioTable(StrictTable):
     """Name of the scenario, unique in the study."""
     duration: float
     """Length of a flight [s]."""
-    search: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] = 16
+    search: Annotated[int, Field(ge=1, le=MAX_FLIGHTS)] = 16
     """Flights of a candidate in the search."""
-    held_out: Annotated[int, Field(ge=2, le=MOST_FLIGHTS)] = 128
+    held_out: Annotated[int, Field(ge=2, le=MAX_FLIGHTS)] = 128
     """Flights of the final check, which the search never sees."""
     reference: dict[str, SignalTable] = Field(default={})
     """Signal that each outer channel follows, by its name; by default 0."""

@@ -322,7 +322,7 @@ def with_timing(
 
     Args:
         made: Makes it with any periods.
-        actuators: Of its inputs.
+        actuators: Actuators of its inputs.
         control_period: [s].
         plant_step: [s], by default the longest that is accurate at rest; of an FMU the control period.
     """

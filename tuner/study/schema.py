@@ -16,13 +16,13 @@ from objectives.risk import RELEVANT
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
-from plant.laws.slower import MOST_PERIODS
+from plant.laws.slower import MAX_PERIODS
 from plant.quadrotor.scenarios import Bands, Spread
 from plant.quadrotor.sensors import SensorSpec
 from tuner.search.names import GENERATIONS
 from tuner.study import meanings
 from tuner.study.certainty import CONFIDENCE, Confidence, Relevant
-from tuner.study.size import MOST_FLIGHTS
+from tuner.study.size import MAX_FLIGHTS
 from tuner.text.strict_table import StrictTable
 
 
@@ -49,7 +49,7 @@ class ControllerTable(StrictTable):
     plant_step: float | None = None
     """Runge-Kutta step of the plant [s]; by default the control period in the fewest equal steps of at most half the
     shortest lag of the rotors."""
-    position_every: Annotated[int, Field(ge=1, le=MOST_PERIODS)] = 1
+    position_every: Annotated[int, Field(ge=1, le=MAX_PERIODS)] = 1
     """Control periods between two steps of the position law; 4: it runs at a quarter of the rate of the attitude law."""
     attitude_rate: str = "measured"
     """Source of the rate of the attitude law: "measured", or "observer" for its own observer."""
@@ -178,7 +178,7 @@ SpreadTable = create_model(
     **_FROM,
 )
 BandsTable = mirror(Bands, "[scenario.bands]: bands that settling and recovery are judged by.", meanings.BANDS)
-MissionTable = mirror(Mission, "[mission]: how much the automatic limits ask.", meanings.MISSION)
+MissionTable = mirror(Mission, "[mission]: strictness of the automatic limits.", meanings.MISSION)
 GustTable = mirror(Gust, "[scenario.air.gust]: one raised-cosine pulse of wind.", meanings.GUST)
 InjectionTable = mirror(
     Injection, "[scenario.air.injection]: accelerations injected without air, three numbers each.", meanings.INJECTION
@@ -199,9 +199,9 @@ class ScenarioTable(StrictTable):
     """Unique in the study; part of the random streams."""
     duration: float = 10.0
     """Length of a flight [s]."""
-    search: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] = 32
+    search: Annotated[int, Field(ge=1, le=MAX_FLIGHTS)] = 32
     """Flights of each candidate in the search."""
-    held_out: Annotated[int, Field(ge=2, le=MOST_FLIGHTS)] = 1024
+    held_out: Annotated[int, Field(ge=2, le=MAX_FLIGHTS)] = 1024
     """Flights of a finalist in the held-out check at most, and as many for the confirmation."""
     steady_share: float = 0.2
     """Share of the flight, at its end, over which the steady-state error is taken."""

@@ -60,7 +60,7 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tai
         first=first if staged else None,
         flight_growth=staged and growth,
         stop=CONVERGED if converges and "stop" not in table.model_fields_set else table.stop,
-        why="as the study asks" if algorithm != choice.algorithm else choice.why,
+        why="named by the study" if algorithm != choice.algorithm else choice.why,
     )
 
 

@@ -104,7 +104,7 @@ class SearchSpec:
 
     @property
     def values(self) -> PlainTable:
-        """What decides what is searched, as JSON-able data."""
+        """Data that decide the search, ready for JSON."""
         starts = {"starts": [[dict(point) for point in entry.points] for entry in self.starts]} if self.starts else {}
         reference = {"reference": dict(self.reference)} if self.reference else {}
         return {
@@ -163,7 +163,7 @@ class VariableWords(NamedTuple):
 class SearchedStudy:
     """A study whose variables are searched, whoever makes the trials: flights of a system, or another program.
 
-    What stands here holds where nothing is known but variables and values.
+    The members here hold for any variables and values.
 
     Args:
         path: The file.
@@ -263,7 +263,7 @@ class SearchedStudy:
 
     @property
     def names_starts(self) -> bool:
-        """Whether the study says what its search starts from."""
+        """True if the study names the start of its search."""
         return "starts" in self.table.search.model_fields_set
 
     def with_starts(self) -> Self:

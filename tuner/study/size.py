@@ -7,10 +7,10 @@ from plant.errors import InputError
 from plant.loop import Timing
 from plant.quadrotor.scenarios import ScenarioSpec
 
-MOST_FLIGHTS = 1_000_000
+MAX_FLIGHTS = 1_000_000
 """Flights of one candidate in one scenario."""
-MOST_POPULATION, MOST_CANDIDATES = 10_000, 1_000_000
-MOST_STEPS = 1e12
+MAX_POPULATION, MAX_CANDIDATES = 10_000, 1_000_000
+MAX_STEPS = 1e12
 """Plant steps of all flights: more than a day on one thread at ten million a second."""
 # Candidates that fly held-out scenarios, about.
 CHECKED = 50
@@ -31,11 +31,11 @@ def flight_steps(spec: ScenarioSpec, timing: Timing) -> float:
 
 def check_candidates(population: int, generations: int) -> int:
     """Return the number of candidates of a search; InputError with the key inside [search] where it is out of all proportion."""
-    if population > MOST_POPULATION:
-        raise InputError(f"given {population}; allowed: up to {MOST_POPULATION:,}", key="population")
+    if population > MAX_POPULATION:
+        raise InputError(f"given {population}; allowed: up to {MAX_POPULATION:,}", key="population")
     candidates = population * generations
-    if candidates > MOST_CANDIDATES:
-        message = f"{generations} generations of {population} are {candidates:,} candidates; allowed: up to {MOST_CANDIDATES:,}"
+    if candidates > MAX_CANDIDATES:
+        message = f"{generations} generations of {population} are {candidates:,} candidates; allowed: up to {MAX_CANDIDATES:,}"
         raise InputError(message, key="generations")
     return candidates
 
@@ -46,8 +46,8 @@ def check_size(population: int, generations: int, scenarios: Iterable[ScenarioSi
     each = list(scenarios)
     flights = sum(candidates * entry.search + CHECKED * entry.held_out for entry in each)
     steps = sum(entry.steps * (candidates * entry.search + CHECKED * entry.held_out) for entry in each)
-    if steps > MOST_STEPS:
+    if steps > MAX_STEPS:
         raise InputError(
-            f"about {flights:,} flights of {steps:.1e} plant steps in all; allowed: up to {MOST_STEPS:.0e} steps: make "
+            f"about {flights:,} flights of {steps:.1e} plant steps in all; allowed: up to {MAX_STEPS:.0e} steps: make "
             "population, generations, or search, held_out or duration of a [[scenario]] smaller"
         )

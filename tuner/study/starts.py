@@ -25,7 +25,7 @@ from tuner.text.toml_text import SHIPPED
 
 Point = Mapping[str, float]
 # Points of a front that a study keeps: more than half of any first generation that is flown with a model.
-MOST_POINTS = 64
+MAX_POINTS = 64
 # Rounding of a value that stood at the end of a range.
 ROUNDING = 1e-9
 
@@ -122,7 +122,7 @@ def start_sets(
     Args:
         entries: Paths, from the folder of the study or from the working directory, the name of what comes with the tool, or
             points by themselves.
-        folder: Of the study.
+        folder: Folder of the study.
         space: Searched gains.
         study: Says which gains mean the same in it.
 
@@ -189,12 +189,12 @@ def _points_of(path: Path, space: DecisionSpace, gains: EarlierGains) -> tuple[P
 
 
 def spread_order(front: FrontTable) -> np.ndarray:
-    """Return at most `MOST_POINTS` rows of a front: those that add most to the hypervolume first."""
+    """Return at most `MAX_POINTS` rows of a front: those that add most to the hypervolume first."""
     number = len(front.values)
     if number < 2:
         return np.arange(number)
-    first = select_subset(front.values, front.baseline, min(MOST_POINTS, number - 1))
-    last = [row for row in range(number) if row not in first.tolist()][: MOST_POINTS - len(first)]
+    first = select_subset(front.values, front.baseline, min(MAX_POINTS, number - 1))
+    last = [row for row in range(number) if row not in first.tolist()][: MAX_POINTS - len(first)]
     return np.array([*first.tolist(), *last], dtype=int)
 
 

@@ -40,7 +40,7 @@ LAWS = ("attitude", "position")
 
 
 def with_target(table: Mapping[str, PlainValue], path: Path) -> Mapping[str, PlainValue]:
-    """Return the tables of a study with what its target says of [controller]; InputError where the study says otherwise."""
+    """Return the tables of a study with the [controller] of its target; InputError if the study contradicts it."""
     name, controller = table.get("target"), table.get("controller", {})
     # Types are checked with all others.
     if not isinstance(name, str) or not isinstance(controller, Mapping):

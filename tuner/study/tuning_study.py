@@ -10,7 +10,7 @@ import numpy as np
 from objectives.flown_system import FlownSystem
 from objectives.problem import Constraint
 from objectives.requirements import Requirement, Screen, requirements_of
-from plant.quadrotor.gains import MOST_OBSERVER
+from plant.quadrotor.gains import MAX_BANDWIDTH_PERIODS
 from plant.texts import PlainTable
 from tuner.gains.document import seed_entry
 from tuner.study.searched import Followed, SearchedStudy, VariableWords
@@ -151,7 +151,7 @@ class TuningStudy(SearchedStudy):
         The gain is meaningless beyond it, or the observer would outrun the control period.
         """
         info, period = self.system.gains[self.space.columns[variable][0]].info, self.system.timing.control_period
-        return bound <= info.least or (info.observer and bound * period >= MOST_OBSERVER * (1.0 - 1e-9))
+        return bound <= info.least or (info.observer and bound * period >= MAX_BANDWIDTH_PERIODS * (1.0 - 1e-9))
 
     def censored_times(self) -> list[list[float]]:
         """Return by objective and scenario the time [s] of a missed event.

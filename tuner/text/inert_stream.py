@@ -1,9 +1,9 @@
 """The streams of the command line: escape sequences and marks of direction in what is printed come out as their escapes.
 
-What a file holds, a title or the name of the file itself, could else move the cursor, colour or hide what stands on the screen,
-or turn its direction. JSON stays JSON: the escapes are those that JSON has. Colours and progress bars of our own are rich's,
-which writes to the stream behind (`tuner.cli.terminal`). Letters that the encoding of a stream lacks come out as escapes too, so
-a text of any language passes through any pipe.
+Content of a file, a title or its name could otherwise move the cursor, colour or hide the screen, or turn its direction. JSON
+stays JSON: the escapes are those that JSON has. Colours and progress bars of our own are rich's, which writes to the stream
+behind (`tuner.cli.terminal`). Letters that the encoding of a stream lacks come out as escapes too, so a text of any language
+passes through any pipe.
 """
 
 import codecs

@@ -9,7 +9,7 @@ from math import floor, isfinite, log10
 MISSING = "–"
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # Beyond these a fixed-point number is mostly zeros.
-_MOST_DECIMALS, _LARGEST = 5, 1e6
+_MAX_DECIMALS, _LARGEST = 5, 1e6
 
 
 def estimate(value: float | None, low: float | None, high: float | None, signed: bool = False) -> tuple[str, str]:
@@ -95,7 +95,7 @@ def _layout(value: float, low: float, high: float) -> tuple[int, int]:
     width = high - low
     # An interval without width supports any number of digits; four are enough to compare.
     finest = floor(log10(width)) - 1 if width > 0.0 else top - 3
-    if -finest > _MOST_DECIMALS or largest >= _LARGEST:
+    if -finest > _MAX_DECIMALS or largest >= _LARGEST:
         return max(top - finest, 0), top
     return max(-finest, 0), 0
 

@@ -83,11 +83,11 @@ def translate_error(
     """Return the first problem of a pydantic error as an InputError.
 
     Args:
-        error: What pydantic found.
+        error: Errors of pydantic.
         path: The file.
         root: The table that was validated.
-        lines: What to write where a required key is missing; [] stands for any entry of a list.
-        homes: Where a key belongs that stands at the top.
+        lines: Hint for a missing required key; [] stands for any entry of a list.
+        homes: Place of a key that stands at the top by mistake.
     """
     problem = min(map(Fault.of, error.errors()), key=_importance)
     location = problem.place

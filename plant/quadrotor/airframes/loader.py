@@ -38,8 +38,8 @@ class Airframe:
         vehicle: the numbers as the kernels read them.
         sources: dotted key -> (value, unit, source) of every number in the file.
         path: the file.
-        uncertainty: how far the numbers are known, where the file says so.
-        gyro_noise: amplitude density of the gyro's white noise [rad/s/sqrt(Hz)], where the file says so.
+        uncertainty: uncertainty of the numbers, if the file has one.
+        gyro_noise: amplitude density of the gyro's white noise [rad/s/sqrt(Hz)], if the file has one.
     """
 
     name: str
@@ -137,4 +137,4 @@ def _judge(vehicle: Vehicle, path: Path, *, in_file: bool, by_caller: bool) -> N
             "correct the file, or write allow_unphysical = true twice: at the top of the file, above all tables, and "
             "in [airframe] of the study"
         )
-    raise UnphysicalError(f"no real airframe has these numbers: {'; '.join(broken)}. What to do: {remedy}", file=path)
+    raise UnphysicalError(f"no real airframe has these numbers: {'; '.join(broken)}. Remedy: {remedy}", file=path)

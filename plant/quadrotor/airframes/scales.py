@@ -18,7 +18,7 @@ from plant.quadrotor.airframes.actuation import Actuation, RotorMount
 from plant.quadrotor.vehicle import Vehicle
 
 # Coupling between axes, relative to the smallest entry of the diagonal, above which an airframe is refused.
-MOST_COUPLING = 1e-6
+MAX_COUPLING = 1e-6
 # A coordinate below this share of the largest counts as 0: rotors of a plus frame stand on the axes.
 ON_AXIS = 1e-6
 # PX4's default CA_ROTORi_CT; it cancels, but entries of the mixer below 1e-3 count as 0 there.
@@ -115,9 +115,9 @@ def torque_scale(actuation: Actuation, factors: np.ndarray, thrust: float, targe
     reach = thrust * (torque_arms(actuation) @ factors)
     diagonal = np.diag(reach[:3])
     coupling = np.max(np.abs(reach - np.vstack((np.diag(diagonal), np.zeros(3)))), axis=(0, 1))
-    if not np.min(diagonal, axis=0) > 0.0 or coupling > MOST_COUPLING * np.min(diagonal, axis=0):
+    if not np.min(diagonal, axis=0) > 0.0 or coupling > MAX_COUPLING * np.min(diagonal, axis=0):
         raise InputError(
-            f"a unit of roll, pitch or yaw of {target} turns this airframe about another axis too ({coupling:.3g} N m beside "
+            f"a unit of roll, pitch or yaw of {target} turns this airframe about another axis too ({coupling:.3g} N m against "
             f"{np.min(diagonal, axis=0):.3g} N m); allowed: rotors that stand symmetrically about the centre of mass",
             key="airframe",
         )

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from plant.errors import InputError, UnknownNameError, check_name
-from plant.quadrotor.thrust_curve import LEAST, MOST
+from plant.quadrotor.thrust_curve import MAX_LINEAR, MIN_LINEAR
 
 
 class Sourced(NamedTuple):
@@ -66,7 +66,7 @@ OPTIONAL: dict[str, NumberField] = {
 }
 """Numbers that a file may leave out: 0."""
 SENSORS: dict[str, NumberField] = {"gyro_noise": NumberField("rad/s/sqrt(Hz)", "not negative")}
-"""Of sensors, for studies that do not give them; a file may leave them out."""
+"""Default sensors of studies without any; a file may leave them out."""
 TOGETHER = {
     "a mode of the frame": ("mode_frequency", "mode_damping", "mode_gain"),
     "a battery": ("battery_full", "battery_empty", "battery_resistance", "battery_capacity", "hover_power"),
@@ -79,7 +79,7 @@ _SIGN_TESTS: dict[str, Callable[[float], bool]] = {
     "positive": lambda v: v > 0.0,
     "not negative": lambda v: v >= 0.0,
     "any": lambda v: True,
-    "above -1 and at most 1": lambda v: LEAST < v <= MOST,
+    "above -1 and at most 1": lambda v: MIN_LINEAR < v <= MAX_LINEAR,
 }
 
 

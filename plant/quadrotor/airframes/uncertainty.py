@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 from plant.errors import InputError, check_name
 from plant.quadrotor.airframes.rules import THRUST_TO_WEIGHT, thrust_to_weight, torque_ratios
-from plant.quadrotor.thrust_curve import LEAST, MOST
+from plant.quadrotor.thrust_curve import MAX_LINEAR, MIN_LINEAR
 from plant.quadrotor.vehicle import Vehicle
 from plant.vectors import Rotors, Vec3
 
@@ -49,7 +49,7 @@ ADDED = ("thrust_linear", "dead_time")
 NAMES = (*POSITIVE, *CENTRE, *ADDED)
 KEYS = ("source", "names", "deviations", "correlation")
 LARGEST_RELATIVE, LARGEST_ADDED = 1.0, {"centre.x": 1.0, "centre.y": 1.0, "thrust_linear": 1.0, "dead_time": 0.1}
-MOST_TRIES = 1000
+MAX_TRIES = 1000
 # Distance of the extremes along a principal axis, in standard deviations.
 FAR = 2.0
 
@@ -78,12 +78,12 @@ class Uncertainty:
 
     def step(self, vehicle: Vehicle, generator: "np.random.Generator") -> "np.ndarray":
         """Return the deviation (n,) of a sampled vehicle that can exist; InputError where none of many can."""
-        for _ in range(MOST_TRIES):
+        for _ in range(MAX_TRIES):
             deviation = self.axes @ generator.standard_normal(len(self.names))
             if can_exist(self.moved(vehicle, deviation)):
                 return deviation
         raise InputError(
-            f"none of {MOST_TRIES} vehicles drawn from it can exist, for the inertia about z exceeds the sum of the others, or "
+            f"none of {MAX_TRIES} vehicles drawn from it can exist, for the inertia about z exceeds the sum of the others, or "
             "the thrust does not lift it; make the deviations smaller or correct the numbers",
             key="uncertainty",
         )
@@ -123,7 +123,7 @@ def can_exist(vehicle: Vehicle) -> bool:
     """
     x, y, z = vehicle.inertia
     low, high = torque_ratios(vehicle)
-    flies = thrust_to_weight(vehicle) >= THRUST_TO_WEIGHT[0] and LEAST < vehicle.thrust_linear <= MOST
+    flies = thrust_to_weight(vehicle) >= THRUST_TO_WEIGHT[0] and MIN_LINEAR < vehicle.thrust_linear <= MAX_LINEAR
     return flies and max(x, y, z) <= 0.5 * (x + y + z) * (1.0 + 1e-12) and low <= vehicle.torque_ratio <= high
 
 
@@ -179,7 +179,7 @@ def _check_correlation(rows: tuple[tuple[float, ...], ...], file: Path) -> None:
 
     matrix, key = np.array(rows), "uncertainty.correlation"
     if np.any(np.abs(np.diag(matrix) - 1.0) > 1e-9) or np.any(np.abs(matrix) > 1.0 + 1e-9):
-        raise InputError("must have ones on its diagonal and numbers from -1 to 1 beside it", file=file, key=key)
+        raise InputError("must have ones on its diagonal and numbers from -1 to 1 elsewhere", file=file, key=key)
     if np.any(np.abs(matrix - matrix.T) > 1e-9):
         raise InputError("is not symmetric; what names i and j share stands in row i and in row j", file=file, key=key)
     least = float(np.linalg.eigvalsh(matrix)[0])

@@ -21,7 +21,7 @@ DESIGNS = 17
 GRID = np.geomspace(1e-2, np.pi / H, 300)
 RELATIVE = 1e-6
 # Peak of the sensitivity up to which loops are compared.
-MOST_SENSITIVE = 50.0
+MAX_SENSITIVITY = 50.0
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +39,7 @@ def designs(name):
     margins = model.evaluate(gains)
     # A loop loses as many digits as its sensitivity has: of one at the edge of stability none are left to compare.
     peaks = margins.sensitivity.value
-    sound = [i for i in range(len(gains)) if margins.stable[i, i % 6] and peaks[i, i % 6] < MOST_SENSITIVE]
+    sound = [i for i in range(len(gains)) if margins.stable[i, i % 6] and peaks[i, i % 6] < MAX_SENSITIVITY]
     found = [(model, margins, gains[i], i, i % 6) for i in sound]
     return found[:DESIGNS]
 

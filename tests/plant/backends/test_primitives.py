@@ -92,7 +92,7 @@ def every(a, b):
 DRAW = np.random.default_rng(3)
 PAIRS = [*DRAW.uniform(-3.0, 3.0, (40, 2)).tolist(), [1e-9, -1e-9], [-20.0, 300.0], [2.0, -0.0]]
 WANTED = np.array([flatten(every(a, b)) for a, b in PAIRS])
-RELATIVE, LEAST = 1e-12, 1e-14
+RELATIVE, ABSOLUTE = 1e-12, 1e-14
 
 
 def test_every_primitive_is_here():
@@ -102,19 +102,19 @@ def test_every_primitive_is_here():
 def test_arrays_give_the_numbers_of_python():
     a, b = np.array(PAIRS).T
     given = np.stack(flatten(array.rebinder()(every)(a, b)), axis=1)
-    np.testing.assert_allclose(given, WANTED, rtol=RELATIVE, atol=LEAST)
+    np.testing.assert_allclose(given, WANTED, rtol=RELATIVE, atol=ABSOLUTE)
 
 
 def test_casadi_gives_the_numbers_of_python():
     expression = symbolic.symbolic_function("every", every, (float, float))
     np.testing.assert_allclose(
-        [np.array(expression(a, b)).ravel() for a, b in PAIRS], WANTED, rtol=RELATIVE, atol=LEAST
+        [np.array(expression(a, b)).ravel() for a, b in PAIRS], WANTED, rtol=RELATIVE, atol=ABSOLUTE
     )
 
 
 def test_compiled_lanes_give_the_numbers_of_python():
     native = lanes.compiled(every)
-    np.testing.assert_allclose([flatten(native(a, b)) for a, b in PAIRS], WANTED, rtol=RELATIVE, atol=LEAST)
+    np.testing.assert_allclose([flatten(native(a, b)) for a, b in PAIRS], WANTED, rtol=RELATIVE, atol=ABSOLUTE)
 
 
 def of_signals(name):

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from plant.law_registry import LAWS
 from plant.quadrotor.attitude import euler_angles
-from plant.quadrotor.cascade import LEAST_LIFT, applied_acceleration, hovering, limit_to_cone, tilt_for
+from plant.quadrotor.cascade import MIN_LIFT, applied_acceleration, hovering, limit_to_cone, tilt_for
 from plant.quadrotor.closed_loop import hover_body
 from plant.quadrotor.gains import default_row
 from plant.quadrotor.nominal import ControlOptions, Nominal, nominal
@@ -71,7 +71,7 @@ def test_demands_beyond_the_cone_are_shortened_onto_it() -> None:
     for x, y, z in rng.normal(0.0, [6.0, 6.0, 4.0], (300, 3)).tolist():
         limited = limit_to_cone(Vec3(x, y, z), G, tangent)
         lift = limited.z + G
-        assert limited.z == max(z, (LEAST_LIFT - 1.0) * G)
+        assert limited.z == max(z, (MIN_LIFT - 1.0) * G)
         assert hypot(limited.x, limited.y) <= tangent * lift * (1.0 + 1e-12)
         assert limited.x * y == pytest.approx(limited.y * x, abs=1e-12)
         assert limited.x * x + limited.y * y >= 0.0

@@ -21,14 +21,14 @@ from plant.vectors import Rotors, Vec3
 from tests.plant.harness import HUMMINGBIRD, LIMITS, TARGETS, batch, default_gains, references, scenario
 
 H = 0.001
-QUALITY, LEAST = 4.0, 30.0
+QUALITY, MIN_FREQUENCY = 4.0, 30.0
 STILL = Vec3(0.0, 0.0, 0.0)
 TURN = 2.0 * np.pi
 
 
 def behind(rate: Any, speeds: Any, harmonics: int = 3) -> Any:
     """Rates (K, 3) [rad/s] as laws hear them while rotors turn at speeds (K, 4) [rad/s]."""
-    options = ControlOptions(rpm_notches=harmonics, rpm_notch_q=QUALITY, rpm_notch_min=LEAST)
+    options = ControlOptions(rpm_notches=harmonics, rpm_notch_q=QUALITY, rpm_notch_min=MIN_FREQUENCY)
     know = nominal(HUMMINGBIRD, options, H)
     notches = vehicle_features(HUMMINGBIRD, H, know.harmonics).notches
     memory, out = notches.start(Rotors(*speeds[0])), []
@@ -92,7 +92,9 @@ def test_they_quieten_the_rotors_that_the_gyro_hears() -> None:
     inputs = scenario(batch([vehicle], calm, drawn, references(steps)), 0)
     jitter = []
     for harmonics in (0, 2):
-        know = nominal(vehicle, ControlOptions(rpm_notches=harmonics, rpm_notch_q=QUALITY, rpm_notch_min=LEAST), H)
+        know = nominal(
+            vehicle, ControlOptions(rpm_notches=harmonics, rpm_notch_q=QUALITY, rpm_notch_min=MIN_FREQUENCY), H
+        )
         loop = close_loop(close_cascade(LAWS["pid"], LAWS["pid"]), NO_METERS, vehicle_features(vehicle, H, harmonics))
         thrusts: list[Any] = []
         fly_steps(

@@ -16,7 +16,7 @@ from tuner.analysis import air_losses as air
 from tuner.analysis.final_flights import FinalFlights
 from tuner.analysis.limit_flights import BUDGET, SPENT, LimitFlights, Look
 
-FLIGHTS, MOST = 32, 8
+FLIGHTS, MAX_GROWTH = 32, 8
 ERROR = Objective(parse("itae.position"), Risk("mean"))
 OVERSHOOT = Objective(parse("overshoot.x"), Risk("mean"))
 FAILURE = Objective(parse("failure"), Risk("mean"))
@@ -58,7 +58,7 @@ def looking(problem, count=FLIGHTS) -> tuple[LimitFlights, FinalFlights]:
     return LimitFlights(problem, gains, (batch,), 1), flown
 
 
-def normal_scores(distance, key, rows=2, count=FLIGHTS * MOST):
+def normal_scores(distance, key, rows=2, count=FLIGHTS * MAX_GROWTH):
     """Scores around a limit of 10 with a deviation of 1: row 1 lies a distance, in errors of the held-out mean, within it."""
     draw = generator(5, "test/limit-flights", key)
     scores = draw.standard_normal((rows, 2, count))
@@ -81,7 +81,7 @@ def fly_on(limits, flown) -> Look:
 
 
 def test_looks_together_spend_what_the_study_allows():
-    assert sum(SPENT) == pytest.approx(1.0) and 2 ** (len(SPENT) - 1) == MOST
+    assert sum(SPENT) == pytest.approx(1.0) and 2 ** (len(SPENT) - 1) == MAX_GROWTH
 
 
 @pytest.mark.parametrize("count", [40, pytest.param(200, marks=pytest.mark.slow)])
@@ -115,7 +115,7 @@ def test_a_row_makes_no_look_beyond_its_last_and_then_says_so():
     entry = limits.problem.constraints[0]
     assert limits.confidence_of(entry, 1) == 0.95
     made = [limits.fly(1, limits.look(flown).excess[1]) for _ in range(len(SPENT))]
-    assert made == [True] * (len(SPENT) - 1) + [False] and limits.looked_at() == {1: FLIGHTS * MOST}
+    assert made == [True] * (len(SPENT) - 1) + [False] and limits.looked_at() == {1: FLIGHTS * MAX_GROWTH}
     assert limits.confidence_of(entry, 1) == 1.0 - 0.05 * SPENT[-1] and limits.confidence_of(entry, 0) == 0.95
 
 
@@ -163,8 +163,8 @@ def test_another_programs_trials_are_judged_as_they_are():
 def test_a_further_flight_that_everyone_loses_counts_for_nobody(monkeypatch):
     """The air loses flight 40, beyond the held-out ones, whatever flies it; flight 50 only row 1 loses."""
     for number, kept in ((40, True), (50, False)):
-        scores, lost = normal_scores(1.2, 2, rows=3), np.zeros((3, FLIGHTS * MOST), dtype=bool)
-        failure = np.zeros((3, 1, FLIGHTS * MOST))
+        scores, lost = normal_scores(1.2, 2, rows=3), np.zeros((3, FLIGHTS * MAX_GROWTH), dtype=bool)
+        failure = np.zeros((3, 1, FLIGHTS * MAX_GROWTH))
         lost[1, number], failure[1, 0, number], scores[1, 1, number] = True, 1.0, 1e3
         monkeypatch.setattr(
             air, "is_lost", lambda _, row, __, numbers, n=number: [n == 40 or row[0] == 1 for _ in numbers]

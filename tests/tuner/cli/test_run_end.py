@@ -18,7 +18,7 @@ from tuner.report.labels import plain_label, plain_margin, plain_metric
 from tuner.report.verdict_text import verdict_text
 from tuner.text.numbers import significant
 
-MOST_LINES = 35
+MAX_LINES = 35
 
 
 def printed(results, capsys, width=80):
@@ -44,7 +44,7 @@ def test_the_answer_comes_first_and_fits_a_screen(small_run, capsys):
     results = TuningResults(small_run[1])
     lines = printed(results, capsys).splitlines()
     assert lines[0].startswith(results.document.shown if results.feasible else "Nothing")
-    assert len(lines) <= MOST_LINES + len(results.warnings) * 3
+    assert len(lines) <= MAX_LINES + len(results.warnings) * 3
     assert max(map(len, lines[:-1])) <= 80
     text = "\n".join(lines)
     for words in ("confirmation flights", "position error (ITAE)", "rotor travel [1/s]", "Gains ", "Results in"):

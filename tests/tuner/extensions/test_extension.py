@@ -1,6 +1,7 @@
 """Records of extensions: what they name is there, reading them imports nothing, and the core runs without any."""
 
 import ast
+import re
 import subprocess
 import sys
 from dataclasses import fields
@@ -17,6 +18,7 @@ from tuner.extension import BUNDLED, GROUP, Extension, extensions, find, load, r
 
 RECORDS = extensions()
 HOME = Path(extension.__file__).parent / "extensions"
+TESTS = Path(__file__).parent
 
 
 def references(record):
@@ -182,3 +184,36 @@ def test_the_core_runs_without_an_extension(arguments, tmp_path):
     commands = {line.split()[0] for line in done.stdout.splitlines() if line[:2] == "  " != line[:3]}
     assert arguments != ("--help",) or "run" in commands
     assert not commands & {command for record in RECORDS.values() for command in record.commands}
+
+
+MIN_LINES, MAX_LINES = 10, 45
+FILE = re.compile(r"`([\w./-]+\.(?:py|c|cpp|hpp))`")
+LINK = re.compile(r"\]\(([^)#]+)\)")
+
+
+def faults_of_readme(text: str, record: Extension, home: Path) -> list[str]:
+    """Commands, targets and options of a record and modules of its folder that a README lacks, and its names of no file."""
+    commands = [f"`tuner {word}" for word in record.commands]
+    options = [word for part in ("targets", "backends", "clusters") for word in getattr(record, part)]
+    modules = [f"`{path.name}`" for path in home.glob("*.py") if path.stem not in {"__init__", "extension"}]
+    roots = home, TESTS.parents[2], TESTS / record.name, TESTS / "autopilots"
+    named = [file for file in FILE.findall(text) if not any((root / file).exists() for root in roots)]
+    linked = [link for link in LINK.findall(text) if not (home / link).exists()]
+    return [word for word in (*commands, *options, *modules) if word not in text] + named + linked
+
+
+@pytest.mark.parametrize("name", sorted(path.parent.name for path in HOME.glob("*/extension.py")))
+def test_a_readme_of_a_page_describes_each_extension(name):
+    text = (HOME / name / "README.md").read_text(encoding="utf-8")
+    assert text.startswith(f"# {name}\n") and MIN_LINES <= len(text.splitlines()) <= MAX_LINES
+    assert faults_of_readme(text, RECORDS[name], HOME / name) == []
+
+
+def test_a_readme_that_lacks_a_name_or_has_one_of_no_file_is_refused(tmp_path):
+    (tmp_path / "command.py").touch()
+    record = Extension("warmth", "Heat.", commands=("warm",), targets={"coil": "coil:TARGET"})
+    good = "`tuner warm` and the target `coil`, in [`command.py`](command.py)."
+    assert faults_of_readme(good, record, tmp_path) == []
+    assert faults_of_readme("`gone.py` [there](gone.md)", record, tmp_path) == [
+        *("`tuner warm", "coil", "`command.py`", "gone.py", "gone.md")
+    ]

@@ -27,7 +27,7 @@ from tuner.study.size import flight_steps
 from tuner.study.study import Study
 
 # A run of two generations of eight, two flights each of a fifth of a second, is one of 16 000 plant steps.
-MOST_STEPS, MOST_CANDIDATES = 400_000, 64
+MAX_STEPS, MAX_CANDIDATES = 400_000, 64
 SHORT = {
     ("search", "population"): 8, ("search", "generations"): 2, ("scenario", 0, "search"): 2, ("scenario", 0, "held_out"): 2,
     ("scenario", 0, "duration"): 0.2, ("scenario", 0, "reference", "time"): 0.1,
@@ -66,7 +66,7 @@ def short_study():
 
 def is_short(study):
     """Whether a study can be run here: one controller, whose kernel is there, and few steps."""
-    if not isinstance(study, Study) or study.search.population * study.search.generations > MOST_CANDIDATES:
+    if not isinstance(study, Study) or study.search.population * study.search.generations > MAX_CANDIDATES:
         return False
     candidates = study.search.population * study.search.generations
     timing = study.system.timing
@@ -74,7 +74,7 @@ def is_short(study):
         (flight_steps(entry.spec, timing), candidates * entry.search + candidates * entry.held_out)
         for entry in study.scenarios
     ]
-    if sum(steps * count for steps, count in flights) > MOST_STEPS or any(count > 2000 for _, count in flights):
+    if sum(steps * count for steps, count in flights) > MAX_STEPS or any(count > 2000 for _, count in flights):
         return False
     return problem_of(study, 1, None).flyer.cached
 

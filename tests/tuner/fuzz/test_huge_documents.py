@@ -7,14 +7,14 @@ import sys
 
 import pytest
 
-from plant.input_files import MOST_VALUES, parse_json
+from plant.input_files import MAX_VALUES, parse_json
 from tests.tuner.extensions.trials.bench import bowls
 from tests.tuner.in_process import tuner as in_this_process
 from tuner.extensions.trials.asking import MAX_REASONS
 
 DEEP = '{"kind": "tuning", "format": ' + "[" * 100_000 + "]" * 100_000 + "}"
 DEEP_STUDY = "a = " + "[" * 100_000 + "]" * 100_000
-WIDE = '{"format": "gainproof-run", "kind": "tuning", "values": [' + ",".join(["{}"] * (MOST_VALUES + 1)) + "]}"
+WIDE = '{"format": "gainproof-run", "kind": "tuning", "values": [' + ",".join(["{}"] * (MAX_VALUES + 1)) + "]}"
 COMMANDS = {
     "show": ("RESULTS",), "report": ("RESULTS",), "resume": ("RESULTS",), "verify": ("RESULTS",),
     "rejudge": ("RESULTS", "--out", "new"), "compare": ("RESULTS", "RESULTS"), "confirm": ("RESULTS", "--firmware", "betaflight", "--binary", "JSON"),
@@ -72,9 +72,9 @@ def test_a_huge_document_takes_little_memory_and_time(name, part, small_run, tmp
 
 
 def test_a_document_of_the_most_values_is_read_and_one_of_more_is_not():
-    assert len(parse_json("[" + "0," * (MOST_VALUES - 2) + "0]")) == MOST_VALUES - 1
+    assert len(parse_json("[" + "0," * (MAX_VALUES - 2) + "0]")) == MAX_VALUES - 1
     with pytest.raises(ValueError, match="values"):
-        parse_json("[" + "0," * MOST_VALUES + "0]")
+        parse_json("[" + "0," * MAX_VALUES + "0]")
 
 
 def test_many_bad_lines_are_counted_and_some_are_told(tmp_path, monkeypatch, capsys):

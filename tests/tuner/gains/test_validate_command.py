@@ -50,7 +50,7 @@ def test_a_value_is_held_against_the_range_beside_it(value, valid, tmp_path, mon
     code, _, err = tuner(monkeypatch, capsys, "validate", written(tmp_path, rehashed(made)))
     assert code == (0 if valid else 2), err
     if not valid:
-        assert f"gains.roll.k2.value: given {value:g} " in err and "outside of the range 1 to 4" in err
+        assert f"gains.roll.k2.value: given {value:g} " in err and "outside of its range 1 to 4" in err
 
 
 @pytest.mark.parametrize(

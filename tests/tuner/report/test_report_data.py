@@ -20,7 +20,7 @@ from tuner.report import write_report
 from tuner.report.charts.loops import gain_of, phase_of
 from tuner.report.charts.web import Arrays, finite, quantised
 from tuner.report.explorer_data import explorer_data, limited_quantities
-from tuner.report.tuning_charts import LEAST, MOST, instants, kept_points
+from tuner.report.tuning_charts import MAX_INSTANTS, MIN_INSTANTS, instants, kept_points
 from tuner.text.numbers import MISSING, significant
 
 FACTORS = {"m": 1.0, "s": 1.0, "1/s": 1.0, "°": 180.0 / np.pi, "°² s": (180.0 / np.pi) ** 2}
@@ -241,8 +241,8 @@ def test_sixteen_bits_are_within_half_a_step():
 
 
 def test_many_fans_get_fewer_instants_and_at_last_fewer_points(tmp_path):
-    assert instants(10) == MOST and instants(10**6) == LEAST
-    assert LEAST < instants(2000) < MOST
+    assert instants(10) == MAX_INSTANTS and instants(10**6) == MIN_INSTANTS
+    assert MIN_INSTANTS < instants(2000) < MAX_INSTANTS
     results = TuningFolder(fabricate(tmp_path / "made-up", finalists=40))
     assert kept_points(results) == set(results.flown_points)
     results.fans = results.fans * 60

@@ -13,7 +13,7 @@ from tuner.documents.tuning import TuningFolder
 from tuner.documents.verdicts import shown_verdict
 from tuner.extensions.sensitivity.document import IndexRow, SensitivityDocument
 from tuner.report import write_report
-from tuner.report.charts.fans import MOST_INSTANTS, thinned
+from tuner.report.charts.fans import MAX_INSTANTS, thinned
 from tuner.report.charts.look import INKS
 from tuner.report.labels import in_plain_words, names_of
 from tuner.report.page import asset, scripts
@@ -104,12 +104,12 @@ def test_colours_of_scripts_are_known():
 
 
 def test_thinned_fans_keep_their_extremes():
-    n = 5 * MOST_INSTANTS + 3
+    n = 5 * MAX_INSTANTS + 3
     rng = np.random.default_rng(7)
     low = rng.normal(size=n)
     fan = Fan("p", "s", "x", "m", np.arange(n) * 0.004, np.zeros(n), low, low + 1.0, low + 2.0)
     few = thinned(fan)
-    assert len(few.time) <= MOST_INSTANTS
+    assert len(few.time) <= MAX_INSTANTS
     assert (few.low.min(), few.high.max()) == (low.min(), low.max() + 2.0)
     assert few.time[0] == 0.0 and np.all(few.low <= few.median) and np.all(few.median <= few.high)
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from plant.errors import StoreError
-from plant.input_files import MOST_TABLE
+from plant.input_files import MAX_TABLE_BYTES
 from tuner.store.columns import in_codes
 from tuner.store.npz import npz_bytes
 from tuner.store.tables import TableFile
@@ -103,10 +103,10 @@ def test_notes_are_no_columns():
         ({"a.npy": headed("(5,)", b"", "'<U0'")}, "not as long as it says"),
         ({"a.npy": array(["x"])}, "texts of 'a' are not coded"),
         ({"a.npy": array([0.0]), "a.texts.npy": array(["x"])}, "codes of texts are no integers"),
-        ({"a.npy": array([0]), "a.texts.npy": array([0])}, "or stand for no texts"),
-        ({"a.npy": array([1]), "a.texts.npy": array(["x"])}, "a code stands for no text"),
-        ({"a.npy": array([-1]), "a.texts.npy": array(["x"])}, "a code stands for no text"),
-        ({"a.npy": array([0]), "a.texts.npy": array(["x", "x"])}, "two for one"),
+        ({"a.npy": array([0]), "a.texts.npy": array([0])}, "or have no texts"),
+        ({"a.npy": array([1]), "a.texts.npy": array(["x"])}, "a code has no text"),
+        ({"a.npy": array([-1]), "a.texts.npy": array(["x"])}, "a code has no text"),
+        ({"a.npy": array([0]), "a.texts.npy": array(["x", "x"])}, "two codes have one"),
         (
             {"a.npy": array([0]), "a.texts.npy": headed("(1,)", b"\xff\xff\xff\xff", "'<U1'")},
             "letters that there are not",
@@ -142,7 +142,7 @@ def test_other_packings_have_no_bound_and_are_refused(method):
 def test_a_table_that_unpacks_to_too_much_is_refused_before_it_is_unpacked():
     content = packed({"a.npy": array(np.zeros(9))})
     place = content.index(b"PK\x01\x02") + 24
-    forged = content[:place] + struct.pack("<I", MOST_TABLE + 1) + content[place + 4 :]
+    forged = content[:place] + struct.pack("<I", MAX_TABLE_BYTES + 1) + content[place + 4 :]
     with pytest.raises(StoreError, match="it unpacks to 2,048 MiB; at most 2,048 MiB are read"):
         opened(forged)
 

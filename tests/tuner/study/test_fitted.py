@@ -32,10 +32,10 @@ def test_a_study_tells_what_its_vehicle_is_fitted_with():
         "Dead time of the rotors: 8 ms, flown as two control periods of 4 ms.",
         f"0.4 of the full thrust is linear in the motor command; hover takes {hover:.3g} of full command. The controller inverts that "
         "curve.",
-        "The gyro hears each rotor, at hover speed with 0.05 rad/s at 79 Hz and 0.02 rad/s at 158 Hz (sampled at 250 Hz it is "
+        "The gyro signal has a line of each rotor, at hover speed with 0.05 rad/s at 79 Hz and 0.02 rad/s at 158 Hz (sampled at 250 Hz it is "
         "heard at 92 Hz).",
         "The gyro has a low-pass of its own at 200 Hz; the control rate is too low for it to delay the rate.",
-        "The frame has a mode at 60 Hz, damping 0.05, gain -0.3, in what the gyro hears; flights and margins have it.",
+        "The frame has a mode at 60 Hz, damping 0.05, gain -0.3, in the gyro signal; flights and margins have it.",
     ]
 
 

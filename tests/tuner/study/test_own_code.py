@@ -236,7 +236,7 @@ def test_workers_are_sent_no_code(home: Path) -> None:
     assert {entry.file.name for entry in brief.files} == {"pid_plain.py", "sway.py", "circle.py"}
     assert system_of(brief).laws["attitude"].name == "pid_plain"
     forget()
-    with pytest.raises(InputError, match=r"has not been given pid_plain.py \(digest .*\), which is sent to nobody"):
+    with pytest.raises(InputError, match=r"has not been given pid_plain.py \(digest .*\), which is never sent"):
         system_of(pickle.loads(sent))
 
 

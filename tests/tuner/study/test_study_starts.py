@@ -20,7 +20,7 @@ from tuner.study.build import load_study
 from tuner.study.earlier_front import FrontTable
 from tuner.study.kinds import load_any, load_gains_study
 from tuner.study.shipped_fronts import shipped_fronts
-from tuner.study.starts import MOST_POINTS, spread_order
+from tuner.study.starts import MAX_POINTS, spread_order
 from tuner.text.toml_text import toml_text, with_paths
 
 ANGLE = QUICKSTART.parent / "dc_motor.toml"
@@ -63,10 +63,10 @@ def test_points_come_in_the_order_of_what_they_add():
 
 
 def test_of_a_large_front_so_many_points_are_kept():
-    x = np.linspace(0.1, 0.9, 3 * MOST_POINTS)
+    x = np.linspace(0.1, 0.9, 3 * MAX_POINTS)
     values = np.stack([x, 1.0 - x], axis=1)
     order = spread_order(FrontTable((("a",),), np.zeros((len(x), 1)), values, np.array([1.0, 1.0])))
-    assert len(order) == len(set(order.tolist())) == MOST_POINTS
+    assert len(order) == len(set(order.tolist())) == MAX_POINTS
 
 
 def test_a_run_that_recommended_nothing_is_a_start_too(earlier):
@@ -146,7 +146,7 @@ def damage_front(folder, change):
 DAMAGED = [
     (lambda folder: (folder / "gains.json").unlink(), "holds no gains.json: it is no folder of a finished tuning run"),
     (lambda folder: (folder / "front.csv").unlink(), "front.csv: there is no such file"),
-    (lambda folder: damage_front(folder, lambda lines: lines[:2]), "holds no point beside the default"),
+    (lambda folder: damage_front(folder, lambda lines: lines[:2]), "holds no point besides the default"),
     (
         lambda folder: damage_front(folder, lambda lines: [lines[0].replace("gain:", "g:"), *lines[1:]]),
         "is damaged, or of another",

@@ -1,6 +1,6 @@
 """Usual limits of every loop, in the units of study files.
 
-They hold where no study says otherwise.
+They hold unless a study has others.
 Source: gain margin 6 dB either way after MIL-F-9490D; K. J. Astrom, R. M. Murray, Feedback Systems, 2nd ed., Princeton 2021,
 section 10.3 (phase 30 to 60 deg) and section 12.2 (Ms 1.2 to 2). A critically damped PD law with linear extended state observer
 cannot reach 45 deg below wo/wc = 7, hence 35 deg as the limit and 45 deg as the target; two control periods of delay are what a
@@ -17,7 +17,7 @@ class LoopLimit:
     Attributes:
         quantity: Name in `objectives.margins.quantities`.
         sense: "min" or "max".
-        limit: In the unit of limits.
+        limit: Limit in the unit of limits.
         target: Value to reach besides, None for nothing more.
     """
 

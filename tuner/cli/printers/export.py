@@ -230,4 +230,4 @@ def print_import(imported: "Imported", _: Console) -> None:
     console.print(f'In a study: [controller] default = "{out.name}"')
     if controller.vehicle is not None:
         back = f"tuner export results/STUDY/gains.json --to {imported.source} --previous {imported.parameters}"
-        console.print(f"What a study then changes on the vehicle: {back}", soft_wrap=True)
+        console.print(f"Changes that a study then makes on the vehicle: {back}", soft_wrap=True)

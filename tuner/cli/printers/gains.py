@@ -15,7 +15,7 @@ SPARKS = "▁▂▃▄▅▆▇█"
 # Letters of a line that stand beside its blocks: name, range and unit.
 LABEL_LETTERS = 36
 # Lost flights that are printed.
-MOST_LOST = 10
+MAX_LOST = 10
 
 
 def print_flights(flown: "Flights", console: Console) -> None:
@@ -33,12 +33,12 @@ def print_flights(flown: "Flights", console: Console) -> None:
 
 
 def print_losses(flown: "Flights", console: Console) -> None:
-    """Print the lost flights, `MOST_LOST` at most, and how to repeat one."""
+    """Print the lost flights, `MAX_LOST` at most, and how to repeat one."""
     lost = flown.document.lost
-    for entry in lost[:MOST_LOST]:
+    for entry in lost[:MAX_LOST]:
         console.print(f"Lost: {entry.words}.")
-    if len(lost) > MOST_LOST:
-        console.print(f"{len(lost) - MOST_LOST:,} more were lost; --json names them all.")
+    if len(lost) > MAX_LOST:
+        console.print(f"{len(lost) - MAX_LOST:,} more were lost; --json names them all.")
     if len(lost) and flown.count > 1:
         console.print(f"One of them again, drawn: the same command with --flight {lost[0].name} --plot lost.png")
 

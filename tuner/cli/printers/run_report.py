@@ -1,4 +1,4 @@
-"""`tuner show`: a results folder in the terminal, for people on ssh; what the page of the report tells at length."""
+"""`tuner show`: a results folder in the terminal, for people on ssh; the report in short."""
 
 from typing import TYPE_CHECKING
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from tuner.documents.tuning import TuningFolder
 
 PLOT_WIDTH, PLOT_HEIGHT = 72, 16
-MOST_POINTS = 12
+MAX_POINTS = 12
 
 
 def print_run_report(report: "RunReport", console: Console) -> None:
@@ -64,7 +64,7 @@ def show_tuning(results: "TuningResults", console: Console) -> None:
         console.print(text)
     if summary.opinion is not None:
         print_opinion(summary.opinion, console)
-    section(console, "What to fly" if results.feasible else "What to look at; nothing to fly", next_commands(results))
+    section(console, "Next steps" if results.feasible else "Next steps; nothing to fly", next_commands(results))
 
 
 PRINTERS = {
@@ -128,7 +128,7 @@ def front_table(results: "TuningFolder") -> TerminalTable:
         table.add_column(Text(entry.label), justify="right")
     named = [row for row in front.shown_rows if front.roles[row]]
     others = [row for row in front.shown_rows if not front.roles[row]]
-    step = -(-len(others) // MOST_POINTS) or 1
+    step = -(-len(others) // MAX_POINTS) or 1
     for row in [*named, *others[::step]]:
         role = front.roles[row]
         values = [

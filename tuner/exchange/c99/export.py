@@ -126,7 +126,7 @@ def plant_files(
         gains: A row in the order of `records.paths` of the loop's Gains, such as angle.kp, angle.ki.
         real: Type of all numbers, "float" or "double".
         name: Before each name in the C, by default that of the plant.
-        digest: Of the gains.json that the gains come from; by default of the gains' bits.
+        digest: Digest of the gains.json that the gains come from; by default of the gains' bits.
         sentence: About the gains.
 
     Returns:
@@ -189,8 +189,8 @@ def bundle_files(
         program: The controller.
         words_in: Return the words of its templates in a language.
         real: Type of all numbers.
-        prefix: In front of all names.
-        digest: Of the gains.
+        prefix: Prefix in front of all names.
+        digest: Digest of the gains.
         sentence: About the gains.
     """
     code, vectors = write_code(program, real.name, prefix, digest), golden(program, real)

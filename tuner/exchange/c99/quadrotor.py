@@ -45,7 +45,7 @@ from tuner.gains import Controller
 ATTITUDES = 48
 MEASURED = (Vec3, Vec3, Quaternion, Vec3)
 # Yaw of the start [rad], so that it passes half a turn; torque limit of the attitude flight as an angular acceleration [rad/s2].
-YAW, MOST = 3.05, 40.0
+YAW, MAX_ACCELERATION = 3.05, 40.0
 # RMS of the noise in the measurement's own units; how far off what is asked for instants next to it are, in shares of the noise:
 # within h^2 k2 of the sliding surface.
 NOISE = 0.01
@@ -245,7 +245,7 @@ def attitude_flight(controller: Controller, real: Real, steps: int) -> Iterator[
         )
         yield (setpoint, m, applied), (torque,), (state,)
         demand = matrix(torque)[:, 0].astype(float)
-        effect = np.clip(demand, -MOST * inertia, MOST * inertia)
+        effect = np.clip(demand, -MAX_ACCELERATION * inertia, MAX_ACCELERATION * inertia)
         excess = effect - demand
         rate = rate + h * (effect / inertia + 0.5)
         angles = angles + h * rate

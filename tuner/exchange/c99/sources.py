@@ -59,7 +59,7 @@ class Entry:
         takes: Types of what it takes, by name.
         output: Name and type of what it gives besides the state, None where that is nothing.
         state: Type of the state, None where it fills its output alone.
-        memory: Where the state holds what loops keep.
+        memory: Code of the members of the state that the loops keep.
         guard: Return lines of C in front of all others.
         flight: A closed loop of so many steps, for golden vectors.
     """
@@ -97,8 +97,8 @@ class Program:
         words: Other words of the header.
         numbers: Words of the header that are numbers.
         helpers: Routines that keep nothing.
-        templates: What the names of its templates begin with.
-        table: What the names of tables of gains end with.
+        templates: Prefix of the names of its templates.
+        table: Suffix of the names of tables of gains.
         note: Return the comment behind a member of a record.
     """
 
@@ -128,8 +128,8 @@ def write_code(program: Program, real: str, prefix: str, digest: str) -> Code:
     Args:
         program: The controller.
         real: Type of all numbers, "float" or "double".
-        prefix: In front of all names, a C identifier in lower case.
-        digest: Of the gains.
+        prefix: Prefix in front of all names, a C identifier in lower case.
+        digest: Digest of the gains.
     """
     assert prefix.isidentifier() and prefix.islower(), prefix
     records = CRecords(prefix, {kind: f"{prefix}_{name}" for kind, name in program.declared.items()}, program.note)

@@ -68,7 +68,7 @@ def reopen(
     study = _study_again(path, record, load)
     check_model(path, record)
     if not recompute:
-        compute_as_recorded(path, record, None if record.kind in FLOWN_AGAIN else "run it anew")
+        compute_as_recorded(path, record, None if record.kind in FLOWN_AGAIN else "run it again")
     folder = Folder.open(path)
     extended = _extended(record, study, budget, search_flights)
     if extended == record:

@@ -396,7 +396,7 @@ def near_numbers(stored: Any, current: Any, deviation: MarginDeviation) -> bool:
 
 
 def compare_csv(name: str, stored: str, current: str, margins: set[str], deviation: MarginDeviation) -> None:
-    """Raise the first cell that differs; numbers are written with all their digits, so that texts tell bits.
+    """Raise the first cell that differs; numbers are written with all their digits, so that equal texts are equal bits.
 
     margins: columns that need only be close. Columns that are only told since do not count.
     """

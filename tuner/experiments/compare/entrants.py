@@ -29,11 +29,11 @@ class Entrant:
 
     Args:
         name: Unique.
-        source: As given.
-        controller: Of a quadrotor, or the loops of a plant of the user's own.
+        source: Source as given.
+        controller: Controller of a quadrotor, or the loops of a plant of the user's own.
         flies: Noun of what it controls, with its article.
         point: Its name in its own run.
-        study: That of the run, None for a gains file.
+        study: Study of the run, None for a gains file.
         points: Names of the front of the run, none for a gains file.
         rows: Gains rows (n, gains) of the front.
         picked: Held-out values (n, objectives) of the front.

@@ -1,6 +1,6 @@
 """Largest numbers of flights of runs, counted from their studies.
 
-What cannot be known before is taken at its largest: candidates that break a hard requirement, or that a race would stop early,
+Unknown counts are taken at their largest: candidates that break a hard requirement, or that a race would stop early,
 are counted as flown, and the front as long as it may get. Further flights of finalists that straddle a limit come on top, at most
 `tuner.analysis.limit_flights.BUDGET` times the held-out flights.
 """
@@ -9,7 +9,7 @@ from typing import Any
 
 from tuner.documents.plan import PlannedFlights
 from tuner.experiments.tuning.finalists import most_finalists
-from tuner.experiments.tuning.survivors import MOST_BESIDE, MOST_SURVIVORS
+from tuner.experiments.tuning.survivors import MAX_EXTRA_SURVIVORS, MAX_SURVIVORS
 from tuner.study.study import SearchedStudy
 
 CONFIRMED = 2
@@ -29,7 +29,7 @@ def scenario_flights(study: SearchedStudy, entry: Any) -> int:
 
 def survivors_at_most(study: SearchedStudy) -> int:
     """Return the maximum number of candidates with all search flights: the first one and those that survive."""
-    return min(study.search.candidates, 1 + MOST_SURVIVORS + MOST_BESIDE)
+    return min(study.search.candidates, 1 + MAX_SURVIVORS + MAX_EXTRA_SURVIVORS)
 
 
 def flights_of(study: SearchedStudy) -> PlannedFlights:

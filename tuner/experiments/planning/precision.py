@@ -36,7 +36,7 @@ WITHOUT_WIDTH = "worst"
 def planned_objective(study: TuningStudy, pilot: Pilot, index: int, share: float) -> PlannedObjective:
     """Return the expected precision of objective `index`; share: the difference to detect, relative to the default's value.
 
-    Widths are of the default's interval, null where nothing can be said; scenarios needed tell that difference from the default,
+    Widths are of the default's interval, null if unknown; scenarios needed tell that difference from the default,
     the median over the pilot's candidates.
     """
     objective = study.objectives[index]

@@ -110,7 +110,7 @@ class StudyPreview(PreviewPart):
     """A study that searches gains before anything flies; a kind leaves out what it has not.
 
     Args:
-        plant: Of one's own, by its title.
+        plant: Title of a user plant.
         channels: Its channels with their laws.
         requirements: Limits on margins; of a plant with the default's values, null where infinite.
         plant_step: With the error in what is known of the default.

@@ -17,7 +17,7 @@ from tuner.analysis.final_flights import FRONT_REPLICATES
 from tuner.search.front import non_dominated, select_subset
 
 CONFIDENCE = 0.95
-"""Of the intervals of a search's values, where a study asks for none: its few flights err all the same."""
+"""Confidence of the intervals of a search's values if a study names none: its few flights err all the same."""
 DEEPEST = 2.0
 """Half-widths inside a limit up to which being further inside counts: flights of other streams err alike about neighbors."""
 
@@ -97,7 +97,7 @@ def beside_limits(
     Of one objective the next best follow.
 
     Args:
-        evaluation: Of all candidates.
+        evaluation: Evaluation of all candidates.
         constraints: Limits on flights.
         chosen: Rows of finalists, which are not returned.
         root: Root seed.

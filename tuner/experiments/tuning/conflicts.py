@@ -1,6 +1,6 @@
 """Conflicts of limits: which no candidate kept together, how far they would have to be relaxed, and what each costs.
 
-All of it is said of the candidates that a search tried. Of a candidate that was not flown through every scenario the requirements
+All of it holds for the candidates that a search tried. Of a candidate that was not flown through every scenario the requirements
 are known and the constraints are not: it counts as one that does not keep them, and no relaxation is drawn from it.
 """
 
@@ -24,7 +24,7 @@ from tuner.text.sentences import BOUNDS
 from tuner.text.units import after_number
 
 # Smallest conflicting sets told at most: with many, the limits are hopeless one and all.
-MOST_SETS = 6
+MAX_SETS = 6
 
 
 UpperEnd = Callable[[int, int], float]
@@ -86,7 +86,7 @@ class Conflict:
     None, or nothing: no flown candidate is near enough for a finite step.
 
     Attributes:
-        sets: The smallest sets of limits of which no candidate satisfies all, at most `MOST_SETS`.
+        sets: The smallest sets of limits of which no candidate satisfies all, at most `MAX_SETS`.
         common: The least relaxation of all limits by one share.
         single: The least relaxation of each limit that need only give way alone.
     """
@@ -137,7 +137,7 @@ def conflicting_sets(is_met: np.ndarray) -> list[tuple[int, ...]]:
     for size in range(1, is_met.shape[1] + 1):
         tried = [some for some in combinations(range(is_met.shape[1]), size) if not patterns[:, some].all(axis=1).any()]
         if tried:
-            return tried[:MOST_SETS]
+            return tried[:MAX_SETS]
     return []
 
 

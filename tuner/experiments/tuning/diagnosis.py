@@ -30,7 +30,7 @@ from tuner.text.sentences import BOUNDS
 Array = np.ndarray
 
 # Candidates whose loops are looked at one by one, the closest to a limit first.
-MOST_CANDIDATES = 128
+MAX_CANDIDATES = 128
 # Places of a variable in its range at which a quantity is asked again; factors by which a fixed gain is changed for that.
 PLACES, FACTORS = (0.0, 0.25, 0.5, 0.75, 1.0), (0.5, 0.8, 1.25, 2.0)
 # Share of the excess over a limit that a gain has to take away alone to be named as the one that moves it.
@@ -162,8 +162,8 @@ class Diagnosis:
     def _moved_by(self, i: int, point: Array, value: float, least: float | None) -> list[str]:
         """Return the searched gains that reduce a probe's violation by a share.
 
-        Each goes through its range from a point (d,), alone. Where the loop is not stable the value says nothing of what
-        would make it so: its gains count then. least: the share; None: all that move the probe.
+        Each goes through its range from a point (d,), alone. The value of an unstable loop has no information on a stable one:
+        its gains count then. least: the share; None: all that move the probe.
         """
         probe = self.probes[i]
         variables, places = self._study.space.variables, len(PLACES)
@@ -343,7 +343,7 @@ def _design_text(design: DesignReach, rows: UnmetConstraint) -> str:
     reached = f"`tuner design` reaches {_shown(design.value, rows)}"
     own_gains = f" with {_listed(design.gains)}" if design.gains else ""
     if not design.is_satisfied:
-        return f"{reached}{own_gains}, which is not enough either: the limit asks more than this design gives."
+        return f"{reached}{own_gains}, which is not enough either: this design cannot meet the limit."
     if design.in_ranges:
         return f'{reached}{own_gains}: let the search start there, search.initial = ["default", "design"].'
     return f"{reached}{own_gains}: give these gains a range in [gains], or these values."

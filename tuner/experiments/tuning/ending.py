@@ -1,4 +1,4 @@
-"""The end of a run: gains to recommend, or nothing that keeps every limit; every other part of the tool asks here."""
+"""The end of a run: gains to recommend, or nothing that keeps every limit; every other part of the tool uses this."""
 
 from collections.abc import Sequence
 from math import ceil, floor, log10
@@ -13,7 +13,7 @@ from tuner.analysis.lost_flights import named_losses
 from tuner.documents.obstacles import UnmetConstraint
 from tuner.documents.summary import INFEASIBLE, NOTHING, ComparedRow
 from tuner.experiments.tuning.conflicts import Conflict, Limit, limits_of
-from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, flown_obstacle, obstacle_texts
+from tuner.experiments.tuning.diagnosis import MAX_CANDIDATES, Diagnosis, flown_obstacle, obstacle_texts
 from tuner.experiments.tuning.next_commands import fly_command, rejudge_command, upper_end_of
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.problem import batches
@@ -22,7 +22,7 @@ from tuner.study.study import SearchedStudy, Study
 from tuner.text.numbers import significant
 
 # Lost flights told by name at most.
-MOST_LOST = 3
+MAX_LOST = 3
 
 
 def contender_ending(name: str, point: str, obstacles: Sequence[UnmetConstraint] = ()) -> list[str]:
@@ -48,7 +48,7 @@ def obstacles_of(
     split = len(study.constraints)
     named = sorted({i for some in conflict.sets for i in some})
     labels = [limits[i].label for i in named if i >= split]
-    nearest = increasing_order(explored.violations[:, split:].sum(axis=1))[:MOST_CANDIDATES]
+    nearest = increasing_order(explored.violations[:, split:].sum(axis=1))[:MAX_CANDIDATES]
     names = [point_name(int(candidate)) for candidate in nearest]
     known_obstacles = list[UnmetConstraint]()
     if labels and study.loop_requirements() is not None:
@@ -142,8 +142,8 @@ def _lost(outcome: Outcome, point: str) -> list[str]:
     lost = named_losses(outcome.problem, outcome.gains(row), batches(study, HELD_OUT), flown.failed[row], "")
     if not lost:
         return []
-    names = "; ".join(entry.words for entry in lost[:MOST_LOST])
-    more = int(flown.failed[row].sum(axis=0)) - len(lost[:MOST_LOST])
+    names = "; ".join(entry.words for entry in lost[:MAX_LOST])
+    more = int(flown.failed[row].sum(axis=0)) - len(lost[:MAX_LOST])
     column = len(study.objectives) + limited[0]
     enough = upper_end_of(study.constraints[limited[0]], outcome.finalists.evaluation.scores[row, column], study.seed)
     fly, rejudge = fly_command(study, lost[0]), rejudge_command(study, f"constraint.{limited[0]}.max", _ceiled(enough))

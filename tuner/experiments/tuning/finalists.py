@@ -20,10 +20,10 @@ from tuner.study.searched import SearchedStudy
 # that 136 candidates left, the 24 that add most dominated held out 99.0 to 99.5 % of what all of them dominate; of 27 to 34 that
 # 48 candidates left, 16 dominated 97.5 to 98.7 % for a tenth less of the whole run's processor time than 24 (99.3 %). Of three
 # objectives 16 points dominate 93 to 96 % and 48 99 %.
-MOST_ON_FRONT, OF_TWO, TRIED = 48, 16, 6
+MAX_FRONT_FINALISTS, OF_TWO, TRIED = 48, 16, 6
 BESIDE_ONE, BESIDE_FRONT = 15, 8
 """Finalists at most beside the best candidate of one objective, and beside a front."""
-MOST_CHOICES, LOOKED_AT = 4, 4
+MAX_CHOICES, LOOKED_AT = 4, 4
 """Choices of finalists at most, and finalists of a choice whose limits known without flying are looked at in all states."""
 
 
@@ -37,7 +37,7 @@ def finalists_in_all_states(
     """
     first = chosen = finalists_of(survivors, tried, study, back_off)
     limits = len(study.constraints)
-    for _ in range(MOST_CHOICES if problem.requirements else 0):
+    for _ in range(MAX_CHOICES if problem.requirements else 0):
         some = chosen[0][:: ceil(len(chosen[0]) / LOOKED_AT)]
         values = known_values(problem.screens, problem.space.gains(tried.points[some]), complete=True)
         excess, rows = requirement_excess(problem.requirements, values), np.searchsorted(survivors.candidates, some)
@@ -85,8 +85,8 @@ def around_limits(seen: Evaluation, study: SearchedStudy, front: np.ndarray, bac
 def most_on_front(study: SearchedStudy) -> int:
     """Return the maximum number of finalists of the front: a longer search has a longer front."""
     if len(study.objectives) > 2:
-        return MOST_ON_FRONT
-    return min(max(study.search.candidates // TRIED, OF_TWO), MOST_ON_FRONT)
+        return MAX_FRONT_FINALISTS
+    return min(max(study.search.candidates // TRIED, OF_TWO), MAX_FRONT_FINALISTS)
 
 
 def most_beside(study: SearchedStudy) -> int:

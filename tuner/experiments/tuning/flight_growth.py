@@ -23,7 +23,7 @@ from tuner.study.searched import SearchedStudy
 
 # Candidates from one check to the next, and points of the front that make fresh flights. With 64 candidates one of five seeds of
 # the figure eight ended at 0.93 of the best known and fifteen hundred flights brought 0.80, with 32 at 0.99 and 0.91.
-CHECK_EVERY, MOST_CHECKED = 32, 4
+CHECK_EVERY, MAX_CHECKED_POINTS = 32, 4
 # Median ratio of an objective on fresh flights to that on the search's from which on more are made. Where these are enough it is
 # 1.0 to 1.15, for the front was picked on them; of a misled search it was 1.5 (a gust, 8 flights, recovery time).
 MAX_RATIO = 1.2
@@ -86,7 +86,7 @@ class FlightGrowth:
         self, points: np.ndarray, values: np.ndarray, front: np.ndarray, further: tuple[FlightBatch, ...]
     ) -> bool:
         """Return True where the front is worse on fresh flights."""
-        chosen = front[select_subset(values[front], values[0], MOST_CHECKED, ends=False)]
+        chosen = front[select_subset(values[front], values[0], MAX_CHECKED_POINTS, ends=False)]
         fresh = self.problem.evaluate(points[chosen], further, self.on_flights_done, fly_all=True)
         # A scenario whose flights are all made has no fresh ones, and its objectives no values.
         ratios = np.nan_to_num(value_ratios(values[chosen], fresh.values), nan=1.0)

@@ -23,7 +23,7 @@ from tuner.study.searched import SearchedStudy
 
 N_TIMES = 4
 """Fresh flights of a point, in those of the search; the held-out check's at most."""
-MOST_WATCHED = 3
+MAX_WATCHED_POINTS = 3
 """Points of a front that make them at a time."""
 NEAR = 0.1
 """Share of a limit from which on a point stands at it: an interval of four flights may be next to nothing."""
@@ -79,7 +79,7 @@ class LimitWatch:
         for i in self._limited:
             upper = excess[:, i] + width[:, i]
             # What flights err about a limit grows with its quantity, so points at the limit that will be judged by count.
-            near = increasing_order(np.abs(upper))[:MOST_WATCHED]
+            near = increasing_order(np.abs(upper))[:MAX_WATCHED_POINTS]
             scale = scales(limits[i].most, before[near, i], upper[near])
             shift = np.where(np.isnan(scale), upper[near] - before[near, i], limits[i].most * (1.0 - scale))
             back_off.shift[i] = np.median(shift)
@@ -97,7 +97,7 @@ class LimitWatch:
             return
         near = self._at_limits(evaluation, self.back_off(evaluation, candidates))
         chosen = (
-            near[select_subset(evaluation.values[near], evaluation.values[near].max(axis=0), MOST_WATCHED)]
+            near[select_subset(evaluation.values[near], evaluation.values[near].max(axis=0), MAX_WATCHED_POINTS)]
             if len(near)
             else near
         )

@@ -52,7 +52,7 @@ def named_rows(
     """Return the named rows of finalists, the default first.
 
     Args:
-        objectives: Of the study.
+        objectives: Objectives of the study.
         values: Held-out objectives (rows, m).
         feasible: Mask (rows,) of those that keep every limit.
         front: Rows (k,) of the non-dominated finalists.

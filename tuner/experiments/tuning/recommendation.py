@@ -3,7 +3,7 @@
 A default is what an engineer has. Where points are better than it in every objective, by a relevant share in one, only they are
 eligible; where none is and the default keeps the limits, it stays. One that breaks a limit makes way for a point that loses less
 than a relevant share in an objective, too. A default that is among the worst of a first generation in an objective, and breaks a
-limit or is far behind the front, says little about the points wanted: the pick rule then has the whole front, unless a point that
+limit or is far behind the front, is far from the points of interest: the pick rule then has the whole front, unless a point that
 is better in everything is nearly as good a compromise as its best.
 """
 
@@ -69,7 +69,7 @@ def recommend(study: SearchedStudy, values: np.ndarray, default: Default, front:
     Args:
         study: Its pick rule and objectives.
         values: Held-out objectives (rows, m), the default first.
-        default: What is known of it beside these.
+        default: Further data of the point.
         front: Rows (k,) of the non-dominated finalists that keep every limit, one at least.
     """
     labels = [objective.label for objective in study.objectives]

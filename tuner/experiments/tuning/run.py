@@ -1,7 +1,7 @@
 """A tuning run: search, re-fly the finalists on held-out scenarios, pick, write everything down.
 
 A judgement is a tuning run that searches nothing: flights already flown, judged by other objectives, risks, limits or pick rules.
-What a run recorded are the meters of every flight, from which any metric follows. A candidate that the first study did not fly
+A run records the meters of every flight, from which any metric follows. A candidate that the first study did not fly
 and that the second finds worth it is flown; so are finalists on held-out scenarios that they have not seen.
 """
 

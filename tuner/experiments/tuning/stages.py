@@ -1,7 +1,7 @@
 """Stages of a tuning run, each with its most flights."""
 
 from tuner.experiments.tuning.finalists import most_finalists
-from tuner.experiments.tuning.survivors import MOST_SURVIVORS
+from tuner.experiments.tuning.survivors import MAX_SURVIVORS
 from tuner.search.watcher import CHECKING, REFINING, SEARCHING
 from tuner.study.searched import SearchedStudy
 
@@ -17,5 +17,5 @@ def stage_flights(study: SearchedStudy) -> dict[str, int]:
     judged = min(candidates, most_finalists(study)) + 1 + CONFIRMED
     stages = {SEARCHING: candidates * first}
     if rest:
-        stages[REFINING] = min(candidates, 1 + MOST_SURVIVORS) * rest
+        stages[REFINING] = min(candidates, 1 + MAX_SURVIVORS) * rest
     return {**stages, CHECKING: judged * sum(entry.held_out for entry in study.scenarios)}

@@ -22,9 +22,9 @@ from tuner.search.watcher import REFINING, Watcher
 from tuner.study.study import SearchedStudy
 
 # Candidates that make all flights at most: as many as are finalists.
-MOST_SURVIVORS = 48
+MAX_SURVIVORS = 48
 # Beside them, those around limits that bind.
-MOST_BESIDE = 16
+MAX_EXTRA_SURVIVORS = 16
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def survivors_of(
         return Survivors(np.arange(len(seen.values)), seen, 0)
     tried, flown = archive(generations), remaining_batches(study)
     feasible = surviving(problem, seen, study.seed)
-    around = beside_limits(seen, problem.constraints, feasible, study.seed, MOST_BESIDE, back_off)
+    around = beside_limits(seen, problem.constraints, feasible, study.seed, MAX_EXTRA_SURVIVORS, back_off)
     hopeful = np.concatenate([feasible, around])
     candidates = np.union1d([0], hopeful if len(hopeful) else [nothing_feasible(tried, study.requirements)[0]])
     watcher.on_stage(REFINING, len(candidates) * sum(batch.count - batch.start for batch in flown))
@@ -119,7 +119,7 @@ def surviving(problem: Evaluator, seen: Evaluation, root: int) -> np.ndarray:
     chosen = list[int]()
     for layer in range(behind.max(initial=0) + 1):
         rows = np.flatnonzero(hopeful & (behind == layer))
-        chosen += rows[select_subset(values[rows], seen.values[0], MOST_SURVIVORS - len(chosen))].tolist()
+        chosen += rows[select_subset(values[rows], seen.values[0], MAX_SURVIVORS - len(chosen))].tolist()
     return np.sort(feasible[chosen])
 
 

@@ -1,6 +1,6 @@
 """The tables of a results folder: generations, history, front, constraints, margins, spectra; responses are in `fans`.
 
-Column names are told in results/README.md. Constraints rest on the same flights and the same resamples as the front. Margins are
+results/README.md lists the columns. Constraints rest on the same flights and the same resamples as the front. Margins are
 those of the loop in hover in still air as it is flown, at the amplitude of its nonlinear terms at which its sensitivity peaks
 highest, on the nominal vehicle; where two channels have the same gains and the same dynamics their rows are alike.
 """

@@ -24,7 +24,7 @@ from tuner.search.watcher import Watcher
 from tuner.study.searched import SearchedStudy
 from tuner.text.sentences import counted
 
-MOST_CONFIRMED = 5
+MAX_CONFIRMED_POINTS = 5
 """Points that are confirmed one after the other, where confirmation flights show that the one before breaks a limit."""
 
 
@@ -87,10 +87,10 @@ class Validation:
         finals = Finals(self.problem, self.gains, self._flown, choose, self.study.seed, self._say)
         flown, validated = self._judged(finals, finals.fly())
         first = validated
-        for attempt in range(MOST_CONFIRMED):
+        for attempt in range(MAX_CONFIRMED_POINTS):
             if validated.keeps or not validated.finalists.feasible[validated.tuned]:
                 break
-            self._strike(validated, attempt + 1 == MOST_CONFIRMED)
+            self._strike(validated, attempt + 1 == MAX_CONFIRMED_POINTS)
             flown, validated = self._judged(finals, flown)
         # What comes nearest is the first that was picked, not the last that was refuted.
         return validated if validated.keeps else first

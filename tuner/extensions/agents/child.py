@@ -55,7 +55,7 @@ async def run_command(arguments: Sequence[str], root: Path, allow_code: bool, on
     """Run `tuner` with these arguments in a folder; cancellation interrupts it.
 
     Args:
-        arguments: of the command line.
+        arguments: arguments of the command line.
         root: working folder.
         allow_code: whether studies may name Python files and FMUs, which run.
         on_progress: awaited as stages begin and flights end.

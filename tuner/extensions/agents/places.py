@@ -16,9 +16,9 @@ def check_text(text: str, label: str, kind: TextKind | None, root: Path, bases: 
     """Raise InputError for a text that names a place outside.
 
     Args:
-        text: as given.
+        text: text as given.
         label: name of the parameter.
-        kind: of the text.
+        kind: kind of the text.
         root: folder, links resolved.
         bases: further folders that names in a change are relative to.
     """

@@ -72,12 +72,12 @@ class Parameter(NamedTuple):
     """A parameter of a command.
 
     Attributes:
-        type: of a value.
-        kind: of a text, None for a name or a place.
+        type: type of a value.
+        kind: kind of a text, None for a name or a place.
         is_list: whether it takes several values.
         default: its default, `Signature.empty` where a value is required.
         info: its description for the command line.
-        flag: of an option, empty for an argument.
+        flag: flag of an option, empty for an argument.
     """
 
     type: type
@@ -176,7 +176,7 @@ def command_line(name: str, given: Mapping[str, Any], root: Path) -> list[str]:
     """Return the arguments of `tuner` for a call of a tool.
 
     Args:
-        name: of the tool.
+        name: name of the tool.
         given: arguments of the call, by the names of its schema.
         root: folder that files have to lie in.
 

@@ -140,9 +140,7 @@ def _old_notes(modern: Modern) -> tuple[str, ...]:
         )
     if modern.unknown:
         notes.append(
-            "Not read, for their names are of a version whose units are not known here: "
-            + ", ".join(modern.unknown)
-            + "."
+            "Not read, because the units of their version are not known here: " + ", ".join(modern.unknown) + "."
         )
     return tuple(notes)
 

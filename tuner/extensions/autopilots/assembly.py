@@ -9,7 +9,7 @@ from plant.errors import InputError, shortened
 from plant.input_files import file_sha256
 from plant.law_registry import law
 from plant.laws.pid import Gains
-from plant.laws.slower import MOST_PERIODS
+from plant.laws.slower import MAX_PERIODS
 from plant.quadrotor.airframes import Airframe
 from plant.quadrotor.cascade import ATTITUDE_AXES, AXES, Cascade, close_cascade
 from plant.quadrotor.gains import default_row, gain_addresses
@@ -46,7 +46,7 @@ POSITION_EVERY = Option(
 
 def position_every(settings: Mapping[str, str]) -> int:
     """Return the period of native position loops [control periods]."""
-    return whole_number(settings, POSITION_EVERY.name, 1, MOST_PERIODS)
+    return whole_number(settings, POSITION_EVERY.name, 1, MAX_PERIODS)
 
 
 def control_period(default: str) -> Option:
@@ -110,8 +110,8 @@ def version_note(version: str | None, target: str, read_as: Collection[str]) -> 
     if version is None or any(version == prefix or version.startswith(f"{prefix}.") for prefix in read_as):
         return ()
     return (
-        f"The file says version {shortened(version)}, and is read with the names, units and defaults of {target}: check what "
-        "that version calls them.",
+        f"The file is of version {shortened(version)}, and is read with the names, units and defaults of {target}: check the "
+        "names of that version.",
     )
 
 

@@ -86,7 +86,7 @@ class Firmware:
         heading: Model function (constants of the law, Setpoint, Measured) -> rate of yaw that the pilot asks for; None
             where the firmware closes the heading itself and is given the angle.
         curve: Curve of thrust over its motor commands, see `airframes.actuation.Actuation`; None for that of the vehicle.
-        binary: What --binary names, in a clause.
+        binary: Meaning of --binary, in a clause.
         check: check(control_period) raises InputError naming a period at which its loops cannot run.
         program: program(argument of --binary) -> the file of it whose digest is recorded.
         install: install(bench, content of the file) -> what powers a board up; it raises InputError naming what the

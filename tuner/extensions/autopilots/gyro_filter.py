@@ -25,7 +25,7 @@ from tuner.gains import Controller
 # Usual limit of the phase margin [rad].
 LIMIT = radians(next(limit.limit for limit in LIMITS if limit.quantity == "phase_margin"))
 # Crossovers from this share of the cut-off on lag by more than the filter of first order can.
-MOST_SHARE = 0.9
+MAX_SHARE = 0.9
 
 
 def filter_rows(controller: Controller, cutoff: float) -> list[FilteredLoop]:
@@ -57,7 +57,7 @@ def equal_lag(crossover: float, cutoff: float) -> float:
     cutoff [Hz]: of a second-order Butterworth low-pass.
     """
     corner = 2.0 * pi * cutoff
-    share = min(crossover / corner, MOST_SHARE)
+    share = min(crossover / corner, MAX_SHARE)
     return sqrt(2.0) / (corner * (1.0 - share * share))
 
 

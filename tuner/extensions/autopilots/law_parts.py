@@ -13,7 +13,7 @@ def _shared(name: str, unit: str, scale: str, meaning: str, **fields: Any) -> Ga
 
 
 # Accelerations that limits take away count from this share of what a unit of output gives: below it they are rounding.
-LEAST_LOSS = 1e-6
+MIN_LOSS = 1e-6
 AUTHORITY = "angular acceleration that a unit of normalised torque gives"
 SHARED = {
     info.name: info
@@ -66,12 +66,12 @@ def limited(integral: float, constants: Any) -> float:
 
 def outward_stopped(error: float, lost: float, authority: float) -> float:
     """The error without what would drive a saturated output further; lost: acceleration after limits minus the one asked for."""
-    least = LEAST_LOSS * authority
+    least = MIN_LOSS * authority
     return select(lost < -least, minimum(error, 0.0), select(lost > least, maximum(error, 0.0), error))
 
 
 def shrinking_only(error: float, integral: float, lost: float, authority: float) -> float:
     """The error where nothing is lost or where it brings the integral towards 0, else 0."""
-    least = LEAST_LOSS * authority
+    least = MIN_LOSS * authority
     free = both(lost > -least, lost < least)
     return select(free, error, select(error * integral < 0.0, error, 0.0))

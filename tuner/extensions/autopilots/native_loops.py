@@ -1,7 +1,7 @@
 """Autopilots whose own loops are a law of ours: every gain is a parameter, to the letter, and a file comes back as it went.
 
-The law's `authority` is what a unit of the autopilot's output makes of the vehicle. Where the autopilot is told the same, gains
-are its parameters; where it is told another thrust curve, those that count in its unit of output are scaled by the quotient.
+The law's `authority` is what a unit of the autopilot's output makes of the vehicle. If the autopilot has the same thrust curve,
+gains are its parameters; otherwise those that count in its unit of output are scaled by the quotient.
 """
 
 from collections.abc import Mapping

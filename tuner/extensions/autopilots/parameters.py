@@ -28,7 +28,7 @@ OTHER_BANNER = re.compile(
     r"|#\s*Vehicle:\s*(?=Fixed|Rover|Sub|VTOL|Heli)(\S.*?)\s*$"
 )
 # Largest finite float32: where a target documents no upper limit, this is its limit.
-MOST = float(np.finfo(np.float32).max)
+MAX_VALUE = float(np.finfo(np.float32).max)
 
 
 def single(value: float) -> float:
@@ -45,7 +45,7 @@ def positional(value: float) -> str:
 def read_number(text: str, name: str, file: Path) -> float:
     """Return a number of a parameter file, exponents allowed; raises InputError naming the parameter."""
     value = float(text) if NUMBER.fullmatch(text) else float("nan")
-    if not isfinite(value) or abs(value) > MOST:
+    if not isfinite(value) or abs(value) > MAX_VALUE:
         raise InputError(f"given '{shortened(text)}'; this must be a finite number", file=file, key=name)
     return value
 
@@ -126,7 +126,7 @@ def parameter_table(*entries: ParameterInfo) -> dict[str, ParameterInfo]:
 
 def unbounded(name: str, unit: str, low: float, usual: float, source: str) -> ParameterInfo:
     """Return an entry without a documented upper limit; that of float32 stands in its place."""
-    return ParameterInfo(name, unit, low, MOST, usual, source)
+    return ParameterInfo(name, unit, low, MAX_VALUE, usual, source)
 
 
 def parameters(
@@ -145,7 +145,7 @@ def parameters(
     Args:
         table: entries of the parameters.
         values: to be written, unrounded.
-        rounding: of the vehicle.
+        rounding: rounding of the vehicle.
         target: name and version, for the messages.
         before: values on the vehicle.
         unchanged: names that stay as they are there.
@@ -176,7 +176,7 @@ def _parameter(
 
 def _outside(entry: ParameterInfo, unrounded: float) -> str:
     unit = after_number(entry.unit)
-    limit = f"at least {entry.low:g}" if entry.high == MOST else f"{entry.low:g} to {entry.high:g}"
+    limit = f"at least {entry.low:g}" if entry.high == MAX_VALUE else f"{entry.low:g} to {entry.high:g}"
     return f"works out at {unrounded:.6g}{unit}, allowed {limit}{unit}: change {entry.source}"
 
 
@@ -191,7 +191,7 @@ def option_changes(table: Mapping[str, ParameterInfo], written: Collection[HeldP
         and _number(old) != _number(one.held)
     ]
     return (
-        (f"Beside the gains, the controller's options ([controller] of a study) change {', '.join(entries)}.",)
+        (f"Besides the gains, the controller's options ([controller] of a study) change {', '.join(entries)}.",)
         if entries
         else ()
     )

@@ -19,7 +19,7 @@ from math import sqrt
 from plant.errors import InputError
 from plant.laws.pid import Gains
 from plant.quadrotor.gains import gain_addresses
-from plant.quadrotor.nominal import LEAST_CUTOFF, MOST_CUTOFF
+from plant.quadrotor.nominal import MAX_CUTOFF, MIN_CUTOFF
 from tuner.gains import Controller
 
 # Gains this close to each other, relatively, are one: both ways of the conversion round.
@@ -77,7 +77,7 @@ def parallel(loop: RateLoop, t_f: float) -> Gains:
 
 
 # Our tilt limit, where a vehicle's lies outside [rad].
-LEAST_TILT, MOST_TILT = 0.05, 1.05
+MIN_TILT, MAX_TILT = 0.05, 1.05
 
 
 def axis_gains(controller: Controller, axis: str) -> Gains:
@@ -151,12 +151,12 @@ def rate_filters(controller: Controller, axes: tuple[str, ...]) -> str:
 
 def held_tilt(tilt: float) -> float:
     """Return a vehicle's largest tilt as our controller holds it [rad]."""
-    return min(max(tilt, LEAST_TILT), MOST_TILT)
+    return min(max(tilt, MIN_TILT), MAX_TILT)
 
 
 def held_cutoff(cutoff: float) -> float:
     """Return a vehicle's yaw low-pass within our range [Hz], 0 for none."""
-    return min(max(cutoff, LEAST_CUTOFF), MOST_CUTOFF) if cutoff > 0.0 else 0.0
+    return min(max(cutoff, MIN_CUTOFF), MAX_CUTOFF) if cutoff > 0.0 else 0.0
 
 
 def written_cutoff(controller: Controller, present: float | None) -> float:

@@ -22,7 +22,7 @@ class FirmwareProcess:
 
         Args:
             command: Program and arguments.
-            file: What problems are about.
+            file: Subject of problems.
             under: Words on what runs it.
         """
         refuse_program(file, BINARY)

@@ -88,7 +88,7 @@ def autotune(
         logs: Flight logs of the vehicle, as of `identify`.
         vehicle: Parameter file of what it flies: PX4, ArduPilot, Betaflight or Crazyflie.
         out: Folder.
-        airframe: What is known beforehand: a bundled airframe or a TOML file. Its mass and lengths are taken as given.
+        airframe: Prior: a bundled airframe or a TOML file. Its mass and lengths are taken as given.
         source: Firmware of the file; guessed from its content by default.
         mapping: TOML file that says what the columns of CSV logs are.
         binary: Program or checkout of the firmware, to fly finalists in it, as of `confirm`.

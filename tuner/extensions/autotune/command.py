@@ -47,7 +47,7 @@ def autotune(
 
     Identification, study over what the log leaves open, search, export with a rollback, second opinion, first flights. Files may
     be edited between stages; an input that changed after a stage had read it is refused and named.
-    Exit codes: 0 all stages done, 1 the log tells too little, nothing is feasible or the opinion objects, 2 bad input.
+    Exit codes: 0 all stages done, 1 the log identifies too little, nothing is feasible or the opinion objects, 2 bad input.
 
     Example: tuner autotune log15@55:90 --vehicle present.yaml --airframe crazyflie-pybullet --out tuned
     """

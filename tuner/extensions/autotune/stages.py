@@ -82,7 +82,9 @@ class IdentificationStage(Stage):
         findings = check_logs(setup.given_logs, airframe=setup.airframe, mapping=setup.mapping).document.findings
         useless = [finding for finding in findings if finding.severity == "useless"]
         if useless and all(finding.text == SILENT for finding in useless):
-            return self._plan("The log tells nothing of this vehicle: neither turning nor lift follow the motors.")
+            return self._plan(
+                "The log does not identify the vehicle: rotation and lift are uncorrelated with the motors."
+            )
         fit = identify(
             setup.given_logs, airframe=setup.airframe, mapping=setup.mapping, out=self.out / VEHICLE, report=self.out / FIT_PAGE,
             watcher=self.watcher,
@@ -90,7 +92,7 @@ class IdentificationStage(Stage):
         missing = [row.name for row in fit.document.numbers if row.name in NEEDED and not row.identified]
         if missing:
             return self._plan(
-                f"The log tells nothing of {', '.join(missing)}, without which roll and pitch cannot be tuned."
+                f"The log does not identify {', '.join(missing)}, without which roll and pitch cannot be tuned."
             )
         self.folder.write_json(FIT, fit.document)
         return None

@@ -1,7 +1,7 @@
 """The study of an autotune: the firmware's own attitude loops over the set of vehicles that a log leaves open.
 
 Gains and filters are those that the shipped study of the firmware searches; the flight is the one that `tuner judge` judges the
-result by; objectives and margins are those of roll and pitch, which a log tells most of.
+result by; objectives and margins are those of roll and pitch, which a log identifies best.
 """
 
 from collections.abc import Mapping

@@ -17,7 +17,7 @@ from tuner.extensions.betaflight.board import BetaflightBoard, Sticks, shim_in
 from tuner.extensions.betaflight.command_line import load
 
 # The gyro's period [s] and the most of them in a period of the loops.
-GYRO_PERIOD, MOST = 125e-6, 16
+GYRO_PERIOD, MAX_DIVIDER = 125e-6, 16
 # Full deflection of the yaw stick [deg/s].
 YAW_RATE = 100
 # Full deflection of the other sticks where they ask for rates [deg/s]; in angle mode it cancels.
@@ -77,7 +77,10 @@ BETAFLIGHT = Firmware(
     curve=None,
     binary="the program of its simulator build, under obj/",
     check=period_check(
-        lambda period: period / GYRO_PERIOD, 1, MOST, f"Betaflight's loops run each 0.125 ms times 1 to {MOST}"
+        lambda period: period / GYRO_PERIOD,
+        1,
+        MAX_DIVIDER,
+        f"Betaflight's loops run each 0.125 ms times 1 to {MAX_DIVIDER}",
     ),
     program=Path,
     install=install,

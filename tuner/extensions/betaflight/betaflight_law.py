@@ -10,8 +10,8 @@ Use it for a vehicle that flies Betaflight: the gains are its settings, which `t
 Angles and rates are in degrees; p, i, d and angle_p are the integers of the settings and yaw's I counts 2.5 times. I is in force
 in the period in which it is formed; its limit and I-term relax, which stops it while the set point moves, keep it from winding
 up. t is the attenuation by throttle (TPA), of D and with tpa_p of P, at the throttle that hovers, as `authority`,
-the acceleration that a unit of output gives, is. What acts on sticks and large motions alone is not here: feed-forward, D max,
-anti-gravity.
+the acceleration that a unit of output gives, is. Parts that act on sticks and large motions alone are absent: feed-forward, D
+max, anti-gravity.
 Betaflight 2025.12: src/main/flight/pid.c, pid_init.c, src/main/sensors/gyro_filter_impl.c, src/main/common/filter.c.
 """
 
@@ -294,7 +294,7 @@ LAW = Law(
         ),
         row(
             "relax_cutoff", "iterm_relax_cutoff", Span(15.0, 1.0, 50.0),
-            meaning="cut-off of the low-pass that this motion is told from", unit="Hz", scale="log", exclusive=True,
+            meaning="cut-off of the low-pass that defines this motion", unit="Hz", scale="log", exclusive=True,
             resolution=1.0,
         ),
         row(

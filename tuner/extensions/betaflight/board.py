@@ -32,13 +32,13 @@ STATE, CHANNELS, MOTORS = struct.Struct("<18d"), struct.Struct("<d16H"), struct.
 AT_REST, NOWHERE, PRESSURE = (0.0, 0.0, -9.80665), (0.0,) * 6, 101325.0
 # Places in its packet of the motors at our rotors: front left, front right, rear left, rear right.
 PLACES = (2, 0, 1, 3)
-MIDDLE, HALF, MOST, ON, OFF = 1500, 500.0, 2000, 2000, 1000
+MIDDLE, HALF, MAX_PULSE, ON, OFF = 1500, 500.0, 2000, 2000, 1000
 LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Sticks:
-    """What full deflection asks for: tilt [deg], yaw rate [deg/s]."""
+    """Setpoints at full deflection: tilt [deg], yaw rate [deg/s]."""
 
     tilt: float
     yaw_rate: float
@@ -47,7 +47,7 @@ class Sticks:
         """Return roll, pitch, throttle and yaw [us]; right, nose down and clockwise are positive."""
         roll, pitch = (self._stick(math.degrees(angle) / self.tilt) for angle in setpoints.tilt)
         yaw = self._stick(-math.degrees(setpoints.yaw) / self.yaw_rate)
-        return roll, pitch, min(1000 + round(1000.0 * throttle), MOST), yaw
+        return roll, pitch, min(1000 + round(1000.0 * throttle), MAX_PULSE), yaw
 
     @staticmethod
     def _stick(share: float) -> int:

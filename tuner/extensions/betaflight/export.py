@@ -48,7 +48,7 @@ NAME = "Betaflight 2025.12"
 # Its numbers of our rotors 1 to 4, mixers QUADX and QUADP.
 MOTORS: Motors = (4, 2, 3, 1)
 # Our largest tilt limit [rad].
-MOST_TILT = 1.05
+MAX_TILT = 1.05
 LOADING = (
     "Load all of it on the command line: it is stored whole or not at all. An error is a line that begins with three hash signs; "
     "nothing is stored then, and 'exit' brings back what was."
@@ -147,7 +147,7 @@ def stays(wanted: Mapping[str, float], before: Mapping[str, float]) -> tuple[str
     """Return the settings that a vehicle retains: terms that our law lacks, and a tilt limit beyond ours."""
     if not before:
         return ()
-    beyond = before[ANGLE_LIMIT] > wanted[ANGLE_LIMIT] >= nearest(degrees(MOST_TILT))
+    beyond = before[ANGLE_LIMIT] > wanted[ANGLE_LIMIT] >= nearest(degrees(MAX_TILT))
     return (*EXTRA, ANGLE_LIMIT) if beyond else EXTRA
 
 
@@ -269,8 +269,8 @@ def _extra(before: Mapping[str, float], unchanged: tuple[str, ...], request: Req
     if request.previous is None:
         return (
             "The D terms (d, d_max), feed-forward, throttle attenuation (tpa_rate), anti-gravity, I-term relax, the yaw low-pass "
-            "and the sliders are switched off, for our law has none of them; the vehicle is then as sensitive to propeller wash "
-            "as our gains are. With --previous they stay as the vehicle has them."
+            "and the sliders are switched off, because our law has none of them; the vehicle is then as sensitive to propeller "
+            "wash as our gains are. With --previous they stay as the vehicle has them."
         )
     texts = read_cli(request.previous, profile(request.settings))
     standing = {

@@ -167,7 +167,7 @@ def renamed(texts: Mapping[str, str], release: Release, stated: bool, file: Path
     """Return the settings by the names of 2025.12; raises InputError where one has a name that the release does not know."""
     for old, current in OLDEST.items() if release.current else ():
         if old in texts and old not in TABLE:
-            source = f"the file says {release.name}" if stated else "the file does not say which"
+            source = f"the file is of {release.name}" if stated else "the file names no version"
             message = (
                 f"is a setting of Betaflight before 2025.12, now {current}, and {source}: give it with its line "
                 "'# Betaflight / ...'"
@@ -208,7 +208,7 @@ def check_law(texts: Mapping[str, str], mixer: str | None, file: Path) -> None:
 def _switches(texts: Mapping[str, str]) -> tuple[str, ...]:
     given = {name: texts.get(name, usual) for name, (_, usual) in SWITCHES.items()}
     active = {name: text for name, text in given.items() if text != SWITCHES[name][0]}
-    return settings_note("Switches that change the loops, or the gains, beside what is read", active)
+    return settings_note("Switches that change the loops, or the gains, besides those read", active)
 
 
 def _others(texts: Mapping[str, str], release: Release) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ worth the slope of the thrust curve at hover. Pitch is positive nose down and ya
 Settings of Betaflight 2025.12 that an export writes: units, ranges, defaults; and those of pull request 15400.
 
 betaflight/betaflight, release 2025.12: src/main/cli/settings.c, src/main/flight/pid.h and pid.c (pgResetFn_pidProfiles); for ADRC
-the head 6317fe2 of pull request 15400. The firmware enforces these ranges; a test asks it for each of them.
+the head 6317fe2 of pull request 15400. The firmware enforces these ranges; a test checks each of them.
 """
 
 from collections.abc import Mapping

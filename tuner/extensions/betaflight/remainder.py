@@ -24,7 +24,7 @@ NATIVE_CARRIED = NATIVE_LAW.parameters | frozenset(RPM_TABLE) | frozenset(SILENT
 ACTING = {*NATIVE_TABLE, *NATIVE_SWITCHES, *SWITCHES, *USUAL_MODES, *OTHERS, *FIXED, TELEMETRY}
 ACTING |= {"pid_type", "use_integrated_yaw"}
 # Settings that a note lists; all of them are in the JSON.
-MOST_LISTED = 40
+MAX_LISTED_COMMANDS = 40
 
 
 def acts(name: str) -> bool:
@@ -58,7 +58,7 @@ def untouched_note(untouched: Collection[str], texts: Mapping[str, str]) -> tupl
     """Return the sentence on the settings of no loop."""
     if not untouched:
         return ()
-    listed = {name: texts[name] for name in list(untouched)[:MOST_LISTED]}
+    listed = {name: texts[name] for name in list(untouched)[:MAX_LISTED_COMMANDS]}
     further = len(untouched) - len(listed)
     return settings_note(
         "Not known as settings of these loops, so neither read nor written by an export (check them for misspellings)",

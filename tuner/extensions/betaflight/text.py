@@ -163,8 +163,8 @@ def read_numbers(
     Args:
         texts: settings of the file, by the names of 2025.12.
         table: entries of the settings that are wanted.
-        release: that printed the file, None where it does not say.
-        file: for the message.
+        release: release that printed the file, None if the file names none.
+        file: path of the file for the message.
     """
     numbers = {name: parse_integer(text, name, file) for name, text in texts.items() if name in table}
     for name, value in numbers.items():

@@ -12,12 +12,12 @@ class Certificate:
     """A proved number.
 
     Attributes:
-        value: In `unit`, or None where nothing was proved.
+        value: Number in `unit`, None if nothing was proved.
         unit: Unit of the value.
         verified: Whether eigenvalues confirmed the matrix inequalities behind it after the solver had returned; a value
             is given only then.
         why: One sentence, what was proved or what stood in the way.
-        data: What the proof rests on, such as the matrix P, by name.
+        data: Basis of the proof, such as the matrix P, by name.
     """
 
     value: float | None

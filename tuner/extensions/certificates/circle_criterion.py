@@ -26,7 +26,7 @@ Array = np.ndarray
 # 1/kappa is taken larger than the optimum by these shares until the eigenvalues agree.
 BACK_OFF = (1e-5, 1e-4, 1e-3, 1e-2)
 # In scaled units, where the gain of the linear part is of order one: what counts as a sector without end.
-LEAST_RHO = 1e-6
+MIN_RHO = 1e-6
 
 
 class AbsoluteStability:
@@ -77,7 +77,7 @@ def largest_sector(a: Array, b: Array, s: Array, popov: bool) -> tuple[float, Ar
     if rho is None:
         return None
     for share in BACK_OFF:
-        tried = max((1.0 + share) * rho, LEAST_RHO)
+        tried = max((1.0 + share) * rho, MIN_RHO)
         solution = part.find(tried)
         if solution is not None:
             p, eta = solution

@@ -22,7 +22,7 @@ from tuner.extensions.certificates.peak_gain import Disturbed, inequality
 Array = np.ndarray
 
 # Decay rates that are tried, as shares of twice that of the slowest pole, and most slow modes that are taken apart.
-SHARES, MOST_APART = np.linspace(0.02, 0.98, 49), 4
+SHARES, MAX_GRID_DISTANCE = np.linspace(0.02, 0.98, 49), 4
 # Room kept in the inequality, as a share of what the disturbance adds to it: the first at which the eigenvalues confirm it.
 ROOMS = (1e-6, 1e-4, 1e-2)
 
@@ -66,7 +66,7 @@ def with_modes_apart(of: Disturbed) -> Iterator[tuple[float, Disturbed]]:
     The first pair separates no modes; it ends at the first mode that oscillates.
     """
     of_modes = 0.0
-    for _ in range(MOST_APART + 1):
+    for _ in range(MAX_GRID_DISTANCE + 1):
         yield of_modes, of
         poles = np.linalg.eigvals(of.a) if len(of.a) else np.zeros(0)
         slowest = poles[int(np.abs(poles.real).argmin())] if len(poles) else 1j

@@ -157,7 +157,7 @@ class Interconnection:
     outputs: Sequence[str]
 
     def between(self, sources: Sequence[str], targets: Sequence[str]) -> StateSpace:
-        """Return the closed loop from signals that are given to outputs; a signal that nobody gives is zero."""
+        """Return the closed loop from given signals to outputs; unspecified inputs are zero."""
         a, b, c, d = (block_diag(*[getattr(block, name) for block in self.blocks]) for name in "abcd")
         back, outside = self._matrix(self.outputs), self._matrix(sources)
         inward = np.linalg.inv(np.eye(len(self.inputs)) - back @ d)
@@ -227,7 +227,7 @@ def _law(system: PlantSystem, row: Sequence[float], channel: Channel) -> StateSp
 
 
 def _way(actuator: Actuator, control_period: float) -> StateSpace:
-    """Return the way of a command to (the plant, what laws know of it)."""
+    """Return the transfer of a command to (the plant, the model of the laws)."""
     delay = actuator.delay + 0.5 * control_period
     if actuator.lag > 0.0:
         return RotorLag(actuator.lag, delay, lag_aware=False, order=ORDER).model(Factors())

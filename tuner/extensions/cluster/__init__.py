@@ -1,1 +1,1 @@
-"""Flights on many machines: `tuner run --dask`. Who schedules them is Dask; what they are is told in numbers and names."""
+"""Flights on many machines: `tuner run --dask`. Dask schedules them; they are sent as numbers and names."""

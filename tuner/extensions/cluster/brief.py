@@ -1,8 +1,8 @@
 """The brief of a batch that a worker gets: names and numbers, never code. It builds the same system from its own sources.
 
 Laws, plants, closed loops and their record types are made at run time and cannot be pickled; what they are made from can. That
-the worker's sources make the same of it is asked, not assumed: the scenario key of what it built must be the client's. Files of
-the user's own are told by their digests, and their owner gives them to a worker (`own_files`).
+the worker's sources make the same of it is asked, not assumed: the scenario key of what it built must be the client's. User files
+are named by their digests, and their owner gives them to a worker (`own_files`).
 """
 
 from dataclasses import dataclass

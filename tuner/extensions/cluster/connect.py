@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 LOCAL, ADDRESSES = "local:", ("tcp://", "tls://")
 # Seconds in which a scheduler must answer and a first worker must be there; processes started on one machine; differences listed.
-ANSWER, MOST, MAX_DIFFERENCES = 20.0, 256, 8
+ANSWER, MAX_PROCESSES, MAX_DIFFERENCES = 20.0, 256, 8
 # Where local:N listens: whoever reaches a scheduler can run code there.
 LOOPBACK = "127.0.0.1"
 Say = Callable[[str], None]
@@ -42,8 +42,8 @@ def client_at(where: str, files: Sequence[OwnFile], threads: int | None, say: Sa
 
     Args:
         where: Processes of this machine, or the address of a scheduler.
-        files: Of the user's own that workers need.
-        threads: Of local processes together.
+        files: User files that workers need.
+        threads: Threads of all local processes together.
         say: Hears of the cluster.
     """
     local = required(where)
@@ -60,10 +60,10 @@ def required(where: str) -> int:
     if where.startswith(ADDRESSES):
         return 0
     number = where.removeprefix(LOCAL)
-    if where.startswith(LOCAL) and number.isascii() and number.isdigit() and 1 <= int(number) <= MOST:
+    if where.startswith(LOCAL) and number.isascii() and number.isdigit() and 1 <= int(number) <= MAX_PROCESSES:
         return int(number)
     raise InputError(
-        f"given '{where}'; write local:N for N processes on this machine, 1 to {MOST}, or a scheduler's address such as "
+        f"given '{where}'; write local:N for N processes on this machine, 1 to {MAX_PROCESSES}, or a scheduler's address such as "
         f"tcp://host:8786",
         key=KEY,
     )

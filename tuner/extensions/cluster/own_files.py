@@ -1,4 +1,4 @@
-"""Files of the user's own that flights need: workers are told names and digests, and whoever starts them gives the files."""
+"""User files that flights need: workers get names and digests, and their owner starts them with the files."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -21,7 +21,7 @@ class OwnFile(NamedTuple):
     def missing(self) -> str:
         """The message where it has not been given."""
         return (
-            f"{self.file.name} (digest {self.digest}), which is sent to nobody: copy it there and start the worker with "
+            f"{self.file.name} (digest {self.digest}), which is never sent: copy it there and start the worker with "
             f"--preload tuner.extensions.cluster.preload --code {self.file.name}, see docs/cluster.md"
         )
 

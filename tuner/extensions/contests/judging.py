@@ -24,7 +24,7 @@ SURVIVES, FAILS, UNDECIDED = "survives", "fails", "undecided"
 # A printed number is "inside" where it lies between these percentiles of the flights.
 INSIDE = (2.5, 97.5)
 # Share from which on another objective is told beside a claim; quantities of a claim that are listed at most.
-LARGE, MOST_LABELS = 0.2, 3
+LARGE, MAX_LABELS = 0.2, 3
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def other_differences(contest: Contest, comparison: Comparison, claim: Claim) ->
 def claim_basis(claim: Claim, differing: Mapping[str, float], is_tuned: bool) -> str:
     """Return the quantities of a claim, and other objectives that differ."""
     labels = [objective.label for objective in claim.objectives]
-    text = f"in {listing(labels)}" if len(labels) <= MOST_LABELS else f"in {len(labels)} quantities"
+    text = f"in {listing(labels)}" if len(labels) <= MAX_LABELS else f"in {len(labels)} quantities"
     up_to = "" if len(claim.than) == 1 else "up to "
     if differing:
         return f"{text}, at points whose {listing(f'{name} differs by {up_to}{per_cent(s)}' for name, s in differing.items())}"

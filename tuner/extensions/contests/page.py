@@ -12,7 +12,7 @@ from tuner.text.units import plain
 
 AIDS = {
     "rungs": "Every search goes on to the rung; those whose fronts dominate most of the common box (up to 1.1 times the nadir of "
-    "all fronts of the rung, on search flights, the same for all) go on. The study of each lies beside its folder: run with "
+    "all fronts of the rung, on search flights, the same for all) go on. The study of each lies next to its folder: run with "
     "--reuse of that, it goes on where it stopped.",
     "published": "A printed number is one draw: the question is whether one of our flights could have given it. Ours is "
     "the mean over flights with the central 95 % of them in brackets. The percentile is that of the printed number; "

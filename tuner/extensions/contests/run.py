@@ -113,7 +113,7 @@ def warnings_of(result: ContestResult) -> list[str]:
         warnings.append("The contenders were not tuned with the same budget; see budget in contest.json.")
     given = [entrant.contender.name for entrant in result.prepared if not entrant.contender.tuned]
     if tuned and given:
-        warnings.append(f"Flown as given, beside contenders that were tuned: {', '.join(given)}.")
+        warnings.append(f"Flown as given, against contenders that were tuned: {', '.join(given)}.")
     return warnings
 
 

@@ -60,7 +60,7 @@ class HalvingSchedule:
     """Settings of successive halving.
 
     Attributes:
-        factor: Of so many contenders one goes on, to a search that is as many times longer.
+        factor: Number of contenders of which one goes on, to a search that is as many times longer.
         finalists: Contenders whose searches are carried to their end.
         least: Smallest number of generations of a rung.
     """
@@ -135,7 +135,7 @@ class Contest(ComparisonStudy):
         texts = [f"Successive halving: {', '.join(steps)}, {self.halving.finalists} to {longest}."]
         if not all(contender.study.search.starts for contender in self.contenders):
             texts.append(
-                "Not every search has starts: after few generations fronts say little of where a search will end; name some in "
+                "Not every search has starts: after few generations fronts predict little of a search's end; name some in "
                 "search.starts, or raise halving.least."
             )
         return texts

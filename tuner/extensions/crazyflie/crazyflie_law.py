@@ -27,7 +27,7 @@ from tuner.extensions.autopilots.law_parts import bounded, gain_rows, limited
 SOURCE = "bitcraze/crazyflie-firmware, src/utils/src/pid.c and platform_defaults_cf2.h"
 DEGREES = 57.29577951308232
 # Counts that an output goes to, and those of full thrust.
-MOST_COUNTS, FULL = 32767.0, 65535.0
+MAX_COUNT, FULL = 32767.0, 65535.0
 
 
 class Gains(NamedTuple):
@@ -109,7 +109,7 @@ def limited_angle(integral: float, constants: Constants) -> float:
 
 def limited_output(output: float, constants: Constants) -> float:  # noqa: ARG001
     """The output as a signed number of 16 bits."""
-    return bounded(output, MOST_COUNTS)
+    return bounded(output, MAX_COUNT)
 
 
 def step(

@@ -25,11 +25,11 @@ from plant.errors import InputError
 from plant.laws.pid import Gains
 from plant.quadrotor.airframes.actuation import Actuation, actuation
 from plant.quadrotor.airframes.scales import Motors, TorqueScale, torque_scale
-from plant.quadrotor.cascade import LEAST_LIFT
+from plant.quadrotor.cascade import MIN_LIFT
 from tuner.exchange.target import HeldParameter
 from tuner.extensions.autopilots.cascade import CascadeNames
 from tuner.extensions.autopilots.parameters import (
-    MOST,
+    MAX_VALUE,
     NOTHING,
     ParameterInfo,
     Values,
@@ -69,10 +69,10 @@ def _outer(
 def _velocity(axis: str, unit: str, kp: float, ki: float) -> list[ParameterInfo]:
     group = f"velCtlPid.v{axis}"
     return [
-        ParameterInfo(f"{group}Kp", f"{unit}/(m/s)", 0.0, MOST, kp, f"{axis}.kd"),
-        ParameterInfo(f"{group}Ki", f"{unit}/m", 0.0, MOST, ki, f"{axis}.ki"),
-        ParameterInfo(f"{group}Kd", f"{unit}/(m/s2)", 0.0, MOST, 0.0, f"{axis}.kd"),
-        ParameterInfo(f"{group}KFF", f"{unit}/(m/s)", 0.0, MOST, 0.0, f"{axis}.kd"),
+        ParameterInfo(f"{group}Kp", f"{unit}/(m/s)", 0.0, MAX_VALUE, kp, f"{axis}.kd"),
+        ParameterInfo(f"{group}Ki", f"{unit}/m", 0.0, MAX_VALUE, ki, f"{axis}.ki"),
+        ParameterInfo(f"{group}Kd", f"{unit}/(m/s2)", 0.0, MAX_VALUE, 0.0, f"{axis}.kd"),
+        ParameterInfo(f"{group}KFF", f"{unit}/(m/s)", 0.0, MAX_VALUE, 0.0, f"{axis}.kd"),
     ]
 
 
@@ -214,7 +214,7 @@ def values(
         p, i = one.written(axis, loop.p, loop.i)
         by_name |= {names.outer: loop.outer, names.p: p, names.i: i}
     by_name |= dict.fromkeys(TILT, degrees(controller.options.tilt_limit))
-    return by_name | {"posCtlPid.thrustBase": one.hover, "posCtlPid.thrustMin": LEAST_LIFT * one.hover}
+    return by_name | {"posCtlPid.thrustBase": one.hover, "posCtlPid.thrustMin": MIN_LIFT * one.hover}
 
 
 def parameters(controller: Controller, full: float) -> tuple[HeldParameter, ...]:

@@ -1,7 +1,7 @@
 """The Crazyflie's native attitude loops as parameters, gain by gain.
 
-Around them is our PID in the form of its position loops. What else the firmware has (feed-forward, D and I where ours
-have none) is 0 where the vehicle is not known, and stays as it is where it is.
+Around them is our PID in the form of its position loops. Other terms of the firmware (feed-forward, D and I where ours have none)
+keep the vehicle's value if it is known, and are 0 otherwise.
 """
 
 from collections.abc import Mapping

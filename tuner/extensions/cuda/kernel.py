@@ -3,9 +3,9 @@
 The kernel is generated from the closed loop like that of the lanes (`plant.backends.lanes`); model functions become device
 functions, all inlined. Threads of a warp fly neighbouring scenarios of one candidate: wind and noise have the scenario as
 their last axis and are read side by side, a candidate's constants are read by all of them at once. Those constants are worked
-out before the launch, in double precision. What is the same for all flights (nominal vehicle, targets, limits) travels as
-arguments of the kernel, which lie in the constant bank and take no registers. What scenarios leave out (gusts of rotation,
-injections, noise) is a zero that the compiler sees.
+out before the launch, in double precision. Values common to all flights (nominal vehicle, targets, limits) are arguments of the
+kernel, which lie in the constant bank and take no registers. Absent inputs (gusts of rotation, injections, noise) are zeros that
+the compiler sees.
 
 Fast-math flags are NVVM's own: multiply-adds are contracted; in single precision subnormals are zero, and division and square
 root are approximate, to 2 units in the last place. LLVM's nnan and ninf are not set, so the test for a diverged flight stays.

@@ -17,8 +17,8 @@ from tuner.documents.margins import LimitRow
 
 Array = np.ndarray
 # A gain changes by at most half in a step, unless that takes too many; most steps where the size of one is given.
-MOST_FACTOR, MOST_STEPS = 1.5, 8
-MOST_ASKED = 32
+MAX_FACTOR, MAX_STEPS = 1.5, 8
+MAX_STEPS_OPTION = 32
 # Least and largest share of itself by which a gain may be asked to change in a step.
 STEP_SHARES = (0.05, 1.0)
 # Relative; a margin that is the same at both ends must not fall short by rounding on the way.
@@ -27,7 +27,7 @@ ROUNDING = 1e-9
 
 def steps_between(present: Array, tuned: Array) -> int:
     """Return the number of steps from one gains row (g,) to another."""
-    return min(steps_of_factor(present, tuned, MOST_FACTOR), MOST_STEPS)
+    return min(steps_of_factor(present, tuned, MAX_FACTOR), MAX_STEPS)
 
 
 def steps_of_size(present: Array, tuned: Array, share: float) -> int:
@@ -39,9 +39,10 @@ def steps_of_size(present: Array, tuned: Array, share: float) -> int:
     if not low <= share <= high:
         raise InputError(f"given {share:g}; a step changes gains by {low:g} to {high:g} of themselves", key="--step")
     steps = steps_of_factor(present, tuned, 1.0 + share)
-    if steps > MOST_ASKED:
+    if steps > MAX_STEPS_OPTION:
         raise InputError(
-            f"given {share:g}, which takes {steps} steps; allowed are {MOST_ASKED}: give a larger step", key="--step"
+            f"given {share:g}, which takes {steps} steps; allowed are {MAX_STEPS_OPTION}: give a larger step",
+            key="--step",
         )
     return steps
 

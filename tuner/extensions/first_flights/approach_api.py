@@ -64,9 +64,9 @@ class Approach(Documented):
     """The way to tuned gains.
 
     Attributes:
-        document: What `tuner approach --json` prints.
+        document: Output of `tuner approach --json`.
         gains: The gains of every step, from what flies now to the tuned ones.
-        folder: Where steps and exports were written, None where they were not.
+        folder: Folder of steps and exports, None if none was written.
 
     """
 
@@ -108,7 +108,7 @@ def approach(
     """Plan the first flights with tuned gains: steps from what flies now, each checked.
 
     Args:
-        present: What the vehicle flies now: gains, or a gains.json, as `import_gains` gives them.
+        present: Present gains of the vehicle: gains, or a gains.json, as `import_gains` gives them.
         tuned: The tuned gains, of the same laws at the same control period.
         steps: How many; by default few enough that no gain changes by more than half in one, at most 8.
         step: Largest change of a gain in a step as a share of itself, in place of steps; PX4 advises 0.2 to 0.3.

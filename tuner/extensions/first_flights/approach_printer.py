@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from tuner.extensions.first_flights.approach_api import Approach
 
 MARGINS = ("phase_margin", "gain_up", "ms")
-"""Margins that the table tells, each in the worst loop."""
+"""Margins in the table, each in the worst loop."""
 
 
 def print_approach(made: "Approach", console: Console) -> None:
@@ -83,7 +83,7 @@ def ring_of(step: StepOfApproach) -> str:
 
 def expected_table(steps: list[StepOfApproach], where: str) -> TerminalTable:
     """Return the measurements of completed flights of each step: median, and the range of 90 % of them."""
-    table = TerminalTable(f"What to expect: {where}, median and 90 % of them", keys=1)
+    table = TerminalTable(f"Expected: {where}, median and 90 % of them", keys=1)
     table.columns_of("step", *[f"{each.metric} [{each.unit}]".replace(" [1]", "") for each in steps[0].expected])
     for k, step in enumerate(steps):
         cells = [range_of(each) for each in step.expected]

@@ -14,7 +14,7 @@ from tuner.extensions.first_flights.confirmation_document import ConfirmedPoint,
 REPLICATES, ENDS = 2000, (0.025, 0.975)
 Pair = tuple[np.ndarray, np.ndarray]
 # Finalists from which on ranks say something.
-LEAST_RANKED = 3
+MIN_RANKED_FINALISTS = 3
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def _gap_ends(quantity: Objective, both: Pair, often: list[np.ndarray]) -> tuple
 
 def _correlation(firmware: np.ndarray, model: np.ndarray, often: np.ndarray, predicted: np.ndarray) -> Estimate:
     value = float(rank_correlation(firmware, model))
-    if len(firmware) < LEAST_RANKED or not np.isfinite(value):
+    if len(firmware) < MIN_RANKED_FINALISTS or not np.isfinite(value):
         return Estimate(None, None, None)
     correlation = rank_correlation(often, predicted)
     return Estimate(value, *_ends(correlation[np.isfinite(correlation)]))

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 STREAM = "confirm"
 """Name of the stream of scenarios, which no search and no held-out check flies."""
-FINALISTS, FLIGHTS, LEAST_FLIGHTS = 8, 16, 2
+FINALISTS, FLIGHTS, MIN_FLIGHTS = 8, 16, 2
 STAGE = "Flying the firmware"
 # What the exporter writes the hash of the gains into, for gains that stand in no file.
 NO_DIGEST = "0" * 64
@@ -58,8 +58,8 @@ class Confirmation(Documented):
     """Finalists flown in a firmware.
 
     Attributes:
-        document: What `tuner confirm --json` prints.
-        folder: Where confirm.json and confirm.md were written, None where they were not.
+        document: Output of `tuner confirm --json`.
+        folder: Folder of confirm.json and confirm.md, None if none was written.
 
     """
 
@@ -138,8 +138,8 @@ def confirm(
 
     """
     chosen, heard = firmware_of(firmware), watcher or Watcher()
-    if flights < LEAST_FLIGHTS or finalists < 1:
-        message = f"given {finalists} finalists and {flights} flights; allowed: at least 1 and {LEAST_FLIGHTS}"
+    if flights < MIN_FLIGHTS or finalists < 1:
+        message = f"given {finalists} finalists and {flights} flights; allowed: at least 1 and {MIN_FLIGHTS}"
         raise InputError(message, key="--flights")
     refuse_program(binary, BINARY)
     program = chosen.program(Path(binary))

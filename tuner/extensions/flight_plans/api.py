@@ -48,7 +48,7 @@ LIGHT_WIND = ScenarioSpec(
 WITHIN, TILT_DEG, RATE_DEG = 0.1, 20.0, 200.0
 SEED = 1
 SPANS = {"within": (0.001, 1.0), "tilt": (1.0, 60.0), "rate": (5.0, 2000.0)}
-"""What is allowed: a share, [deg], [deg/s]."""
+"""Limits: a share, [deg], [deg/s]."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,9 @@ class FlightPlan(Documented):
     """An experiment to fly.
 
     Attributes:
-        document: What `tuner identify --plan --json` prints.
+        document: Output of `tuner identify --plan --json`.
         made: The excitations and the simulated flights behind it.
-        folder: Where the target's files and the simulated log were written, None where they were not.
+        folder: Folder of the target's files and the simulated log, None if none was written.
         airframe: The airframe as it was given, a name or a file.
 
     """
@@ -115,8 +115,8 @@ def plan_flight(
     The log is for `identify`.
 
     Args:
-        airframe: What is known beforehand: a bundled airframe or a TOML file.
-        numbers: Names of the numbers that are to be known; by default all that such a flight tells so well.
+        airframe: Prior: a bundled airframe or a TOML file.
+        numbers: Names of the numbers that are to be known; by default all that such a flight identifies so well.
         within: Half-width of a 95 % interval over its number [1]; of the dead time over the mean lag, of the centre of mass over
             the arm.
         tilt_deg: Largest tilt of the flight [deg].
@@ -134,15 +134,15 @@ def plan_flight(
         Excitations axis by axis, intervals before and after, and what the flight comes to of its limits.
 
     Raises:
-        InputError: No flight tells what is asked for within the limits; or a name is unknown.
+        InputError: No flight identifies the parameters within the limits; or a name is unknown.
         UnphysicalError: No vehicle has the numbers of the airframe.
         StoreError: The folder holds something already, or cannot be written.
 
     Examples:
         >>> tuner.plan_flight("crazyflie-pybullet", numbers=["mass"])
         Traceback (most recent call last):
-        plant.errors.InputError: --numbers: given mass, which no flight tells; weigh or measure it, and say how well with --mass
-        >>> planned = tuner.plan_flight("crazyflie-pybullet", numbers=["lag_up"], within=0.05)  # doctest: +SKIP
+        plant.errors.InputError: --numbers: given mass, which no flight identifies; weigh or measure it, and say how well with
+        --mass >>> planned = tuner.plan_flight("crazyflie-pybullet", numbers=["lag_up"], within=0.05)  # doctest: +SKIP
         >>> planned.table.loc["lag_up", "foreseen"] < 0.05  # doctest: +SKIP
         True
 

@@ -16,7 +16,7 @@ from tuner.extensions.flight_plans.flying import SimulatedVehicle
 
 AXES = ("roll", "pitch", "yaw")
 HEAD = "# paste into the CLI, in the PID profile that flies"
-LEAST = 1.0
+MIN_AMPLITUDE = 1.0
 """Below it the firmware shrinks the amplitude with the frequency [Hz]."""
 
 
@@ -64,7 +64,7 @@ EXCITATIONS = ExcitationTarget(
         lift_waves=("steps",),
         shape=Shape(dwell=0.0, fade_in=0.0, fade_out=0.0, cosine=True, lag=LAG_CORNER, lead=LEAD_CORNER),
         alike=True,
-        least=LEAST,
+        least=MIN_AMPLITUDE,
     ),
     files,
     (

@@ -21,7 +21,7 @@ PEAKS = {
     "motors": ("motors, of the way from hover to idle or full", "1"),
     "rotor_rms": (f"acceleration of a rotor over its hover speed, RMS over {HEATING:g} s", "1/s"),
     "rotor_peak": ("acceleration of a rotor over its hover speed", "1/s"),
-    "drift": ("drift over ground, with nobody holding against it", "m"),
+    "drift": ("drift over ground without position control", "m"),
 }
 """Name of a peak -> meaning, unit."""
 
@@ -117,7 +117,7 @@ def width_text(row: PlannedNumber, width: float) -> str:
 def verdict(rows: Sequence[PlannedNumber], is_named: bool = False) -> str:
     """Return sentences on the expected accuracy, missed targets, and a simulated identification.
 
-    is_named: true where the numbers to be known are named, so that nothing is said of others.
+    is_named: true where the numbers to be known are named, so that others are not mentioned.
     """
     targets = [(row, row.target) for row in rows if row.target is not None]
     missed = [(row, width) for row, width in targets if row.foreseen > width and not row.reason]

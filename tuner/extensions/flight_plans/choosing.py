@@ -36,7 +36,7 @@ SQUARE = Shape(dwell=0.0, fade_in=0.0, fade_out=0.0, cosine=True)
 """Shape of throttle steps."""
 TRIAL, STREAM = 8.0, "experiment"
 """Length of the excitations that bands are compared with [s]; name of the streams of their air."""
-LEAST, STEP, USUAL, LONGEST = 12.0, 2.0, 20.0, 60.0
+MIN_LENGTH, LENGTH_STEP, DEFAULT_LENGTH, MAX_LENGTH = 12.0, 2.0, 20.0, 60.0
 """Shortest excitation, what it grows by, the longest where no number is named, and the longest of all [s].
 
 The width of an interval comes from scores of blocks of 0.2 s: of 60 blocks it is right to 9 %, 1 / sqrt(2 n).
@@ -102,7 +102,7 @@ class Task:
 
     Attributes:
         truth (n,): Coordinates of the nominal vehicle.
-        limits: By the names of `Flown.peaks`.
+        limits: Limits by the names of `Flown.peaks`.
         still: Peaks of flights without excitation, by the same names.
     """
 
@@ -121,7 +121,7 @@ class CandidateExcitation:
 
     Attributes:
         information (n, n): Per second.
-        power: Of the output of its axis.
+        power: Power of the output of its axis.
     """
 
     excitation: Excitation
@@ -250,7 +250,7 @@ def select_excitations(
     chosen = {axis: tried[len(tried) // 2] for axis, tried in trials.items()}
     for axes in capabilities.groups:
         # Long enough for its output to count beside those of the others.
-        lengths = dict.fromkeys(chosen, TRIAL) | dict.fromkeys(axes, USUAL)
+        lengths = dict.fromkeys(chosen, TRIAL) | dict.fromkeys(axes, DEFAULT_LENGTH)
         options = [
             ExcitationSet(space, chosen | {axis: trials[axis][k] for axis in axes}) for k in range(len(trials[axes[0]]))
         ]
@@ -264,7 +264,7 @@ def required_durations(
     """Return the durations of the excitations [s]: 0 if not needed, the longest where even these do not suffice."""
     lengths = dict.fromkeys(selection.trials, 0.0)
     while np.any(accuracy.excess(selection.covariance(lengths)) > 1.0):
-        groups = [group for group in capabilities.groups if lengths[group[0]] < LONGEST]
+        groups = [group for group in capabilities.groups if lengths[group[0]] < MAX_LENGTH]
         if not groups:
             break
         now = accuracy.score(selection.covariance(lengths))
@@ -281,9 +281,13 @@ def required_durations(
 
 def _longer(lengths: dict[str, float], axes: Sequence[str]) -> list[dict[str, float]]:
     """Return the lengths with longer excitations of some axes: by a step, and by factors."""
-    shortest = [lengths | {axis: lengths[axis] + STEP if lengths[axis] else LEAST for axis in axes}]
+    shortest = [lengths | {axis: lengths[axis] + LENGTH_STEP if lengths[axis] else MIN_LENGTH for axis in axes}]
     factored = [
-        lengths | {axis: min(STEP * ceil(factor * max(lengths[axis], LEAST) / STEP), LONGEST) for axis in axes}
+        lengths
+        | {
+            axis: min(LENGTH_STEP * ceil(factor * max(lengths[axis], MIN_LENGTH) / LENGTH_STEP), MAX_LENGTH)
+            for axis in axes
+        }
         for factor in LONGER
     ]
     return shortest + factored

@@ -59,7 +59,7 @@ class Excitation:
     Attributes:
         axis: One of `AXES`.
         quantity: Excited quantity of the axis, one of `UNITS`.
-        amplitude: In the unit of the quantity.
+        amplitude: Amplitude in the unit of the quantity.
         first, last: Frequencies [Hz].
         duration: Total time, dwell and fades included [s].
         wave: One of `WAVES`.

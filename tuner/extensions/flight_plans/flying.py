@@ -151,7 +151,7 @@ class Flown:
     def log(self, flight: int, name: str) -> FlightLog:
         """Return the log of a flight: gyro, an accelerometer, and the commands in force.
 
-        Of rotors, frame and low-pass in the path of the gyro the log knows nothing.
+        The log has no rotor lines, frame mode or low-pass of the gyro.
         """
         period = self._period
         body, noise = self.trace[flight, :, : size(Body)], self._noise(flight)

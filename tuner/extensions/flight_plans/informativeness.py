@@ -1,4 +1,4 @@
-"""Numbers that a flight tells: those whose interval shrinks to half of their prior's, as identification counts them."""
+"""Parameters that a flight identifies: those whose interval shrinks to half of their prior's, as identification counts them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from tuner.text.sentences import listing
 Array = NDArray[np.float64]
 
 QUANTILE = 1.96
-"""Of a 95 % interval, in standard deviations."""
+"""Quantile of a 95 % interval, in standard deviations."""
 
 
 def is_identified(space: ParameterSpace, deviations: Array) -> NDArray[np.bool_]:
@@ -40,7 +40,7 @@ def check_is_informative(is_named: bool, space: ParameterSpace, accuracy: Accura
     after, before = (half_widths(space, entry) for entry in (deviations, space.prior_std))
     widths = [f"{space.names[k]} ({width_text(space.parameters[k], after[k], before[k])})" for k in untold]
     raise InputError(
-        f"no flight within these limits tells {listing(widths)}: a number counts as told where its interval shrinks to half; "
+        f"no flight within these limits identifies {listing(widths)}: an identified number has an interval of half its prior's; "
         "allow more (--tilt, --rate), give gains that follow faster (--gains), measure them on a test stand"
         f"{', or ask for others' if is_named else ''}",
         key="--numbers" if is_named else "--within",

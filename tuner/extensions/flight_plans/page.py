@@ -22,10 +22,10 @@ COMMANDED, FLOWN = Look("default"), Look("tuned")
 AXES = {"roll": 0, "pitch": 1, "yaw": 2}
 AIDS = {
     "excitations": "One after the other, with hover between them.",
-    "flown": "What is asked for, and what the vehicle does in one of the simulated flights.",
-    "numbers": "Half-widths of 95 % intervals: before the flight, as asked, as foreseen from the information in it, and as "
-    "obtained when the vehicle was identified from a simulated log.",
-    "peaks": "The most of all simulated flights, with vehicles from the airframe's uncertainty where it has one.",
+    "flown": "Setpoints, and the response in one of the simulated flights.",
+    "numbers": "Half-widths of 95 % intervals: before the flight, requested, expected from the information in it, and "
+    "obtained by identifying the vehicle from a simulated log.",
+    "peaks": "Maxima of all simulated flights, with vehicles from the airframe's uncertainty where it has one.",
 }
 
 
@@ -45,9 +45,11 @@ def flight_plan_page(made: Experiment, document: FlightPlanDocument) -> Page:
         lead=element("p", document.verdict, class_="lead"),
         opening=join(element("p", note) for note in document.notes),
         sections=[
-            Section("excitations", "What is flown", _table("excitations", excitation_table(document))),
-            Section("flown", "Asked and flown", join((aid(AIDS["flown"]), legend(LEGEND), grid(panels, "axis-grid")))),
-            Section("numbers", "What it is to tell", _table("numbers", number_table(targets))),
+            Section("excitations", "Excitations", _table("excitations", excitation_table(document))),
+            Section(
+                "flown", "Setpoints and response", join((aid(AIDS["flown"]), legend(LEGEND), grid(panels, "axis-grid")))
+            ),
+            Section("numbers", "Parameters to identify", _table("numbers", number_table(targets))),
             Section("others", "The other numbers", _table("others", number_table(others))),
             Section("peaks", "Limits", _table("peaks", peak_table(document))),
         ],

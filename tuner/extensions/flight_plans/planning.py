@@ -29,8 +29,12 @@ from tuner.extensions.vehicle_fit.parameters import Parameter, ParameterSpace, s
 
 Array = NDArray[np.float64]
 
-ROUNDS, PATIENCE, GROWTH = 8, 2, 1.3
-"""Times that a flight is simulated and corrected, those without a better one that end it, and the least growth of excitations."""
+MAX_CORRECTIONS = 8
+"""Simulations of a flight, each followed by a correction."""
+PATIENCE = 2
+"""Iterations without improvement before stopping."""
+MIN_GROWTH = 1.3
+"""Smallest factor by which a correction lengthens excitations."""
 NEARLY = 1.25
 """Room that is left to the narrowest interval where nobody asks for a number that stays wider than the others may."""
 FORGIVEN = 0.8
@@ -75,7 +79,7 @@ class Experiment:
     """A planned flight.
 
     Attributes:
-        excitations: In their order.
+        excitations: Excitations in their order.
         accuracy: Parameters to be identified, and their accuracy.
         checked: Flights over the airframe's uncertainty.
         expected: Accuracy that the flight should give.
@@ -125,7 +129,7 @@ def plan_experiment(
     excitations, checked, expected = _excite(task, request, accuracy, trials)
     identified = is_identified(space, expected.deviations)[accuracy.places]
     if not request.numbers and identified.any() and not identified.all():
-        # Numbers that it cannot tell would only lengthen the flight.
+        # Parameters that are not identifiable would only lengthen the flight.
         accuracy = AccuracyTarget(accuracy.places[identified], accuracy.deviations[identified])
         excitations, checked, expected = _excite(task, request, accuracy, trials)
     check_is_informative(bool(request.numbers), space, accuracy, expected.deviations)
@@ -172,8 +176,8 @@ def check_names(numbers: Sequence[str], space: ParameterSpace) -> None:
                 if name in WEIGHED
                 else "what the airframe says of it counts"
             )
-            raise InputError(f"given {name}, which no flight tells; {instead}", key="--numbers")
-        check_name("number that a flight tells", name, identifiable, key="--numbers")
+            raise InputError(f"given {name}, which no flight identifies; {instead}", key="--numbers")
+        check_name("parameter that a flight identifies", name, identifiable, key="--numbers")
 
 
 def accuracy_target(
@@ -185,7 +189,7 @@ def accuracy_target(
     longest = choosing.select_excitations(
         trials, space, AccuracyTarget(np.arange(len(names)), largest), task.capabilities
     )
-    length = choosing.LONGEST if request.numbers else choosing.USUAL
+    length = choosing.MAX_LENGTH if request.numbers else choosing.DEFAULT_LENGTH
     least = np.sqrt(np.diag(longest.covariance(dict.fromkeys(trials, length))))[: len(names)]
     is_identifiable = np.array([name not in GIVEN for name in names]) & (
         least <= NARROWED * space.initial_std[: len(names)]
@@ -222,19 +226,19 @@ def out_of_reach(name: str, excess: float, request: ExperimentSpec, selection: E
     largest = max(shares, key=lambda entry: shares[entry])
     if largest in WEIGHED:
         return (
-            f"{best}, for the mass is known to {100.0 * request.mass:g} % and lengths to {100.0 * request.arm:g} %; weigh and "
-            "measure better (--mass, --arm), or ask for less (--within)"
+            f"{best}, because the mass is known to {100.0 * request.mass:g} % and lengths to {100.0 * request.arm:g} %; weigh "
+            "and measure better (--mass, --arm), or allow wider intervals (--within)"
         )
     entry = selection.space.parameters[selection.space.names.index(largest)]
     return (
-        f"{best}, for the {entry.meaning} is given to {100.0 * entry.deviation:g} % and not identified; ask for less (--within), "
-        "or for other numbers"
+        f"{best}: the {entry.meaning} is given to {100.0 * entry.deviation:g} % and not identified; allow wider intervals "
+        "(--within), or name other parameters"
     )
 
 
 def _given_shares(name: str, selection: ExcitationSet) -> dict[str, float]:
     """Return the share of a variance that each given parameter causes."""
-    covariance = selection.covariance(dict.fromkeys(selection.trials, choosing.LONGEST))
+    covariance = selection.covariance(dict.fromkeys(selection.trials, choosing.MAX_LENGTH))
     names, place = selection.space.names, selection.space.names.index(name)
     at = {given: names.index(given) for given in GIVEN}
     return {
@@ -251,7 +255,7 @@ def _iterate(
     They are the most informative ones that met the limits, and may still miss the target. InputError where none meets them.
     """
     best, least, behind = None, np.inf, 0
-    for _ in range(ROUNDS):
+    for _ in range(MAX_CORRECTIONS):
         checked = task.simulated.flown(excitations, f"{choosing.STREAM}/check", FLIGHTS)
         shares = shares_of_limits(checked, excitations, request.limits)
         if max(checked.peaks[name] / limit for name, limit in request.limits.items()) > 1.0 or not checked.completed:
@@ -292,4 +296,4 @@ def _longer(
 
 def _lengthened(duration: float, excess: float) -> float:
     """Return the duration that narrows an interval to its target: widths fall with the root of time."""
-    return min(float(np.ceil(duration * np.clip(excess**2, GROWTH, 2.0))), choosing.LONGEST)
+    return min(float(np.ceil(duration * np.clip(excess**2, MIN_GROWTH, 2.0))), choosing.MAX_LENGTH)

@@ -14,8 +14,8 @@ from io import BytesIO
 from pathlib import Path, PurePosixPath
 
 from plant.errors import InputError, one_line, shortened
-from plant.input_files import MOST_TEXT, read_input
-from plant.own_code import MOST_BINARY, digest_of_bytes, named_binary
+from plant.input_files import MAX_TEXT_BYTES, read_input
+from plant.own_code import MAX_BINARY_BYTES, digest_of_bytes, named_binary
 
 fcntl = None
 with suppress(ImportError):
@@ -23,7 +23,7 @@ with suppress(ImportError):
 
 DESCRIPTION = "modelDescription.xml"
 # Largest content of an archive [bytes], and most files in it.
-MOST_CONTENT, MOST_FILES = 2**32, 20_000
+MAX_CONTENT_BYTES, MAX_FILES = 2**32, 20_000
 # Systems as FMI 2 and FMI 3 call them, and the ending of their libraries.
 SYSTEMS = {
     "linux": ("linux", "linux", ".so"),
@@ -51,8 +51,8 @@ class Archive:
         """Content of modelDescription.xml; InputError where it is too large or damaged."""
         with _opened(self.file, self.digest) as archive:
             size = archive.getinfo(DESCRIPTION).file_size
-            if size > MOST_TEXT:
-                raise self._wrong(f"has {size / 2**20:,.0f} MiB; at most {MOST_TEXT / 2**20:,.0f} MiB are read")
+            if size > MAX_TEXT_BYTES:
+                raise self._wrong(f"has {size / 2**20:,.0f} MiB; at most {MAX_TEXT_BYTES / 2**20:,.0f} MiB are read")
             try:
                 return archive.read(DESCRIPTION)
             except BROKEN as error:
@@ -77,9 +77,9 @@ def open_archive(file: Path, study: Path | None = None) -> Archive:
 
     Raises UnnamedCodeError as `plant.own_code` does, and InputError for what is no FMU or cannot be unpacked safely.
     """
-    digest = named_binary(file, study, MOST_BINARY).digest
+    digest = named_binary(file, study, MAX_BINARY_BYTES).digest
     try:
-        with zipfile.ZipFile(BytesIO(read_input(file, MOST_BINARY))) as archive:
+        with zipfile.ZipFile(BytesIO(read_input(file, MAX_BINARY_BYTES))) as archive:
             infos = archive.infolist()
     except BROKEN as error:
         raise InputError(f"is no archive that can be read ({error}); an FMU is a ZIP file", file=file) from None
@@ -131,7 +131,7 @@ def _locked(folder: Path, flags: int = 0) -> int | None:
 
 
 def _opened(file: Path, digest: str) -> zipfile.ZipFile:
-    content = read_input(file, MOST_BINARY)
+    content = read_input(file, MAX_BINARY_BYTES)
     if digest_of_bytes(content) != digest:
         raise InputError("has changed since it was read; run the study again", file=file)
     return zipfile.ZipFile(BytesIO(content))
@@ -149,10 +149,10 @@ def platform_folder(version: int) -> str:
 def _check(infos: list[zipfile.ZipInfo], file: Path) -> None:
     """Refuse what would leave its folder, fill the disk, or is no plain file."""
     size = sum(info.file_size for info in infos)
-    if len(infos) > MOST_FILES or size > MOST_CONTENT:
+    if len(infos) > MAX_FILES or size > MAX_CONTENT_BYTES:
         raise InputError(
-            f"unpacks to {len(infos):,} files of {size / 2**20:,.0f} MiB; at most {MOST_FILES:,} files of "
-            f"{MOST_CONTENT / 2**20:,.0f} MiB are unpacked",
+            f"unpacks to {len(infos):,} files of {size / 2**20:,.0f} MiB; at most {MAX_FILES:,} files of "
+            f"{MAX_CONTENT_BYTES / 2**20:,.0f} MiB are unpacked",
             file=file,
         )
     for info in infos:

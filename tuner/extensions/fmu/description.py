@@ -16,7 +16,7 @@ from plant.errors import InputError, one_line, shortened
 from plant.texts import LONGEST_TITLE, check_text
 
 # Largest value reference, and most variables of which anything is kept.
-MOST_REFERENCE, MOST_VARIABLES = 2**32 - 1, 500_000
+MAX_REFERENCE, MAX_VARIABLES = 2**32 - 1, 500_000
 LONGEST_NAME, LONGEST_UNIT = 120, 40
 IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,199}")
 INPUT, OUTPUT, PARAMETER, OTHER = "input", "output", "parameter", "other"
@@ -39,7 +39,7 @@ class FmuVariable(NamedTuple):
 
 @dataclass(frozen=True)
 class Description:
-    """What of modelDescription.xml is used.
+    """Used content of modelDescription.xml.
 
     version: of FMI, 2 or 3. model: its name; title: its description. identifier: of its machine code. token: that this code
     asks for. states, derivatives: value references of its continuous states and of their derivatives, none where it does not
@@ -124,7 +124,7 @@ def _variables(root: Element, version: int, file: Path) -> Iterator[FmuVariable]
     """Yield the real scalars of a description."""
     listing = root.find("ModelVariables")
     units = _declared_units(root, version)
-    for entry in [] if listing is None else list(listing)[:MOST_VARIABLES]:
+    for entry in [] if listing is None else list(listing)[:MAX_VARIABLES]:
         real = entry if version == 3 else entry.find("Real")
         if real is None or (version == 3 and (entry.tag != "Float64" or entry.find("Dimension") is not None)):
             continue
@@ -151,7 +151,7 @@ def _declared_units(root: Element, version: int) -> dict[str, str]:
 
 
 def _reference(text: str, key: str, file: Path) -> int:
-    if not (text.isascii() and text.isdigit() and len(text) < 12 and int(text) <= MOST_REFERENCE):
+    if not (text.isascii() and text.isdigit() and len(text) < 12 and int(text) <= MAX_REFERENCE):
         raise InputError(
             f"its modelDescription.xml gives '{shortened(one_line(text))}' as valueReference", file=file, key=key
         )

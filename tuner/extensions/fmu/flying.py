@@ -1,6 +1,6 @@
 """Flights of an FMU: the model functions of controller and meters in Python, the plant by steps of an instance.
 
-What the plant feels of an actuator with a lag is the mean of its exact course over a step: the FMU holds its inputs over each.
+The plant gets the mean of a lagged actuator's exact output over a step: the FMU holds its inputs over each.
 """
 
 from collections.abc import Callable, Sequence

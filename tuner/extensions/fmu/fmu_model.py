@@ -1,4 +1,4 @@
-"""An FMU as a plant: the records that its loop is closed around, from its description and what a study says of it."""
+"""An FMU as a plant: the records that its loop is closed around, from its description and a study."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from tuner.extensions.fmu.description import INPUT, OUTPUT, PARAMETER, Descripti
 
 @dataclass(frozen=True)
 class Interface:
-    """What a study uses of an FMU, as plain data that can be sent to another process.
+    """Part of an FMU that a study uses, as plain data for another process.
 
     digest: of the FMU. states: what margins are linearised in; derivatives: value references, one for each state, or none. The
     other groups are as the records of a plant.

@@ -12,7 +12,7 @@ MAX_ERROR_LETTERS = 200
 
 
 class FmuError(Exception):
-    """What an FMU answered in place of what was asked: its function and status, on one line."""
+    """Answer of an FMU in place of a value: its function and status, on one line."""
 
 
 class Instance:

@@ -1,7 +1,7 @@
 """The description of an FMU's loop: names and numbers, from which a worker builds the loop that its parent has.
 
-Laws, metrics and records made at run time cannot be pickled. What is of a file is read again from it, where its digest is still
-the same.
+Laws, metrics and records made at run time cannot be pickled. Content of a file is read again from it, if its digest is still the
+same.
 """
 
 from collections.abc import Sequence

@@ -39,7 +39,7 @@ class Flown(NamedTuple):
     Attributes:
         result: Its numbers.
         trace: Rows of the flight (instants, rows).
-        failed: What the FMU said where it ended the flight, else "".
+        failed: Message of the FMU that ended the flight, else "".
     """
 
     result: list[float]

@@ -20,7 +20,7 @@ PROGRAM = "from tuner.extensions.fmu.worker import main; main()"
 
 
 class WorkerLostError(Exception):
-    """A worker that ended, or was ended, before it answered; the message says how."""
+    """A worker that ended, or was ended, before it answered; the message has the reason."""
 
 
 class FmuProcess:

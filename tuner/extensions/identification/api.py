@@ -42,7 +42,7 @@ class LogCheck(Documented):
     """Problems of logs.
 
     Attributes:
-        document: What `tuner identify LOG --check --json` prints.
+        document: Output of `tuner identify LOG --check --json`.
 
     """
 
@@ -59,7 +59,7 @@ class Identification(Documented):
     """A vehicle out of logs.
 
     Attributes:
-        document: What `tuner identify --json` prints.
+        document: Output of `tuner identify --json`.
         fit: The fit behind it.
 
     """
@@ -74,7 +74,7 @@ class Identification(Documented):
 
     @cached_property
     def table(self) -> "pd.DataFrame":
-        """A row for each number: value, 95 % interval, prior, whether the data told it, and why not."""
+        """A row for each number: value, 95 % interval, prior, identified or not, with the reason."""
         return frame(self.document.numbers, "name")
 
     def figure(self) -> "Figure":
@@ -110,7 +110,7 @@ def identify(
 
     Args:
         logs: Files of flights of one vehicle; FILE@35:65 for the part from 35 to 65 s of the log's clock.
-        airframe: What is known beforehand: a bundled airframe or a TOML file. Its mass and lengths are taken as given.
+        airframe: Prior: a bundled airframe or a TOML file. Its mass and lengths are taken as given.
         out: Airframe file (TOML) to write, with the numbers found and their [uncertainty]; it must not be there yet.
         mapping: TOML file that says what the columns of CSV logs are.
         mass: Relative standard deviation of the airframe's mass [1].
@@ -118,7 +118,7 @@ def identify(
         force: Go on where a check says that a log is useless.
         report: Page (HTML) to write: predictions with their band, what is left over, intervals; it must not be there yet.
         update: Document of an earlier identification (JSON) with the same airframe, whose posterior is the prior of these logs.
-        changed: What has changed since the earlier logs: battery, propellers or firmware. Its numbers are as wide as before any
+        changed: Changes since the earlier logs: battery, propellers or firmware. Its numbers are as wide as before any
             log.
         watcher: Callbacks that hear of progress.
 

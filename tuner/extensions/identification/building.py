@@ -1,4 +1,4 @@
-"""What was identified, as its document."""
+"""Identification as a document."""
 
 from collections.abc import Sequence
 from math import exp
@@ -42,16 +42,16 @@ Array = NDArray[np.float64]
 
 POOR = 0.5
 """Share of an output's variance below which its prediction on windows kept from the fit is called poor."""
-LEAST_COVERED, MOST_CORRELATED = 0.8, 0.25
+MIN_COVERAGE, MAX_CORRELATED_SHARE = 0.8, 0.25
 """Share of what is measured below which the 95 % band is called too narrow; share of autocorrelations beyond their bound above
 which what is left over is not called white.
 """
-MOST_SHOWN = 1e4
+MAX_DOCUMENTED_VALUE = 1e4
 """Largest number of decibels or degrees in the document."""
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
 WEIGH = (
-    "Weigh the vehicle and measure its arms: no log tells mass and arm, and where they are wrong by 5 %, inertias and thrust "
-    "come out wrong by as much, without a sign in the log."
+    "Weigh the vehicle and measure its arms: no log identifies mass and arm, and if they are wrong by 5 %, inertias and thrust "
+    "are wrong by as much, without a sign in the log."
 )
 
 
@@ -207,7 +207,9 @@ def response_rows(compared: Sequence[ResponseComparison]) -> list[ResponseRow]:
 def _rounded(series: Array) -> list[float]:
     """Return numbers for a chart, without an infinite one."""
     return (
-        np.round(np.nan_to_num(series, posinf=MOST_SHOWN, neginf=-MOST_SHOWN), 4).clip(-MOST_SHOWN, MOST_SHOWN).tolist()
+        np.round(np.nan_to_num(series, posinf=MAX_DOCUMENTED_VALUE, neginf=-MAX_DOCUMENTED_VALUE), 4)
+        .clip(-MAX_DOCUMENTED_VALUE, MAX_DOCUMENTED_VALUE)
+        .tolist()
     )
 
 
@@ -219,10 +221,10 @@ def verdict(identified: Identified) -> str:
     sentences = (
         [f"{len(identifiable)} numbers identified: {', '.join(identifiable)}."]
         if identifiable
-        else ["The data tell nothing of this vehicle."]
+        else ["The data do not identify this vehicle."]
     )
     if left:
-        sentences.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
+        sentences.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would identify them.")
     if identified.wider:
         sentences.append(f"No better known than before: {', '.join(identified.wider)}.")
     at = names.index("dead_time")
@@ -256,17 +258,17 @@ def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:
         else "On windows kept from the fit the model explains "
         f"{per_cent(min(row.explained for row in excited))} or more of what it uses."
     ]
-    narrow = [row for row in excited if row.covered < LEAST_COVERED]
+    narrow = [row for row in excited if row.covered < MIN_COVERAGE]
     if narrow:
         held = listing([f"{per_cent(row.covered)} of {row.output}" for row in narrow])
         sentences.append(
             f"Its 95 % band holds only {held} there: parts of the flight are rougher than those of the fit."
         )
-    coloured = [row.output for row in excited if row.correlated > MOST_CORRELATED]
+    coloured = [row.output for row in excited if row.correlated > MAX_CORRELATED_SHARE]
     sentences.append(
-        f"What it leaves over of {listing(coloured)} is not white: the vehicle does something there that the model lacks."
+        f"The residual of {listing(coloured)} is not white: the vehicle has dynamics there that the model lacks."
         if coloured
-        else "What it leaves over is white behind the noise model."
+        else "The residual is white behind the noise model."
     )
     return sentences
 
@@ -305,7 +307,7 @@ def _curve(identified: Identified) -> list[IdentifiedNumber]:
     )
     unknown = identified.reasons.keys() | identified.wider.keys()
     is_missing = not unknown.isdisjoint(identified.space.names[part])
-    reason = "a node of the curve is not told" if is_missing else ""
+    reason = "a node of the curve is not identified" if is_missing else ""
     return [
         IdentifiedNumber(
             name=f"thrust u^{k}",

@@ -7,7 +7,7 @@ import numpy as np
 from tuner.extensions.identification.building import QUANTILE, UNITS
 from tuner.extensions.identification.document import ResponseRow
 from tuner.extensions.identification.identify import Identified
-from tuner.extensions.identification.response_comparison import DECIBELS, TRUSTED, bands_of
+from tuner.extensions.identification.response_comparison import DECIBELS, MIN_COHERENCE, bands_of
 from tuner.extensions.vehicle_fit.samples import OUTPUTS
 from tuner.report.charts.chart import Array, Axis, Band, Line, Mark, Panel, Rule
 from tuner.report.charts.look import BOUND, Look
@@ -115,7 +115,7 @@ def _response(row: ResponseRow) -> list[Panel]:
             Line(name="logs", look=MEASURED, x=frequency, y=np.where(compared, y, np.nan)),
         ]
         panels.append(Panel(f"response-{row.output}-{name}", row.output, x, Axis(f"{name} [{unit}]"), marks))
-    marks = [Line(look=MEASURED, x=frequency, y=coherence), Rule(look=BOUND, axis="y", value=TRUSTED)]
+    marks = [Line(look=MEASURED, x=frequency, y=coherence), Rule(look=BOUND, axis="y", value=MIN_COHERENCE)]
     panels.append(Panel(f"response-{row.output}-coherence", row.output, x, Axis("coherence", 0.0, 1.0), marks))
     return panels
 

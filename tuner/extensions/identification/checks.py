@@ -18,19 +18,19 @@ from tuner.extensions.vehicle_fit.samples import COMPARED_RATE, LogSegment, resa
 Array = NDArray[np.float64]
 
 SLOWEST, SLOW = 50.0, 200.0
-"""Rates of a log below which nothing, and little, can be said [Hz]."""
-MOST_LOST, MOST_SATURATED = 0.02, 0.02
+"""Rates of a log [Hz] below which nothing, and little, can be identified."""
+MAX_LOST, MAX_SATURATED_SHARE = 0.02, 0.02
 """Shares of samples."""
 HOVER = (0.8, 1.25)
 """Median specific force along z of a flight that neither climbs nor falls for long, over gravity."""
 SHAPED = 0.3
-"""Correlation of turning with what the motors ask for, below which nothing is said of their order."""
+"""Correlation of rotation with the motor commands below which their order is not judged."""
 SIZED = 0.6
-"""The same, below which an axis is too calm, and nothing is said of its size."""
-LEAST_STRETCH = 0.5
+"""Correlation below which an axis is too calm, and its size is not judged."""
+MIN_SEGMENT = 0.5
 """Shortest part without a pause that turning is compared on [s]."""
 TELLING = 0.5
-"""Share of an output's variance that the motors explain, below which a flight tells nothing by it."""
+"""Share of an output's variance that the motors explain, below which the output does not count."""
 FACTOR = 6.0
 """Factor between turning and what the airframe would do, beyond which a unit is wrong and not an inertia."""
 DEGREES = 180.0 / np.pi
@@ -39,8 +39,8 @@ AXES = ("roll", "pitch", "yaw")
 
 
 SILENT = (
-    "its data tell nothing of this vehicle: neither turning nor lift follow the motors; fly with short doublets of roll, pitch, "
-    "yaw and thrust"
+    "its data do not identify the vehicle: rotation and lift are uncorrelated with the motors; fly short doublets of roll, "
+    "pitch, yaw and thrust"
 )
 
 
@@ -91,19 +91,19 @@ def _time_base(log: FlightLog) -> Iterator[LogIssue]:
             False, f"{log.rate:.0f} samples a second say little of lag and delay; {COMPARED_RATE:.0f} Hz or more would"
         )
     share = log.lost / (len(log.time) + log.lost)
-    if share > MOST_LOST:
+    if share > MAX_LOST:
         yield LogIssue(False, f"{log.lost:,} samples ({100.0 * share:.1f} %) are lost; use a faster card or log less")
 
 
 def _commands(log: FlightLog) -> Iterator[LogIssue]:
     outside = float(np.mean(np.any((log.command < -0.01) | (log.command > 1.01), axis=1)))
-    if outside > MOST_SATURATED:
+    if outside > MAX_SATURATED_SHARE:
         least, most = float(log.command.min()), float(log.command.max())
         yield LogIssue(
             True, f"motor commands go from {least:.3g} to {most:.3g} of full; correct idle and full of their scale"
         )
     full = float(np.mean(np.any(log.command >= 0.995, axis=1)))
-    if outside <= MOST_SATURATED < full:
+    if outside <= MAX_SATURATED_SHARE < full:
         yield LogIssue(False, f"a motor is at full command {100.0 * full:.0f} % of the time; fly with more reserve")
     still = [name for name, column in zip(ROTORS, log.command.T, strict=True) if np.std(column) < 1e-4]
     if still:
@@ -116,8 +116,8 @@ def _gravity(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
     for sign, axes in ((1.0, ""), (-1.0, "z points down (NED, FRD)")):
         for factor, units in (
             (1.0, ""),
-            (STANDARD_GRAVITY, "g are taken for m/s2"),
-            (1.0 / STANDARD_GRAVITY, "m/s2 are taken for g"),
+            (STANDARD_GRAVITY, "values are in g, not m/s2"),
+            (1.0 / STANDARD_GRAVITY, "values are in m/s2, not g"),
         ):
             if low <= sign * factor * middle <= high:
                 errors = " and ".join(text for text in (axes, units) if text)
@@ -168,7 +168,7 @@ def _turning(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
 def _longest_segment(log: FlightLog) -> LogSegment | None:
     """Return the longest of a log's stretches on a uniform grid; None where all are short."""
     longest = max(log.stretches(), key=lambda part: part.duration, default=None)
-    if longest is None or longest.duration < LEAST_STRETCH:
+    if longest is None or longest.duration < MIN_SEGMENT:
         return None
     return resample(longest, 0, float(log.time[0]), log.duration)
 
@@ -187,12 +187,13 @@ def _scale(ratio: float, lag: float) -> Iterator[LogIssue]:
     if ratio > DEGREES / FACTOR:
         yield LogIssue(
             True,
-            f"it turns {ratio:.0f} times as fast as the airframe could: deg/s are taken for rad/s; correct the unit of the gyro",
+            f"it turns {ratio:.0f} times as fast as the airframe could: values are in deg/s, not rad/s; correct the unit of the "
+            "gyro",
         )
     elif ratio < FACTOR / DEGREES:
         yield LogIssue(
             True,
-            f"it turns {1.0 / ratio:.0f} times as slowly as the airframe would: rad/s are taken for deg/s; correct the unit",
+            f"it turns {1.0 / ratio:.0f} times as slowly as the airframe would: values are in rad/s, not deg/s; correct the unit",
         )
     elif not 1.0 / 1.6 < ratio < 1.6:
         how = f"{ratio:.2g} times as fast" if ratio > 1.0 else f"{1.0 / ratio:.2g} times as slowly"

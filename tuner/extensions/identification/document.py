@@ -84,12 +84,12 @@ class ResponseRow(DocumentPart):
         frequency: [Hz].
         magnitude: [dB].
         phase: [degrees].
-        coherence: Of instrument and output.
-        half_width: Of the 95 % interval of the magnitude [dB]; 1 dB of it is 6.6 degrees of the phase.
+        coherence: Coherence of instrument and output.
+        half_width: Half-width of the 95 % interval of the magnitude [dB]; 1 dB of it is 6.6 degrees of the phase.
         model_magnitude: [dB].
         model_phase: [degrees].
-        model_half_width: Of the 95 % interval of the model's magnitude [dB].
-        model_phase_half_width: Of its phase [degrees].
+        model_half_width: Half-width of the 95 % interval of the model's magnitude [dB].
+        model_phase_half_width: Half-width of the 95 % interval of its phase [degrees].
         compared: Whether coherence, noise and leakage allow to compare the two.
     """
 
@@ -109,7 +109,7 @@ class ResponseRow(DocumentPart):
 
 
 class Posterior(DocumentPart):
-    """What logs tell of the vehicle's coordinates: logarithms of positive numbers, all others as they are, in SI units.
+    """Estimates of the vehicle's coordinates: logarithms of positive numbers, all others as they are, in SI units.
 
     covariance: of them, in the order of the names. wide: standard deviations before the first log.
     """
@@ -185,7 +185,7 @@ class LogFinding(DocumentPart):
 
 
 class LogCheckDocument(Document):
-    """What is wrong with logs; usable: whether all of them can be identified from."""
+    """Issues of logs; usable: whether all of them can be identified from."""
 
     airframe: str
     logs: list[LogRow]

@@ -21,7 +21,7 @@ def flight_estimates(problem: Problem, fit: Fit, flights: Sequence[FlightLog]) -
     """Return estimates from each flight alone, near the fit to all.
 
     Args:
-        problem: Of all flights, with the prior before any of them.
+        problem: Problem of all flights, with the prior before any of them.
         fit: Fit to all flights.
         flights: The flights.
     """
@@ -67,7 +67,7 @@ def conditional_estimate(
 
     Args:
         flight: Name of the flight.
-        names: Of the chosen coordinates.
+        names: Names of the chosen coordinates.
         coordinates: Names (n,) of all coordinates.
         point: All coordinates (n,).
         covariance: Their covariance (n, n).

@@ -92,7 +92,7 @@ def contradiction_words(flight: str, against: str, test: HomogeneityTest) -> str
     causes = " or ".join(test.causes)
     return (
         f"{flight} contradicts {against} (chi-square {test.statistic:.1f} of {test.degrees:.1f} degrees of freedom, probability "
-        f"{test.probability:.1g}): {differences} standard deviations. What may have changed: {causes}."
+        f"{test.probability:.1g}): {differences} standard deviations. Possible changes: {causes}."
     )
 
 
@@ -113,8 +113,8 @@ def check_agreement(identified: Identified, file: Path) -> None:
     for flight, test in zip(identified.flights, identified.tests, strict=True):
         if test.is_rejected:
             raise InputError(
-                f"{contradiction_words(flight.flight, file.name, test)} Say which, as --changed propellers, and its numbers are "
-                "identified anew; or identify the log alone",
+                f"{contradiction_words(flight.flight, file.name, test)} Name the change, as --changed propellers, and its "
+                "numbers are identified again; or identify the log alone",
                 file=flight.flight,
                 key="update",
             )

@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.quadrotor.thrust_curve import MOST
+from plant.quadrotor.thrust_curve import MAX_LINEAR
 from tuner.extensions.vehicle_fit.parameters import NODES, PhysicalParameters
 
 Array = NDArray[np.float64]
 
-LEAST_COMMAND, LEAST_LINEAR, LEAST_SHARE = 0.02, -0.9, 0.01
+MIN_COMMAND, MIN_LINEAR_SHARE, MIN_SHARE = 0.02, -0.9, 0.01
 """Least motor command at hover, least share a, and least thrust at hover over that at full command [1]."""
 EXPONENTS = (1.0, 4.0)
 """Range of the exponent x: that of a line up to that of a rotor that hardly turns below hover."""
@@ -42,7 +42,7 @@ class HoverCurve(NamedTuple):
 
     def share(self, linear: float) -> float:
         """Return the hover thrust over that at full command; linear: share a."""
-        return max((1.0 - linear) * self.command**2 + linear * self.command, LEAST_SHARE)
+        return max((1.0 - linear) * self.command**2 + linear * self.command, MIN_SHARE)
 
     def thrust_by_linear(self, linear: float) -> float:
         """Return d log T/da at hover, full thrust held; linear: share a."""
@@ -53,7 +53,7 @@ def hover_curve(numbers: PhysicalParameters, weight: float) -> HoverCurve:
     """Return the identified curve at hover; weight: on a rotor [N]."""
     c0, c1, c2 = numbers.curve.tolist()
     root = sqrt(max(c1 * c1 + 4.0 * c2 * (weight - c0), 0.0))
-    u = min(max(2.0 * (weight - c0) / max(c1 + root, 1e-12), LEAST_COMMAND), 1.0)
+    u = min(max(2.0 * (weight - c0) / max(c1 + root, 1e-12), MIN_COMMAND), 1.0)
     to_curve = np.linalg.inv(np.vander(NODES, 3, increasing=True))
     values = np.array([1.0, u, u * u]) @ to_curve * numbers.thrust
     slopes = np.array([0.0, 1.0, 2.0 * u]) @ to_curve * numbers.thrust
@@ -62,5 +62,5 @@ def hover_curve(numbers: PhysicalParameters, weight: float) -> HoverCurve:
     x = min(max(exponent, EXPONENTS[0]), EXPONENTS[1])
     divisor = x - 1.0 + u * (2.0 - x)
     by_exponent = (u * slopes - exponent * values) / thrust
-    linear = min(max(u * (2.0 - x) / divisor, LEAST_LINEAR), MOST)
+    linear = min(max(u * (2.0 - x) / divisor, MIN_LINEAR_SHARE), MAX_LINEAR)
     return HoverCurve(u, thrust, linear, values / thrust, -u / divisor**2 * by_exponent)

@@ -115,7 +115,7 @@ def identify_vehicle(
     """Identify a vehicle; raises InputError where no log holds a flight, or all tell nothing.
 
     Args:
-        logs: of flights of one vehicle.
+        logs: logs of flights of one vehicle.
         airframe: the prior.
         mass: relative standard deviation of its mass.
         arm: relative standard deviation of its lengths.

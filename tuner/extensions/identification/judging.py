@@ -1,8 +1,8 @@
 """Validation of a fit on held-out windows: coverage of its predictions, and its residuals.
 
-The band holds what the posterior leaves open of the numbers and the noise that the fit's own windows had. What is left over is
-compared with what was measured frequency by frequency, and tested for being white behind the noise model (Ljung, System
-Identification, 2nd ed., section 16.6).
+The band holds what the posterior leaves open of the numbers and the noise that the fit's own windows had. Residuals are compared
+with the measurement frequency by frequency, and tested for whiteness behind the noise model (Ljung, System Identification, 2nd
+ed., section 16.6).
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 LAGS = 25
 """Lags of the autocorrelation that are looked at, in samples of what is compared."""
 LEVEL = 0.95
-"""Of the band."""
+"""Level of the band."""
 HALF = 0.5
 """Share of the power at a frequency that the model must explain there."""
 
@@ -34,7 +34,7 @@ class FitValidation:
     Attributes:
         windows: Measured and predicted outputs.
         spread (w, m, 4): Standard deviations of the prediction, in the units of the windows.
-        correlation (lags, 4): Of the residuals that the noise model leaves over, from lag 1 on.
+        correlation (lags, 4): Correlation of the residuals that the noise model leaves over, from lag 1 on.
         counted: Samples behind each correlation.
     """
 

@@ -1,4 +1,4 @@
-"""What was identified as an airframe file: its numbers, each with its source, and their [uncertainty]."""
+"""The identified airframe as a file: its numbers, each with its source, and their [uncertainty]."""
 
 from collections.abc import Sequence
 from math import exp, sqrt

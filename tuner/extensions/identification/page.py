@@ -22,17 +22,17 @@ from tuner.text.numbers import count, estimate, per_cent, significant
 AIDS = {
     "prediction": "Windows that the fit did not see, those with the most motion, one after the other, with the 95 % band of what "
     "the posterior and the noise leave open. A straight line in the rates and the mean of the lift do not count.",
-    "spectra": "Where the model explains nothing, both lines lie on each other; what it leaves over at high frequencies is noise "
+    "spectra": "If the model explains nothing, both lines coincide; what it leaves over at high frequencies is noise "
     "of the sensors.",
-    "whiteness": "What is left behind the noise model. Of white noise, one bar in twenty stands beyond the dashed lines.",
+    "whiteness": "Residuals behind the noise model. Of white noise, one bar in twenty stands beyond the dashed lines.",
     "responses": "Response of each output to the motor commands of its axis, by cross spectra of the logs and by the fitted "
     "numbers, with 95 % bands. That of the logs is drawn where the coherence is above the dashed line and noise and leakage are "
     "small. Setpoints of the rates are the instrument where the log has them; without them, feedback of noise and air bends it "
     "towards the inverse of the controller.",
-    "numbers": "95 % intervals, and those of what was known before the flight.",
+    "numbers": "95 % intervals, and those known before the flight.",
     "untold": "These stand where they stood before the flight, and their prior is in the airframe file's [uncertainty].",
     "flights": "Each flight alone, and all together with the scatter between them. A chi-square test compares each with the "
-    "others; beside what differs by more than 1.96 standard deviations stands the difference.",
+    "others; a difference of more than 1.96 standard deviations is printed.",
     "regressions": "Ordinary least squares of the same data, one way and the other: the true inertia lies between the two.",
 }
 
@@ -67,16 +67,18 @@ def _sections(
     identified, left = ([row for row in document.numbers if row.identified is wanted] for wanted in (True, False))
     return [
         Section("prediction", "Predicted and measured", _charts("prediction", predicted, PREDICTED)),
-        Section("spectra", "What the model leaves over", _charts("spectra", spectra, SPECTRA)),
-        Section("whiteness", "Whether that is noise", _charts("whiteness", whiteness)),
+        Section("spectra", "Residuals of the model", _charts("spectra", spectra, SPECTRA)),
+        Section("whiteness", "Whiteness of the residuals", _charts("whiteness", whiteness)),
         Section("responses", "Frequency responses", _charts("responses", responses, RESPONSES)),
         Section(
             "numbers",
-            "What the flight tells",
+            "Identified parameters",
             _with_aid("numbers", _numbers([*identified, *document.curve])) if identified else Markup(),
         ),
-        Section("untold", "What it does not tell", _with_aid("untold", _untold(left)) if left else Markup()),
-        Section("regressions", "Regressions beside it", _with_aid("regressions", _regressions(document))),
+        Section(
+            "untold", "Parameters that are not identified", _with_aid("untold", _untold(left)) if left else Markup()
+        ),
+        Section("regressions", "Regressions for comparison", _with_aid("regressions", _regressions(document))),
         Section(
             "flights", "Flights", _with_aid("flights", _flights(document)) if len(document.flights) > 1 else Markup()
         ),

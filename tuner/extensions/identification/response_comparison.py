@@ -19,18 +19,23 @@ from tuner.text.sentences import listing
 
 Array = NDArray[np.float64]
 
-SEGMENTS, SHORTEST, LONGEST = 8.0, 1.0, 2.0
-"""A segment is so large a part of all time, within limits [s]."""
-HIGHEST, OF_RATE = 100.0, 0.4
-"""Highest frequency [Hz], and as a share of the sampling rate."""
-TRUSTED = 0.6
+N_SEGMENTS = 8.0
+"""Segments of a log, whose lengths stay within the limits below."""
+MIN_SEGMENT, MAX_SEGMENT = 1.0, 2.0
+MAX_FREQUENCY = 100.0
+"""Highest compared frequency [Hz]."""
+MAX_RATE_SHARE = 0.4
+"""Highest compared frequency as a share of the sampling rate."""
+MIN_COHERENCE = 0.6
 """Coherence above which a response is compared (Tischler and Remple, Aircraft and Rotorcraft System Identification, 2nd ed.)."""
 ABOVE_NOISE = 100.0
 """Power of an output over that of its sensor's noise, below which feedback of that noise biases a direct estimate by a tenth."""
-ERROR_RATE, SMALL, NARROWEST = 0.05, 0.115, 3
-"""Chance of a false alarm for an axis, and what is never named: differences of less than 1 dB or 6.6 degrees, and of less than
-three frequencies in a row.
-"""
+ERROR_RATE = 0.05
+"""Probability of a false alarm for an axis."""
+MIN_DIFFERENCE = 0.115
+"""Smallest difference that is named: 1 dB or 6.6 degrees."""
+MIN_BAND = 3
+"""Fewest frequencies in a row that are named."""
 DECIBELS = 20.0 / np.log(10.0)
 
 
@@ -66,9 +71,9 @@ class ResponseComparison:
         off = self.difference
         bound = -2.0 * np.log(ERROR_RATE / max(np.count_nonzero(self.trusted), 1))
         significant = (off.real / magnitude) ** 2 + (off.imag / phase) ** 2 > bound
-        bands = bands_of(self.trusted & significant & (np.abs(off) > SMALL))
+        bands = bands_of(self.trusted & significant & (np.abs(off) > MIN_DIFFERENCE))
         widest = max(bands, key=lambda band: band.stop - band.start, default=slice(0, 0))
-        return widest if widest.stop - widest.start >= NARROWEST else None
+        return widest if widest.stop - widest.start >= MIN_BAND else None
 
 
 def bands_of(mask: NDArray[np.bool_]) -> list[slice]:
@@ -88,7 +93,7 @@ def compare_responses(fit: Fit, problem: Problem, noise: Sequence[float], rate: 
     """
     samples, vehicle = problem.samples, problem.vehicle
     total = sum(len(part.lift) * part.period for part in samples)
-    length = float(np.clip(total / SEGMENTS, SHORTEST, LONGEST))
+    length = float(np.clip(total / N_SEGMENTS, MIN_SEGMENT, MAX_SEGMENT))
     period = max(part.period for part in samples)
     commands = [axis_commands(vehicle, part.command) for part in samples]
     center = float(np.mean(np.concatenate([part.command for part in samples])))
@@ -96,7 +101,7 @@ def compare_responses(fit: Fit, problem: Problem, noise: Sequence[float], rate: 
     for k in np.flatnonzero(problem.outputs).tolist():
         has_instrument = k < 3 and all(part.setpoint is not None and np.ptp(part.setpoint[:, k]) for part in samples)
         records = [_record(part, mixed[:, k], k, has_instrument) for part, mixed in zip(samples, commands, strict=True)]
-        measured = estimate_response(records, length, min(HIGHEST, OF_RATE * rate))
+        measured = estimate_response(records, length, min(MAX_FREQUENCY, MAX_RATE_SHARE * rate))
         if measured is not None:
             estimates[k] = (has_instrument, measured)
     if not estimates:
@@ -108,7 +113,7 @@ def compare_responses(fit: Fit, problem: Problem, noise: Sequence[float], rate: 
     modeled = model_response(fit.space.numbers(fit.estimate), *setting)
     compared = []
     for k, (has_instrument, measured) in estimates.items():
-        trusted = (measured.coherence >= TRUSTED) & ~measured.leaks
+        trusted = (measured.coherence >= MIN_COHERENCE) & ~measured.leaks
         if not has_instrument:
             trusted &= measured.output_power > ABOVE_NOISE * 2.0 / rate * noise[k] ** 2
         deviation = (magnitude[:, k], phase[:, k])

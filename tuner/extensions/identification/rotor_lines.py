@@ -7,7 +7,7 @@ They stand at 1, 2 and 3 times the speed of the rotors.
 
 P is the spectrum of roll and pitch rate, r the speed of the rotors over that of hover, from the commands, and A the power that
 the lines of four rotors have about an axis at hover: each adds a^2/2. The true speed may differ from the model's by one factor,
-which the place of the first line tells. L is the gyro's low-pass, known by its delay only.
+which follows from the frequency of the first line. L is the gyro's low-pass, known by its delay only.
 """
 
 from collections.abc import Iterator
@@ -36,7 +36,7 @@ FILLED = {1: (0.8, 1.2), 2: (1.6, 2.4), 3: (2.6, 3.4)}
 """Orders over the first line's that each line fills."""
 FLANKS = {1: ((0.72, 0.8), (1.45, 1.55)), 2: ((1.45, 1.55), (2.45, 2.55)), 3: ((2.45, 2.55), (3.45, 3.55))}
 """Those on both sides of it that tell its floor."""
-CALM, LEAST_WINDOWS = 0.4, 8
+CALM, MIN_WINDOWS = 0.4, 8
 """Share of the windows that count, those whose rotors turn most alike, and their least number."""
 CLEAR = 3.0
 """Least height of the first line over its floor."""
@@ -67,8 +67,8 @@ def rotor_lines(identified: Identified) -> tuple[RotorLine, ...]:
     hover = hover_speed(identified.airframe.vehicle) / (2.0 * PI)
     weight = 0.25 * identified.airframe.vehicle.mass * identified.airframe.vehicle.gravity
     windows = [each for log in identified.logs for each in _order_spectra(log, numbers, weight, hover)]
-    calmest = sorted(windows, key=lambda window: window[0])[: max(round(CALM * len(windows)), LEAST_WINDOWS)]
-    if len(calmest) < LEAST_WINDOWS:
+    calmest = sorted(windows, key=lambda window: window[0])[: max(round(CALM * len(windows)), MIN_WINDOWS)]
+    if len(calmest) < MIN_WINDOWS:
         return ()
     spectra = np.array([spectrum for _, spectrum in calmest])
     rate = min(log.rate for log in identified.logs)
@@ -148,11 +148,11 @@ def _line(
     """Return a line, None where it is not clear.
 
     Args:
-        spectra: Of the windows (n, orders).
+        spectra: Spectra of the windows (n, orders).
         harmonic: Frequency over that of the rotors.
-        order: Of the first line.
+        order: Order of the first line.
         hover: Frequency of the rotors at hover by the model [Hz].
-        cutoff: Of the gyro's low-pass [Hz].
+        cutoff: Cutoff of the gyro's low-pass [Hz].
         deviation: Relative standard deviation of the cut-off.
     """
     frequency, (low, high) = harmonic * order * hover, FILLED[harmonic]

@@ -37,7 +37,7 @@ class Assessment(Documented):
     """A second opinion on gains.
 
     Attributes:
-        document: As `tuner judge --json` prints it.
+        document: Document as `tuner judge --json` prints it.
         folder: With judge.md, assessment.json and rollback/, None where nothing was written.
 
     """

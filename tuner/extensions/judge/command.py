@@ -46,7 +46,7 @@ def judge(
     """
     if read_back is not None:
         if before is not None or airframe is not None or out is not None:
-            raise InputError("flies nothing; leave --before, --airframe and --out out", key="--read-back")
+            raise InputError("cannot be combined with --before, --airframe, --out", key="--read-back")
         compared = tuner.read_back(after, read_back, source=source)
         return answer(compared, as_json, 0 if compared.passed else BROKEN)
     with progress(as_json) as watcher:

@@ -41,7 +41,7 @@ class Evidence:
         airframe: The vehicle that was assumed.
         loops: Loops whose gains are in the file.
         violated: Usual limits of these loops that the gains violate.
-        rules: Of the firmware.
+        rules: Rules of the firmware.
         metrics: Means over the flights.
         lost_after: Lost flights.
         lost_before: The same before, None without a file before.

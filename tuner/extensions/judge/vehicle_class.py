@@ -1,4 +1,4 @@
-"""Classes of vehicles that stand for an airframe that nobody named: a middle vehicle with the ranges of a parts list."""
+"""Default airframe of each firmware, used when none is given: a middle vehicle with the ranges of a parts list."""
 
 from dataclasses import dataclass, replace
 from math import exp
@@ -13,7 +13,7 @@ class VehicleClass:
     """Vehicles that usually fly a firmware.
 
     Attributes:
-        noun: What they are.
+        noun: Description of the vehicles.
         airframe: The bundled one in their middle.
         mass: Standard deviation of the logarithm of their mass.
     """

@@ -33,8 +33,8 @@ class GainsFile:
     Attributes:
         path: The file.
         part: Its entry in the document.
-        gains: Of the loops.
-        notes: What the loops of the model lack or assume.
+        gains: Gains of the loops.
+        notes: Differences of the model's loops, and assumptions.
         values: Parameters of the vehicle after loading the file.
         wiring: Its settings that are no parameters.
     """
@@ -130,7 +130,7 @@ def name_files(after: Path, before: Path | None, source: str | None, airframe: s
 
     Args:
         after: The file to judge.
-        before: That of the present gains, or None.
+        before: Gains of the vehicle at present, or None.
         source: Firmware of both, or "gains"; None to guess it.
         airframe: Name or file of the vehicle, None where nobody names one.
     """

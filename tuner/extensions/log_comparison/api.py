@@ -32,7 +32,7 @@ class LogComparison(Documented):
     """Two flights side by side.
 
     Attributes:
-        document: What `tuner compare-logs --json` prints.
+        document: Output of `tuner compare-logs --json`.
 
     """
 
@@ -156,7 +156,7 @@ def _verdict(rows: list[ComparedMeasure]) -> str:
         if names:
             sentences.append(f"The second flight has {change} {listing(names)}.")
     if not sentences:
-        sentences = ["The two flights are not told apart."]
+        sentences = ["The two flights do not differ significantly."]
     predicted = [row for row in rows if row.is_as_predicted is not None]
     over = [row.name for row in predicted if not row.is_as_predicted]
     if over:

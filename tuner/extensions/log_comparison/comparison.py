@@ -18,7 +18,7 @@ from tuner.extensions.logs.flight_log import FlightLog
 
 Array = NDArray[np.float64]
 
-BLOCK, LEAST_BLOCKS = 1.0, 6
+BLOCK, MIN_BLOCKS = 1.0, 6
 """Length of a block [s], and the fewest that tell anything."""
 WIDTH = 0.975
 """Quantile of a two-sided interval of 95 %."""
@@ -57,9 +57,9 @@ def measured(log: FlightLog) -> dict[str, Spread]:
     """Return every measure of a flight; InputError where it is too short."""
     parts = [part for part in log.stretches() if part.duration >= BLOCK]
     lasts = sum(int(part.duration / BLOCK) * BLOCK for part in parts)
-    if lasts < LEAST_BLOCKS * BLOCK:
+    if lasts < MIN_BLOCKS * BLOCK:
         raise InputError(
-            f"its flight lasts {lasts:.1f} s without pauses; at least {LEAST_BLOCKS * BLOCK:g} s are compared",
+            f"its flight lasts {lasts:.1f} s without pauses; at least {MIN_BLOCKS * BLOCK:g} s are compared",
             file=log.name,
         )
     blocks = [_blocks(part, log) for part in parts]

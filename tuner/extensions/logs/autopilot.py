@@ -9,7 +9,7 @@ from tuner.extensions.logs.flight_log import FRD_TO_FLU, Array, FlightLog
 # Motors 3, 1, 2, 4 of PX4's and ArduPilot's quad x: front left, front right, rear left, rear right.
 MOTORS = (2, 0, 1, 3)
 SLOWEST_COMMANDS = 50.0
-"""Rate of logged motor commands below which they say too little of what the motors were told [Hz]."""
+"""Smallest rate [Hz] of logged motor commands from which the commands between them can be reconstructed."""
 
 
 def joined(
@@ -26,14 +26,14 @@ def joined(
     """Return a log on the gyro's times, commands and setpoints held; InputError where gyro or commands are missing.
 
     Args:
-        name: Of the file.
-        kind: Of the log.
-        digest: Of the file.
-        time: Of the gyro (n,) [s].
+        name: Name of the file.
+        kind: Kind of the log.
+        digest: Digest of the file.
+        time: Time of the gyro (n,) [s].
         gyro: Body rates (n, 3) [rad/s], FRD.
         acceleration: Specific force (n, 3) [m/s2], FRD.
         command_time: Times (m,) [s].
-        command: Of the motors (m, 4), in our order.
+        command: Command of the motors (m, 4), in our order.
         setpoint: Times [s] and setpoints of the rates [rad/s], FRD (k, 4); None where the log has none.
     """
     for what, series in (("gyro samples", time), ("motor commands", command_time)):

@@ -16,9 +16,9 @@ from tuner.extensions.logs.betaflight import blackbox_log, columns_of
 from tuner.extensions.logs.flight_log import STANDARD_GRAVITY, Array, FlightLog
 
 MAGIC = b"H Product:Blackbox flight data recorder"
-MOST_BLACKBOX = 2**26
+MAX_BLACKBOX_BYTES = 2**26
 """Largest file that is read [bytes]: a second of decoding for each MB."""
-LONGEST_INTERVAL, MOST_FIELDS = 1024, 256
+LONGEST_INTERVAL, MAX_FIELDS = 1024, 256
 """Most loops between two frames that stand alone, 32 ms at 32 kHz; most fields of a frame."""
 PAUSE = 1.0
 """Time between recordings whose clock begins anew [s]."""
@@ -54,9 +54,9 @@ def read_blackbox(content: bytes, name: str, digest: str) -> FlightLog:
     require_package("betaflight_chirp_core", "logs", key=name)
     from betaflight_chirp_core import decoder
 
-    if len(content) > MOST_BLACKBOX:
+    if len(content) > MAX_BLACKBOX_BYTES:
         raise InputError(
-            f"has {len(content) / 2**20:,.0f} MiB; of a blackbox file at most {MOST_BLACKBOX / 2**20:.0f} MiB are read",
+            f"has {len(content) / 2**20:,.0f} MiB; of a blackbox file at most {MAX_BLACKBOX_BYTES / 2**20:.0f} MiB are read",
             file=name,
         )
     parts: list[Array] = []
@@ -83,7 +83,7 @@ def _recording(parser: Any, name: str) -> Array:
     parser.parse_header()
     config, names = parser.sys_config, parser.main_field_names
     # The decoder counts the loops between frames one by one.
-    if config["frameIntervalPNum"] < 1 or config["frameIntervalI"] > LONGEST_INTERVAL or len(names) > MOST_FIELDS:
+    if config["frameIntervalPNum"] < 1 or config["frameIntervalI"] > LONGEST_INTERVAL or len(names) > MAX_FIELDS:
         raise InputError("its head is damaged", file=name)
     columns = columns_of(names, name)
     frames = _FrameColumns([names.index(column) for column in columns])

@@ -21,7 +21,7 @@ LETTERS = "bBhHiIqQfd"
 FULL = 65535.0
 # The deck numbers its motors clockwise from front right.
 MOTORS = ("motor.m4", "motor.m1", "motor.m3", "motor.m2")
-MOST_EVENTS, MOST_VARIABLES, LONGEST_NAME = 64, 256, 128
+MAX_EVENTS, MAX_VARIABLES, LONGEST_NAME = 64, 256, 128
 
 
 class _Event(NamedTuple):
@@ -59,12 +59,12 @@ def read_crazyflie(content: bytes, name: str, digest: str) -> FlightLog:
 def _head(content: bytes, name: str) -> tuple[dict[int, _Event], int]:
     """Return the events by their number and where the records begin."""
     place, events = 5, {}
-    for _ in range(_bounded(int.from_bytes(content[3:5], "little"), MOST_EVENTS, "event types", name)):
+    for _ in range(_bounded(int.from_bytes(content[3:5], "little"), MAX_EVENTS, "event types", name)):
         number, place = _uint16(content, place, name)
         title, place = _word(content, place, name)
         count, place = _uint16(content, place, name)
         variables = []
-        for _ in range(_bounded(count, MOST_VARIABLES, "variables", name)):
+        for _ in range(_bounded(count, MAX_VARIABLES, "variables", name)):
             text, place = _word(content, place, name)
             variables.append(_variable(text, name))
         events[number] = _Event(number, title, tuple(variables))

@@ -8,9 +8,9 @@ from plant.errors import InputError, UnknownNameError
 from tuner.extensions.logs.flight_log import Array, FlightLog
 from tuner.extensions.logs.mapping import Mapping
 
-MOST_CSV = 2**27
+MAX_CSV_BYTES = 2**27
 """Largest table that is read [bytes]."""
-MOST_COLUMNS, LONGEST_LINE = 500, 2**15
+MAX_COLUMNS, LONGEST_LINE = 500, 2**15
 
 
 def read_csv(content: bytes, name: str, digest: str, mapping: Mapping, kind: str = "CSV") -> FlightLog:
@@ -56,9 +56,10 @@ def header(text: str, separator: str) -> list[str]:
 
 
 def _text(content: bytes, name: str) -> str:
-    if len(content) > MOST_CSV:
+    if len(content) > MAX_CSV_BYTES:
         raise InputError(
-            f"has {len(content) / 2**20:,.0f} MiB; of a table at most {MOST_CSV / 2**20:,.0f} MiB are read", file=name
+            f"has {len(content) / 2**20:,.0f} MiB; of a table at most {MAX_CSV_BYTES / 2**20:,.0f} MiB are read",
+            file=name,
         )
     if b"\0" in content:
         raise InputError("holds zero bytes, so it is no text; give a CSV table", file=name)
@@ -69,6 +70,6 @@ def _text(content: bytes, name: str) -> str:
             f"is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8", file=name
         ) from None
     first = text.find("\n")
-    if not 0 < first <= LONGEST_LINE or text.count(",", 0, first) > MOST_COLUMNS:
+    if not 0 < first <= LONGEST_LINE or text.count(",", 0, first) > MAX_COLUMNS:
         raise InputError("has no line of column names at its head", file=name)
     return text

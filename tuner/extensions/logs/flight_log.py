@@ -13,7 +13,7 @@ STANDARD_GRAVITY = 9.80665
 """Acceleration that a log calls 1 g [m/s2]."""
 FRD_TO_FLU = np.array([1.0, -1.0, -1.0])
 # Fewest samples that anything can be said of, and longest flight that is read [s].
-LEAST_SAMPLES, LONGEST = 200, 7200.0
+MIN_SAMPLES, LONGEST = 200, 7200.0
 # A pause longer than this breaks a log into stretches, in median sampling periods and [s].
 PAUSE_PERIODS, PAUSE = 25.0, 0.1
 # A gap of more than so many median periods lost samples.
@@ -71,10 +71,10 @@ class FlightLog:
     def between(self, begin: float, end: float) -> "FlightLog":
         """Return the samples between two times [s] of the log's clock; InputError where too few are left."""
         chosen = (self.time >= begin) & (self.time <= end)
-        if np.count_nonzero(chosen) < LEAST_SAMPLES:
+        if np.count_nonzero(chosen) < MIN_SAMPLES:
             raise InputError(
                 f"has {np.count_nonzero(chosen)} samples from {begin:g} to {end:g} s; it goes from {self.time[0]:.1f} to "
-                f"{self.time[-1]:.1f} s and at least {LEAST_SAMPLES} samples are needed",
+                f"{self.time[-1]:.1f} s and at least {MIN_SAMPLES} samples are needed",
                 file=self.name,
             )
         return self.where(chosen)
@@ -91,11 +91,11 @@ class FlightLog:
         )
 
     def stretches(self) -> list["FlightLog"]:
-        """Return the parts between pauses of the time base: each of at least `LEAST_SAMPLES`."""
+        """Return the parts between pauses of the time base: each of at least `MIN_SAMPLES`."""
         longest = max(PAUSE, PAUSE_PERIODS * self.period)
         ends = [0, *(np.flatnonzero(np.diff(self.time) > longest) + 1).tolist(), len(self.time)]
         index = np.arange(len(self.time))
-        parts = [(first, last) for first, last in pairwise(ends) if last - first >= LEAST_SAMPLES]
+        parts = [(first, last) for first, last in pairwise(ends) if last - first >= MIN_SAMPLES]
         return [self.where((index >= first) & (index < last)) for first, last in parts]
 
 
@@ -109,18 +109,18 @@ def checked(log: FlightLog) -> FlightLog:
         else replace(log.where(finite), notes=(*log.notes, f"{np.sum(~finite):,} samples are no numbers"))
     )
     if log.setpoint is not None and not np.isfinite(log.setpoint).all():
-        log = replace(log, setpoint=None, notes=(*log.notes, "setpoints are left out, for some are no numbers"))
-    if len(log.time) < LEAST_SAMPLES:
-        raise InputError(f"has {len(log.time)} usable samples; at least {LEAST_SAMPLES} are needed", file=log.name)
+        log = replace(log, setpoint=None, notes=(*log.notes, "setpoints are left out, because some are no numbers"))
+    if len(log.time) < MIN_SAMPLES:
+        raise InputError(f"has {len(log.time)} usable samples; at least {MIN_SAMPLES} are needed", file=log.name)
     forward = np.concatenate([[True], log.time[1:] > np.maximum.accumulate(log.time)[:-1]])
     if not forward.all():
         log = replace(
             log.where(forward), notes=(*log.notes, f"{np.sum(~forward):,} samples stand before their predecessors")
         )
-    if len(log.time) < LEAST_SAMPLES or not 0.0 < log.duration <= LONGEST:
+    if len(log.time) < MIN_SAMPLES or not 0.0 < log.duration <= LONGEST:
         raise InputError(
             f"lasts {log.duration:g} s with {len(log.time)} samples in order; allowed: up to {LONGEST:g} s and at least "
-            f"{LEAST_SAMPLES} samples: check the time base",
+            f"{MIN_SAMPLES} samples: check the time base",
             file=log.name,
         )
     return log

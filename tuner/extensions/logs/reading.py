@@ -16,7 +16,7 @@ from tuner.extensions.logs.flight_log import FlightLog, checked
 from tuner.extensions.logs.mapping import read_mapping
 from tuner.extensions.logs.ulog import is_ulog, read_ulog
 
-MOST_LOG = 2**28
+MAX_LOG_BYTES = 2**28
 """Largest log that is read [bytes]: an hour of a Crazyflie's is 180 MB."""
 
 
@@ -45,7 +45,7 @@ def read_log(file: Path, mapping: Path | None = None) -> FlightLog:
 
     Raises InputError, a line that names the file, where it cannot be opened, is no log that is known, or is damaged beyond use.
     """
-    content = given_content(file, "give a flight log", MOST_LOG)
+    content = given_content(file, "give a flight log", MAX_LOG_BYTES)
     digest = sha256(content).hexdigest()
     if mapping is not None:
         return checked(read_csv(content, str(file), digest, read_mapping(mapping)))

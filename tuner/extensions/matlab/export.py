@@ -10,7 +10,7 @@ from typing import Any
 
 from plant.errors import one_line
 from plant.quadrotor.airframes.schema import GROUPS, OPTIONAL, SCALARS
-from plant.quadrotor.cascade import LEAST_COSINE, LEAST_LIFT
+from plant.quadrotor.cascade import MIN_COSINE, MIN_LIFT
 from plant.quadrotor.gains import gain_addresses
 from plant.quadrotor.nominal import nominal
 from tuner.exchange.aboard import rollback_request
@@ -70,8 +70,8 @@ def entries(request: Request) -> dict[str, Entry]:
         "filters.yaw_torque_cutoff": (options.yaw_torque_cutoff, "Hz"),
         "limits.rotor_thrust_min": (knows.thrust_min, "N"),
         "limits.rotor_thrust_max": (knows.thrust_max, "N"),
-        "limits.least_lift": (LEAST_LIFT, "1"),
-        "limits.least_cosine": (LEAST_COSINE, "1"),
+        "limits.least_lift": (MIN_LIFT, "1"),
+        "limits.least_cosine": (MIN_COSINE, "1"),
         "airframe.name": (controller.airframe.name, ""),
     }
     units = {name: field.unit for name, field in (SCALARS | OPTIONAL | GROUPS).items()} | DERIVED

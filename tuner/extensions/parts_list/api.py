@@ -36,7 +36,7 @@ class EstimatedAirframe(Documented):
     """An airframe from a parts list.
 
     Attributes:
-        document: What `tuner new NAME --mass ... --json` prints.
+        document: Output of `tuner new NAME --mass ... --json`.
         estimate: Its numbers and their uncertainty.
 
     """
@@ -151,5 +151,5 @@ def _lowered(estimate: Estimate, hover: float | None) -> str:
     )
     return (
         f"{cause} {estimate.thrust_of_parts:.3g} times the weight; speed_max was lowered to "
-        f"{estimate.thrust_to_weight:.3g} times, for an airframe may have {THRUST_TO_WEIGHT[1]:g} at most: {remedy}. "
+        f"{estimate.thrust_to_weight:.3g} times, the most that an airframe may have ({THRUST_TO_WEIGHT[1]:g}): {remedy}. "
     )

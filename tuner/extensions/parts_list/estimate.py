@@ -40,7 +40,7 @@ ROTOR = 0.13
 """Inertia of a rotor over D^5 [kg/m3], were all propellers of one shape and density; of bundled ones 0.11 to 0.17."""
 CLIMB, SIDE = 0.4, 0.2
 """Drag of a climb and of sideways flight over weight / induced speed of hover."""
-MOST_THRUST, LEAST_THRUST = 0.98 * THRUST_TO_WEIGHT[1], 1.3
+MAX_THRUST, MIN_THRUST = 0.98 * THRUST_TO_WEIGHT[1], 1.3
 """Thrust to weight: an estimate above the first is lowered to it, one below the second is refused."""
 
 SPREADS: dict[str, dict[str, float]] = {
@@ -59,7 +59,7 @@ SPREADS: dict[str, dict[str, float]] = {
 AT_HOVER = {"weighed": 0.02, "hover": 0.1}
 """The same of thrust_coefficient where the command at hover is known to 5 %."""
 QUANTILE = 1.96
-"""Of a 95 % interval, in standard deviations."""
+"""Quantile of a 95 % interval, in standard deviations."""
 
 
 class Propeller(NamedTuple):
@@ -71,7 +71,7 @@ class Propeller(NamedTuple):
 
 
 class PartsList(NamedTuple):
-    """What is known of a vehicle: mass [kg], wheelbase: from a motor to the one opposite [m], propeller, speed constant of the
+    """Known data of a vehicle: mass [kg], wheelbase: from a motor to the one opposite [m], propeller, speed constant of the
     motors [rpm/V], cells of the battery, and the command at hover as a share of full command, None where nobody knows.
     """
 
@@ -88,7 +88,7 @@ class Estimate(NamedTuple):
 
     Attributes:
         values: Every number of an airframe file of frame "x".
-        uncertainty: Of these numbers.
+        uncertainty: Uncertainty of these numbers.
         thrust_to_weight: At speed_max [1].
         thrust_of_parts: The same before speed_max was lowered [1].
     """
@@ -116,12 +116,12 @@ def estimated(parts: PartsList) -> Estimate:
     free = LOADED * parts.kv * CELL * parts.cells * 2.0 * pi / 60.0
     weight = parts.mass * GRAVITY
     ratio = 4.0 * coefficient * free**2 / weight if parts.hover is None else parts.hover**-2
-    if ratio < LEAST_THRUST:
+    if ratio < MIN_THRUST:
         raise InputError(
-            f"these parts would lift {ratio:.2g} times the weight, and at least {LEAST_THRUST:g} is needed to fly; check the "
+            f"these parts would lift {ratio:.2g} times the weight, and at least {MIN_THRUST:g} is needed to fly; check the "
             "mass [kg], the propeller [inch], kv [rpm/V] and cells"
         )
-    limited = min(ratio, MOST_THRUST)
+    limited = min(ratio, MAX_THRUST)
     full = sqrt(limited * weight / (4.0 * coefficient))
     return Estimate(
         _values(parts, coefficient, full, lowered=limited < ratio), uncertainty(parts.hover is not None), limited, ratio
@@ -171,7 +171,7 @@ def _values(parts: PartsList, coefficient: float, full: float, *, lowered: bool)
         f"{LOADED:g} times kv {parts.kv:g} rpm/V at {parts.cells} cells of {CELL:g} V: under load 0.45 to 0.95"
         if parts.hover is None
         else f"thrust at full command from hover at {parts.hover:g} of it"
-    ) + (f"; lowered to a thrust to weight of {MOST_THRUST:g}" if lowered else "")
+    ) + (f"; lowered to a thrust to weight of {MAX_THRUST:g}" if lowered else "")
     numbers: dict[str, tuple[float, str, str]] = {
         "mass": (parts.mass, "kg", "given"),
         "arm": (arm, "m", "half the wheelbase given; a square X"),

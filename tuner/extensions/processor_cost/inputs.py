@@ -27,7 +27,7 @@ from tuner.gains import Controller
 
 STREAM, SEED = "cost", 1
 # Length of the flight: 2 s, but never more periods than this, which keeps the table of inputs below 200 kB.
-DURATION, MOST_STEPS = 2.0, 1000
+DURATION, MAX_STEPS = 2.0, 1000
 LIMITS = Limits(5.0, cos(radians(80.0)))
 
 
@@ -53,7 +53,7 @@ class _Ended(Exception):
 def typical_inputs(controller: Controller) -> list[Instant]:
     """Return the instants of the flight, at least one; a flight that leaves its limits ends there."""
     h = controller.control_period
-    steps = min(round(DURATION / h), MOST_STEPS)
+    steps = min(round(DURATION / h), MAX_STEPS)
     timing = Timing(h, controller.plant_step)
     spec = ScenarioSpec(
         "cost",

@@ -183,7 +183,7 @@ def _assignments(members: Sequence[str]) -> str:
 def main() -> int:
     """Write the table; exit code 2 where the toolchain is missing."""
     parser = argparse.ArgumentParser(
-        prog="python -m tuner.extensions.processor_cost.measure", description="Count every pair of laws anew."
+        prog="python -m tuner.extensions.processor_cost.measure", description="Count every pair of laws again."
     )
     parser.add_argument(
         "--write", type=Path, required=True, help="the file to write, tuner/study/processor_cost/cortex_m4f.json"

@@ -152,7 +152,7 @@ def _switched_off(values: Values) -> tuple[str, ...]:
             "law (MPC_XY_VEL_D_ACC = 0 is below the documented 0.1)."
         )
     if values[YAW_FILTER] == 0.0:
-        sentences.append("MC_YAW_TQ_CUTOFF is 0, for our yaw torque is not low-passed (default 2 Hz).")
+        sentences.append("MC_YAW_TQ_CUTOFF is 0, because our yaw torque is not low-passed (default 2 Hz).")
     return tuple(sentences)
 
 

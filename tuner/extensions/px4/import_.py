@@ -28,7 +28,7 @@ from tuner.gains.ranges import LONGEST, SHORTEST
 from tuner.text.sentences import SAME
 
 # Weights of yaw up to this are none, AttitudeControl.cpp.
-LEAST_WEIGHT = 1e-4
+MIN_WEIGHT = 1e-4
 
 
 def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
@@ -73,7 +73,7 @@ def _scaled(values: Values) -> tuple[str, ...]:
 
 def _weight(weight: float) -> tuple[str, ...]:
     """Return a sentence on a yaw weight of 0: AttitudeControl.cpp divides the gain by any other weight."""
-    if weight > LEAST_WEIGHT:
+    if weight > MIN_WEIGHT:
         return ()
     return (f"MC_YAW_WEIGHT = {weight:g} takes the heading out of the vehicle's angle loop; ours holds it.",)
 

@@ -18,7 +18,7 @@ from plant.errors import InputError, one_line
 from plant.input_files import given_text, read_input
 from plant.laws.pid import Gains
 from plant.quadrotor.airframes.derived import quantities
-from plant.quadrotor.cascade import ATTITUDE_AXES, LEAST_LIFT, POSITION_AXES
+from plant.quadrotor.cascade import ATTITUDE_AXES, MIN_LIFT, POSITION_AXES
 from plant.records import flatten, pack
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Request
@@ -73,7 +73,7 @@ def axes_of(controller: Controller) -> dict[str, AxisOutput]:
     return {
         "x": AxisOutput(vehicle.mass, -sideways, sideways),
         "y": AxisOutput(vehicle.mass, -sideways, sideways),
-        "z": AxisOutput(vehicle.mass, (LEAST_LIFT - 1.0) * weight, lift),
+        "z": AxisOutput(vehicle.mass, (MIN_LIFT - 1.0) * weight, lift),
         **{
             axis: AxisOutput(inertia, -torque[axis], torque[axis])
             for axis, inertia in zip(ATTITUDE_AXES, vehicle.inertia, strict=True)
@@ -192,7 +192,7 @@ def differences(controller: Controller) -> tuple[str, ...]:
         "Each output is limited on its own (u_clamp), at the largest torque or force that hover leaves; our limits are those of "
         "the rotors together, with yaw given up first.",
         "The acceleration of the reference is not fed forward.",
-        "position_pid gives the force beside the weight, in world axes [N]: adding the weight, limiting to the tilt cone and "
+        "position_pid gives the force without the weight, in world axes [N]: adding the weight, limiting to the tilt cone and "
         "turning the force into roll, pitch and thrust are left to the node between the controllers.",
         "angle_wraparound is on for yaw, as our yaw error goes the short way round.",
         *rate_sources(controller),

@@ -128,7 +128,9 @@ def source(module: str) -> Path:
 def _single_file(file: Path) -> Path:
     siblings = [source.file.name for source in sources_of(file)[:-1]]
     if siblings:
-        raise InputError(f"imports {', '.join(siblings)} from beside it; rotorpy takes a law in one file", file=file)
+        raise InputError(
+            f"imports {', '.join(siblings)} from files next to it; rotorpy takes a law in one file", file=file
+        )
     return file
 
 

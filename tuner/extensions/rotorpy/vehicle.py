@@ -85,9 +85,7 @@ def differences(vehicle: Vehicle) -> tuple[str, ...]:
     if vehicle.dead_time > 0.0:
         sentences.append(f"The dead time of the rotors, {vehicle.dead_time:g} s, is absent.")
     if hears_rotors(vehicle) or vehicle.mode_gain or vehicle.gyro_cutoff:
-        sentences.append(
-            "Lines of the rotors, the mode of the frame and the low-pass in what the gyro hears are absent."
-        )
+        sentences.append("Rotor lines, frame mode and low-pass of the gyro signal are absent.")
     if has_battery(vehicle):
         sentences.append("The battery is absent: its voltage does not fall.")
     if vehicle.gravity != GRAVITY:

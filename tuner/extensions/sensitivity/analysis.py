@@ -23,7 +23,7 @@ class Sampled(NamedTuple):
         values (n, q): Outputs.
         failures (n,): Share of failed flights.
         passes_screening (n,): Mask of candidates that satisfy every hard requirement, so that a search would fly them.
-        scores: For each output those of the flights (n, flights).
+        scores: Scores of the flights (n, flights) for each output.
     """
 
     values: Array
@@ -38,9 +38,9 @@ class Analysis:
 
     Attributes:
         values (n, q), failures (n,), passes_screening (n,): At all points of the design.
-        indices: By scale, of the outputs and then of the share of failures.
-        variance: Of each output, gains against scenarios, over the independent candidates without failures; None where there are
-            fewer than two of them or fewer than two flights.
+        indices: Indices by scale, for the outputs and then for the share of failures.
+        variance: Variance of each output, gains against scenarios, over the independent candidates without failures; None where
+            there are fewer than two of them or fewer than two flights.
         candidates: Their number.
     """
 

@@ -25,10 +25,10 @@ class Sensitivity(Documented):
     """Shares of gains and turbulence in each objective.
 
     Attributes:
-        document: What `tuner sensitivity --json` prints.
+        document: Output of `tuner sensitivity --json`.
         study: The study.
         analysis: Indices and samples behind it.
-        folder: Where tables and chart were written, None where nowhere.
+        folder: Folder of tables and chart, None if none was written.
 
     """
 

@@ -14,7 +14,7 @@ from plant.errors import InputError
 
 Array = np.ndarray
 # Below 8 base samples a bootstrap has nothing to draw from; 2^16 with 7 variables and 32 scenarios are 19 million flights.
-FEWEST, MOST = 8, 65_536
+MIN_SAMPLES, MAX_SAMPLES = 8, 65_536
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,11 @@ class SobolDesign:
 
 def checked_base(base: int) -> int:
     """Return the number of base samples; InputError unless it is a power of two, which the Sobol sequence is balanced for."""
-    if base & (base - 1) or not FEWEST <= base <= MOST:
+    if base & (base - 1) or not MIN_SAMPLES <= base <= MAX_SAMPLES:
         near = min((2**k for k in range(3, 17)), key=lambda power: abs(power - base))
         raise InputError(
-            f"given {base}; allowed: a power of two from {FEWEST} to {MOST}, for instance {near}", key="--samples"
+            f"given {base}; allowed: a power of two from {MIN_SAMPLES} to {MAX_SAMPLES}, for instance {near}",
+            key="--samples",
         )
     return base
 

@@ -24,7 +24,7 @@ SCALE_WORDS = {
 
 
 def sensitivity_document(study: TuningStudy, analysis: Analysis, seconds: float) -> SensitivityDocument:
-    """Return the document: in shares of 1, or in percent where a key says so."""
+    """Return the document: in shares of 1, or in percent if the key has that unit."""
     flights = sum(entry.search for entry in study.scenarios)
     return SensitivityDocument(
         title=study.title,
@@ -112,8 +112,8 @@ def notes(study: TuningStudy, analysis: Analysis) -> list[str]:
         )
     if analysis.screened_share > 0.0:
         sentences.append(
-            f"{100.0 * analysis.screened_share:.1f} % of the samples violate a hard requirement; a search would not fly them, "
-            "here they were flown, for the indices need all of the ranges. Narrower ranges give indices of what a search sees."
+            f"{100.0 * analysis.screened_share:.1f} % of the samples violate a hard requirement; a search would skip them, "
+            "but the indices need all of the ranges. Narrower ranges give the indices over a search's candidates."
         )
     if analysis.candidates < 2:
         sentences.append(

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
     from tuner.report.charts.paper import Figure
 
-SMALLEST, WIDTH, MOST = 1e-6, 0.5, 1_000_000
-LEAST, LARGEST = 1e-9, 0.1
+DEFAULT_PROBABILITY, DEFAULT_WIDTH, MAX_FLIGHTS = 1e-6, 0.5, 1_000_000
+MIN_PROBABILITY, MAX_PROBABILITY = 1e-9, 0.1
 GainsOrStudy: TypeAlias = Gains | AnyStudy | str | Path
 
 
@@ -34,8 +34,8 @@ class Tail(Documented):
     """Probabilities of events.
 
     Attributes:
-        document: What `tuner tail --json` prints.
-        folder: Where tail.json and the flights of the design points were written, None where they were not.
+        document: Output of `tuner tail --json`.
+        folder: Folder of tail.json and the flights of the design points, None if none was written.
 
     """
 
@@ -80,9 +80,9 @@ def tail(
     gains: GainsOrStudy | Sequence[GainsOrStudy],
     events: str | Sequence[str] = FAILURE,
     *,
-    to: float = SMALLEST,
-    width: float = WIDTH,
-    most: int = MOST,
+    to: float = DEFAULT_PROBABILITY,
+    width: float = DEFAULT_WIDTH,
+    most: int = MAX_FLIGHTS,
     study: StudyLike | None = None,
     scenario: int = 0,
     seed: int = 1,
@@ -102,7 +102,7 @@ def tail(
         width: Width of the 95 % interval, over the probability.
         most: Flights of each event at most.
         study: Study whose scenario, limits and seed are flown; by default that of the gains as of `fly`.
-        scenario: Which scenario of the study, from 0.
+        scenario: Number of a scenario of the study, from 0.
         seed: Root seed where no study gives one.
         worst: Part of a flight, such as "vehicle" or "air", whose design point is sought with all else as usual; by default of
             all parts together.
@@ -124,8 +124,8 @@ def tail(
         True
 
     """
-    if not LEAST <= to <= LARGEST:
-        raise InputError(f"given {to:g}; allowed: {LEAST:g} to {LARGEST:g}", key="--to")
+    if not MIN_PROBABILITY <= to <= MAX_PROBABILITY:
+        raise InputError(f"given {to:g}; allowed: {MIN_PROBABILITY:g} to {MAX_PROBABILITY:g}", key="--to")
     if not 0.05 <= width <= 10.0:
         raise InputError(f"given {width:g}; allowed: 0.05 to 10", key="--width")
     if most < 1:

@@ -26,8 +26,8 @@ class ReplicaTask:
     """All that replicas need but plan and number.
 
     Attributes:
-        key: Of the brief that workers have.
-        event: As written.
+        key: Key of the brief that workers have.
+        event: Event as written.
         gains: A row (g,).
         seed: Root seed.
     """
@@ -50,9 +50,9 @@ class ClusterReplicas:
     """Replicas of an event on all threads of a scheduler's workers.
 
     Args:
-        client: Of the scheduler.
-        system: As given: workers add what the event meters.
-        event: Whose tail is estimated.
+        client: Client of the scheduler.
+        system: System as given: workers add what the event meters.
+        event: Event whose tail is estimated.
         spec: Scenario.
         gains: A row (g,).
         seed: Root seed.

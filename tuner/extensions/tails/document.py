@@ -34,18 +34,18 @@ class TailDocument(Document):
     """Content of tail.json.
 
     Args:
-        format: Of the file.
-        version: Of the format.
+        format: Format of the file.
+        version: Version of the format.
         scenario: Name.
-        duration: Of a flight [s].
+        duration: Duration of a flight [s].
         seed: Root seed.
         smallest: Probability down to which was looked.
-        width: Of the interval, over the probability.
-        most_flights: Of an event at most.
+        width: Width of the interval, over the probability.
+        most_flights: Number of flights of an event at most.
         worst: Part of a flight whose design point alone was sought, null for all.
         parts: Number of normals that each part of a flight is drawn from.
         gains: Probabilities by gains.
-        ratios: Of others to the first.
+        ratios: Ratios of others to the first.
     """
 
     format: Annotated[Literal["gainproof-tail"], READ_FORMER]

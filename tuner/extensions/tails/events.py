@@ -33,9 +33,9 @@ class Event(Protocol):
     """An event of flights of a system through a scenario.
 
     Attributes:
-        text: As it is written.
-        metric: Whose exceedance it is, None for the loss of a flight.
-        limit: Of the metric in its unit; of a loss 1, the demand over the capacity.
+        text: Text as it is written.
+        metric: Metric whose exceedance it is, None for the loss of a flight.
+        limit: Limit of the metric in its unit; of a loss 1, the demand over the capacity.
         modes: Names of its modes.
         system: With the accumulators that it needs.
 

@@ -7,7 +7,7 @@ import numpy as np
 from tuner.documents.plan import PlannedTail
 from tuner.experiments.tuning.finalist_limits import FinalistEstimator
 from tuner.extensions.tails.estimation.planning import choose_method
-from tuner.extensions.tails.limits import MOST, FinalistTails, TailLimits, expected_flights, scenarios_of
+from tuner.extensions.tails.limits import MAX_POINTS, FinalistTails, TailLimits, expected_flights, scenarios_of
 from tuner.extensions.tails.words import tail_words
 from tuner.search.watcher import Watcher
 from tuner.study.study import TuningStudy
@@ -31,7 +31,7 @@ def planned_estimates(study: TuningStudy, flights_per_second: Mapping[str, float
                     method=str(choose_method(limit.most)),
                     flights=flights * len(names),
                     seconds=sum(flights / flights_per_second[name] for name in names),
-                    points_at_most=MOST,
+                    points_at_most=MAX_POINTS,
                 )
             )
     return rows

@@ -33,9 +33,9 @@ class FlightLimit:
     A flight has the same bits whatever flies beside it, so threads change nothing.
 
     Attributes:
-        flyer: Of its flights.
-        space: Of all that is drawn.
-        names_of_draws: Of single numbers of that, by part.
+        flyer: Flyer of its flights.
+        space: Space of all random numbers.
+        names_of_draws: Names of single random numbers, by part.
 
     """
 

@@ -2,9 +2,9 @@
 
 Flights of a study cannot show a probability far below one over their number. So the search and the held-out check judge such a
 limit by the share of their own flights, and the point that would be recommended must keep it by an estimate of its own, on a
-stream that nothing was chosen by. Where it does not, the next point is judged, up to `MOST` of them. That one of several keeps
-a limit by chance is no likelier than for one: they share the error of the confidence (Bonferroni), half of it for the first, half
-of the rest for each next, so that the first, which mostly keeps it, pays least: 97.5 % in place of 95 %, 1.3 times the flights.
+stream that decided nothing. Otherwise the next point is judged, up to `MAX_POINTS` of them. That one of several satisfies a
+limit by chance is no likelier than for one: they share the error of the confidence (Bonferroni), half of it for the first, half
+of the rest for each next, so that the first, which mostly passes, pays least: 97.5 % in place of 95 %, 1.3 times the flights.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,24 +30,28 @@ from tuner.search.watcher import Watcher
 from tuner.study.study import StudyScenario, TuningStudy
 
 STAGE = "Estimating rare losses"
-MOST = 5
+MAX_POINTS = 5
 """Points that are judged by estimates of their own."""
-SMALLEST, WIDTH, MOST_FLIGHTS = 0.3, 1.0, 1_000_000
-"""Probability over the limit below which none is needed, width of the interval over the probability, flights of an estimate."""
+SMALLEST_SHARE = 0.3
+"""Probability over the limit below which no estimate is needed."""
+WIDTH = 1.0
+"""Width of the interval over the probability."""
+MAX_FLIGHTS = 1_000_000
+"""Flights of an estimate at most."""
 FIRST_SHARE = 1.31
 """Flights of the first point, at 97.5 %, over those of an estimate at 95 %: (2.241 / 1.960)^2."""
 CONFIDENCE = 0.95
-"""Of the interval where the study asks for none."""
+"""Confidence of the interval if the study names none."""
 
 
 class TailValue(NamedTuple):
     """Probability of an event with its interval.
 
     Attributes:
-        probability: Of several scenarios that with the largest upper end.
-        confidence: Of the interval.
+        probability: Probability; of several scenarios the one with the largest upper end.
+        confidence: Confidence of the interval.
         low, high: Ends of its interval.
-        flights: Of all scenarios.
+        flights: Flights of all scenarios.
         events: Estimates by names of scenarios.
     """
 
@@ -72,12 +76,12 @@ def expected_flights(limit: Constraint) -> int:
 def confidence_of(limit: Constraint, place: int) -> float:
     """Return the confidence of the point judged at a place, from 0."""
     error = 1.0 - (limit.confidence or CONFIDENCE)
-    return 1.0 - error * 0.5 ** min(place + 1, MOST - 1)
+    return 1.0 - error * 0.5 ** min(place + 1, MAX_POINTS - 1)
 
 
 def smallest_of(limit: Constraint) -> float:
     """Return the probability down to which a limit's estimate looks."""
-    return SMALLEST * limit.most
+    return SMALLEST_SHARE * limit.most
 
 
 @dataclass(frozen=True)
@@ -85,8 +89,8 @@ class TailLimits:
     """The limits of a study on rare events.
 
     Attributes:
-        study: Whose gains are judged.
-        threads: That fly.
+        study: Study whose gains are judged.
+        threads: Threads that fly.
         watcher: Callbacks.
     """
 
@@ -125,7 +129,7 @@ class TailLimits:
         limit: Constraint,
         entry: StudyScenario,
         confidence: float,
-        most: int = MOST_FLIGHTS,
+        most: int = MAX_FLIGHTS,
         method: Method | None = None,
     ) -> TailEvent:
         # Of a limit that crude flights can show, nothing rarer matters.
@@ -141,8 +145,8 @@ class FinalistTails:
     """Finalists judged by the limits on rare events, one after the other.
 
     Args:
-        limits: Of the study.
-        gains: Of the finalists (rows, g).
+        limits: Limits of the study.
+        gains: Gains of the finalists (rows, g).
     """
 
     def __init__(self, limits: TailLimits, gains: np.ndarray) -> None:
@@ -158,14 +162,14 @@ class FinalistTails:
     def excess(self) -> np.ndarray:
         """Excess (rows, constraints) over the limits at their confidence.
 
-        0 where nothing is known, and infinite for all others once `MOST` points were judged and broke them.
+        0 where nothing is known, and infinite for all others once `MAX_POINTS` points were judged and broke them.
         """
         limits, constraints = self._limits.limits, self._limits.study.constraints
         excess = np.zeros((len(self._gains), len(constraints)))
         for row, values in self.values.items():
             for i, value in values.items():
                 excess[row, i] = max(value.high - limits[i].most, 0.0)
-        if len(self.values) >= MOST and all(excess[row].any() for row in self.values):
+        if len(self.values) >= MAX_POINTS and all(excess[row].any() for row in self.values):
             others = [row for row in range(len(excess)) if row not in self.values]
             excess[np.ix_(others, list(limits))] = np.inf
         return excess
@@ -187,8 +191,8 @@ class FinalistTails:
         They stand in place of the shares of its flights, which were tuned values.
 
         Args:
-            table: Of objectives and constraints.
-            row: Of the finalists.
+            table: Table of objectives and constraints.
+            row: Row of the finalists.
             confirmation: Flights of the default and of that row.
         """
         first = len(self._limits.study.objectives)

@@ -16,7 +16,7 @@ from tuner.report.charts.look import BOUND, COUNT, DASHES, RULE, Look, role_look
 from tuner.text.units import bracketed, in_degrees
 
 OPACITY, SPREAD, TOP = 0.18, 0.3, 1.5
-"""Of a band; share of the smallest probability at which the axis ends, and its upper end."""
+"""Opacity of a band; share of the smallest probability at which the axis ends, and its upper end."""
 FLOOR = 1e-12
 """Probability that stands for 0 on the axis."""
 

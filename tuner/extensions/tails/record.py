@@ -39,7 +39,7 @@ class ReplicaLine(DocumentPart):
 
     Args:
         gains: Number of the gains.
-        event: As written.
+        event: Event as written.
         number: This and the rest but the digest as of `tuner.extensions.tails.estimation.limit_function.Replica`.
         sha256: Digest of the rest: numbers that a hand or a disk changed may contradict each other in any way.
     """

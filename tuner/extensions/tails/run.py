@@ -58,10 +58,10 @@ class TailSubject:
     """Gains whose tails are estimated.
 
     Args:
-        name: As given.
-        system: That flies them.
-        row: Of the system (g,).
-        laws: In words.
+        name: Name of the gains, as given.
+        system: System that flies them.
+        row: Gains (g,) in the order of the system.
+        laws: Control laws in words.
     """
 
     name: str
@@ -76,10 +76,10 @@ class TailSettings:
 
     Attributes:
         root: Root seed.
-        smallest: Probability down to which is looked.
-        width: Of the 95 % interval, over the probability.
+        smallest: Smallest probability of interest.
+        width: Width of the 95 % interval over the probability.
         most: Flights of an event under one of the gains at most.
-        threads: That fly.
+        threads: Number of threads, None for one per core.
         worst: Part of a flight whose design point alone is sought, None for all parts.
         dask: Cluster that runs the replicas of splitting, None for this machine.
 
@@ -99,9 +99,9 @@ class TailRun:
 
     Args:
         gains: The first is compared with.
-        events: As texts.
+        events: Events as texts.
         spec: Scenario.
-        settings: Of all estimates.
+        settings: Settings of all estimates.
         watcher: Callbacks.
         out: Folder of the record, None for none.
     """

@@ -8,7 +8,7 @@ from tuner.documents.tail import TailEvent, TailLevel, TailMode, TailPoint
 from tuner.extensions.tails.estimation.limit_function import Method, TailEstimate
 from tuner.extensions.tails.events import Event
 
-LEAST_LEVEL = 0.05
+MIN_LEVEL = 0.05
 """Least demand over capacity of a curve: below lie levels of modes that nothing comes near."""
 
 
@@ -41,7 +41,7 @@ def tail_event(event: Event, estimate: TailEstimate, points: Sequence[TailPoint 
         curve=[
             TailLevel(level=float(level) * event.limit, probability=float(p), low=float(low), high=float(high))
             for level, p, low, high in levels
-            if level >= LEAST_LEVEL
+            if level >= MIN_LEVEL
         ],
     )
 

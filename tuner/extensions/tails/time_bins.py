@@ -19,8 +19,8 @@ class TimeBins:
     (`plant.air.linear_process`): of slow air, most of what comes.
 
     Args:
-        space: Of the normals.
-        count: Of bins of a process.
+        space: Space of the normals.
+        count: Number of bins of a process.
         part: Alone, all else stays at 0; None for all parts.
     """
 

@@ -9,9 +9,9 @@ from tuner.extensions.tails.document import TailRatio
 from tuner.text.numbers import count, fixed, per_cent, significant
 
 # Shares of a distance that are told.
-LEAST_SHARE = 0.005
-LEAST_DEVIATION = 0.3
-"""Deviations of single numbers that are told."""
+MIN_SHARE = 0.005
+MIN_DEVIATION = 0.3
+"""Smallest deviation of a single number that is printed."""
 
 
 def probability_text(value: float, low: float, high: float) -> str:
@@ -77,9 +77,9 @@ def mode_line(mode: TailMode) -> str:
 def point_line(point: TailPoint) -> str:
     """Return distance and shares of a design point."""
     shares = sorted(point.shares.items(), key=lambda entry: -entry[1])
-    listed = ", ".join(f"{part} {per_cent(share)}" for part, share in shares if share >= LEAST_SHARE)
+    listed = ", ".join(f"{part} {per_cent(share)}" for part, share in shares if share >= MIN_SHARE)
     numbers = sorted(point.numbers.items(), key=lambda entry: -abs(entry[1]))
-    single = [f"; {name} {fixed(value, 1, signed=True)}" for name, value in numbers if abs(value) >= LEAST_DEVIATION]
+    single = [f"; {name} {fixed(value, 1, signed=True)}" for name, value in numbers if abs(value) >= MIN_DEVIATION]
     distance = significant(point.distance, 3)
     return f"most likely so: {point.name}, {distance} deviations off, of it squared {listed}{''.join(single)}"
 
@@ -88,7 +88,7 @@ def ratio_line(ratio: TailRatio) -> str:
     """Return the ratio of an event's probabilities."""
     whose = f"{ratio.event}, {ratio.gains} over {ratio.first}"
     if ratio.ratio is None:
-        return f"{whose}: not known, for one of the two may be 0"
+        return f"{whose}: not known, because one of the two may be 0"
     return f"{whose}: {_factor(ratio.ratio)}"
 
 

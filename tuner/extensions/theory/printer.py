@@ -17,7 +17,7 @@ def print_theory(theory: "Theory", console: Console) -> None:
         return
     scenarios = ", ".join(document.scenarios)
     origin = f"measured in {scenarios}: {100.0 * document.level:g} % quantile over {theory.control_period:g} s"
-    table = TerminalTable(f"What theory guarantees; disturbance rate {origin}", keys=2)
+    table = TerminalTable(f"Guarantees by theory; disturbance rate {origin}", keys=2)
     table.columns_of("axis", "theorem", "value", "disturbance rate", "holds", left=("axis", "theorem", "holds"))
     words = {True: "yes", False: "no", None: "a bound"}
     for row in rows:

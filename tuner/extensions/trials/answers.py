@@ -93,8 +93,8 @@ class ResultParser:
         if before == answer or (before.failed and answer.failed):
             return
         message = (
-            f"was told before as {_result_text(before)}, and now as {_result_text(answer)}; what was told first stays: nothing "
-            "is to be done, or begin anew with another --out"
+            f"was submitted before as {_result_text(before)}, and now as {_result_text(answer)}; the first result stays: do "
+            "nothing, or start over with another --out"
         )
         raise InputError(message, file=source, key=answer.id)
 

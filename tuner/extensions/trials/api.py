@@ -1,4 +1,4 @@
-"""Studies whose trials another program makes: ask which, tell what they gave, or have a function make them."""
+"""Studies whose trials another program makes: ask for them, submit their results, or have a function run them."""
 
 import json
 import sys
@@ -70,11 +70,11 @@ def tell(results: str | Path, lines: str | Path | Iterable[Mapping[str, PlainVal
 
     Args:
         results: The results folder.
-        lines: For each trial its id and metrics, or that it failed: dictionaries, lines of JSON, or a file of these ("-" for
-            standard input).
+        lines: Results, each with a trial's id and its metrics or failure: dictionaries, lines of JSON, or a file of these ("-"
+            for standard input).
 
     Returns:
-        How many lines were taken, how many were told before, which were refused and why, and how many trials are lacking.
+        Numbers of accepted, duplicate and rejected lines, with reasons, and of pending trials.
 
     Raises:
         StoreError: The folder asks for no trials.

@@ -52,9 +52,9 @@ class PendingTrials:
     def words(self) -> str:
         """The next step, in a sentence."""
         if self.is_concluded:
-            return f"All is told: {self.path / 'report.html'} has what was found; no more trials are asked for."
+            return f"All results are in; see {self.path / 'report.html'}."
         trials = counted(len(self.trials), "trial")
-        return f"{trials} to be made; tell what they gave with `tuner tell {self.path}`, then ask again."
+        return f"{trials} pending; submit the results with `tuner tell {self.path}`, then run `tuner ask` again."
 
 
 @dataclass(frozen=True)
@@ -70,10 +70,8 @@ class SubmissionResult:
     @property
     def words(self) -> str:
         """The numbers in a sentence, and the next step."""
-        done = [f"{self.n_accepted} taken", f"{self.n_duplicates} told before", f"{self.n_rejected} refused"]
-        rest = (
-            f"{counted(self.n_pending, 'trial')} still lacking." if self.n_pending else "Nothing is lacking: ask again."
-        )
+        done = [f"{self.n_accepted} accepted", f"{self.n_duplicates} duplicate", f"{self.n_rejected} rejected"]
+        rest = f"{counted(self.n_pending, 'trial')} pending." if self.n_pending else "Complete: run `tuner ask` again."
         return f"Lines: {', '.join(done)}. {rest}"
 
 
@@ -132,7 +130,7 @@ def open_or_create(path: Path, study: TrialStudy) -> Folder:
     if not path.exists():
         return Folder.create(path, inside=TrialRun.inside)
     if (path / RECORD).exists():
-        compute_as_recorded(path, recorded(path), "begin anew with another --out")
+        compute_as_recorded(path, recorded(path), "start over with another --out")
     elif not path.is_dir() or not {entry.name for entry in path.iterdir()} <= BEGUN:
         return Folder.create(path, inside=TrialRun.inside)
     return open_when_unlocked(path)

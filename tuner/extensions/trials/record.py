@@ -41,7 +41,7 @@ class Trial(DocumentPart):
 
 
 class Answer(DocumentPart):
-    """What was told of a trial. metrics: by name, null for one that failed; reason: why it did."""
+    """Result of a trial. metrics: by name, null for one that failed; reason: why it did."""
 
     id: str
     metrics: dict[str, float] | None = None
@@ -70,7 +70,7 @@ class TrialRecord:
 
     @property
     def lacking(self) -> list[Trial]:
-        """Trials that were asked for and of which nothing was told."""
+        """Trials without a result."""
         return [trial for trial in self.trials.values() if trial.id not in self.answers]
 
     def ask(self, trials: list[Trial]) -> None:
@@ -79,8 +79,8 @@ class TrialRecord:
             before = self.trials.get(trial.id)
             if before is not None and not is_same(before, trial):
                 raise StoreError(
-                    f"{self._folder / REQUESTS_FILE}: {trial.id} was asked for with other values than this version or machine "
-                    f"asks for; go on with the version that {self._folder / 'environment.json'} names, or begin anew with "
+                    f"{self._folder / REQUESTS_FILE}: the recorded {trial.id} has other values than this version or machine "
+                    f"computes; use the version in {self._folder / 'environment.json'}, or start over with "
                     "another --out"
                 )
         new = [trial for trial in trials if trial.id not in self.trials]
@@ -88,6 +88,6 @@ class TrialRecord:
         self.trials |= {trial.id: trial for trial in new}
 
     def tell(self, answer: Answer) -> None:
-        """Keep what was told of a trial."""
+        """Add the result of a trial."""
         self._results.append([answer])
         self.answers[answer.id] = answer

@@ -1,4 +1,4 @@
-"""A study whose trials another program makes: variables, what is told of a trial, how many trials, and what is wanted.
+"""A study whose trials another program makes: variables, metrics, budget, objectives and constraints.
 
 The program may be a simulator or a test bench. Trials have the numbers of scenarios; each comes with a seed, the same for every
 candidate, so that a program which draws its disturbances from it compares candidates in pairs. A metric is a number of a trial,
@@ -31,7 +31,7 @@ from tuner.study.reading import put
 from tuner.study.schema import PickTable, SearchTable
 from tuner.study.search_reading import least_tail, search_of, with_reference
 from tuner.study.searched import SearchedStudy, SearchSpec, StudyScenario, VariableWords
-from tuner.study.size import CHECKED, MOST_FLIGHTS, check_candidates
+from tuner.study.size import CHECKED, MAX_FLIGHTS, check_candidates
 from tuner.study.starts import EarlierGains
 from tuner.text.input_errors import check_sizes, listed, located
 from tuner.text.markup import element
@@ -41,7 +41,7 @@ from tuner.text.strict_table import StrictTable
 from tuner.text.units import after_number
 
 # Trials of a run at most: the lines of all of them are held in memory.
-MOST_TRIALS = 10_000_000
+MAX_TRIALS = 10_000_000
 SEEDS = 2**31
 """Seeds of trials lie below this, so that they fit where a program keeps a seed in 32 bits with a sign."""
 FAILED = 2.0
@@ -52,7 +52,7 @@ class VariableTable(StrictTable):
     """[[variable]]: a number that is searched."""
 
     name: str
-    """Name, by which the program is told its value."""
+    """Name in the trials that the program gets."""
     low: float
     """Lower end of the range."""
     high: float
@@ -68,10 +68,10 @@ class VariableTable(StrictTable):
 
 
 class MetricTable(StrictTable):
-    """[[metric]]: a number that the program tells of each trial, 0 or more, better when smaller."""
+    """[[metric]]: a number of each trial that the program submits, 0 or more, better when smaller."""
 
     name: str
-    """Name, by which the program tells it."""
+    """Name in the results that the program submits."""
     worst: Annotated[float, Field(gt=0.0)]
     """Largest value that counts; a failed trial counts as twice this."""
     unit: str = "1"
@@ -83,9 +83,9 @@ class MetricTable(StrictTable):
 class TrialsTable(StrictTable):
     """[trials]: how many trials a candidate takes, each in a scenario with a seed of its own."""
 
-    search: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] = 8
+    search: Annotated[int, Field(ge=1, le=MAX_FLIGHTS)] = 8
     """Trials of each candidate in the search."""
-    held_out: Annotated[int, Field(ge=2, le=MOST_FLIGHTS)] = 32
+    held_out: Annotated[int, Field(ge=2, le=MAX_FLIGHTS)] = 32
     """Trials of a finalist in the held-out check at most, and as many for the confirmation."""
 
 
@@ -279,7 +279,7 @@ FAILURE = MetricAddress(
     ),
     (),
 )
-"""The metric that needs not be told."""
+"""The metric that need not be submitted."""
 
 
 def _metrics(tables: list[MetricTable]) -> tuple[MetricAddress, ...]:
@@ -293,14 +293,14 @@ def _metrics(tables: list[MetricTable]) -> tuple[MetricAddress, ...]:
 
 
 def _metric(table: MetricTable) -> MetricAddress:
-    """Return the metric: its value is what is told under its name, its bound the worst that counts."""
+    """Return the metric: its value is the submitted one, its bound the worst that counts."""
     name, worst = table.name, table.worst
     metric = Metric(
         name=name,
         symbol=name,
         unit=table.unit.replace("{", "{{").replace("}", "}}"),
         scope="flight",
-        definition=table.meaning or "as the program tells it",
+        definition=table.meaning or "value that the program submits",
         value=lambda numbers: numbers[name],
         bound=lambda numbers: worst,
         highest=inf,
@@ -331,6 +331,6 @@ def _check_size(search: SearchSpec, trials: TrialsTable) -> None:
     """Refuse a run that is out of all proportion; InputError with the key inside [search]."""
     check_candidates(search.population, search.generations)
     count = search.candidates * trials.search + CHECKED * trials.held_out
-    if count > MOST_TRIALS:
-        message = f"about {count:,} trials in all; allowed: up to {MOST_TRIALS:,}: make generations or [trials] smaller"
+    if count > MAX_TRIALS:
+        message = f"about {count:,} trials in all; allowed: up to {MAX_TRIALS:,}: make generations or [trials] smaller"
         raise InputError(message)

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 MAX_NOISE_FITS, MAX_ITERATIONS, STEP_TOLERANCE = 5, 12, 0.02
 """Fits of the noise, Gauss-Newton iterations of each, and the step, in posterior standard deviations, that ends them."""
 DIFFERENCE_STEP = 1e-4
-"""Of a difference quotient, in prior standard deviations."""
+"""Step of a difference quotient, in prior standard deviations."""
 SCANNED = np.arange(-6, 7)
 """Dead times that are tried around an estimate, in half periods of the grid. Between two periods a held command acts as their
 mean, so each period has a minimum of its own: from 0 a fit ended at 0 where 2 ms were true.
@@ -36,7 +36,7 @@ looks like one with a slower gyro, or with slower rotors where the gyro's low-pa
 simulator, logged at 500 Hz, it was off by 1 to 6 ms.
 """
 LINEAR = ("drag_linear.z",)
-"""Positive numbers that act linearly and that flights tell badly: their posteriors are integrated."""
+"""Positive numbers that act linearly and that flights hardly identify: their posteriors are integrated."""
 BLOCK = 0.2
 """Length of the blocks whose scores are taken as independent [s]: whitening leaves little correlation beyond."""
 
@@ -61,9 +61,9 @@ class Fit:
     Attributes:
         estimate (n,): Coordinates.
         free (n,): Mask of the fitted ones; others stay at their prior.
-        covariance (n, n): Of all coordinates.
-        information (n, n): Of the data alone.
-        noise: Of the outputs.
+        covariance (n, n): Covariance of all coordinates.
+        information (n, n): Information of the data alone.
+        noise: Noise of the outputs.
     """
 
     space: ParameterSpace
@@ -294,7 +294,7 @@ def _score_covariance(scores: Array, free: NDArray[np.bool_]) -> Array:
 
 
 def _covariance(space: ParameterSpace, information: Array, middle: Array, free: NDArray[np.bool_]) -> Array:
-    """Return the covariance (n, n) of all coordinates: what the data tell of the free ones, and the prior of the others.
+    """Return the covariance (n, n) of all coordinates: the information of the data on the free ones, and the prior of the others.
 
     middle: covariance of the scores of the free ones. A free coordinate leans on those that are held: an error of the prior there
     moves it by the sensitivity of the optimum.

@@ -11,7 +11,7 @@ from plant.quadrotor.airframes import Airframe
 from tuner.extensions.logs.flight_log import FlightLog
 from tuner.text.sentences import counted, listing
 
-AIRBORNE, SMOOTHED, SETTLED, LEAST_FLIGHT = 0.5, 2.0, 2.0, 4.0
+AIRBORNE, SMOOTHED, SETTLED, MIN_FLIGHT_TIME = 0.5, 2.0, 2.0, 4.0
 """Commands above this share of hover, on average over so many seconds, count as flight, less so many at both ends; shortest
 flight [s].
 """
@@ -34,7 +34,7 @@ def flights_of(log: FlightLog, airframe: Airframe) -> list[FlightLog]:
     parts = [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
     lengths = [float(log.time[b] - log.time[a]) for a, b in parts]
     settled = [_settled(log, begin, end, width) for begin, end in parts]
-    enough = [last - first >= LEAST_FLIGHT for first, last in settled]
+    enough = [last - first >= MIN_FLIGHT_TIME for first, last in settled]
     if not any(enough):
         raise InputError(_no_flight(lengths), file=log.name)
     flights = [log.between(*span) for span, is_enough in zip(settled, enough, strict=True) if is_enough]
@@ -75,11 +75,11 @@ def _no_flight(lengths: Sequence[float]) -> str:
     """Return the reason why flights of these lengths [s] are too short."""
     if not lengths:
         return (
-            f"holds no flight of {LEAST_FLIGHT:g} s: commands stay below {100.0 * AIRBORNE:.0f} % of the airframe's hover; "
+            f"holds no flight of {MIN_FLIGHT_TIME:g} s: commands stay below {100.0 * AIRBORNE:.0f} % of the airframe's hover; "
             "fly longer, or check the airframe and the scale of the commands"
         )
     return (
         f"holds no flight that is long enough: {counted(len(lengths), 'flight')}, of "
         f"{listing([f'{length:.1f}' for length in lengths])} s, of which {SETTLED:g} s at take-off and at landing are left out, "
-        f"and {LEAST_FLIGHT:g} s must be left; fly {LEAST_FLIGHT + 2.0 * SETTLED + SMOOTHED:g} s or longer"
+        f"and {MIN_FLIGHT_TIME:g} s must be left; fly {MIN_FLIGHT_TIME + 2.0 * SETTLED + SMOOTHED:g} s or longer"
     )

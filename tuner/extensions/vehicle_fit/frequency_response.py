@@ -22,7 +22,7 @@ OVERLAP_CORRELATION = 1.0 / 36.0
 """Correlation of the spectra of neighboring segments under a Hann window."""
 CONFIDENCE = 0.975
 """Quantile of a two-sided interval of 95 %."""
-LEAST_AVERAGES = 3.0
+MIN_AVERAGES = 3.0
 """Fewest independent segments that have an interval."""
 
 TINY = 1e-300
@@ -51,7 +51,7 @@ class FrequencyResponse:
     Attributes:
         frequency (f,): [Hz].
         response (f,): Complex, output per input.
-        coherence (f,): Of instrument and output, 0 to 1.
+        coherence (f,): Coherence of instrument and output, 0 to 1.
         deviation (f,): Relative standard deviation; that of the phase in radians as well.
         output_power (f,): One-sided power density of the output.
         leaks (f,): Mask where the instrument has no power but what leaks from its neighbors.
@@ -77,13 +77,13 @@ def estimate_response(records: Sequence[Record], length: float, highest: float) 
 
     Args:
         records: Records of one system.
-        length: Of a segment [s].
+        length: Length of a segment [s].
         highest: Frequency [Hz] of the last value, at most.
     """
     pieces = [transforms for record in records if (transforms := _transforms(record, length, highest)) is not None]
     count = sum(len(piece[0]) for piece in pieces)
     averages = count / (1.0 + 2.0 * OVERLAP_CORRELATION * (count - len(pieces)) / max(count, 1))
-    if averages < LEAST_AVERAGES:
+    if averages < MIN_AVERAGES:
         return None
     last = min(piece.shape[-1] for piece in pieces)
     u, y, r = np.concatenate([piece[..., :last] for piece in pieces], axis=1)

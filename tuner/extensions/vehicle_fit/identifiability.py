@@ -16,8 +16,8 @@ from tuner.extensions.vehicle_fit.samples import OUTPUTS
 WEIGHED = ("mass", "arm")
 """Numbers that people weigh and measure themselves."""
 GIVEN = {
-    **dict.fromkeys(WEIGHED, "given: no log tells it"),
-    "rate_damping": "given, of the rotors' inflow: a log tells it badly from lags",
+    **dict.fromkeys(WEIGHED, "given: no log identifies it"),
+    "rate_damping": "given, of the rotors' inflow: a log hardly distinguishes it from lags",
 }
 """Parameters that are never fitted, with the reason; their errors go into the intervals of all others."""
 EXPLAINED = 0.7

@@ -19,9 +19,9 @@ def marginal_moments(mode: float, variance: float, center: float, prior_std: flo
     Its likelihood is normal over the number, its prior over the logarithm.
 
     Args:
-        mode: Of the posterior.
-        variance: Of the posterior as a normal one, at the mode.
-        center: Of the prior.
+        mode: Mode of the posterior.
+        variance: Variance of the posterior as a normal one, at the mode.
+        center: Center of the prior.
         prior_std: Standard deviation of the prior.
     """
     precision = 1.0 / variance - prior_std**-2

@@ -29,7 +29,7 @@ def model_response(
     """Return the responses (f, 4) of rates [rad/s] and lift [m/s2].
 
     Args:
-        numbers: Of the vehicle.
+        numbers: Physical parameters of the vehicle.
         vehicle: Airframe whose levers the commands are mixed by.
         operating_point: Mean command of the motors.
         frequency: Frequencies (f,) [Hz].
@@ -65,7 +65,7 @@ def response_deviation(
     Args:
         space: Coordinates of the model.
         point: Estimate of them.
-        covariance: Of the estimate.
+        covariance: Covariance of the estimate.
         setting: Arguments of `model_response` behind the numbers.
     """
     center = model_response(space.numbers(point), *setting)

@@ -1,4 +1,4 @@
-"""What is estimated of a vehicle: names, units, what is known beforehand, and the physical numbers at a point.
+"""Estimated parameters of a vehicle: names, units, what is known beforehand, and the physical numbers at a point.
 
 A point is a vector of coordinates that are near normal: logarithms of positive numbers, offsets and biases as they are.
 """
@@ -50,10 +50,10 @@ class PhysicalParameters(NamedTuple):
         arm: Factor on the places of the rotors.
         thrust (3,): At `NODES`.
         center: Center of mass in the frame of the rotors, x and y.
-        climb_drag: Of a climb, along z.
-        rate_damping: Of roll and pitch.
+        climb_drag: Drag of a climb, along z.
+        rate_damping: Damping of roll and pitch rates.
         rotor: Factor on the inertia of a rotor.
-        gyro_delay: Of the gyro's second-order low-pass at low frequencies.
+        gyro_delay: Delay of the gyro's second-order low-pass at low frequencies.
         lift_bias (logs,): Bias of the accelerometer along z.
         yaw_bias (logs,): Constant torque.
         sag (logs,): Share of the thrust that is lost from begin to end.
@@ -85,7 +85,9 @@ class PhysicalParameters(NamedTuple):
 MASS, ARM = 0.02, 0.02
 """Usual standard deviations of what people measure themselves, relative."""
 ROTOR, INFLOW = 0.3, 0.5
-"""Of the inertia of a rotor, and of the damping of roll and pitch by rotors that climb as the vehicle turns, relative."""
+"""Prior standard deviations of the inertia of a rotor, and of the damping of roll and pitch by rotors that climb as the vehicle
+turns, relative.
+"""
 WIDE, LAG, SHARE = 0.5, 1.0, 0.12
 """Prior standard deviations of inertias and thrusts, of lags, and of the inertia about z over the sum of the others, which is
 between 0.6 and 1: logarithms; 1 is a factor of e either way.
@@ -95,10 +97,10 @@ GYRO_DELAY, GYRO_SPREAD, GYRO_READ = 0.0015, 0.8, 0.2
 then, 30 to 700 Hz, and where it does.
 """
 DEAD_TIME, CENTRE = 0.01, 0.1
-"""Of the dead time [s], and of the centre of mass as a share of the arm."""
+"""Prior standard deviations of the dead time [s], and of the centre of mass as a share of the arm."""
 LIFT_BIAS, SAG = 0.15, 0.2
-"""Of the accelerometer's bias [m/s2], and of the change of thrust from begin to end of a log, relative."""
-LEAST_DRAG = 0.05
+"""Prior standard deviations of the accelerometer's bias [m/s2], and of the change of thrust over a log, relative."""
+MIN_DRAG = 0.05
 """Drag over mass that the prior begins at where the airframe has less [1/s]."""
 NUISANCES = 3
 """Coordinates that belong to a log."""
@@ -235,7 +237,7 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
     full = vehicle.thrust_coefficient * vehicle.speed_max**2
     lever = hypot(vehicle.rotor_x.r1, vehicle.rotor_y.r1)
     torque = vehicle.mass * vehicle.gravity * vehicle.torque_ratio
-    climb_drag = max(vehicle.drag_linear.z, LEAST_DRAG * vehicle.mass)
+    climb_drag = max(vehicle.drag_linear.z, MIN_DRAG * vehicle.mass)
     # A rotor loses thrust to a climb of its own, whether the vehicle climbs or rolls.
     damping = max(vehicle.rate_damping.x, vehicle.rate_damping.y, 0.5 * climb_drag * lever**2)
     inertia = vehicle.inertia._asdict()

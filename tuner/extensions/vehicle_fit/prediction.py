@@ -15,9 +15,9 @@ Array = NDArray[np.float64]
 HORIZON = 0.5
 """Length of a window [s]: at its begin the rates are given, and a constant disturbance over it is not held against the model."""
 HELD_OUT, OF = 1, 5
-"""Of so many parts of `PART` seconds, those that are held out of the fit."""
+"""Number of held-out parts of `PART` seconds among so many."""
 PART = 1.0
-SETTLING, LEAST_SETTLED = 0.5, 0.2
+SETTLING, MAX_SETTLING_SHARE = 0.5, 0.2
 """Begin of a segment that neither fit nor validation uses [s], and the largest share of it: rotors' speeds there follow from
 commands before it.
 """
@@ -65,7 +65,7 @@ def held_out(part: LogSegment, mask: Array) -> NDArray[np.bool_]:
 
 def _is_settled(part: LogSegment) -> NDArray[np.bool_]:
     age = part.time - part.begin
-    return age >= min(SETTLING, LEAST_SETTLED * float(age[-1])) if len(age) else np.zeros(0, bool)
+    return age >= min(SETTLING, MAX_SETTLING_SHARE * float(age[-1])) if len(age) else np.zeros(0, bool)
 
 
 def prediction_windows(problem: Problem, point: Array, is_held_out: bool = True) -> PredictionWindows:

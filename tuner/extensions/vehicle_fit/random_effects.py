@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 SIGNIFICANCE = 0.01
 """Probability under homogeneity below which a flight contradicts others."""
 QUANTILE = 1.96
-"""Of a two-sided interval of 95 %, in standard deviations."""
+"""Quantile of a two-sided interval of 95 %, in standard deviations."""
 CAUSES = {
     "battery": ("thrust.30", "thrust.65", "thrust.100", "lag_up", "lag_down"),
     "payload": ("mass", "inertia.x", "inertia.y", "inertia_share", "centre.x", "centre.y", "drag_linear.z"),
@@ -71,7 +71,7 @@ class HomogeneityTest(NamedTuple):
     Attributes:
         statistic: Chi-square.
         degrees: Its degrees of freedom.
-        probability: Of a larger statistic in any of the tests where the vehicle is the same.
+        probability: Probability of a larger statistic in any of the tests where the vehicle is the same.
         differences: Name of a parameter -> difference in standard deviations, those beyond 1.96.
     """
 

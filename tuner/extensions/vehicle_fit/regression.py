@@ -21,7 +21,7 @@ LAGS = 0.01 * 2.0 ** np.arange(0.0, 4.5, 0.5)
 SMOOTHED = 0.04
 """Time over which changes of the rates are taken [s]; shorter ones are noise of the gyro."""
 # The least thrust of a node as a share of the prior's, where a parabola fitted to a narrow range dips below.
-LEAST_SHARE = 0.2
+MIN_SHARE = 0.2
 
 
 class RegressionBounds(NamedTuple):
@@ -91,7 +91,7 @@ def _curve(space: ParameterSpace, samples: tuple[LogSegment, ...], lagged: list[
     coefficients = np.linalg.lstsq(rows, np.concatenate([lift, np.sqrt(weight) * scale * numbers.thrust]), rcond=None)[
         0
     ]
-    return np.log(np.clip(form @ coefficients / numbers.thrust, LEAST_SHARE, 1.0 / LEAST_SHARE))
+    return np.log(np.clip(form @ coefficients / numbers.thrust, MIN_SHARE, 1.0 / MIN_SHARE))
 
 
 def _lift_share(samples: tuple[LogSegment, ...], lagged: list[Array]) -> float:

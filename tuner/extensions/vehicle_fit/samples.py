@@ -13,7 +13,7 @@ COMPARED_RATE = 250.0
 """Rate of the means that are compared [Hz]; what rotors do to a body is slower."""
 MODEL_RATE = 1000.0
 """Rate of the grid that the model runs on [Hz]: that of the log times a whole number, or this where the log is faster. At 500 Hz
-the low-pass of a gyro of 300 Hz was not told from dead time.
+the low-pass of a gyro of 300 Hz could not be distinguished from dead time.
 """
 ROUNDING = 0.01
 """Share of a period by which a sample may stand late on the grid."""
@@ -28,7 +28,7 @@ class LogSegment:
         log: Index of the log.
         age (n,): Share of the log's time that has passed.
         begin: Time of the first sample [s].
-        period: Of the grid [s].
+        period: Period of the grid [s].
         share: Samples in a mean.
         gyro (n, 3): Body rates [rad/s].
         lift (n,): Specific force along z [m/s2].

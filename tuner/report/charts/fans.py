@@ -15,7 +15,7 @@ TITLES = {
 ROTOR_UNIT = "hover thrust"
 TIME = Axis("time [s]")
 # Instants drawn of a fan at most; the width of a small chart in pixels.
-MOST_INSTANTS = 400
+MAX_INSTANTS = 400
 
 
 def title(signal: str, unit: str) -> str:
@@ -85,12 +85,12 @@ def bounds(
 
 
 def agree(fans: list[Fan]) -> bool:
-    """Say whether fans share their reference; what a position loop asks of roll and pitch differs from point to point."""
+    """Say whether fans share their reference; the setpoints of roll and pitch from a position loop differ from point to point."""
     first = fans[0].reference
     return all(np.array_equal(fan.reference, first, equal_nan=True) for fan in fans)
 
 
-def thinned(fan: Fan, most: int = MOST_INSTANTS) -> Fan:
+def thinned(fan: Fan, most: int = MAX_INSTANTS) -> Fan:
     """Return a fan with at most so many instants; the band keeps the extremes of the instants left out."""
     step = -(-len(fan.time) // most)
     if step <= 1:

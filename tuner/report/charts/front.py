@@ -25,7 +25,7 @@ LAYERS: dict[str, tuple[str, Look]] = {
 # Where the shown values span more than this factor, a linear axis would press most points into a corner.
 LOG_FACTOR = 20.0
 # Pairs beyond these do not fit on a page.
-MOST_PAIRS = 12
+MAX_PAIRS = 12
 
 
 def front_panels(results: TuningFolder) -> list[Panel]:
@@ -33,7 +33,7 @@ def front_panels(results: TuningFolder) -> list[Panel]:
     count = len(results.objectives)
     if count == 1:
         return [_ranking(results)]
-    return [_pair(results, i, j) for i, j in list(combinations(range(count), 2))[:MOST_PAIRS]]
+    return [_pair(results, i, j) for i, j in list(combinations(range(count), 2))[:MAX_PAIRS]]
 
 
 def shown_range(front: HeldOutFront, objective: int) -> AxisRange:

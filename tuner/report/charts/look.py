@@ -1,6 +1,6 @@
 """The look of marks: colour by name, symbol, dashes. Shapes and dashes say what colours say, for print and colour-blind eyes.
 
-The page knows the colours as variables of its style sheet, light and dark; paper has the inks below, which are those of light.
+The page has the colours as variables of its style sheet, light and dark; paper has the inks below, which are those of light.
 """
 
 from collections.abc import Hashable, Sequence

@@ -15,7 +15,7 @@ GAIN_SHOWN = (-60.0, 60.0)
 # Part of the plane around -1 that is shown of any loop, air around it, and how far a margin may lie off that is shown as well.
 AROUND = ((-1.6, 0.6), (-1.1, 1.1))
 AIR, FARTHEST = 1.15, 2.5
-PHASE_SHOWN, PHASE_STEPS, MOST_STEPS = (-720.0, 180.0), (90.0, 180.0), 6
+PHASE_SHOWN, PHASE_STEPS, MAX_STEPS = (-720.0, 180.0), (90.0, 180.0), 6
 
 
 class Crossing(NamedTuple):
@@ -148,7 +148,7 @@ def axes_of(curves: Sequence[tuple[Array, Array]]) -> LoopAxes:
     across = LOOP_AXES.frequency._replace(low=low, high=high)
     bottom = max(PHASE_SHOWN[0], min(-180.0, *(float(phase.min()) for _, phase in seen)))
     top = min(PHASE_SHOWN[1], max(-180.0, *(float(phase.max()) for _, phase in seen)))
-    step = next((step for step in PHASE_STEPS if (top - bottom) / step <= MOST_STEPS), PHASE_STEPS[-1])
+    step = next((step for step in PHASE_STEPS if (top - bottom) / step <= MAX_STEPS), PHASE_STEPS[-1])
     margin = 0.06 * (top - bottom) or step
     up = Axis(LOOP_AXES.phase.title, bottom - margin, top + margin, step=step)
     return LoopAxes(across, up, *plane)

@@ -69,7 +69,7 @@ STYLE: dict[Any, Any] = {
 def glyphs_alone() -> Iterator[None]:
     """Embed fonts without the tables that join, replace or place glyphs: a PDF names each glyph and its place.
 
-    To thin those out takes two thirds of the time of embedding a font, and matplotlib cannot be told to leave them.
+    To thin those out takes two thirds of the time of embedding a font, and matplotlib has no option to leave them.
     """
     load = subset.load_font
 
@@ -417,7 +417,7 @@ def printed(figure: Figure) -> dict[str, bytes]:
     """Return a figure as ".png" and ".pdf", without a date so that the same results give the same bytes.
 
     Printed by the canvases themselves, because `Figure.savefig` draws everything a second time for its bounding box.
-    What was laid out for the first file stands for the second.
+    The layout of the first file serves the second.
     """
     png, pdf = BytesIO(), BytesIO()
     figure.set_dpi(DPI)

@@ -19,7 +19,7 @@ _EARLY: list[Process] = []
 
 
 def started() -> Process:
-    """Start a process that draws what it is told on standard input, see `printing`, and ends when its parent does."""
+    """Start a process that draws the panels on its standard input, see `printing`, and ends when its parent does."""
     # In a session of its own, Ctrl-C reaches the parent alone.
     return subprocess.Popen(
         python_command(CODE),

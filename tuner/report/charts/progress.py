@@ -12,7 +12,7 @@ from tuner.text.numbers import count, significant
 from tuner.text.units import bracketed
 
 # Ticks of an axis of generations at most.
-MOST_TICKS = 6
+MAX_TICKS = 6
 
 
 def progress_panels(history: History) -> list[Panel]:
@@ -75,7 +75,7 @@ def front_probability_panel(results: TuningFolder) -> Panel | None:
 def _generations(history: History) -> Axis:
     """Return the axis of generations, which are whole numbers."""
     last = int(history.generation[-1]) if len(history.generation) else 1
-    step = next(step for power in range(9) for digit in (1, 2, 5) if (step := digit * 10**power) * MOST_TICKS >= last)
+    step = next(step for power in range(9) for digit in (1, 2, 5) if (step := digit * 10**power) * MAX_TICKS >= last)
     return Axis("generation", ticks=tuple((float(tick), str(tick)) for tick in range(0, last + 1, step)))
 
 

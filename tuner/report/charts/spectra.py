@@ -10,12 +10,12 @@ from tuner.report.charts.look import RULE, Look
 FREQUENCY = "frequency [Hz]"
 DENSITY = "density [dB re 1/√Hz]"
 # Density that stands for none.
-LEAST = 1e-12
+MIN_DENSITY = 1e-12
 
 
 def spectrum_mark(spectrum: PointSpectrum, look: Look, name: str) -> Mark:
     """Return the line of a spectrum, seen where its point and its scenario are."""
-    level = 20.0 * np.log10(np.maximum(spectrum.density, LEAST))
+    level = 20.0 * np.log10(np.maximum(spectrum.density, MIN_DENSITY))
     show = {"point": spectrum.point, "scenario": spectrum.scenario}
     return Line(name=name, look=look, x=spectrum.frequency, y=level, tip="%{y:.1f} dB at %{x:.3~g} Hz", show=show)
 

@@ -28,7 +28,7 @@ from tuner.experiments.tuning.validation import Validated, Validation
 from tuner.search.watcher import Watcher
 
 BANK, CANDIDATES, FINALISTS, TRIED = 20_000, 32, 8, 2000
-SEARCHED, FLIGHTS, MOST = 8, 64, 512
+SEARCHED, FLIGHTS, MAX_FLIGHTS = 8, 64, 512
 FAMILIES = {
     "overshoot": Case(LAG, "iae.level", "overshoot.level", 5.0),
     "settling": Case(THIRD, "travel", "settling.level", 9.0),
@@ -42,7 +42,7 @@ class Bank(Problem):
         self.constraints = tuple(replace(entry, confidence=confidence) for entry in problem.constraints)
         self.objectives, self.screens = problem.objectives, ()
         self.scores, self.flights_made = scores, 0
-        self.order = {HELD_OUT: order[:MOST], CONFIRMATION: order[MOST:]}
+        self.order = {HELD_OUT: order[:MAX_FLIGHTS], CONFIRMATION: order[MAX_FLIGHTS:]}
 
     def chunks(self, batch):
         return [(batch.start, batch.count)]
@@ -76,7 +76,7 @@ def found_by(
 ) -> tuple[np.ndarray, list[ComparedRow], Validated]:
     """Return the finalists' rows of the bank, the table, and what is validated in one run."""
     draw = generator(key, "test/confirmed", 0)
-    order = draw.permutation(BANK)[: MOST + FLIGHTS + SEARCHED]
+    order = draw.permutation(BANK)[: MAX_FLIGHTS + FLIGHTS + SEARCHED]
     search = bank[..., order[-SEARCHED:]]
     rows = 1 + draw.permutation(len(bank) - 1)[: len(bank) // 2]
     risks = Evaluator.risks(problem, search, np.repeat("day", SEARCHED))

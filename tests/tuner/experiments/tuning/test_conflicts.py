@@ -12,7 +12,7 @@ from objectives.problem import Constraint, Objective
 from objectives.requirements import Requirement, requirement_excess
 from objectives.risk import Risk
 from tuner.experiments.tuning.conflicts import (
-    MOST_SETS,
+    MAX_SETS,
     conflict_of,
     conflict_texts,
     conflicting_sets,
@@ -64,7 +64,7 @@ def conflicting(found, limits):
 @pytest.mark.parametrize("seed", range(12))
 def test_smallest_sets_against_brute_force(seed):
     kept = np.random.default_rng(seed).random((9, 5)) < 0.35 + 0.04 * seed
-    assert conflicting_sets(kept) == brute_force(kept)[:MOST_SETS]
+    assert conflicting_sets(kept) == brute_force(kept)[:MAX_SETS]
 
 
 def test_pairs_conflict_where_each_is_kept_by_somebody():

@@ -153,7 +153,7 @@ def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, capsys):
     said = re.sub(r"<[^>]*>|\s", "", text[: text.index("</header>")])
     assert "Nearesttofeasible" in said and "significantlybetter" not in said
     assert "automatic limit, mission.followed" in text and "(automatic: mission.followed)" in out
-    assert "Save infeasible.json" in text and "What to fly" not in text
+    assert "Save infeasible.json" in text and "nothing to fly" in out
     assert '"gains_name":"infeasible.json"' in text
 
 

@@ -13,13 +13,13 @@ from tuner.experiments.tuning.finalists import finalists_in_all_states, finalist
 from tuner.experiments.tuning.survivors import Survivors
 
 COUNT = 60
-MOST = 2.0
+MAX_PEAK = 2.0
 
 
 def posed(further: float):
     """Candidates that are the better the closer they are to a limit on Ms; in its last state each has `further` more of it."""
-    ms = np.linspace(1.5, MOST, COUNT)
-    requirement: Any = Requirement("ms", "peak sensitivity", "1", MOST, "max")
+    ms = np.linspace(1.5, MAX_PEAK, COUNT)
+    requirement: Any = Requirement("ms", "peak sensitivity", "1", MAX_PEAK, "max")
     screen = Screen((requirement,), lambda gains: gains, complete=lambda gains: gains + further)
     evaluation = evaluated(10.0 - ms, np.full(COUNT, 5.0), known=requirement.excess(ms))
     problem: Any = SimpleNamespace(
@@ -41,12 +41,12 @@ def _quiet(monkeypatch):
 def test_where_all_that_are_best_break_a_margin_in_its_last_state_those_behind_them_are_finalists():
     problem, survivors, tried, study = posed(0.2)
     nearest, _ = finalists_of(survivors, tried, study)
-    assert np.all(tried.points[nearest] + 0.2 > MOST)
+    assert np.all(tried.points[nearest] + 0.2 > MAX_PEAK)
     chosen, _ = finalists_in_all_states(problem, survivors, tried, study)
-    kept = tried.points[chosen, 0] + 0.2 <= MOST
+    kept = tried.points[chosen, 0] + 0.2 <= MAX_PEAK
     assert kept.all() and len(chosen) == len(nearest)
     # The best of all that keep it is among them.
-    assert tried.points[chosen].max() == tried.points[tried.points + 0.2 <= MOST].max()
+    assert tried.points[chosen].max() == tried.points[tried.points + 0.2 <= MAX_PEAK].max()
 
 
 def test_where_some_keep_it_or_none_can_they_are_those_of_the_search():

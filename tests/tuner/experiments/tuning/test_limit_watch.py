@@ -11,7 +11,7 @@ from plant.seeds import generator
 from tests.tuner.experiments.tuning.test_active_limits import FLIGHTS, OVERSHOOT, along_a_limit, evaluated
 from tuner.experiments.tuning.flight_growth import CHECK_EVERY
 from tuner.experiments.tuning.limit_aim import AIMS, LimitAim
-from tuner.experiments.tuning.limit_watch import MOST_WATCHED, N_TIMES, LimitWatch, scales
+from tuner.experiments.tuning.limit_watch import MAX_WATCHED_POINTS, N_TIMES, LimitWatch, scales
 from tuner.experiments.tuning.run import Recorded
 from tuner.search.convergence import StoppingRule
 from tuner.search.initial_design import initial_design
@@ -62,7 +62,7 @@ def test_points_at_the_limit_make_fresh_flights_once_and_no_others_do():
     for _ in range(12):
         watch.measure(seen, points_of(seen), candidates)
     flown = [point for made in problem.made for point in made]
-    assert len(set(flown)) == len(flown) <= 12 * MOST_WATCHED
+    assert len(set(flown)) == len(flown) <= 12 * MAX_WATCHED_POINTS
     # They end where 1.2 times the overshoot and its interval keep the limit, at about 12.3.
     assert min(abs(point - 12.3) for point in flown) < 0.3
     far = evaluated([1.0, 2.0], [1.0, 1.0])

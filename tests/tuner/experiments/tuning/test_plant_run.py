@@ -214,7 +214,7 @@ def test_the_same_code_is_run_once(written):
 def test_check_tells_how_the_plant_is_stepped_and_how_far_its_margins_are_off(written, monkeypatch, capsys):
     code, out, _ = tuner(monkeypatch, capsys, "check", written / "motor.toml")
     assert code == 0
-    assert "2 steps of 0.5 ms a control period, as the study says; error up to 0." in out and "% of a margin (" in out
+    assert "2 steps of 0.5 ms a control period, fixed by the study; error up to 0." in out and "% of a margin (" in out
     lines = out.splitlines()
     assert [line.split()[0] for line in lines[:4]] == ["title", "plant", "channels", "variables"]
     assert any(line.startswith("Search: ") for line in lines) and any(

@@ -14,7 +14,7 @@ from tests.tuner.conftest import run_small
 from tests.tuner.in_process import tuner
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.problem import batches
-from tuner.experiments.tuning.survivors import MOST_SURVIVORS, joined, layers, surviving
+from tuner.experiments.tuning.survivors import MAX_SURVIVORS, joined, layers, surviving
 from tuner.search.front import feasible_front, hypervolume, non_dominated
 
 FIRST, ALL = 4, 6
@@ -89,7 +89,7 @@ def test_a_front_of_many_is_thinned_by_hypervolume(staged):
     """Of a front whose points crowd at one end, those stay that dominate most."""
     outcome, _ = staged
     seen = outcome.generations[0].evaluation
-    angle = 0.5 * np.pi * np.linspace(0.0, 1.0, 4 * MOST_SURVIVORS) ** 6
+    angle = 0.5 * np.pi * np.linspace(0.0, 1.0, 4 * MAX_SURVIVORS) ** 6
     values = np.concatenate([[[1.0, 1.0]], np.stack([1.0 - np.sin(angle), 1.0 - np.cos(angle)], axis=1)])
     count = len(values)
     crowd = replace(
@@ -104,10 +104,10 @@ def test_a_front_of_many_is_thinned_by_hypervolume(staged):
         flown=np.ones(count, dtype=bool),
     )
     chosen = values[surviving(outcome.problem, crowd, 1)]
-    assert len(chosen) == MOST_SURVIVORS
+    assert len(chosen) == MAX_SURVIVORS
     dominated = hypervolume(chosen, values[0]) / hypervolume(values, values[0])
     along = values[1:][np.argsort(values[1:, 0])]
-    evenly_spaced = along[np.unique(np.linspace(0, len(along) - 1, MOST_SURVIVORS).round().astype(int))]
+    evenly_spaced = along[np.unique(np.linspace(0, len(along) - 1, MAX_SURVIVORS).round().astype(int))]
     assert dominated > 0.995 > hypervolume(evenly_spaced, values[0]) / hypervolume(values, values[0])
 
 

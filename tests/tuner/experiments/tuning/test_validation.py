@@ -18,7 +18,7 @@ from tuner.experiments.tuning import validation
 from tuner.experiments.tuning.validation import Validation
 from tuner.search.watcher import Watcher
 
-MEAN, FLIGHTS, MOST = Risk("mean"), 64, 512
+MEAN, FLIGHTS, MAX_FLIGHTS = Risk("mean"), 64, 512
 ERROR = Objective(parse("itae.position"), MEAN)
 OVERSHOOT = Constraint(Objective(parse("overshoot.x"), MEAN), 15.0, confidence=0.95)
 FAILURE = Constraint(Objective(parse("failure"), MEAN), 0.0, confidence=0.95)
@@ -48,13 +48,13 @@ def made(errors, *limited, constraints=(OVERSHOOT,), spread=1.0) -> Made:
         np.stack([np.array(errors, dtype=float), *[np.array(row, dtype=float) for row in limited]], axis=1),
     )
     for key, stream in enumerate((HELD_OUT, CONFIRMATION)):
-        noise = generator(6, "test/validation", key).standard_normal((*means.shape, MOST))
+        noise = generator(6, "test/validation", key).standard_normal((*means.shape, MAX_FLIGHTS))
         # Exact means of the held-out flights, and of those up to each further look.
         parts = np.split(noise, [FLIGHTS, 2 * FLIGHTS, 4 * FLIGHTS], axis=-1)
         noise = np.concatenate([part - part.mean(axis=-1, keepdims=True) for part in parts], axis=-1)
         scale = np.array([0.01, *[spread] * len(limited)])[:, None]
         scores[stream] = means[..., None] + scale * noise
-    lost = {stream: np.zeros((len(means), MOST), dtype=bool) for stream in scores}
+    lost = {stream: np.zeros((len(means), MAX_FLIGHTS), dtype=bool) for stream in scores}
     return Made(scores, lost, *constraints)
 
 
@@ -95,7 +95,7 @@ def test_points_that_no_look_would_settle_leave_the_flights_to_those_behind_them
     found = validated(problem, monkeypatch)
     assert (found.tuned, found.keeps) == (3, True) and found.further_flights == 3 * FLIGHTS
     # Where nothing else keeps the limit, they fly all the same.
-    assert validated(made([20.0, 8.0], [20.0, 14.95]), monkeypatch).further_flights == MOST - FLIGHTS
+    assert validated(made([20.0, 8.0], [20.0, 14.95]), monkeypatch).further_flights == MAX_FLIGHTS - FLIGHTS
 
 
 def test_nobody_flies_on_who_would_not_be_recommended(monkeypatch):

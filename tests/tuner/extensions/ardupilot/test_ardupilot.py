@@ -28,7 +28,7 @@ from tuner.exchange.target import Request
 from tuner.extensions.ardupilot.export import FILE, TARGET
 from tuner.extensions.ardupilot.map import vertical_gains, vertical_loops
 from tuner.extensions.ardupilot.ranges import DIALECTS, check_names, positive_names
-from tuner.extensions.autopilots.parameters import MOST, single
+from tuner.extensions.autopilots.parameters import MAX_VALUE, single
 
 DIGEST = "cd" * 32
 FIRMWARES = ("4.6", "4.7")
@@ -336,4 +336,4 @@ def test_defaults_are_those_of_the_firmware(firmware, vehicle):
     table = DIALECTS[firmware].table
     assert {name: single(entry.usual) for name, entry in table.items()} == {name: single(found[name]) for name in table}
     check_names(found, DIALECTS[firmware], Path("00_default.param"))
-    assert all(entry.high < MOST for entry in table.values())
+    assert all(entry.high < MAX_VALUE for entry in table.values())

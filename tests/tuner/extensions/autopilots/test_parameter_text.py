@@ -10,7 +10,7 @@ import pytest
 from plant.errors import InputError
 from plant.seeds import generator
 from tuner.extensions.autopilots.parameters import (
-    MOST,
+    MAX_VALUE,
     ParameterInfo,
     enter,
     parameters,
@@ -36,7 +36,9 @@ def test_numbers_are_positional(value, text):
 
 def test_every_number_reads_back_as_the_same_float32():
     drawn = generator(1, "test/parameter_text", 0)
-    values = np.concatenate((10.0 ** drawn.uniform(-30.0, 30.0, 500), -(10.0 ** drawn.uniform(-8.0, 8.0, 500)), [MOST]))
+    values = np.concatenate(
+        (10.0 ** drawn.uniform(-30.0, 30.0, 500), -(10.0 ** drawn.uniform(-8.0, 8.0, 500)), [MAX_VALUE])
+    )
     for value in values:
         text = positional(float(value))
         assert MAVROS.fullmatch(text), text
@@ -74,7 +76,7 @@ def test_files_that_cannot_be_read(tmp_path):
 
 TABLE = {
     "MC_P": ParameterInfo("MC_P", "1/s", 0.1, 0.6, 0.3, "roll.kd"),
-    "MC_N": ParameterInfo("MC_N", "1", 0.0, MOST, 1.0, "roll.ki"),
+    "MC_N": ParameterInfo("MC_N", "1", 0.0, MAX_VALUE, 1.0, "roll.ki"),
 }
 
 

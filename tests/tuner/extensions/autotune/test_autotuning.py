@@ -438,5 +438,5 @@ def test_a_log_that_tells_too_little_ends_with_the_flight_that_would(place, log,
     written(calm, place / "calm.csv")
     made = tuner.autotune("calm.csv", "present.yaml", "out", **FLIGHT)
     assert not made.passed and made.document.stages[-1].state == "stopped"
-    assert "tells nothing" in made.document.sentence and "give its log" in made.document.sentence
+    assert "does not identify" in made.document.sentence and "give its log" in made.document.sentence
     assert Path("out/plan/plan.json").exists() and "plan.html" in Path("out/index.html").read_text()

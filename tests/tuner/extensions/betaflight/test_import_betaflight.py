@@ -201,7 +201,7 @@ def test_derivative_counted_as_inertia(tmp_path):
         ),
         (
             DIFF.replace("set i_roll = 90", "set level_limit = 50"),
-            "level_limit: .* now angle_limit, and the file says 2025.12",
+            "level_limit: .* now angle_limit, and the file is of 2025.12",
         ),
         ("###ERROR IN set: INVALID NAME: 'p_rol'###\n", "holds the error '###ERROR"),
         ("hello\n", "holds no setting of profile 0"),

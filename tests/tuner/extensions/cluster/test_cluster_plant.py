@@ -63,7 +63,7 @@ def test_a_worker_without_the_file_is_told_so_in_one_line(motor):
     forget()
     assert not_here([own.digest]) == [own.digest]
     with pytest.raises(
-        InputError, match=r"has not been given motor.py \(digest .*\), which is sent to nobody: copy it there"
+        InputError, match=r"has not been given motor.py \(digest .*\), which is never sent: copy it there"
     ):
         system_of(pickle.loads(sent))
 

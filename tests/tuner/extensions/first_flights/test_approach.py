@@ -15,8 +15,8 @@ from tests.tuner.in_process import tuner as typed
 from tuner.api.gains import QuadrotorGains, gains_of
 from tuner.extensions.first_flights import approach_api as approaching
 from tuner.extensions.first_flights.approach import (
-    MOST_FACTOR,
-    MOST_STEPS,
+    MAX_FACTOR,
+    MAX_STEPS,
     factors_between,
     rows_between,
     steps_between,
@@ -45,7 +45,7 @@ def test_gains_go_by_equal_factors_and_those_that_change_sign_by_equal_differenc
 def test_as_many_steps_as_keep_every_change_small(ratio):
     present, tuned = np.array([2.0, 5.0]), np.array([2.0 * ratio, 5.0])
     steps = steps_between(present, tuned)
-    assert steps == min(max(int(np.ceil(np.log(ratio) / np.log(MOST_FACTOR) - 1e-6)), 1), MOST_STEPS)
+    assert steps == min(max(int(np.ceil(np.log(ratio) / np.log(MAX_FACTOR) - 1e-6)), 1), MAX_STEPS)
     factors = [
         factors_between(a, b).max()
         for a, b in zip(*(rows_between(present, tuned, steps)[i:] for i in (0, 1)), strict=False)

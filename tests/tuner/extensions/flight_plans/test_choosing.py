@@ -10,7 +10,7 @@ import pytest
 from plant.quadrotor.airframes import load
 from tuner.extensions.flight_plans import choosing
 from tuner.extensions.flight_plans.choosing import (
-    LEAST,
+    MIN_LENGTH,
     AccuracyTarget,
     CandidateExcitation,
     ExcitationSet,
@@ -65,8 +65,8 @@ def test_durations_end_where_more_of_an_axis_carries_in_more_error_than_it_tells
     accuracy = AccuracyTarget(np.array([at]), np.array([0.01]))
     capabilities = TargetCapabilities({"roll": "angle"})
     lengths = required_durations(selection, accuracy, capabilities)
-    scores = [accuracy.score(selection.covariance({"roll": length})) for length in (0.0, LEAST, 60.0)]
-    assert scores[2] > scores[1] and lengths["roll"] in (0.0, LEAST)
+    scores = [accuracy.score(selection.covariance({"roll": length})) for length in (0.0, MIN_LENGTH, 60.0)]
+    assert scores[2] > scores[1] and lengths["roll"] in (0.0, MIN_LENGTH)
 
 
 def test_an_output_counts_from_the_length_on_at_which_the_model_explains_it():

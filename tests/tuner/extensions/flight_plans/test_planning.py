@@ -14,8 +14,8 @@ from tuner.cli.terminal import Console
 from tuner.extensions.flight_plans import choosing, limits, planning
 from tuner.extensions.flight_plans.api import craft_of
 from tuner.extensions.flight_plans.choosing import (
-    LEAST,
-    LONGEST,
+    MAX_LENGTH,
+    MIN_LENGTH,
     AccuracyTarget,
     CandidateExcitation,
     ExcitationSet,
@@ -192,7 +192,7 @@ def test_lengths_are_those_that_the_information_asks_for():
     found = required_durations(excitation_set, accuracy, TargetCapabilities({"roll": "angle", "pitch": "angle"}))
     needed = {"roll": (deviation**-2 - 1.0) / 40.0, "pitch": ((2.0 * deviation) ** -2 - 1.0) / 4.0}
     for axis, length in found.items():
-        assert max(needed[axis], LEAST) <= length <= max(needed[axis], LEAST) + 2.0
+        assert max(needed[axis], MIN_LENGTH) <= length <= max(needed[axis], MIN_LENGTH) + 2.0
     alike = required_durations(
         excitation_set, accuracy, TargetCapabilities({"roll": "angle", "pitch": "angle"}, alike=True)
     )
@@ -207,16 +207,16 @@ def test_an_axis_that_tells_nothing_of_what_is_asked_is_not_flown():
         == 0.0
     )
     hopeless = AccuracyTarget(accuracy.places, np.array([1e-4]))
-    assert required_durations(excitation_set, hopeless, TargetCapabilities({"roll": "angle"}))["roll"] == LONGEST
+    assert required_durations(excitation_set, hopeless, TargetCapabilities({"roll": "angle"}))["roll"] == MAX_LENGTH
 
 
 def test_what_no_flight_tells_is_refused_with_what_to_do():
-    with pytest.raises(InputError, match="which no flight tells; weigh or measure it"):
+    with pytest.raises(InputError, match="which no flight identifies; weigh or measure it"):
         check_names(["lag_up", "mass"], SPACE)
-    with pytest.raises(UnknownNameError, match="number that a flight tells 'thrust_offset'"):
+    with pytest.raises(UnknownNameError, match="parameter that a flight identifies 'thrust_offset'"):
         check_names(["thrust_offset"], SPACE)
     with pytest.raises(
-        InputError, match=r"given rate_damping, which no flight tells; what the airframe says of it counts$"
+        InputError, match=r"given rate_damping, which no flight identifies; what the airframe says of it counts$"
     ):
         check_names(["rate_damping"], SPACE)
 
@@ -237,7 +237,9 @@ def test_what_mass_and_lengths_leave_open_is_refused_with_the_best_that_can_be_h
         axis: [replace(trial, information=_leaning(trial.information))] for axis, trial in excitation_set.trials.items()
     }
     narrow = replace(ASKED, numbers=("inertia.x",), within=0.02)
-    with pytest.raises(InputError, match=r"comes to within \d.\d % at best, given 2 %, for the mass is known to 2 %"):
+    with pytest.raises(
+        InputError, match=r"comes to within \d.\d % at best, given 2 %, because the mass is known to 2 %"
+    ):
         accuracy_target(task, narrow, coupled)
     assert accuracy_target(task, replace(narrow, within=0.1), coupled).places.tolist() == [
         SPACE.names.index("inertia.x")
@@ -250,7 +252,7 @@ def test_what_another_given_number_leaves_open_is_refused_with_its_name():
     coupled = ExcitationSet(SPACE, {"roll": replace(told, information=_leaning(told.information, "rate_damping"))})
     request = replace(ASKED, numbers=("inertia.x",), within=0.1)
     reason = planning.out_of_reach("inertia.x", 3.0, request, coupled)
-    assert "for the damping of roll and pitch is given to 50 % and not identified; ask for less" in reason
+    assert ": the damping of roll and pitch is given to 50 % and not identified; allow wider intervals" in reason
 
 
 def _leaning(information, given="mass"):

@@ -44,14 +44,16 @@ def row(
 def test_a_plan_that_tells_of_nothing_is_refused_with_names_and_widths() -> None:
     """An interval that shrinks to 60 % of its prior's stays at its prior when the vehicle is identified."""
     with pytest.raises(
-        InputError, match=r"--within: no flight .* tells inertia.x \(290 % after it, 166 % before\), lag_up .*half"
+        InputError, match=r"--within: no flight .* identifies inertia.x \(290 % after it, 166 % before\), lag_up .*half"
     ):
         check(1.39, 0.97, 0.6)
     check(1.4, 0.5, 2.0)
 
 
 def test_a_number_that_is_named_and_not_told_is_refused() -> None:
-    with pytest.raises(InputError, match="--numbers: no flight within these limits tells lag_up .*or ask for others"):
+    with pytest.raises(
+        InputError, match="--numbers: no flight within these limits identifies lag_up .*or ask for others"
+    ):
         check(0.3, 0.6, 0.5, is_named=True)
     check(0.3, 0.5, 0.5, is_named=True)
 

@@ -100,7 +100,7 @@ def test_links_are_refused(tmp_path):
 
 
 def test_what_would_fill_the_disk_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(archives, "MOST_CONTENT", 2**20)
+    monkeypatch.setattr(archives, "MAX_CONTENT_BYTES", 2**20)
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("modelDescription.xml", description(2))

@@ -320,10 +320,10 @@ FAULTS = {
     "order of the Crazyflie": (lambda log: replace(log, command=log.command[:, [1, 3, 2, 0]]), "four motors act as"),
     "FRD": (lambda log: replace(log, gyro=log.gyro * FRD, acceleration=log.acceleration * FRD), "z points down"),
     "gyro in FRD": (lambda log: replace(log, gyro=log.gyro * FRD), "turn against the motors"),
-    "g": (lambda log: replace(log, acceleration=log.acceleration / 9.80665), "g are taken for m/s2"),
-    "m/s2 as g": (lambda log: replace(log, acceleration=log.acceleration * 9.80665), "m/s2 are taken for g"),
-    "deg/s": (lambda log: replace(log, gyro=np.degrees(log.gyro)), "deg/s are taken for rad/s"),
-    "rad/s as deg/s": (lambda log: replace(log, gyro=np.radians(log.gyro)), "rad/s are taken for deg/s"),
+    "g": (lambda log: replace(log, acceleration=log.acceleration / 9.80665), "values are in g, not m/s2"),
+    "m/s2 as g": (lambda log: replace(log, acceleration=log.acceleration * 9.80665), "values are in m/s2, not g"),
+    "deg/s": (lambda log: replace(log, gyro=np.degrees(log.gyro)), "values are in deg/s, not rad/s"),
+    "rad/s as deg/s": (lambda log: replace(log, gyro=np.radians(log.gyro)), "values are in rad/s, not deg/s"),
     "gyro twice": (lambda log: replace(log, gyro=2.0 * log.gyro), "the time base is wrong, often by 2"),
     "time twice": (lambda log: replace(log, time=2.0 * log.time), "the time base is wrong, often by 2"),
     "commands in per cent": (lambda log: replace(log, command=100.0 * log.command), "correct idle and full"),
@@ -364,17 +364,17 @@ def saturated(log):
 def test_a_log_that_tells_nothing_is_refused_by_check_and_fit_alike(flown, fitted_once, tmp_path):
     """It was called usable, and the fit ended in an IndexError."""
     calm, mapping = saturated(flown[3].log), tmp_path / "columns.toml"
-    with pytest.raises(InputError, match="tell nothing of this vehicle"):
+    with pytest.raises(InputError, match="do not identify the vehicle"):
         identify_vehicle([calm], AIRFRAME)
     mapping.write_text(MAPPING)
     for name, log in (("calm.csv", calm), ("shaken.csv", flown[0].log)):
         (tmp_path / name).write_text(csv_table(log))
     checked = check_logs(tmp_path / "calm.csv", airframe="crazyflie-pybullet", mapping=mapping)
     assert not checked.usable
-    assert any("tell nothing of this vehicle" in row.text for row in checked.document.findings)
+    assert any("do not identify the vehicle" in row.text for row in checked.document.findings)
     both = [tmp_path / "calm.csv", tmp_path / "shaken.csv"]
     checked = check_logs(both, airframe="crazyflie-pybullet", mapping=mapping)
-    assert checked.usable and any("tell nothing of this vehicle" in row.text for row in checked.document.findings)
+    assert checked.usable and any("do not identify the vehicle" in row.text for row in checked.document.findings)
     assert is_silent(calm) and not any(is_silent(flight.log) for flight in flown[:3])
 
 

@@ -126,7 +126,7 @@ def test_what_cannot_be_used_is_told_in_a_line(arguments, message):
         (["--plan", "f450", "--arm", "0"], "up to 0.5"),
         (["--plan", "f450", "--to", "px4"], "MC_AT_SYSID_AMP"),
         (["--plan", "f450", "--numbers", "arm"], "which no flight tells"),
-        (["--plan", "f450", "--numbers", "lag"], "unknown number that a flight tells 'lag'"),
+        (["--plan", "f450", "--numbers", "lag"], "unknown parameter that a flight identifies 'lag'"),
         (["--plan", "f450", "--tilt", "1", "--rate", "5"], "air and noise alone take the rate to"),
         (["--plan", "f450", "--report", "plan.pdf"], "ends in .html"),
     ],

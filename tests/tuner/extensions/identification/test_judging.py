@@ -72,7 +72,7 @@ def test_the_model_explains_slow_motion_and_not_the_noise_of_the_sensors(identif
 def test_the_verdict_names_a_band_that_is_too_narrow_and_what_is_not_white(identified):
     rows = identification_document(identified[0], [], None).prediction
     words = " ".join(prediction_words([rows[0].model_copy(update={"covered": 0.5, "correlated": 0.6}), *rows[1:]]))
-    assert "holds only 50 % of roll" in words and "leaves over of roll is not white" in words
+    assert "holds only 50 % of roll" in words and "residual of roll is not white" in words
     assert "white behind the noise model" in prediction_words(rows)[-1]
 
 
@@ -95,7 +95,7 @@ def test_the_page_shows_what_is_told_and_what_is_not_and_no_markup_of_a_file_nam
     found = replace(found, logs=logs)
     document = identification_document(found, [], None)
     text = identification_page(found, document).text()
-    assert document.verdict in text and "given: no log tells it" in text and "<script>alert" not in text
+    assert document.verdict in text and "given: no log identifies it" in text and "<script>alert" not in text
     for row in document.prediction:
         assert all(f'id="{part}-{row.output}"' in text for part in ("prediction", "spectrum", "whiteness"))
 

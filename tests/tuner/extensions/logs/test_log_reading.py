@@ -10,7 +10,7 @@ import pytest
 from plant.errors import InputError, MissingPackageError
 from tests.tuner.extensions.logs.written import MAPPING, WRITERS, crazyflie, truth
 from tuner.extensions.logs import blackbox, ulog
-from tuner.extensions.logs.flight_log import LEAST_SAMPLES
+from tuner.extensions.logs.flight_log import MIN_SAMPLES
 from tuner.extensions.logs.reading import READERS, read_log
 
 # Steps of the motor commands in the formats: 16 bits, 12 bits, pulses of 1 us.
@@ -20,7 +20,7 @@ ROUNDED = {"Betaflight blackbox (.bbl)": (1e-3, 3e-3)}
 """Half a step of rates [rad/s] and of specific force [m/s2] in formats of whole numbers."""
 SETPOINTS = ("CSV", "PX4 ULog", "ArduPilot DataFlash (.bin)", "Betaflight blackbox (.bbl)")
 """Kinds whose writers give half of the rates as their setpoints."""
-LONGEST, MOST_MEMORY = 20.0, 50e6
+LONGEST, MAX_MEMORY = 20.0, 50e6
 """Longest time [s] and most memory [bytes] that any file of these sizes, 20 to 100 kB, may take; each takes a hundredth of the time."""
 
 
@@ -68,7 +68,7 @@ def test_the_first_version_of_the_deck_counts_milliseconds(tmp_path, mapping):
 def test_a_log_that_is_cut_off_is_read_as_far_as_it_goes_or_refused(kind, tmp_path, mapping):
     content = WRITERS[kind](truth(1200))
     log = read(kind, content[: len(content) // 2], tmp_path, mapping)
-    assert LEAST_SAMPLES <= len(log.time) < 1200
+    assert MIN_SAMPLES <= len(log.time) < 1200
 
 
 def test_a_pause_breaks_a_log_and_small_gaps_are_counted(tmp_path, mapping):
@@ -229,7 +229,7 @@ def test_damaged_files_are_read_or_refused_in_a_line(kind, count, tmp_path, mapp
         else:
             assert np.all(np.isfinite(log.gyro)) and np.all(np.diff(log.time) > 0.0)
         assert monotonic() - begin < LONGEST
-        assert tracemalloc.get_traced_memory()[1] < MOST_MEMORY
+        assert tracemalloc.get_traced_memory()[1] < MAX_MEMORY
 
 
 def test_a_column_that_stands_twice_is_refused():

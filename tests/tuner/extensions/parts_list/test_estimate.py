@@ -101,7 +101,7 @@ def test_a_lowered_speed_is_said(hover, said, tmp_path):
     parts = {"mass": 0.6, "wheelbase": 0.25, "propeller": "5.1x4.8x3", "kv": 2400, "cells": 8, "hover": hover}
     verdict = estimate_airframe(tmp_path / "strong.toml", **parts).document.verdict
     assert verdict.index(said) < verdict.index("These ranges are wide")
-    assert "speed_max was lowered to 14.7 times, for an airframe may have 15 at most" in verdict
+    assert "speed_max was lowered to 14.7 times, the most that an airframe may have (15)" in verdict
     assert load(tmp_path / "strong.toml").vehicle.mass == 0.6
 
 

@@ -130,7 +130,7 @@ def test_the_same_number_twice_and_windows_line_ends_are_read(tmp_path):
 def test_another_version_and_no_heading_loop_are_said(tmp_path):
     content = "# Stack: PX4 Pro\n# Version: 1.12.3\n" + line("MC_YAW_WEIGHT", 0)
     notes = "\n".join(read("px4", write(tmp_path, content), airframe="iris").notes)
-    assert "The file says version 1.12.3" in notes and "MC_YAW_WEIGHT = 0" in notes
+    assert "The file is of version 1.12.3" in notes and "MC_YAW_WEIGHT = 0" in notes
     plain = "# Version: 1.16.2\n" + line("MC_YAW_WEIGHT", 0.4)
     assert "The file says" not in "\n".join(read("px4", write(tmp_path, plain), airframe="iris").notes)
 

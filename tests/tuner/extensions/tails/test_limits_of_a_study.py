@@ -11,7 +11,7 @@ from tuner.cli.printers.run_end import clear_text
 from tuner.documents.summary import Summary
 from tuner.experiments.tuning.ending import ending_of
 from tuner.extensions.tails.estimation.crude import BATCH
-from tuner.extensions.tails.limits import MOST, FinalistTails, TailLimits, TailValue, confidence_of
+from tuner.extensions.tails.limits import MAX_POINTS, FinalistTails, TailLimits, TailValue, confidence_of
 from tuner.search.watcher import Watcher
 from tuner.study.build import load_study
 from tuner.text.numbers import count
@@ -61,7 +61,7 @@ class Listed(TailLimits):
     """Limits whose probabilities are listed by the first gain of a row."""
 
     def values(self, gains, place):
-        assert 0 <= place < MOST
+        assert 0 <= place < MAX_POINTS
         return {0: TailValue(gains[0], 0.5 * gains[0], 2.0 * gains[0], 10, {})}
 
 
@@ -76,7 +76,7 @@ def test_points_are_judged_until_one_keeps_the_limit(study):
 
 def test_points_that_are_judged_share_the_error_of_one(study):
     (limit,) = (entry for entry in study.constraints if entry.is_tail)
-    errors = [1.0 - confidence_of(limit, place) for place in range(MOST)]
+    errors = [1.0 - confidence_of(limit, place) for place in range(MAX_POINTS)]
     assert sum(errors) == pytest.approx(0.05) and errors == sorted(errors, reverse=True)
     # By chance alone: points at their limit whose upper ends miss it at half the error each, one of them at 2.5 %.
     kept = 1.0 - np.prod([1.0 - 0.5 * error for error in errors])

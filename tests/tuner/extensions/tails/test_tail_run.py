@@ -38,7 +38,7 @@ def few_replicas_and_failures():
     """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("tuner.extensions.tails.estimation.estimate.FIRST", 4)
-        patch.setattr("tuner.extensions.tails.estimation.planning.LEAST_CHAINS", 8)
+        patch.setattr("tuner.extensions.tails.estimation.planning.MIN_CHAINS", 8)
         patch.setattr("tuner.extensions.tails.estimation.planning.FAILURES", 2)
         yield
 

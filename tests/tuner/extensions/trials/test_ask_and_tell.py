@@ -269,7 +269,7 @@ def test_trials_asked_for_otherwise_are_refused(tmp_path):
     ask(study, out)
     asked = out / "asked.jsonl"
     asked.write_text(asked.read_text().replace('"x": 1.5', '"x": 1.25'))
-    with pytest.raises(StoreError, match="p0000-search-000 was asked for with other values"):
+    with pytest.raises(StoreError, match="the recorded p0000-search-000 has other values"):
         ask(study, out)
 
 

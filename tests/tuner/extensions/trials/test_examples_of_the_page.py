@@ -72,7 +72,7 @@ def test_the_commands_print_trials_take_answers_and_say_what_comes_next(tmp_path
         "p0000-search-001",
         "p0001-search-000",
     ]
-    assert told == f"16 trials to be made; tell what they gave with `tuner tell {out}`, then ask again.\n"
+    assert told == f"16 trials pending; submit the results with `tuner tell {out}`, then run `tuner ask` again.\n"
     assert called("ask", study, "--out", out, "--count", 3)[1] == said
     answers = tmp_path / "answers.jsonl"
     given = [line(json.loads(entry), made) for entry in said.splitlines()]
@@ -80,7 +80,7 @@ def test_the_commands_print_trials_take_answers_and_say_what_comes_next(tmp_path
     code, said, told = called("tell", out, answers)
     assert (code, said) == (2, "")
     assert told.splitlines()[0].startswith(f"Refused: {answers}, line 4: 'nonsense' is not JSON; each line is")
-    assert told.splitlines()[1] == "Lines: 3 taken, 0 told before, 1 refused. 13 trials still lacking."
+    assert told.splitlines()[1] == "Lines: 3 accepted, 0 duplicate, 1 rejected. 13 trials pending."
     assert len((out / RESULTS_FILE).read_text().splitlines()) == 3
     code, said, _ = called("show", out)
     assert code == 0
@@ -98,7 +98,7 @@ def test_a_concluded_run_is_told_and_drawn_again(tmp_path):
     out = ask(study, tmp_path / "out", make=made).path
     code, said, told = called("ask", tmp_path / "bowls.toml", "--out", out)
     assert (code, said) == (0, "")
-    assert told.startswith("All is told: ")
+    assert told.startswith("All results are in")
     code, said, _ = called("show", out)
     assert code == 0
     assert "2 variables, seed 7; random tried 16 candidates" in said

@@ -142,8 +142,8 @@ def test_told_twice_is_ignored_and_told_otherwise_refused(tmp_path):
     told = tell(out, [good, json.dumps({**trial, "metrics": made(trial)})], "lines")
     assert (told.n_accepted, told.n_duplicates, told.rejected) == (0, 2, [])
     other = refusal(out, json.dumps({"id": trial["id"], "metrics": {"left": 1.0, "right": 2.0}}))
-    assert f"{trial['id']}: was told before as" in other
-    assert "what was told first stays" in other
+    assert f"{trial['id']}: was submitted before as" in other
+    assert "the first result stays" in other
     assert (out / RESULTS_FILE).read_bytes() == before
 
 
@@ -156,7 +156,7 @@ def test_late_is_what_was_given_up_before(tmp_path):
     following = ask(study, out).trials
     assert trials[0]["id"] not in {trial.id for trial in following}
     late = refusal(out, line(trials[0], made))
-    assert f"{trials[0]['id']}: was told before as failed (no answer for an hour), and now as" in late
+    assert f"{trials[0]['id']}: was submitted before as failed (no answer for an hour), and now as" in late
     assert ask(study, out).trials == following
 
 

@@ -214,7 +214,7 @@ GUARDS = {
         "two objectives that rank all candidates alike",
         lambda outcome: after.correlated_objectives(_labels(outcome), _flown_values(outcome)),
     ),
-    "duplicate_knee": Guard(AFTER, "points that cannot be told from the recommended one", _duplicate_knees),
+    "duplicate_knee": Guard(AFTER, "points that cannot be distinguished from the recommended one", _duplicate_knees),
     "lost_flights": Guard(AFTER, "a recommended point that loses flights which nothing limits", _lost),
     "worse_unjudged": Guard(AFTER, "quantities that nothing judges and that became much worse", _worse_unjudged),
     "unlimited_margins": Guard(

@@ -67,8 +67,8 @@ def seldom_reached(labels: Sequence[str], values: Sequence[float | None], never:
         never: Times [s] that a flight without the event counts as, by objective and scenario.
     """
     return [
-        f"{label} is {value:.4g} s, and {mean(times):.4g} s stands for a flight that does not come to what it waits for: most "
-        f"flights do not. {NO_EVENT}"
+        f"{label} is {value:.4g} s, and {mean(times):.4g} s is the value of a flight without the event: most "
+        f"flights have none. {NO_EVENT}"
         for label, value, times in zip(labels, values, never, strict=True)
         if times and value is not None and value >= SELDOM * mean(times)
     ]
@@ -148,7 +148,7 @@ def lenient_flights(
     advice = (
         f"Continue: `tuner resume` with --search-flights {more}."
         if resumable
-        else f"Raise search, the flights of each scenario, to {more} and run anew."
+        else f"Raise search, the flights of each scenario, to {more} and run again."
     )
     for label, column in zip(labels, value_ratios(search, held_out).T, strict=True):
         ratios = column[~np.isnan(column)]

@@ -8,7 +8,7 @@ import numpy as np
 from objectives.margins.margins import MarginModel
 from objectives.margins.period import CHANNELS
 from objectives.margins.trim import Trim
-from plant.quadrotor.nominal import LEAST_CUTOFF, MOST_CUTOFF, yaw_lead, yaw_smoothing
+from plant.quadrotor.nominal import MAX_CUTOFF, MIN_CUTOFF, yaw_lead, yaw_smoothing
 from plant.ties import first_largest
 from tuner.study.study import Study
 
@@ -76,7 +76,7 @@ def yaw_margins(study: Study, gains: np.ndarray, cutoff: float | None = None) ->
 def _advice(study: Study, row: np.ndarray, lead: float, present: YawMargins) -> str:
     """Return the best of the changes that were tried, in a sentence."""
     now = f"{present.phase[0]:.3g} deg"
-    wanted = np.clip(lead / (2.0 * pi) * np.array(CUTOFFS), LEAST_CUTOFF, MOST_CUTOFF).tolist()
+    wanted = np.clip(lead / (2.0 * pi) * np.array(CUTOFFS), MIN_CUTOFF, MAX_CUTOFF).tolist()
     cutoffs = list(dict.fromkeys(float(f"{each:.2g}") for each in wanted))
     tried = [yaw_margins(study, row[None], cutoff) for cutoff in cutoffs]
     best = _better(present, np.array([each.phase[0] for each in tried]), np.array([each.ms[0] for each in tried]))

@@ -25,9 +25,9 @@ class ControlLibraries:
 
     Attributes:
         name: Short name of the firmware.
-        checkout: What the folder is, in words.
+        checkout: Description of the folder.
         source: Our program, which includes the libraries' sources.
-        middleware: What they ask of the firmware's other parts, included before all else.
+        middleware: Interface to the firmware's other parts, included before all else.
         empty: Headers of those parts, which are read as empty.
         folders: Folders of the checkout in which headers and sources are looked for.
         marker: A file that every checkout has.

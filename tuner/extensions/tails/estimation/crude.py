@@ -15,10 +15,10 @@ def count_failures(limit: LimitFunction, number: int, rows: int, curve: Array, r
 
     Args:
         limit: limit function.
-        number: of the batch.
+        number: number of the batch.
         rows: drawn.
         curve: increasing levels; the last is 1.
-        rng: of the batch alone.
+        rng: source of random numbers of the batch alone.
     """
     reached, failed = np.zeros(len(curve), dtype=int), np.zeros(len(limit.modes), dtype=int)
     at_once = max(NUMBERS // max(limit.dimension, 1), 1)

@@ -10,8 +10,8 @@ not that of all (Breitung).
 - A. Der Kiureghian, T. Dakessian, "Multiple design points in first and second-order reliability", Structural Safety
   20(1):37-49, 1998: one for each mode.
 
-Processes in time have thousands of normals, which the search takes in bins of time: as many numbers as a gradient can have. What
-of a process is faster than a bin it leaves at 0.
+Processes in time have thousands of normals, which the search takes in bins of time: as many numbers as a gradient can have. The
+part of a process that is faster than a bin stays 0.
 """
 
 from dataclasses import dataclass
@@ -32,8 +32,8 @@ TURNS = (1.0, 0.6, 0.3, 0.1, 0.03)
 REACH = (0.0, *np.geomspace(0.5, 64.0, 15).tolist())
 """Distances at which the direction of a failure is tried, over its own."""
 HALVINGS = 10
-"""Of the interval that holds the distance of a direction."""
-GAIN, MOST_STEPS = 0.005, 12
+"""Number of halvings of the interval that holds the distance of a direction."""
+GAIN, MAX_STEPS = 0.005, 12
 """Share by which a step must come nearer for the search to go on, and steps at most."""
 
 
@@ -75,7 +75,7 @@ class Boundary(NamedTuple):
 
 
 def find_design_point(
-    limit: LimitFunction, mode: int, basis: Basis, failure: Array, steps: int = MOST_STEPS
+    limit: LimitFunction, mode: int, basis: Basis, failure: Array, steps: int = MAX_STEPS
 ) -> Array | None:
     """Return the most likely failure (d,) of a mode near a known one.
 
@@ -84,7 +84,7 @@ def find_design_point(
     Args:
         limit: limit function.
         mode: column of its values.
-        basis: of the subspace.
+        basis: basis of the subspace.
         failure: vector (d,) that fails, or would farther out.
         steps: at most.
     """

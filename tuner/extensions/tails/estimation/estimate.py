@@ -82,10 +82,10 @@ def estimate_tail(
         limit: limit function.
         seed: root of all streams.
         request: width, smallest probability and evaluations allowed.
-        plan: of `plan_tail` for the same arguments, where it is at hand.
+        plan: plan of `plan_tail` for the same arguments, where it is at hand.
         completed: replicas of the same arguments, which are not run again.
         on_progress: called with each replica.
-        runner: of the replicas of splitting, by default this machine.
+        runner: runner of the replicas of splitting, by default this machine.
     """
     plan = plan or plan_tail(limit, seed, request)
     replicas = _Replicas(limit, seed, request, plan, completed, on_progress, runner or LocalReplicas(limit, seed))

@@ -10,7 +10,7 @@ normals closer in direction to either kind, and both get a ladder. Together they
 unbiased wherever the border lies. They replace the one ladder where one of them is starved on the way: its part of the states
 at some level is `STARVED` times less than its part of the failures.
 
-Looked for in up to `MOST_DIMENSIONS`, as each gradient takes that many rows, and inflated noise of more dimensions no longer
+Looked for in up to `MAX_DIMENSIONS`, as each gradient takes that many rows, and inflated noise of more dimensions no longer
 fails as noise does. Beyond that, the one ladder stays: its replicas are unbiased and spread widely, so the interval of such an
 event at 1e-4 in 100 dimensions took ten times the evaluations (30 of 30 held it). A mode that no replica meets is missed; only
 named modes are safe. Of three modes, two that hide from each other share a sector.
@@ -25,17 +25,17 @@ from tuner.extensions.tails.estimation.design_point import WholeSpace, find_desi
 from tuner.extensions.tails.estimation.limit_function import Array, LimitFunction
 from tuner.extensions.tails.estimation.splitting import Ascent, Sampler, climb, run_together
 
-MOST_DIMENSIONS = 64
+MAX_DIMENSIONS = 64
 INFLATED = (1.5, 2.0, 3.0, 4.0)
 """Deviations that are tried until `ENOUGH` states fail."""
 ROWS, ENOUGH = 200, 8
 STEPS = 3
-"""Of the search for a design point: directions are enough."""
+"""Number of steps of the search for a design point: directions are enough."""
 SAME_MODE = 0.5
 """Cosine of design points above which two failures belong together: 60 degrees."""
 STARVED = 4.0
 SHARPNESS = 10.0
-"""Of the border between sectors, in demand per standard deviation: levels below 1 lie up to 0.1 beyond it."""
+"""Sharpness of the border between sectors, in demand per standard deviation: levels below 1 lie up to 0.1 beyond it."""
 
 
 class Sector(NamedTuple):
@@ -52,7 +52,7 @@ class SectorLimit:
 
     Attributes:
         limit: limit function.
-        sectors: whose columns follow those of the limit function.
+        sectors: sectors whose columns follow those of the limit function.
     """
 
     limit: LimitFunction
@@ -117,7 +117,7 @@ def divide(
         ascent: to a mode of it.
         chains: number of seeds of a level.
         smallest: probability below which the climb ends.
-        rng: of the search.
+        rng: source of random numbers of the search.
     """
     mode = ascent.ladder.mode
     [failures] = run_together(limit, [look_for_failures(mode, limit.dimension, rng)])

@@ -54,8 +54,8 @@ def replicas_needed(variation: float, relative_width: float, confidence: float) 
 
     Args:
         variation: coefficient of variation of one.
-        relative_width: of the interval over the mean.
-        confidence: of the interval.
+        relative_width: width of the interval over the mean.
+        confidence: confidence of the interval.
     """
     # 2 sinh(h) is the relative width of exp(-h) to exp(h).
     reach = float(np.arcsinh(0.5 * relative_width))

@@ -34,7 +34,7 @@ class LimitFunction(Protocol):
     def values(self, normals: Array) -> Array:
         """Return demand over capacity (n, m) of normals (n, d): a pure function of each row.
 
-        What has no value is NaN and counts as a failure of that mode. Rows may be evaluated in any order, on any
+        A missing value is NaN and counts as a failure of that mode. Rows may be evaluated in any order, on any
         number of threads.
         """
         ...
@@ -71,8 +71,8 @@ class Replica(NamedTuple):
     """One unbiased estimate: a function of limit function, plan, seed and number alone; JSON numbers, so it can be kept.
 
     Attributes:
-        number: of the stream that it drew from.
-        probability: of the event.
+        number: number of the stream that it drew from.
+        probability: probability of the event.
         ladders: probability of the target of each ladder.
         curve: probability that the largest demand reaches each level of the estimate's curve.
         evaluations: rows of the limit function evaluated.
@@ -89,11 +89,11 @@ class ModeEstimate(NamedTuple):
     """Probability of one failure mode and its share of the event.
 
     Attributes:
-        name: of the mode.
-        probability: that the mode's demand reaches 1, whatever the other modes do.
-        interval: of that at the level of the estimate.
-        share: of the event's probability; shares add up to more than 1 where modes coincide.
-        share_interval: of the share.
+        name: name of the mode.
+        probability: probability that the mode's demand reaches 1, whatever the other modes do.
+        interval: interval of the probability at the level of the estimate.
+        share: share of the event's probability; shares add up to more than 1 where modes coincide.
+        share_interval: interval of the share.
     """
 
     name: str

@@ -8,7 +8,7 @@ import numpy as np
 
 from plant.seeds import generator
 from tuner.extensions.tails.estimation.hidden_modes import (
-    MOST_DIMENSIONS,
+    MAX_DIMENSIONS,
     Sector,
     SectorLimit,
     divide,
@@ -19,31 +19,37 @@ from tuner.extensions.tails.estimation.limit_function import Array, LimitFunctio
 from tuner.extensions.tails.estimation.splitting import CHAIN, FRACTION, Ascent, Ladder, climb, run_together
 
 PILOT_CHAINS = 50
-"""Of an ascent to a mode or a sector: with 30, some sectors got so few states that an estimate took ten times the replicas."""
-LEAST_CHAINS = 25
-"""Of a replica's ladders together."""
+"""Chains of an ascent to a mode or a sector: with 30, some sectors got so few states that an estimate took ten times the
+replicas.
+"""
+MIN_CHAINS = 25
+"""Chains of a replica's ladders together, at least."""
 CRUDE_FROM = 0.004
 """Probability above which crude Monte Carlo costs less, at any width: (1 - p) / p against `SPREAD` ln(p)^2."""
 SPREAD = 8.0
-"""Of splitting: squared coefficient of variation times evaluations, over ln(p)^2: first passages took 7 to 8, pilot included."""
+"""Cost of splitting: squared coefficient of variation times evaluations, over ln(p)^2: first passages took 7 to 8, pilot
+included.
+"""
 FAILURES = 8
-"""Of a mode at most, from which its design point may be sought."""
-FLOOR = 30.0
-"""Part of the smallest probability asked for at which a pilot ends: states are few, so it may be off by as much as 3."""
+"""Failures of a mode, at most, from which its design point may be sought."""
+PILOT_DEPTH = 30.0
+"""Factor below the smallest requested probability at which a pilot ends; with its few states it may be off by 3."""
 MEMORY = 100e6
 """Bytes that the states of replicas may take."""
 VECTORS = 11
-"""Of normals for each chain at most: states, their moves, and survivors of two levels, of which one is being gathered."""
+"""Number of normal vectors per chain at most: states, their moves, and survivors of two levels, of which one is being
+gathered.
+"""
 
 
 class Request(NamedTuple):
     """The estimate asked for.
 
     Attributes:
-        relative_width: of the interval over the probability: 0.5 is about a quarter to either side.
+        relative_width: width of the interval over the probability: 0.5 is about a quarter to either side.
         smallest: probability that matters.
         most_evaluations: rows of the limit function, pilot included.
-        confidence: of the intervals.
+        confidence: confidence of the intervals.
         method: None for the one that costs less.
     """
 
@@ -59,13 +65,13 @@ class Plan:
     """All that replicas need but their streams; a function of limit function, request and seed.
 
     Attributes:
-        method: of the replicas.
-        ladders: of splitting, in columns of the sectors' limit function.
-        sectors: of modes that hide others.
+        method: method of the replicas.
+        ladders: ladders of splitting, in columns of the sectors' limit function.
+        sectors: sectors of modes that hide others.
         curve: levels at which the largest demand is counted; the last is 1.
         failures: some (k, d) of each mode that was reached.
         is_stalled: whether no ladder reached the event, and one of them for want of anything nearer to it.
-        probability: of the event, roughly.
+        probability: probability of the event, roughly.
         independent: first rows of each ascent, drawn independently; none fails by a mode that was not reached.
         evaluations: rows of the pilot.
     """
@@ -107,7 +113,7 @@ def expected_evaluations(probability: float, relative_width: float, method: Meth
     rows = (2.0 * 1.96 / relative_width) ** 2 * per_variance
     if method is Method.SPLITTING:
         # However wide the interval may be.
-        rows = max(rows, FIRST * LEAST_CHAINS * CHAIN * np.log(probability) / np.log(FRACTION))
+        rows = max(rows, FIRST * MIN_CHAINS * CHAIN * np.log(probability) / np.log(FRACTION))
     return int(np.ceil(rows))
 
 
@@ -118,9 +124,9 @@ def choose_method(probability: float) -> Method:
 
 def pilot_evaluations(limit: LimitFunction, smallest: float) -> int:
     """Return the most rows that a pilot takes; most take a third."""
-    levels = int(np.ceil(np.log(smallest / FLOOR) / np.log(FRACTION))) + 1
+    levels = int(np.ceil(np.log(smallest / PILOT_DEPTH) / np.log(FRACTION))) + 1
     rows = PILOT_CHAINS * CHAIN * levels
-    if limit.dimension <= MOST_DIMENSIONS:
+    if limit.dimension <= MAX_DIMENSIONS:
         rows += 2 * PILOT_CHAINS * CHAIN * levels + most_evaluations(limit.dimension)
     return rows * len(limit.modes)
 
@@ -133,7 +139,7 @@ def plan_tail(limit: LimitFunction, seed: int, request: Request) -> Plan:
         return Plan(Method.CRUDE, curve=np.linspace(0.1, 1.0, 10))
     counted = _CountedLimit(limit)
     chains = min(PILOT_CHAINS, most_chains(limit.dimension))
-    ascents, sectors = _climb_all(counted, seed, chains, request.smallest / FLOOR)
+    ascents, sectors = _climb_all(counted, seed, chains, request.smallest / PILOT_DEPTH)
     reached = [ascent for ascent in ascents if ascent.ladder.target == 1.0]
     probability = min(sum(ascent.probability for ascent in reached), 1.0)
     method = request.method or choose_method(probability)
@@ -170,7 +176,7 @@ def _climb_all(
         rng = generator(seed, "tail/pilot", mode)
         [ascent] = run_together(limit, [climb(mode, limit.dimension, chains, smallest, rng)])
         is_rare = ascent.probability < CRUDE_FROM and np.isfinite(ascent.ladder.target)
-        parts = divide(limit, ascent, chains, smallest, rng) if is_rare and limit.dimension <= MOST_DIMENSIONS else ()
+        parts = divide(limit, ascent, chains, smallest, rng) if is_rare and limit.dimension <= MAX_DIMENSIONS else ()
         for sector, part in parts:
             column = len(limit.modes) + len(sectors)
             sectors.append(sector)
@@ -191,7 +197,7 @@ def _sized(ascents: list[Ascent], request: Request, dimension: int) -> tuple[Lad
     probabilities = np.array([ascent.probability for ascent in ascents])
     variation = sqrt(FIRST) * request.relative_width / (2.0 * student_quantile(request.confidence, FIRST))
     total = float(
-        np.clip(0.9 * np.log(1.0 / min(np.sum(probabilities), 0.9)) / np.log1p(variation**2), LEAST_CHAINS, 1000.0)
+        np.clip(0.9 * np.log(1.0 / min(np.sum(probabilities), 0.9)) / np.log1p(variation**2), MIN_CHAINS, 1000.0)
     )
     parts = np.maximum(probabilities / np.sum(probabilities), 0.2 / len(ascents))
     chains = np.clip(np.ceil(total * parts).astype(int), 3, most_chains(dimension))

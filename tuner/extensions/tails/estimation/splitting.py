@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 from tuner.extensions.tails.estimation.limit_function import Array, LimitFunction, Replica
 
 FRACTION = 0.15
-"""Of states that reach the next level: on first passages 0.1 to 0.25 cost the same within 15 %."""
+"""Fraction of states that reach the next level: on first passages 0.1 to 0.25 cost the same within 15 %."""
 ACCEPTANCE = 0.35
-"""Of moves, for which the pilot sets their size: 0.25 costs 1.3 times and 0.55 twice as much."""
+"""Acceptance of moves, for which the pilot sets their size: 0.25 costs 1.3 times and 0.55 twice as much."""
 CHAIN = 10
 """States of a chain: 5 to 40 at the same number of states cost the same within 15 %."""
 
@@ -42,7 +42,7 @@ class Ladder(NamedTuple):
 
     Attributes:
         mode: column of the limit function's values.
-        levels: of demand over capacity, increasing, below `target`.
+        levels: levels of demand over capacity, increasing, below `target`.
         steps: size sqrt(1 - a^2) of the moves above each level.
         target: demand whose probability is estimated: 1, or less where the pilot came no further.
         chains: number of seeds of a level; `CHAIN` states come of each.
@@ -67,7 +67,7 @@ class Ascent(NamedTuple):
         ladder: with its target at 1 or at the last level reached.
         probability: rough estimate for the target.
         reached: probability of each level.
-        states: that reach the target (n, d).
+        states: states that reach the target (n, d).
         is_stalled: whether no state lay above the target, although that is not yet rare.
     """
 
@@ -142,10 +142,10 @@ def climb(mode: int, dimension: int, chains: int, smallest: float, rng: np.rando
 
     Args:
         mode: column of the limit function's values.
-        dimension: of the normals.
+        dimension: dimension of the normals.
         chains: number of seeds of a level.
         smallest: probability below which the climb ends.
-        rng: of the pilot.
+        rng: source of random numbers of the pilot.
     """
     levels, steps, reached = [-np.inf], [0.8], [1.0]
     largest = partial(_kth_largest, max(int(FRACTION * chains * CHAIN), 1))
@@ -201,9 +201,9 @@ def _joined(
 
     Args:
         sample: so far.
-        part: that is added.
+        part: part that is added.
         mode: column of the demands.
-        threshold: that survivors reach.
+        threshold: threshold that survivors reach.
         most: survivors that are held of either; ties beyond are left out.
     """
     parts = [part] if sample is None else [sample.survivors, part]
@@ -277,11 +277,11 @@ def replicate(
     """Return one unbiased estimate: all ladders, each climbed once.
 
     Args:
-        number: of the replica.
-        dimension: of the normals.
+        number: number of the replica.
+        dimension: dimension of the normals.
         ladders: one for each mode that can be reached.
         curve: increasing levels at which the largest demand is counted; the last is 1.
-        rng: of the replica alone.
+        rng: source of random numbers of the replica alone.
     """
     counted, probabilities, evaluations = np.zeros(len(curve)), list[float](), 0
     for ladder in ladders:

@@ -6,7 +6,7 @@ y' and e3 of d are positive, so their L1 norms are their DC gains and a ramp rea
 
     |e1| <= L/wo^3,   |e2| <= 3 L/wo^2,   |e3| <= 3 L/wo
 
-What flies is the sampled current estimator (`plant.laws.observer`). Its impulse responses are positive too, and with
+The flown observer is the sampled current estimator (`plant.laws.observer`). Its impulse responses are positive too, and with
 c = coth(wo h/2) the same argument gives, right after each measurement,
 
     |e1| <= L h^3 ((c - 1)/2)^3,   |e2| <= L h^2 (3 c (c - 1)/4 + 1/3),   |e3| <= L h (3 c - 1)/2

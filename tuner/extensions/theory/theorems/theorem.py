@@ -31,14 +31,14 @@ class Theorem:
     """One result that can be required of gains.
 
     Attributes:
-        quantity: What the number is, one line.
+        quantity: Meaning of the number, one line.
         unit: Unit of the number, with {y} for the unit of the channel.
         sense: "max" where less is better (bounds on errors), "min" where more is (the fastest disturbance that is
             borne: to be held against the rate of the disturbance).
         values: Functions by the names of the laws that it speaks of.
         needs_rate: Whether the number depends on `Setting.rate`.
         measured_rate: Whether it holds only where the law takes measured rates, not its observer's.
-        assumes: What must be true of the loop beyond that, one line.
+        assumes: Further conditions on the loop, one line.
     """
 
     name: str

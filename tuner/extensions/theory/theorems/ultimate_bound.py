@@ -10,7 +10,7 @@ Wu et al., Appl. Sci. 2025, 15(9), 5124, claim asymptotic stability instead, und
 is what their Lyapunov function does prove. E is not assumed as there but follows from the observer's bandwidth,
 `observer_error.disturbance_bound`. A ramp of disturbance reaches the bound.
 
-What it does not cover, in flight: noise, and a reference whose rate the law is not told, as the tilt that a position loop asks
+Not covered, in flight: noise, and a reference of unknown rate, as the tilt that a position loop asks
 for. A Hummingbird with 20 ms of rotor lag in light turbulence, bound 0.0046 rad in roll, 64 flights of 4 s: its largest
 roll error was 0.0019 rad on average (99 % quantile 0.0051) where it held its attitude without noise, 0.012 where it held its
 position, and 0.018 with the usual sensor noise. So it ranks gains; it is no figure for a flight.

@@ -73,7 +73,7 @@ def test_lenient_flights_of_a_search_are_named_with_their_ratio():
     assert "itae is 1.40 times as large" in text and "on the 12 of the search" in text
     assert "`tuner resume` with --search-flights 16" in text
     (text,) = lenient_flights(["itae", "travel"], search, held_out, [8, 4], resumable=False)
-    assert "to 16 and run anew" in text
+    assert "to 16 and run again" in text
     assert lenient_flights(["itae"], search[:0, :1], held_out[:0, :1], [8]) == []
 
 
@@ -314,7 +314,9 @@ def test_usual_margins_count_where_a_study_limits_none():
 def test_a_time_that_most_flights_do_not_come_to_is_named():
     labels, never = ["settling", "travel"], [[19.0], []]
     (said,) = seldom_reached(labels, [18.7, 3.0], never)
-    assert said.startswith("settling is 18.7 s, and 19 s stands for a flight") and "error instead of a time" in said
+    assert (
+        said.startswith("settling is 18.7 s, and 19 s is the value of a flight") and "error instead of a time" in said
+    )
     assert seldom_reached(labels, [17.0, 3.0], never) == []
     assert seldom_reached(labels, [None, 3.0], never) == []
     # Of two scenarios of 10 and 20 s left, 14 s is more than nine tenths of their mean.
