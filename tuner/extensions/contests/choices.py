@@ -24,7 +24,7 @@ from tuner.text.input_errors import located
 from tuner.text.toml_text import tables_in
 
 # Combinations of a study; beyond it the first rung alone takes as long as a search of each.
-MOST_COMBINATIONS = 64
+MAX_COMBINATIONS = 64
 # Tables of a contender that hold numbers to be searched, or how.
 NUMBERS = ("gains", "search", "pick")
 CHOICES, HALVING, CHANNEL, CONTROLLER = "choices", "halving", "channel", "controller"
@@ -53,8 +53,8 @@ def contest_of_choices(table: PlainTable, path: Path) -> PlainTable:
     allowed = [table for table in terms_of(base).individual if table not in NUMBERS]
     choices = dict(_checked(given.choices, allowed))
     number = prod(map(len, choices.values()))
-    if number > MOST_COMBINATIONS:
-        raise InputError(f"given {number} combinations; allowed: up to {MOST_COMBINATIONS}", key=CHOICES)
+    if number > MAX_COMBINATIONS:
+        raise InputError(f"given {number} combinations; allowed: up to {MAX_COMBINATIONS}", key=CHOICES)
     use_files_of(path, {"law": _own_laws(base)})
     combinations: list[Combination] = [
         tuple(zip(choices, values, strict=True)) for values in product(*choices.values())

@@ -23,8 +23,10 @@ from tuner.text.sentences import listing
 SURVIVES, FAILS, UNDECIDED = "survives", "fails", "undecided"
 # A printed number is "inside" where it lies between these percentiles of the flights.
 INSIDE = (2.5, 97.5)
-# Share from which on another objective is told beside a claim; quantities of a claim that are listed at most.
-LARGE, MOST_LABELS = 0.2, 3
+# Shares of a difference from which a claim's basis names the objective.
+MIN_NAMED_SHARE = 0.2
+# Quantities of a claim that its basis lists.
+MAX_LABELS = 3
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ def judge_claims(contest: Contest, comparison: Comparison, is_tuned: bool = Fals
 
 
 def other_differences(contest: Contest, comparison: Comparison, claim: Claim) -> dict[str, float]:
-    """Return the shares by which other objectives of a claim's contenders differ; those above `LARGE`.
+    """Return the shares by which other objectives of a claim's contenders differ; those above `MIN_NAMED_SHARE`.
 
     A share is of the larger value, and the largest of all opponents.
     """
@@ -77,7 +79,7 @@ def other_differences(contest: Contest, comparison: Comparison, claim: Claim) ->
             continue
         pairs = [(better[i].value, comparison.estimates[names.index(name)][i].value) for name in claim.than]
         share = max(abs(one - other) / (max(abs(one), abs(other)) or 1.0) for one, other in pairs)
-        if share > LARGE:
+        if share > MIN_NAMED_SHARE:
             differing[quantity.label] = share
     return differing
 
@@ -85,7 +87,7 @@ def other_differences(contest: Contest, comparison: Comparison, claim: Claim) ->
 def claim_basis(claim: Claim, differing: Mapping[str, float], is_tuned: bool) -> str:
     """Return the quantities of a claim, and other objectives that differ."""
     labels = [objective.label for objective in claim.objectives]
-    text = f"in {listing(labels)}" if len(labels) <= MOST_LABELS else f"in {len(labels)} quantities"
+    text = f"in {listing(labels)}" if len(labels) <= MAX_LABELS else f"in {len(labels)} quantities"
     up_to = "" if len(claim.than) == 1 else "up to "
     if differing:
         return f"{text}, at points whose {listing(f'{name} differs by {up_to}{per_cent(s)}' for name, s in differing.items())}"

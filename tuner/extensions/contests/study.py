@@ -60,7 +60,7 @@ class HalvingSchedule:
     """Settings of successive halving.
 
     Attributes:
-        factor: Of so many contenders one goes on, to a search that is as many times longer.
+        factor: Number of contenders of which one goes on, and how many times longer the next search is.
         finalists: Contenders whose searches are carried to their end.
         least: Smallest number of generations of a rung.
     """
@@ -99,7 +99,7 @@ class Contest(ComparisonStudy):
 
     Attributes:
         table: Merged content of the file, overrides included.
-        halving: Of their searches, None where each is carried to its end.
+        halving: Successive halving of the searches, None where each is carried to its end.
     """
 
     kind: ClassVar[str] = "contest"
