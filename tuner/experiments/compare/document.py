@@ -1,4 +1,4 @@
-"""Document of a comparison: numbers and sentences; the keys are told in results/README.md."""
+"""Document of a comparison: numbers and sentences; results/README.md lists the keys."""
 
 from collections.abc import Sequence
 from typing import Any, TypedDict

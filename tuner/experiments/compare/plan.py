@@ -23,7 +23,7 @@ from tuner.text.toml_text import tables_in
 
 COMPARE = "compare"
 """Name of the stream of scenarios."""
-MOST_POINTS = 40
+MAX_POINTS = 40
 """Points of a front that are flown at most; more do not show."""
 # Two control periods are the same within rounding.
 SAME = 1e-9
@@ -123,15 +123,15 @@ def entrant_study(entrant: Entrant, base: TuningStudy) -> TuningStudy:
 
 
 def thinned(entrant: Entrant, objective: np.ndarray) -> Entrant:
-    """Return an entrant with at most `MOST_POINTS` points of its front.
+    """Return an entrant with at most `MAX_POINTS` points of its front.
 
     They lie evenly along the values (n,) of an objective. The point it recommends stays, wherever it lies.
     """
     count = len(entrant.points)
-    if count <= MOST_POINTS:
+    if count <= MAX_POINTS:
         return entrant
     order = increasing_order(objective)
-    subset = set(order[np.linspace(0, count - 1, MOST_POINTS).round().astype(int)].tolist())
+    subset = set(order[np.linspace(0, count - 1, MAX_POINTS).round().astype(int)].tolist())
     subset |= {i for i, point in enumerate(entrant.points) if point == entrant.point}
     rows = sorted(subset)
     return replace(

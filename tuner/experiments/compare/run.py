@@ -9,7 +9,7 @@ from tuner.documents.comparison_document import ComparisonDocument
 from tuner.experiments.compare.document import difference_row, shared_keys
 from tuner.experiments.compare.entrants import read_entrants
 from tuner.experiments.compare.flying import PreparedContender, fly_groups
-from tuner.experiments.compare.plan import MOST_POINTS, ComparisonPlan, base_study, plan_comparison
+from tuner.experiments.compare.plan import MAX_POINTS, ComparisonPlan, base_study, plan_comparison
 from tuner.experiments.compare.result import Result, groups_of
 from tuner.experiments.compare.tables import fronts_table, listed_table, response_tables, scores_table, wind_table
 from tuner.experiments.compare.words import sentences
@@ -164,5 +164,5 @@ def comparison_document(plan: ComparisonPlan, result: Result) -> ComparisonDocum
         kind="comparison",
         first=result.names[0],
         study_file=str(plan.study.path),
-        front_points_at_most=MOST_POINTS,
+        front_points_at_most=MAX_POINTS,
     )

@@ -1,4 +1,4 @@
-"""The tables of a comparison's folder; columns are told in results/README.md.
+"""The tables of a comparison's folder; results/README.md lists the columns.
 
 Scores and fronts, and what the vehicles and the air did: fans over flights, flight 0 of every scenario, and its air.
 """

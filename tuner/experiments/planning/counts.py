@@ -1,6 +1,6 @@
 """Largest numbers of flights of runs, counted from their studies.
 
-What cannot be known before is taken at its largest: candidates that break a hard requirement, or that a race would stop early,
+Unknown counts are taken at their largest: candidates that break a hard requirement, or that a race would stop early,
 are counted as flown, and the front as long as it may get. Further flights of finalists that straddle a limit come on top, at most
 `tuner.analysis.limit_flights.BUDGET` times the held-out flights.
 """

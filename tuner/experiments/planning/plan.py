@@ -27,7 +27,7 @@ from tuner.study.study import Study, TuningStudy
 
 
 def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads: int | None = None) -> Any:
-    """Return the plan of a study; share: of the default's values, a difference that is to be told.
+    """Return the plan of a study; share: smallest difference of interest, a share of the default's values.
 
     Raises InputError for a study whose trials another program makes.
     """
@@ -69,7 +69,7 @@ def _compile(problem: Problem, study: TuningStudy, watcher: Watcher) -> float | 
 
 
 def plan_document(study: TuningStudy, pilot: Pilot, compile_seconds: float | None, share: float) -> PlanDocument:
-    """Return the whole plan; compile_seconds: None where the kernel was there; share: of the default's value, to be told."""
+    """Return the whole plan; compile_seconds: None if the kernel was there; share: smallest difference of interest."""
     objectives = [planned_objective(study, pilot, i, share) for i in range(len(study.objectives))]
     return PlanDocument(
         title=study.title,

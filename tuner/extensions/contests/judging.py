@@ -23,10 +23,8 @@ from tuner.text.sentences import listing
 SURVIVES, FAILS, UNDECIDED = "survives", "fails", "undecided"
 # A printed number is "inside" where it lies between these percentiles of the flights.
 INSIDE = (2.5, 97.5)
-# Shares of a difference from which a claim's basis names the objective.
-MIN_NAMED_SHARE = 0.2
-# Quantities of a claim that its basis lists.
-MAX_LABELS = 3
+# Share from which on another objective is told beside a claim; quantities of a claim that are listed at most.
+LARGE, MAX_LABELS = 0.2, 3
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ def judge_claims(contest: Contest, comparison: Comparison, is_tuned: bool = Fals
 
 
 def other_differences(contest: Contest, comparison: Comparison, claim: Claim) -> dict[str, float]:
-    """Return the shares by which other objectives of a claim's contenders differ; those above `MIN_NAMED_SHARE`.
+    """Return the shares by which other objectives of a claim's contenders differ; those above `LARGE`.
 
     A share is of the larger value, and the largest of all opponents.
     """
@@ -79,7 +77,7 @@ def other_differences(contest: Contest, comparison: Comparison, claim: Claim) ->
             continue
         pairs = [(better[i].value, comparison.estimates[names.index(name)][i].value) for name in claim.than]
         share = max(abs(one - other) / (max(abs(one), abs(other)) or 1.0) for one, other in pairs)
-        if share > MIN_NAMED_SHARE:
+        if share > LARGE:
             differing[quantity.label] = share
     return differing
 

@@ -37,7 +37,7 @@ def rows_of(cells: list[PublishedRow]) -> list[Row]:
 
 
 def tally(cells: list[PublishedRow]) -> str:
-    """Return "2 of 3", how many printed numbers lie inside; those that the study was set to meet are counted separately."""
+    """Return "2 of 3", how many printed numbers lie inside; those that the study was set to meet are counted apart."""
     free, fitted = ([cell.inside for cell in cells if cell.fitted is is_fitted] for is_fitted in (False, True))
     text = f"{sum(free)} of {len(free)}"
     return f"{text}; {sum(fitted)} of {len(fitted)} fitted" if fitted else text

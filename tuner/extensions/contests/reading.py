@@ -35,7 +35,7 @@ from tuner.text.toml_text import tables_in
 
 # Generations of the first rung: fronts of searches that begin with a Latin hypercube say little after two.
 # `benchmarks/results/choices.md` has races of both.
-MIN_GENERATIONS, MIN_GENERATIONS_WITH_STARTS = 4, 2
+MIN_GENERATIONS, MIN_GENERATIONS_FROM_STARTS = 4, 2
 Tables = TypeVar("Tables", bound=StrictTable)
 
 
@@ -84,7 +84,7 @@ def _halving(added: ContestTable, contenders: Sequence[Contender]) -> HalvingSch
         message = f"given {added.halving.finalists}; allowed: fewer than the {len(contenders)} contenders"
         raise InputError(message, key="finalists")
     usual = (
-        MIN_GENERATIONS_WITH_STARTS
+        MIN_GENERATIONS_FROM_STARTS
         if all(contender.study.search.starts for contender in contenders)
         else MIN_GENERATIONS
     )
@@ -190,7 +190,7 @@ def _moved(error: InputError, i: int, individual: PlainTable, path: Path, layers
 
 
 def _check_names(contenders: tuple[Contender, ...]) -> None:
-    """Refuse names that make the same path."""
+    """Refuse names that cannot be distinguished."""
     for i, contender in enumerate(contenders):
         for j, other in enumerate(contenders[:i]):
             if contender.slug == other.slug:

@@ -60,7 +60,7 @@ class HalvingSchedule:
     """Settings of successive halving.
 
     Attributes:
-        factor: Number of contenders of which one goes on, and how many times longer the next search is.
+        factor: Number of contenders of which one goes on, to a search that is as many times longer.
         finalists: Contenders whose searches are carried to their end.
         least: Smallest number of generations of a rung.
     """

@@ -11,7 +11,7 @@ from tuner.report.labels import compared_label
 from tuner.text.numbers import significant
 from tuner.text.sentences import capitalized, listing
 
-MOST_NAMES = 3
+MAX_NAMES = 3
 """Contenders that a clause names; beyond, it counts them."""
 Result = tuple[str, tuple[tuple[str, str], ...]]
 """Contender with the lowest value, and each other that it is not better than, with the word."""
@@ -51,7 +51,7 @@ def _clause(compared: ComparedFolder, result: Result | None, objectives: Sequenc
     lowest, even = result
     others = [name for name in compared.index if name != lowest]
     if not even:
-        worse = listing(others) if len(others) <= MOST_NAMES else f"all {len(others)} others"
+        worse = listing(others) if len(others) <= MAX_NAMES else f"all {len(others)} others"
         return f"{lowest} is better than {worse} in {listing(objectives)}"
     levels = [
         forms.phrase.format(listing(names), "")

@@ -10,7 +10,7 @@ from tuner.report.labels import has_rotors, plain_metric
 from tuner.text.units import plain
 
 # Steps of a drawn function at most; a chart is some 400 pixels wide.
-MOST_STEPS = 200
+MAX_STEPS = 200
 # Share of the worst flights that need not be shown: a failed flight costs more than any completed one.
 TAIL = 0.01
 # Where the shown values span more than this factor, a linear axis would press most of them into a corner.
@@ -39,7 +39,7 @@ def steps(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     The smallest and the largest value always stay.
     """
-    rows = np.unique(np.linspace(0, len(values) - 1, min(len(values), MOST_STEPS)).round().astype(int))
+    rows = np.unique(np.linspace(0, len(values) - 1, min(len(values), MAX_STEPS)).round().astype(int))
     return values[rows], 100.0 * (rows + 1) / len(values)
 
 

@@ -18,7 +18,7 @@ from tuner.text.sentences import counted
 from tuner.text.units import plain
 
 # Projections drawn at most: those of five objectives.
-MOST_PAIRS = 10
+MAX_PAIRS = 10
 # FrontsPart are much like hyperbolas: they stand apart on logarithmic axes, and huddle in a corner of others.
 LOG_FACTOR = 5.0
 RING = Look("ink", hollow=True, size=20)
@@ -34,7 +34,7 @@ def fronts_panels(compared: ComparedFolder) -> list[Panel]:
     count = len(fronts.objectives)
     if count == 1:
         return [_ranking(compared, fronts)]
-    pairs = list(combinations(range(count), 2))[:MOST_PAIRS]
+    pairs = list(combinations(range(count), 2))[:MAX_PAIRS]
     return [_pair(compared, fronts, i, j) for i, j in pairs]
 
 

@@ -14,7 +14,7 @@ from tuner.report.labels import has_rotors, plain_label
 from tuner.text.units import bracketed
 
 # Panels drawn at most, objectives first.
-MOST_PANELS = 15
+MAX_PANELS = 15
 ZERO = Look("ink", width=1.2)
 CLEAR, UNCLEAR = Look("ink", "diamond"), Look("ink", "diamond", hollow=True)
 
@@ -23,7 +23,7 @@ def difference_panels(compared: ComparedFolder, columns: int) -> list[Panel]:
     """Return a forest for each quantity in which contenders differ, a row for each pair of kin; names at the left of each row."""
     pairs_by_quantity = [(quantity, _pairs(compared, quantity.label)) for quantity in compared.shown.quantities]
     shown = [entry for entry in pairs_by_quantity if any(number for pair in entry[1] for number in pair.estimate)][
-        :MOST_PANELS
+        :MAX_PANELS
     ]
     return [_forest(compared, quantity, pairs, number % columns == 0) for number, (quantity, pairs) in enumerate(shown)]
 
@@ -31,7 +31,7 @@ def difference_panels(compared: ComparedFolder, columns: int) -> list[Panel]:
 def value_panels(compared: ComparedFolder, columns: int) -> list[Panel]:
     """Return a panel for each quantity, a row for each contender."""
     style, panels = looks_of(compared), []
-    for number, quantity in enumerate(compared.shown.quantities[:MOST_PANELS]):
+    for number, quantity in enumerate(compared.shown.quantities[:MAX_PANELS]):
         marks: list[Mark] = []
         for row, entry in enumerate(compared.contenders):
             marks += _estimate(compared.estimates[entry.name, quantity.label], row, style[entry.name])

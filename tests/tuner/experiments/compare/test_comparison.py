@@ -18,7 +18,7 @@ from tuner.documents.opening import open_results
 from tuner.experiments.compare.entrants import Entrant
 from tuner.experiments.compare.flying import comparison_problem, fly_all
 from tuner.experiments.compare.fronts import front_of
-from tuner.experiments.compare.plan import COMPARE, MOST_POINTS, thinned
+from tuner.experiments.compare.plan import COMPARE, MAX_POINTS, thinned
 
 
 def alone(study, row, count=SEEDS, stream=COMPARE):
@@ -184,7 +184,7 @@ def test_few_flights_and_other_airframes_are_told(comparison):
 
 def test_a_long_front_is_thinned_evenly_and_keeps_its_recommended_point(comparison):
     small = comparison[0].entrants[0]
-    count = 5 * MOST_POINTS
+    count = 5 * MAX_POINTS
     points = tuple(f"p{i}" for i in range(count))
     long = replace(
         small,
@@ -195,7 +195,7 @@ def test_a_long_front_is_thinned_evenly_and_keeps_its_recommended_point(comparis
     )
     kept = thinned(long, np.arange(count)[::-1])
     assert isinstance(kept, Entrant) and {"p0", "p17", f"p{count - 1}"} <= set(kept.points)
-    assert MOST_POINTS <= len(kept.points) <= MOST_POINTS + 1
+    assert MAX_POINTS <= len(kept.points) <= MAX_POINTS + 1
     numbers = [int(point[1:]) for point in kept.points]
     assert max(np.diff(numbers)) <= 6
     assert np.array_equal(kept.rows[-1], long.rows[count - 1])
