@@ -24,6 +24,11 @@ from plant.errors import InputError, UnknownNameError
 GROUP = "gainproof.extensions"
 Names = Mapping[str, str]
 BUNDLED_NAMES: Mapping[str, Names] = {
+    "commands": {
+        "approach": "first_flights", "ask": "trials", "autotune": "autotune", "compare-logs": "log_comparison",
+        "confirm": "first_flights", "cost": "processor_cost", "identify": "identification", "judge": "judge", "mcp": "agents",
+        "sensitivity": "sensitivity", "tail": "tails", "tell": "trials", "theory": "theory",
+    },
     "tables": {"choices": "contests", "contender": "contests", "guarantee": "theory", "trials": "trials"},
     "experiments": {"contest": "contests", "trials": "trials"},
     "schemas": {"choices-study": "contests", "contest-study": "contests", "trials-study": "trials"},
