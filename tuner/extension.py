@@ -23,7 +23,12 @@ from plant.errors import InputError, UnknownNameError
 
 GROUP = "gainproof.extensions"
 Names = Mapping[str, str]
-BUNDLED: Mapping[str, Names] = {
+BUNDLED_NAMES: Mapping[str, Names] = {
+    "commands": {
+        "approach": "first_flights", "ask": "trials", "autotune": "autotune", "compare-logs": "log_comparison",
+        "confirm": "first_flights", "cost": "processor_cost", "identify": "identification", "judge": "judge", "mcp": "agents",
+        "sensitivity": "sensitivity", "tail": "tails", "tell": "trials", "theory": "theory",
+    },
     "tables": {"choices": "contests", "contender": "contests", "guarantee": "theory", "trials": "trials"},
     "experiments": {"contest": "contests", "trials": "trials"},
     "schemas": {"choices-study": "contests", "contest-study": "contests", "trials-study": "trials"},
@@ -163,7 +168,7 @@ def load(reference: str) -> Any:
 
 def refuse_lacking(part: str, name: str, *, file: str | Path | None = None, key: str | None = None) -> None:
     """Raise InputError for a name of a bundled extension that is lacking."""
-    home = BUNDLED[part].get(name)
+    home = BUNDLED_NAMES[part].get(name)
     if home is not None and home not in extensions():
         raise InputError(
             f"the {part.removesuffix('s')} '{name}' comes with the extension {home} of gainproof, which is not installed; "

@@ -14,7 +14,7 @@ import tuner as package
 from plant.errors import InputError
 from plant.texts import PlainTable, toml_table
 from tuner.experiments.options import THREADS, RunOption
-from tuner.extension import extensions
+from tuner.extension import extensions, refuse_lacking
 from tuner.text.signals import CRASHED
 
 CODE = "--code"
@@ -62,6 +62,12 @@ class GroupedCommands(TyperGroup):
             sentences = [self.commands[name].get_short_help_str(limit=SENTENCE) for name in names]
             with formatter.section(heading):
                 formatter.write_dl(list(zip([name.ljust(longest) for name in names], sentences, strict=True)))
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command of the first argument; InputError where it comes with an extension that is not installed."""
+        if args[0] not in self.commands:
+            refuse_lacking("commands", args[0])
+        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: Any) -> Any:
         """Carry out a command; an error of an option names its valid values."""

@@ -1,4 +1,4 @@
-"""What contenders on the same flights show, in numbers and sentences. Intervals are of 95 %, over flights."""
+"""Documents of contenders on the same flights, in numbers and sentences. Intervals are of 95 %, over flights."""
 
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -334,11 +334,7 @@ class _Ending(DocumentPart):
 
 
 class ComparedDocument(_Ending, Document):
-    """Content of the document of contenders on the same flights.
-
-    feasible: whether every contender's run recommends its point; ending: if not, what to tell first. stream: of the scenarios
-    compared on. words: all of it in sentences.
-    """
+    """Content of the document of contenders on the same flights."""
 
     title: str
     description: str = ""

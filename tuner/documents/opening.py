@@ -10,7 +10,7 @@ from tuner.documents.export import ExportDocument
 from tuner.documents.folder import OpenedFolder, existing
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.tuning import TuningFolder
-from tuner.extension import BUNDLED, extensions, load, refuse_lacking
+from tuner.extension import BUNDLED_NAMES, extensions, load, refuse_lacking
 from tuner.store.advice import kind_of
 
 
@@ -47,7 +47,7 @@ def open_results(folder: Path, kinds: Sequence[type[OpenedFolder[Any]]] = KINDS)
     kind = kind_in(existing(folder), kinds)
     if kind is None:
         refuse_lacking("experiments", kind_of(folder) or "", file=folder)
-        for name in BUNDLED["documents"]:
+        for name in BUNDLED_NAMES["documents"]:
             if (folder / f"{name}.json").exists():
                 refuse_lacking("documents", name, file=folder)
         names = ", ".join(entry.main for entry in kinds)

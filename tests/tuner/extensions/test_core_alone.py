@@ -37,7 +37,10 @@ COMMANDS = [
     ["validate", "out/gains.json"], ["schema", "summary"], ["bench", "--help"],
 ]  # fmt: skip
 REFUSED = {
-    "judge": (["judge", "out/gains.json"], "No such command 'judge'"),
+    "judge": (
+        ["judge", "out/gains.json"],
+        "the command 'judge' comes with the extension judge of gainproof, which is not installed",
+    ),
     "target": (
         ["export", "out/gains.json", "--to", "px4"],
         "the target 'px4' comes with the extension px4 of gainproof, which is not installed",
@@ -69,7 +72,7 @@ LACKING = [
     (["check", "trials.toml"], "trials"), (["report", "asked"], "trials"), (["check", "theory.toml"], "theory"),
     (["list", "theorems"], "theory"), (["check", "tails.toml"], "tails"), (["schema", "tail"], "tails"),
     (["margins", "--law", "adrc", "--certificates"], "certificates"), (["run", "quickstart", "--dask", "local"], "cluster"),
-    (["run", "quickstart", "--backend", "cuda"], "cuda"),
+    (["run", "quickstart", "--backend", "cuda"], "cuda"), (["judge", "--help"], "judge"), (["ask", "trials.toml"], "trials"),
 ]  # fmt: skip
 
 

@@ -14,7 +14,7 @@ import pytest
 from plant.entry_points import entry_points
 from plant.errors import InputError, UnknownNameError
 from tuner import extension
-from tuner.extension import BUNDLED, GROUP, Extension, extensions, find, load, refuse_lacking
+from tuner.extension import BUNDLED_NAMES, GROUP, Extension, extensions, find, load, refuse_lacking
 
 RECORDS = extensions()
 HOME = Path(extension.__file__).parent / "extensions"
@@ -75,12 +75,12 @@ def test_an_extension_imports_the_core_and_what_its_record_requires(name):
 
 def test_the_table_of_bundled_names_is_that_of_the_records_of_the_wheel():
     bundled = [RECORDS[path.parent.name] for path in HOME.glob("*/extension.py")]
-    for part, names in BUNDLED.items():
+    for part, names in BUNDLED_NAMES.items():
         if part != "tables":
             assert names == {name: record.name for record in bundled for name in getattr(record, part)}, part
     studies = {load(kind).table: record.name for record in bundled for kind in record.studies.values()}
     requirements = {table: record.name for record in bundled for table in record.requirements}
-    assert BUNDLED["tables"] == studies | requirements
+    assert BUNDLED_NAMES["tables"] == studies | requirements
 
 
 def test_a_name_of_an_installed_extension_or_of_none_is_not_refused(monkeypatch):

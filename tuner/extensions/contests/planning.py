@@ -52,7 +52,7 @@ def plan_contest(contest: Contest, share: float, watcher: Watcher, threads: int 
 def contest_plan(
     contest: Contest, pilots: list[Pilot], compilation: list[float | None], share: float
 ) -> ContestPlanDocument:
-    """Return the whole plan; pilots, compilation [s, None: done before]: of each contender; share: the difference to be told."""
+    """Return the whole plan; pilots, compilation [s, None: done before]: one per contender; share: see `plan`."""
     parts = list(zip(contest.contenders, pilots, compilation, strict=True))
     runs = {
         contender.name: plan_document(contender.study, pilot, seconds, share)

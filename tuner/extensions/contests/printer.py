@@ -7,9 +7,10 @@ from tuner.cli.printers.tuning import print_ending, with_count
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, bound_text, digits, estimate, unit_text
 from tuner.experiments.compare.words import flights_of
-from tuner.extensions.contests.documents import ContestDocument, ContestPlanDocument
+from tuner.extensions.contests.documents import ContestDocument
 
 if TYPE_CHECKING:
+    from tuner.extensions.contests.documents import ContestPlanDocument
     from tuner.extensions.contests.results import ContestResults
 
 
@@ -59,7 +60,7 @@ def estimates_table(document: ContestDocument) -> TerminalTable:
 
 
 def published_table(document: ContestDocument) -> TerminalTable:
-    """Return the printed numbers beside ours, contender by contender."""
+    """Return the printed numbers and ours, contender by contender."""
     table = TerminalTable("Printed numbers and our flights")
     ours = ("printed", "ours, mean", "95 % of our flights", "percentile")
     table.columns_of("quantity", *ours, left=("quantity",), wrap=ours)
@@ -81,7 +82,7 @@ def published_table(document: ContestDocument) -> TerminalTable:
     return table
 
 
-def print_contest_plan(document: ContestPlanDocument, console: Console) -> None:
+def print_contest_plan(document: "ContestPlanDocument", console: Console) -> None:
     """Print the plan of a contest: each run, the comparison, and all of it."""
     for name, run in document.runs.items():
         console.print(f"\n{name}", style="bold")

@@ -99,7 +99,7 @@ class Contest(ComparisonStudy):
 
     Attributes:
         table: Merged content of the file, overrides included.
-        halving: Of their searches, None where each is carried to its end.
+        halving: Successive halving of the searches, None where each is carried to its end.
     """
 
     kind: ClassVar[str] = "contest"
