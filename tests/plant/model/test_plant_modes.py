@@ -1,22 +1,17 @@
 """Plant steps that modes at rest allow, against Runge-Kutta maps and exponentials of matrices."""
 
-from functools import partial
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
 from plant.errors import InputError
 from plant.model.modes import MAX_ERROR, MAX_STEPS, accurate_timing, check_plant_step
-from plant.model.plan import Actuator, LoopPlan
+from plant.model.plan import Actuator
 from plant.own_code import run_own_code
 from tests.plant.model.plants import FILES, pid
 from tuner.api.plants import plant_system
 from tuner.api.studies import make_study
-from tuner.extensions.fmu.system import FmuSystem
 from tuner.gains.ranges import timing_of
-from tuner.study.plant_study import with_timing
 
 PERIOD = 0.04
 
@@ -108,19 +103,3 @@ def test_a_study_and_a_system_take_and_refuse_the_same_lags(timing):
             [Actuator("power", delay=0.03)],
             control_period=PERIOD,
         )
-
-
-def test_a_lag_beside_an_fmu_is_at_least_half_a_step():
-    """Of an FMU nobody knows the equations: it is driven in the steps that are written, by default the control period."""
-    fmu: Any = object()
-
-    def timing(lag, plant_step=None):
-        actuators = (Actuator("power", lag=lag),)
-        made = partial(FmuSystem, fmu, LoopPlan((), actuators), None)
-        return with_timing(made, actuators, PERIOD, plant_step).timing
-
-    assert timing(0.02).plant_step == PERIOD
-    with pytest.raises(InputError, match="must be at most twice the lag of power") as caught:
-        timing(0.001)
-    advised = float(str(caught.value).split("plant_step = ")[1].split(",")[0])
-    assert timing(0.001, advised).steps == 20

@@ -46,7 +46,7 @@ class Gains(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """The gains, with filters as shares of a new sample and a section."""
+    """Gains, with filters as shares of a new sample and a section."""
 
     angle_p: float
     p: float
@@ -116,7 +116,7 @@ def step(
 
 
 def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
-    """Acceleration that a unit of normalised torque gives about each axis [rad/s2], with thrust linearised (MOT_THST_EXPO)."""
+    """Return the authority about each axis, with thrust linearised (MOT_THST_EXPO)."""
     rotors = actuation(vehicle)
     return {
         "authority": accelerations(rotors, ardupilot_factors(rotors), linearized_slope(rotors), vehicle, "ArduPilot")

@@ -42,7 +42,7 @@ SHARED = {
 
 
 def gain_rows(source: str) -> Callable[..., GainInfo]:
-    """Return the function that makes the rows of one source's table of gains.
+    """Return the function that makes rows of a table of gains.
 
     Its span in position loops is by default that in attitude loops, and all else as shared under its name.
     """
@@ -71,7 +71,7 @@ def outward_stopped(error: float, lost: float, authority: float) -> float:
 
 
 def shrinking_only(error: float, integral: float, lost: float, authority: float) -> float:
-    """The error where nothing is lost or where it brings the integral towards 0, else 0."""
+    """Return the error unless the integral would grow at a limit."""
     least = MIN_LOSS * authority
     free = both(lost > -least, lost < least)
     return select(free, error, select(error * integral < 0.0, error, 0.0))

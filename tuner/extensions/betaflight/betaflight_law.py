@@ -79,8 +79,10 @@ class Gains(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Gains per rad, attenuated by throttle, and filters as shares of a new sample and a section; order: stages of the filter
-    behind the level gain; relax [1/(y/s)]: share of the integral that a moving set point takes away.
+    """Gains per rad, attenuated by throttle, and filters.
+
+    Filters are shares of a new sample and a section; order: stages of the filter behind the level gain; relax [1/(y/s)]: share of
+    the integral that a moving set point takes away.
     """
 
     outer: float
@@ -117,7 +119,10 @@ class Memory(NamedTuple):
 
 
 def attenuation(rate: float, breakpoint_: float, throttle: float) -> float:
-    """Factor [1] of TPA at a throttle [1] for its rate [%] and its breakpoint [us], 1000 to 2000."""
+    """Return the factor [1] of TPA at a throttle [1].
+
+    Its rate is in %, its breakpoint in us, 1000 to 2000.
+    """
     begins = minimum(maximum(0.001 * breakpoint_ - 1.0, 0.0), 0.99)
     return 1.0 - 0.01 * rate * maximum(throttle - begins, 0.0) / (1.0 - begins)
 
@@ -166,7 +171,10 @@ def start(constants: Constants, measured: Measured, held: float) -> Memory:
 
 
 def relaxed(error: float, motion: float, constants: Constants) -> float:
-    """The error that the integral takes in while the set point is off its low-pass by a motion [y/s]."""
+    """Return the error that the integral takes in.
+
+    The set point is off its low-pass by a motion [y/s].
+    """
     return error * maximum(1.0 - constants.relax * absolute(motion), 0.0)
 
 
@@ -204,7 +212,7 @@ def step(
 
 
 def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
-    """Throttle at hover [1], and the acceleration that a unit of output gives there about each axis [rad/s2]."""
+    """Return throttle at hover [1] and authority there about each axis."""
     rotors = actuation(vehicle)
     slope = command_slope(rotors, 0.0) / FULL
     return {

@@ -142,7 +142,10 @@ def step(
 
 
 def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
-    """Acceleration that a count gives about each axis [rad/s2], with thrust proportional to counts (battery compensation)."""
+    """Return the acceleration that a count gives about each axis.
+
+    It is in rad/s2; thrust is proportional to counts (battery compensation).
+    """
     rotors = actuation(vehicle)
     count = rotors.thrust_max / FULL
     return {"authority": accelerations(rotors, crazyflie_factors(rotors), count, vehicle, "the Crazyflie's X mixing")}

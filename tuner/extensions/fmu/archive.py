@@ -59,7 +59,10 @@ class Archive:
                 raise self._wrong(f"cannot be read ({error}); export the FMU again") from None
 
     def check_library(self, version: int, identifier: str) -> None:
-        """Raise InputError where it holds no machine code for this machine, with what it is built for."""
+        """Raise InputError where it holds no machine code for this machine.
+
+        The message names the machines that it is built for.
+        """
         folder = platform_folder(version)
         name = f"binaries/{folder}/{identifier}{SYSTEMS.get(sys.platform, SYSTEMS['linux'])[2]}"
         if name not in self.names:
@@ -138,7 +141,7 @@ def _opened(file: Path, digest: str) -> zipfile.ZipFile:
 
 
 def platform_folder(version: int) -> str:
-    """Return the folder of an FMU's machine code for this machine, as FMI 2 or 3 calls it."""
+    """Return the folder of machine code for this machine, by FMI version."""
     short, long, _ = SYSTEMS.get(sys.platform, SYSTEMS["linux"])
     wide, arm = sys.maxsize > 2**32, platform.machine().lower() in ("arm64", "aarch64")
     if version == 2:
@@ -147,7 +150,10 @@ def platform_folder(version: int) -> str:
 
 
 def _check(infos: list[zipfile.ZipInfo], file: Path) -> None:
-    """Refuse what would leave its folder, fill the disk, or is no plain file."""
+    """Raise InputError for content that cannot be unpacked safely.
+
+    Such a file would leave its folder, fill the disk, or is no plain file.
+    """
     size = sum(info.file_size for info in infos)
     if len(infos) > MAX_FILES or size > MAX_CONTENT_BYTES:
         raise InputError(

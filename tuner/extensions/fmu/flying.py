@@ -32,14 +32,17 @@ class FmuPlant:
         self.failed = ""
 
     def begin(self, dynamics: Sequence[float], states: Sequence[float] | None = None) -> Any:
-        """Return the body with which a flight of a plant of these constants starts."""
+        """Return the body with which a flight starts; dynamics: its constants."""
         self._poles = list(dynamics[self._parameters :])
         self._instance.begin(dynamics[: self._parameters], states)
         _, held, _ = self._loop.plant.at_rest(None)
         return self._body(list(held), self._instance.shown())
 
     def advance(self, body: Any, command: Sequence[float], disturbance: Sequence[float], start: float) -> Any:
-        """Return the body a control period later, where it is no number once the FMU has failed; start: of the period [s]."""
+        """Return the body a control period later; start: of the period [s].
+
+        It is no number once the FMU has failed.
+        """
         step = self._timing.plant_step
         positions = list(body.actuators)
         try:
@@ -79,9 +82,9 @@ def fly(
     timing: Timing,
     watch: Watch | None = None,
 ) -> Any:
-    """Fly to the end, or until the flight has failed, and return the final Flight record; watch(k, flight) sees every instant.
+    """Fly to the end or a failure; return the final Flight record.
 
-    Raises FmuError where the FMU cannot be begun.
+    watch(k, flight) sees every instant. Raises FmuError where the FMU cannot be begun.
     """
     h, kinds = timing.control_period, loop.records
     noises = [pack(kinds.Noise, row) for row in inputs.noises.tolist()]

@@ -15,7 +15,7 @@ from tuner.extensions.fmu.description import INPUT, OUTPUT, PARAMETER, Descripti
 
 @dataclass(frozen=True)
 class Interface:
-    """Part of an FMU that a study uses, as plain data for another process.
+    """Interface of an FMU to a study, as plain data.
 
     digest: of the FMU. states: what margins are linearised in; derivatives: value references, one for each state, or none. The
     other groups are as the records of a plant.
@@ -80,7 +80,10 @@ def read_fmu(
 
 
 def looked_at(file: Path, study: Path | None = None) -> tuple[Archive, Description]:
-    """Return an FMU and its description, whatever a study would say of it; InputError where it is none that can be used here."""
+    """Return an FMU and its description, without a study.
+
+    Raises InputError where it is none that can be used here.
+    """
     archive = open_archive(file, study)
     description = read_description(archive.description, file)
     archive.check_library(description.version, description.identifier)
@@ -132,7 +135,7 @@ def interface_of(
 
 
 def _with_units(description: Description, units: Mapping[str, str]) -> list[FmuVariable]:
-    """Return all variables, those without a unit with the one that the study gives."""
+    """Return all variables; those without a unit get that of the study."""
     names = {each.name for each in description.variables}
     for name, unit in units.items():
         check_name("variable", name, names, key=f"units.{name}")
@@ -154,7 +157,10 @@ def _check_distinct(variables: Sequence[FmuVariable], file: Path) -> None:
 def _states(
     description: Description, described: Sequence[FmuVariable], named: Sequence[str], outputs: Sequence[FmuVariable]
 ) -> tuple[tuple[FmuVariable, ...], tuple[int, ...]]:
-    """Return the states, and the value references of their derivatives where the FMU differentiates itself by them."""
+    """Return the states and the value references of their derivatives.
+
+    There are none of these where the FMU does not differentiate itself by its states.
+    """
     if named:
         by_name = {each.name: each for each in described}
         for name in named:

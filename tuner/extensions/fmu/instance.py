@@ -16,7 +16,7 @@ class FmuError(Exception):
 
 
 class Instance:
-    """An FMU that is loaded and instantiated once, and begun anew for every flight.
+    """An FMU, instantiated once and begun anew for every flight.
 
     Raises FmuError from every method where the FMU returns an error or asks to stop.
     """
@@ -30,7 +30,7 @@ class Instance:
         self._fresh = True
 
     def begin(self, parameters: Sequence[float], states: Sequence[float] | None = None) -> None:
-        """Initialise it at t = 0 with parameters, and with states in place of those that it starts from."""
+        """Initialise it at t = 0 with parameters; states: in place of its own."""
         self._anew()
         interface = self._interface
         changed = [pair for pair in zip(interface.parameters, parameters, strict=True) if pair[0].start != pair[1]]
@@ -60,7 +60,10 @@ class Instance:
         return list(block.values)
 
     def slopes(self) -> list[list[float]]:
-        """Return the derivatives of state rates and outputs, in a row for each state and input: directional derivatives."""
+        """Return the directional derivatives of state rates and outputs.
+
+        There is a row for each state and input.
+        """
         interface = self._interface
         unknowns = [*interface.derivatives, *[each.reference for each in interface.outputs]]
         knowns = [each.reference for each in (*interface.states, *interface.inputs)]

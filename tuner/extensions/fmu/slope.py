@@ -39,7 +39,7 @@ def slope_at_start(loop: PlantLoop, instance: Instance, timing: Timing, dynamics
 
 
 class _Period:
-    """One control period, or more, as a function of where the FMU starts and of its commands."""
+    """Control periods as a function of initial state and commands."""
 
     def __init__(self, loop: PlantLoop, fmu_plant: FmuPlant, dynamics: list[float]) -> None:
         self.loop, self.dynamics, self._fmu_plant = loop, dynamics, fmu_plant
@@ -55,7 +55,7 @@ class _Period:
         return self._fmu_plant.begin(self.dynamics, states)
 
     def after(self, states: Array, actuators: Array, command: Array, periods: int = 1) -> Array:
-        """Return the bodies (periods, b) after each of so many control periods under one command."""
+        """Return the bodies (periods, b) after each period under one command."""
         fmu_plant, h = self._fmu_plant, self._fmu_plant.period
         moved = np.any(states != self.body[: self.states])
         body = self.begin(states.tolist() if moved else None)
@@ -112,7 +112,10 @@ def _directional_derivatives(fmu: _Period, instance: Instance) -> Array | None:
 
 
 def _sampled(fmu: _Period, slope: Array, timing: Timing) -> Array:
-    """Return the slope from x' = A x + B u, y = C x + D u, u held over each plant step as it is in flights."""
+    """Return the slope of the loop from that of the equations.
+
+    These are x' = A x + B u, y = C x + D u, with u held over each plant step as it is in flights.
+    """
     x, m, b = fmu.states, fmu.inputs, len(fmu.body)
     generator = np.zeros((x + m, x + m))
     generator[:x] = slope[:x]
@@ -129,14 +132,17 @@ def _sampled(fmu: _Period, slope: Array, timing: Timing) -> Array:
 
 
 def _lags(poles: Array, step: float) -> tuple[Array, Array]:
-    """Return the share that is left of where actuators were, after a step [s] and on average over it; 0 without a lag."""
+    """Return the shares left of actuators' positions after and over a step [s].
+
+    The second is the mean over the step; both are 0 without a lag.
+    """
     lagging = poles > 0.0
     left = np.where(lagging, np.exp(-poles * step), 0.0)
     return left, np.where(lagging, (1.0 - left) / np.where(lagging, poles * step, 1.0), 0.0)
 
 
 def _check_states(fmu: _Period, by: Array) -> None:
-    """Refuse a slope under which a step of a command does otherwise than in the FMU."""
+    """Raise InputError for a slope that contradicts the FMU's step responses."""
     x, m, b = fmu.states, fmu.inputs, len(fmu.body)
     still = fmu.after(fmu.body[:x], fmu.held, fmu.held, PERIODS)[:, x + m :]
     for i in range(m):

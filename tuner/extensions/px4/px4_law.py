@@ -116,7 +116,7 @@ def start(constants: Constants, measured: Measured, held: float) -> Memory:
 
 
 def attenuated(error: float, constants: Constants) -> float:  # noqa: ARG001
-    """The error of the rate that is integrated, less of it the larger it is."""
+    """Return the part of the rate error that is integrated."""
     share = error / LARGEST_ERROR
     return error * maximum(0.0, 1.0 - share * share)
 
@@ -144,7 +144,7 @@ def step(
 
 
 def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
-    """Acceleration that a unit of normalised torque gives about each axis [rad/s2], with thrust linearised (THR_MDL_FAC)."""
+    """Return the authority about each axis, with thrust linearised (THR_MDL_FAC)."""
     rotors = actuation(vehicle)
     return {"authority": accelerations(rotors, px4_factors(rotors), linearized_slope(rotors), vehicle, "PX4")}
 

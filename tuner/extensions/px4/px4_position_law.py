@@ -88,7 +88,10 @@ def step(
 
 
 def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
-    """Return the acceleration for 1 m/s2 of PX4's, with thrust linearised (THR_MDL_FAC) and its hover known."""
+    """Return the acceleration for 1 m/s2 of PX4's.
+
+    Thrust is linearised (THR_MDL_FAC), and its share at hover is known.
+    """
     return {"authority": dict.fromkeys(("x", "y", "z"), vehicle.gravity / GRAVITY)}
 
 

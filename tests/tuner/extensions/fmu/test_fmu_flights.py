@@ -1,7 +1,7 @@
 """Flights of an FMU are those of the same plant in Python, on any number of workers; one that it breaks is lost and no other."""
 
 import re
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any, cast
@@ -17,7 +17,7 @@ from plant.backends.flyer import result_parts
 from plant.errors import InputError, MissingPackageError
 from plant.law_registry import LAWS
 from plant.loop import Timing
-from plant.model.plan import Actuator, Channel, plan_loop
+from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Coloured, Step
 from plant.records import flatten, paths, rows
@@ -29,6 +29,7 @@ from tuner.extensions.fmu.fmu_model import read_fmu
 from tuner.extensions.fmu.messages import Refused
 from tuner.extensions.fmu.process import WorkerLostError
 from tuner.extensions.fmu.system import FmuSystem
+from tuner.study.plant_study import with_timing
 
 SPEC = PlantScenario(
     "turn",
@@ -252,3 +253,20 @@ def test_margins_need_an_fmu_that_rests():
     system = fmu(2, "-DMOVING", name="moving")
     with pytest.raises(InputError, match="does not rest where it starts: motor_speed"):
         margins(system)
+
+
+def test_a_lag_beside_an_fmu_is_at_least_half_a_step():
+    """Of an FMU nobody knows the equations: it is driven in the steps that are written, by default the control period."""
+    fmu: Any = object()
+    period = 0.04
+
+    def timing(lag, plant_step=None):
+        actuators = (Actuator("power", lag=lag),)
+        made = partial(FmuSystem, fmu, LoopPlan((), actuators), None)
+        return with_timing(made, actuators, period, plant_step).timing
+
+    assert timing(0.02).plant_step == period
+    with pytest.raises(InputError, match="must be at most twice the lag of power") as caught:
+        timing(0.001)
+    advised = float(str(caught.value).split("plant_step = ")[1].split(",")[0])
+    assert timing(0.001, advised).steps == 20
