@@ -340,7 +340,7 @@ class Summary(Document):
 
     @property
     def shown(self) -> str:
-        """The point that stands beside the default: the recommended one, else the nearest to feasible."""
+        """The point that stands next to the default: the recommended one, else the nearest to feasible."""
         return str(self.nearest if self.tuned is None else self.tuned)
 
     @property

@@ -50,7 +50,7 @@ def estimates_table(document: ContestDocument | ComparisonDocument) -> TerminalT
 
 
 def published_table(document: ContestDocument | ComparisonDocument) -> TerminalTable:
-    """Return the printed numbers beside ours, contender by contender."""
+    """Return the printed numbers next to ours, contender by contender."""
     table = TerminalTable("Printed numbers and our flights")
     ours = ("printed", "ours, mean", "95 % of our flights", "percentile")
     table.columns_of("quantity", *ours, left=("quantity",), wrap=ours)

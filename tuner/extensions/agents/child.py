@@ -1,4 +1,4 @@
-"""A command in a process of its own: its progress while it works, and its end by Ctrl-C where nobody wants it anymore.
+"""A command in a process of its own: its progress while it works, and its end by Ctrl-C after a cancellation.
 
 A run that is cancelled leaves the folder that Ctrl-C leaves, which `resume` goes on with.
 """

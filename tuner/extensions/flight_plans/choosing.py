@@ -54,7 +54,7 @@ RESOLUTION = {"angle": np.radians(0.1), "rate": np.radians(1.0), "acceleration":
 SPARE = 0.05
 """Spare share of an output's variance that is explained, above the least that identification believes."""
 LONGER = (1.5, 2.0, 3.0, 4.0, 6.0)
-"""Factors on a length that are tried beside the step: an output may count from some length on only."""
+"""Factors on a length that are tried next to the step: an output may count from some length on only."""
 ENOUGH = 0.1
 """Weight of intervals within their target, relative to those above it."""
 

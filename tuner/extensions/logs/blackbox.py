@@ -21,7 +21,7 @@ MAX_BLACKBOX_BYTES = 2**26
 LONGEST_INTERVAL, MAX_FIELDS = 1024, 256
 """Most loops between two frames that stand alone, 32 ms at 32 kHz; most fields of a frame."""
 PAUSE = 1.0
-"""Time between recordings whose clock begins anew [s]."""
+"""Time between recordings whose clock restarts [s]."""
 
 
 class _FrameColumns(list[Any]):
@@ -98,7 +98,7 @@ def _recording(parser: Any, name: str) -> Array:
 
 
 def _one_after_the_other(parts: list[Array]) -> list[Array]:
-    """Return recordings on one clock: a clock that begins anew goes on a while after the recording before."""
+    """Return recordings on one clock: a clock that restarts goes on a while after the recording before."""
     for before, after in pairwise(parts):
         after[:, 0] += max(0.0, before[-1, 0] + PAUSE - after[0, 0])
     return parts

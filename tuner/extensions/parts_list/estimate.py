@@ -72,7 +72,7 @@ class Propeller(NamedTuple):
 
 class PartsList(NamedTuple):
     """Known data of a vehicle: mass [kg], wheelbase: from a motor to the one opposite [m], propeller, speed constant of the
-    motors [rpm/V], cells of the battery, and the command at hover as a share of full command, None where nobody knows.
+    motors [rpm/V], cells of the battery, and the command at hover as a share of full command, None if unknown.
     """
 
     mass: float

@@ -1,7 +1,7 @@
 """Maximum a posteriori estimation of a vehicle's parameters.
 
 Gauss-Newton on the whitened residuals of the model's outputs and the prior; between its runs the noise of each output is fitted
-anew. Intervals come from the information of the data with the scores of blocks of time in the middle ("sandwich"; White,
+again. Intervals come from the information of the data with the scores of blocks of time in the middle ("sandwich"; White,
 Econometrica 50, 1982), so that they hold where residuals stay correlated.
 """
 
