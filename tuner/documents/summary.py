@@ -17,8 +17,10 @@ from tuner.text.numbers import count as number_text
 from tuner.text.numbers import significant
 from tuner.text.sentences import listing
 
-GAINS, INFEASIBLE = "gains.json", "infeasible.json"
-"""Files of a run's recommended gains, and of those of the nearest point if nothing was feasible."""
+GAINS = "gains.json"
+"""File of a run's recommended gains."""
+INFEASIBLE = "infeasible.json"
+"""File of the nearest point's gains if nothing was feasible."""
 NOTHING = "Nothing feasible"
 """Beginning of the first line on a run that recommends nothing."""
 

@@ -27,8 +27,10 @@ PATIENCE = 10.0
 INTERVAL = 0.25
 """Time between reports of one stage [s]."""
 
-MAX_LINES, MAX_LETTERS = 200, 2000
-"""Lines of standard error that are kept, the last ones, and letters of each."""
+MAX_LINES = 200
+"""Last lines of standard error that are kept."""
+MAX_LETTERS = 2000
+"""Letters of each of these lines."""
 
 SEARCHED = ("PATH", "LD_LIBRARY_PATH")
 """Environment variables of folders in which programs and libraries are looked for."""

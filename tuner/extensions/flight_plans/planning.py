@@ -67,8 +67,8 @@ class ExperimentSpec:
         return {
             "tilt": self.tilt,
             "rate": self.rate,
-            "height": limits.HEIGHT,
-            "motors": limits.MOTORS,
+            "height": limits.MAX_HEIGHT,
+            "motors": limits.MOTOR_RANGE,
             "rotor_rms": limits.ROTOR_RMS,
             "rotor_peak": limits.ROTOR_PEAK,
         }

@@ -29,8 +29,10 @@ from tuner.text.numbers import plus, significant
 
 FRAGILE_MS = 4.3
 """Largest peak sensitivity of any loop: Ms / (Ms - 1) = 1.3 is the gain margin that it guarantees."""
-MAX_LOSS, MAX_CLASS_LOSS = 0.01, 0.5
-"""Largest probability of loss, and largest share of lost vehicles of a class."""
+MAX_LOSS = 0.01
+"""Largest probability of loss."""
+MAX_CLASS_LOSS = 0.5
+"""Largest share of lost vehicles of a class."""
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,12 @@ from tuner.extensions.vehicle_fit.whitening import autoregression, leaky_sum, wh
 
 Array = NDArray[np.float64]
 
-MAX_NOISE_FITS, MAX_ITERATIONS, STEP_TOLERANCE = 5, 12, 0.02
-"""Fits of the noise, Gauss-Newton iterations of each, and the step, in posterior standard deviations, that ends them."""
+MAX_NOISE_FITS = 5
+"""Fits of the noise."""
+MAX_ITERATIONS = 12
+"""Gauss-Newton iterations of each fit."""
+STEP_TOLERANCE = 0.02
+"""Step that ends them, in posterior standard deviations."""
 DIFFERENCE_STEP = 1e-4
 """Step of a difference quotient, in prior standard deviations."""
 SCANNED = np.arange(-6, 7)
