@@ -1,4 +1,4 @@
-"""Accumulators that metrics bring along, beside those of every flight: a record for each axis that a study asks for."""
+"""Accumulators that metrics bring along, next to those of every flight: a record for each axis that a study asks for."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace

@@ -1,8 +1,8 @@
 """The mission floor of a plant of the user's own, see `objectives.mission`.
 
-Every channel with a reference has one in every scenario. Where the reference leaves the rest of the plant, the median flight
-comes closer to it than a plant that stays there. Where it rests and an objective or a limit of the study judges the channel,
-the median flight keeps to within half of the error at which a flight is lost. Where it rests and nothing judges it, it is no
+Every channel with a reference has one in every scenario. If the reference leaves the rest of the plant, the median flight
+comes closer to it than a plant that stays there. If it rests and an objective or a limit of the study judges the channel,
+the median flight keeps to within half of the error at which a flight is lost. If it rests and nothing judges it, it is no
 worse than `REGULATED` times the error of the default gains. Only for that flights are made.
 """
 

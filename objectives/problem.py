@@ -142,7 +142,7 @@ class Problem(Evaluator):
     ) -> Iterator[tuple[slice, np.ndarray]]:
         """Yield slices of the gains rows (n, g), in order, with their results (k, last - first, rows).
 
-        Recalled where the memory has them, else flown. Nobody else may write into them: the memory may keep them.
+        Recalled where the memory has them, else flown. They are read-only elsewhere: the memory may keep them.
         """
         key, flights = self.key(batch), last - first
         each = max(PART // (8 * flights * self.flyer.rows), 1)

@@ -95,9 +95,9 @@ class Race:
         before = self.track.counts[stage - 1] if stage else tuple(0 for _ in self.track.batches)
         for batch, first, last in zip(self.track.batches, before, self.track.counts[stage], strict=True):
             if last > first:
-                columns, everyone = slice(start + first, start + last), np.ones(len(running), dtype=bool)
+                columns, all_candidates = slice(start + first, start + last), np.ones(len(running), dtype=bool)
                 self.scores[running, :, columns], self.failed[running, columns] = self.problem.scored(
-                    self.gains[running], everyone, batch, first, last, on_flights_done
+                    self.gains[running], all_candidates, batch, first, last, on_flights_done
                 )
             start += batch.count
 

@@ -1,4 +1,4 @@
-"""Largest tilt of a flight: how near it came to the limit of its tilt. No metric of studies, for plants have no tilt."""
+"""Largest tilt of a flight: how near it came to the limit of its tilt. No metric of studies, because plants have no tilt."""
 
 from typing import NamedTuple
 

@@ -66,7 +66,7 @@ class UnknownNameError(InputError):
     """A name that is not among the valid ones; the message ends with the nearest of them.
 
     Args:
-        kind: what the name stands for ("law", "metric", "key").
+        kind: what the name represents ("law", "metric", "key").
         name: name as given.
         valid: all valid names.
     """

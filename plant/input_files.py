@@ -1,7 +1,7 @@
 """Reading of files from outside: regular files of a limited size.
 
 A pipe would hang and a device would fill the memory, so what was opened is looked at before anything is read from it; and
-opening does not wait, for a pipe may have no writer.
+opening does not wait, because a pipe may have no writer.
 """
 
 import errno

@@ -34,7 +34,7 @@ class Timing(NamedTuple):
 
 @dataclass(frozen=True)
 class MeterModel:
-    """Streaming accumulators of a flight, supplied by whoever judges it.
+    """Streaming accumulators of a flight, supplied by the study's metrics.
 
     Meters: record type; start(sample, targets) -> Meters; update(meters, sample, targets, h) -> Meters.
     """

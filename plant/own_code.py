@@ -1,6 +1,6 @@
 """Code of the user's own: a file of a law, a metric or a reference, run in this process from the bytes that were read.
 
-The digest of a file is taken over its bytes and those of the files beside it that it imports, which are run before it. Code that
+The digest of a file is taken over its bytes and those of the files next to it that it imports, which are run before it. Code that
 has run is known by its digest: a copy of it elsewhere, such as in a results folder, is the same code and is not run again.
 
 Code that is found through a study runs where the study is no results folder's and the code lies with it: in the folder of the
@@ -158,7 +158,7 @@ def place_of_error(error: BaseException) -> str | None:
 
 
 def _collect(file: Path, by_file: dict[Path, Source], begun: set[Path]) -> None:
-    """Read a file after all that it imports from beside it."""
+    """Read a file after all that it imports from its folder."""
     begun.add(file)
     content = _read(file)
     for name in _imported(content):

@@ -19,7 +19,9 @@ VERB = (
 OLD = [
     re.compile(r"\b(?:nobody|whoever|anew|beside|stands? for|standing for)\b", re.IGNORECASE),
     # "for" that means "because" has a subject and a verb behind it.
-    re.compile(rf", for (?!example|instance|which|whom|short)(?:[\w'-]+ ){{1,5}}(?:{VERB})\b"),
+    re.compile(
+        rf", for (?!example|instance|short)(?:(?!(?:that|which|who|whom|whose|what) )[\w'-]+ ){{1,5}}(?:{VERB})\b"
+    ),
     re.compile(r"Where [^,]*, "),
 ]
 # Things do not speak, hear or want; a report "says" no more than a law "knows".

@@ -39,7 +39,7 @@ EXAMPLES = [
     (
         "old sense",
         'print("leave it out, for a contest has none")',
-        'print("one file for a contest, for example, is enough")',
+        'print("one file for a contest, for flights that are short")',
     ),
     ("old sense", 'print("Where none is given, it is 0.")', 'print("Place where it is written: X.")'),
 ]

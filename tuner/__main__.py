@@ -28,7 +28,7 @@ def run() -> None:
 
 
 def open_closed_streams() -> None:
-    """Give standard streams that are closed to nobody: the next file that is opened would stand in their place."""
+    """Replace closed standard streams: the next file that is opened would stand in their place."""
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
             os.fstat(number)

@@ -59,7 +59,7 @@ def mean_delays(actuator: RotorLag | TiltLoop) -> tuple[float, float]:
 
 
 def responses(axis: AxisLoop, s: Array, power: float = 0.0) -> AxisResponses:
-    """Return the responses of an axis; power [1/s]: the gain that stands for the power-rate term, phi(S) = power S."""
+    """Return the responses of an axis; power [1/s]: the gain that represents the power-rate term, phi(S) = power S."""
     law = controller(axis.law, axis.gains, axis.from_observer).at(s)
     r, y, v, by_command = np.moveaxis(law[:, 0] - power * law[:, 1], -1, 0)
     return AxisResponses(s, *actuator_response(axis.actuator, s), r, y + s * v, by_command)

@@ -35,7 +35,7 @@ How it is built, in the order of the work:
     injection, derivative, period    one control period as CasADi functions, with signals added and read
     trim, linearise, slow_position   trims by Newton's method, and the linear loop about them, period by period
     plant_period                     the same of a plant about its rest
-    describing                       gains that stand for nonlinear terms
+    describing                       gains that represent nonlinear terms
     structure, assembly              the loop falls into blocks: x with pitch, y with roll, z, yaw at hover
     schur, frequency, curve          poles and residues; the curve T(e^jwh) sampled, crossed and refined
     classical, rejection, disk, multiloop, tracking    margins from these

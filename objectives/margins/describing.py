@@ -102,7 +102,7 @@ def _closer(s: Array, at: NDArray[np.intp]) -> Array:
 
 
 def term_gains(terms: Sequence[Term], constants: Any, n: int, cases: tuple[Case, ...]) -> Array:
-    """Return the gains (n, cases, terms) that stand for nonlinear terms.
+    """Return the gains (n, cases, terms) that represent nonlinear terms.
 
     Each term is of an axis of constants for n gains rows.
     """
@@ -126,7 +126,7 @@ def _same(one: Any, other: Any, of_one: Any, of_other: Any) -> bool:
 
 
 def _case_gains(term: Any, constants: Any, cases: tuple[Case, ...]) -> Array:
-    """Gains (n, cases) that stand for one term."""
+    """Gains (n, cases) that represent one term."""
     function = term.nonlinearity.function
     amplitudes = np.array([case.amplitude for case in cases if case.amplitude is not None])
     swept = describing_function(function, constants, amplitudes)

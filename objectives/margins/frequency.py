@@ -1,6 +1,6 @@
 """Frequency response of closed loops in modal form: T(z) = sum of r_k/(z - p_k), for many loops at once.
 
-Poles first: they say whether a loop is stable at all. The residues come from the eigenvectors. Where these are dependent, as for
+Poles first: they say whether a loop is stable at all. The residues come from the eigenvectors. If these are dependent, as for
 a chain of delays with all poles at 0, the entries of the matrix are moved by 1e-13 of the largest: that moves the response as
 little, but parts the eigenvectors enough.
 """

@@ -1,6 +1,6 @@
 """Limit cycles by harmonic balance: amplitudes at which an oscillation, seen through describing functions, sustains itself.
 
-The poles of the closed loop move with the amplitude of the terms' signals. Where a pair crosses the unit circle, an
+The poles of the closed loop move with the amplitude of the terms' signals. If a pair crosses the unit circle, an
 oscillation of that amplitude and frequency neither grows nor decays: a stable cycle where larger amplitudes decay (Loeb), else
 the edge of what is stable. A. Gelb, W. E. Vander Velde, Multiple-Input Describing Functions, McGraw-Hill 1968, chapter 3. The
 loop must be a low pass for the harmonics: against flights of the sampled loop, super-twisting with a lag comes out right to

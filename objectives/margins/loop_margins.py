@@ -197,7 +197,7 @@ class LoopMargins(ABC):
         """Return the values (n, requirements) of limits on margins.
 
         They are those of `evaluate`; nothing else is worked out.
-        gains (n, gains). Where a loop that all of them ask for is not stable, the candidate's other loops are not looked at.
+        gains (n, gains). If a loop that all of them ask for is not stable, the candidate's other loops are not looked at.
         """
         scope = scope_of(requirements, self.channels)
         readings = [[Reading(each)] for each in self._linearizations]
@@ -292,10 +292,10 @@ class LoopMargins(ABC):
 
         The loops (1, ...) are those in each control period, terms open.
         """
-        loops, everyone = self._linearizations[0], np.ones(1, dtype=bool)
+        loops, every_vehicle = self._linearizations[0], np.ones(1, dtype=bool)
         trimmed = loops.at(np.asarray(gains, dtype=float)[None])
         return [
-            (block, trimmed.phases(block, everyone)[: common_period(block.channels, loops.rates)])
+            (block, trimmed.phases(block, every_vehicle)[: common_period(block.channels, loops.rates)])
             for block in loops.blocks
         ]
 

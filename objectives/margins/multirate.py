@@ -33,7 +33,7 @@ from objectives.margins.linearise import LinearLoops
 from objectives.margins.loci import CharacteristicLoci, TransferMatrix, delay_margin, find_crossings
 from objectives.margins.multiloop import balanced
 from objectives.margins.results import Realization
-from objectives.margins.tracking import FOLLOWED, REJECTED
+from objectives.margins.tracking import MAX_STEADY_SHARE, MIN_TRACKED_POWER
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -248,14 +248,14 @@ def _fundamental_of(part: TransferMatrix, form: Lifting, channel: int) -> Callab
 def _bandwidth(share: Callable[[Array], Array], form: Lifting, channel: int) -> float:
     """Highest frequency [rad/s] at which y follows r to within -3 dB."""
     w = np.geomspace(form.lowest, np.pi / form.step(channel), form.points // COARSER)
-    above = share(w) ** 2 >= FOLLOWED
+    above = share(w) ** 2 >= MIN_TRACKED_POWER
     if not above.any() or above[-1]:
         return float(w[-1]) if above.any() else 0.0
     i = int(np.flatnonzero(above)[-1])
     low, high = w[i], w[i + 1]
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if share(np.array([middle]))[0] ** 2 >= FOLLOWED else (low, middle)
+        low, high = (middle, high) if share(np.array([middle]))[0] ** 2 >= MIN_TRACKED_POWER else (low, middle)
     return float(low)
 
 
@@ -263,7 +263,7 @@ def _load_index(part: TransferMatrix, step: float) -> float:
     """1/|integral of e dt| after a unit step of the load; 0 where a steady error stays."""
     shares = part.shown * part.driven.sum(axis=-1) / (1.0 - part.poles)
     steady = shares.sum(axis=-1) + part.direct.sum(axis=-1)
-    if np.any(np.abs(steady) >= REJECTED * np.sum(np.abs(shares), axis=-1)):
+    if np.any(np.abs(steady) >= MAX_STEADY_SHARE * np.sum(np.abs(shares), axis=-1)):
         return 0.0
     integral = step * abs(np.sum(shares / (1.0 - part.poles)))
     return float(1.0 / integral) if integral > 0.0 else 0.0

@@ -224,7 +224,7 @@ def constants_of(cascade: Cascade, gains: Array, control_period: float) -> Any:
 def period_map(cascade: Cascade, timing: Timing, fitted: VehicleFeatures) -> PeriodMap:
     """Return the control period of a cascade.
 
-    Trims and vehicles of one dead time share it, for deriving its functions takes 0.1 s.
+    Trims and vehicles of one dead time share it, because deriving its functions takes 0.1 s.
     """
     return PeriodMap(cascade, timing, fitted)
 

@@ -99,5 +99,5 @@ class RestLinearization:
         A plant rests under any gains.
         """
         phases = self._period.phases(gains)
-        everyone = np.ones(len(phases[0].a), dtype=bool)
-        return TrimmedLoops(everyone, lambda block, rows: [block.part(loops.of(rows)) for loops in phases])
+        every_vehicle = np.ones(len(phases[0].a), dtype=bool)
+        return TrimmedLoops(every_vehicle, lambda block, rows: [block.part(loops.of(rows)) for loops in phases])

@@ -9,10 +9,10 @@ from objectives.margins.frequency import Modes
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-# Squared share of the reference that still counts as followed: -3 dB.
-FOLLOWED = 0.5
-# A steady error above this share of its parts is none of rounding: the load is not rejected.
-REJECTED = 1e-7
+# Squared share of the reference at the bandwidth: -3 dB.
+MIN_TRACKED_POWER = 0.5
+# A larger steady error, as a share of its parts, is not due to rounding: the load is not rejected.
+MAX_STEADY_SHARE = 1e-7
 # Points that are enough to see a bandwidth, which narrow resonances get points of their own for.
 POINTS = 50
 
@@ -25,7 +25,7 @@ def bandwidth(modes: Modes, residues: Complex, grid: Array, h: float) -> Array:
     """
     bandwidths = np.zeros(residues.shape[:2])
     thinned = np.ascontiguousarray(grid[:, :: grid.shape[1] // POINTS])
-    curve.highest_crossings(thinned, modes.poles, residues, modes.stable, h, FOLLOWED, bandwidths)
+    curve.highest_crossings(thinned, modes.poles, residues, modes.stable, h, MIN_TRACKED_POWER, bandwidths)
     return bandwidths
 
 
@@ -41,6 +41,6 @@ def load_index(modes: Modes, residues: Complex, h: float) -> Array:
         steady = residues / distance
         # With G(1) = 0 the sum of the errors after a step is G'(1).
         integral = h * np.abs(np.sum(steady / distance, axis=-1))
-        rejected = np.abs(np.sum(steady, axis=-1)) < REJECTED * np.sum(np.abs(steady), axis=-1)
+        rejected = np.abs(np.sum(steady, axis=-1)) < MAX_STEADY_SHARE * np.sum(np.abs(steady), axis=-1)
         index = 1.0 / integral
     return np.where(modes.stable[:, None] & rejected & np.isfinite(index), index, 0.0)

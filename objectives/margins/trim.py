@@ -164,7 +164,7 @@ def find_trim(
     It starts from where their flights start.
     A flight starts in balance, with the trim command given to every law, so most laws are at their fixed point at once; of others
     Newton's method finds it. A row's result does not depend on the others. A row that runs away, or ends outside the limits, is
-    not steady. secant() -> (n, terms): gains that stand for the nonlinear terms while their signals are at rest.
+    not steady. secant() -> (n, terms): gains that represent the nonlinear terms while their signals are at rest.
     """
     starts = np.broadcast_to(plant.body, (len(gains), BODY))
     (state,) = period.at_rest(starts, gains, setting.nominal, setting.reference, setting.dynamics)

@@ -1,4 +1,4 @@
-"""Context of a metric beside the meters: intended duration of the flight, its targets and its end."""
+"""Context of a metric besides the meters: intended duration of the flight, its targets and its end."""
 
 from dataclasses import dataclass
 from math import pi

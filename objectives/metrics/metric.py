@@ -72,7 +72,7 @@ class Metric:
     Attributes:
         name, symbol: texts in addresses and in reports.
         title: plain words for tables and charts, those of an axis behind its name, "position error (ITAE)"; "" for the name.
-        unit: SI, "{}" standing for the unit of the axis, "1" for none.
+        unit: SI, "{}" meaning the unit of the axis, "1" for none.
         scope: "axis" metrics are addressed per axis or group, "flight" metrics are not.
         definition: one sentence for reports.
         value(view): the metric of a completed flight, from an `AxisView` or a `FlightView` according to scope.

@@ -30,7 +30,7 @@ MIXED = "mixed"
 class DifferenceWord(NamedTuple):
     """Forms of a word on a difference.
 
-    sign: sign beside the word, for readers who see no color. phrase: part of a sentence, {0} the other one, {1} the quantities.
+    sign: sign next to the word, for readers who see no color. phrase: part of a sentence, {0} the other one, {1} the quantities.
     """
 
     sign: str

@@ -2,7 +2,7 @@
 
     wind(t) = amplitude / 2 (1 - cos(2 pi (t - start) / length)),    start <= t <= start + length, else 0
 
-Use it to see one clean response beside the statistics. Source: the pulse of CS-25.341 (EASA), in time instead of gust
+Use it to see one clean response next to the statistics. Source: the pulse of CS-25.341 (EASA), in time instead of gust
 gradient distance. MIL-F-8785C, 3.7, has its first half only and then keeps the amplitude.
 """
 

@@ -1,7 +1,7 @@
 """Disturbance injected directly as accelerations, without air: the way of papers that state no wind.
 
 Six independent stationary first-order Gauss-Markov processes, gated by the window of the run, plus constant biases that
-are not gated (a bias stands for what does not end with a gust: an offset centre of mass, a weak rotor). Use it to
+are not gated (a bias represents a lasting effect: an offset centre of mass, a weak rotor). Use it to
 compare with published runs; use turbulence for anything that shall mean something outdoors.
 Source: Gelb (ed.),
 "Applied Optimal Estimation", MIT Press 1974, 2.2 (exponentially correlated process).

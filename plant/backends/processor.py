@@ -80,7 +80,7 @@ _LEVELS = {
 
 
 def _of_name(name: str) -> set[str] | None:
-    """Return the features that a processor's name stands for; None where that is not known here."""
+    """Return the features that a processor's name represents; None where that is not known here."""
     if name == this_processor().name:
         return set()
     levels = list(_LEVELS)

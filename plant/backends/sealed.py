@@ -1,7 +1,7 @@
 """Files of compiled kernels, sealed: each opens with a digest of its name and content, checked before anything is unpickled.
 
-The digest protects from damage (a flipped bit, a cut file, a full disk), not from an attacker: whoever can write the folder can
-write a digest too. The folder protects from others: it is made with mode 0700, and one that somebody else owns or can
+The digest protects from damage (a flipped bit, a cut file, a full disk), not from an attacker: write access to the folder is
+write access to the digest. The folder protects from others: it is made with mode 0700, and one that somebody else owns or can
 write is not used. A kernel is compiled by one process; others wait for it at a lock of the operating system.
 """
 

@@ -3,7 +3,7 @@
 Calls into the C mathematical library keep LLVM from vectorising a loop, so the lanes backend evaluates these rational
 approximations instead. Argument reduction and coefficients after S. L. Moshier, Cephes Mathematical Library 2.8 (atan.c):
 relative error of the arc tangent below 2e-16 on the reduced range; whole functions are right to 3 ulp for arguments between
-1e-150 and 1e150, far wider than any flight. A NaN may come out as a number: whoever must notice one looks at the state itself,
+1e-150 and 1e150, far wider than any flight. A NaN may come out as a number: a check of them reads the state itself,
 as `plant.quadrotor.closed_loop.status_of` does. They are written as model functions, so tests can run them on plain floats.
 """
 

@@ -218,7 +218,7 @@ def _corners(law: Law, loop: str) -> list[tuple[float, ...]]:
 def references_are_flown_as_promised(law: Law) -> Iterator[ContractViolation]:
     """Feedforward: the acceleration asked for is commanded and no more, filters of the law aside; or it is not promised.
 
-    A held command flies piecewise constant acceleration exactly. Started a nanometre beside it, the error may not grow,
+    A held command flies piecewise constant acceleration exactly. Started a nanometre next to it, the error may not grow,
     and the command departs by no more than gains of 1e4 make of that.
     """
     offset = 1e-9
@@ -380,7 +380,7 @@ def nonlinearities_are_odd(law: Law) -> Iterator[ContractViolation]:
 
 
 def limits_take_away_from_large_signals_alone(law: Law) -> Iterator[ContractViolation]:
-    """Each limit is odd, passes what is small, and never makes a signal larger; a second signal beside it grows with it."""
+    """Each limit is odd, passes what is small, and never makes a signal larger; a second signal next to it grows with it."""
     sizes = np.geomspace(1e-9, 1e6, 200)
     for part, loop in product(law.limits, LOOPS):
         constants = law.prepare(defaults(law, loop), H)

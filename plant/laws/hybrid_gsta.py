@@ -8,8 +8,8 @@
 Use it where the disturbance grows with the error too, as drag and a wrong b0 make it.
 
 J. A. Moreno, CCE 2009, on the surface and the observer of `hybrid`; k2 here is half of Moreno's, so that mu = 0 is
-`hybrid_true_sta` with the same gains. This is where the printed law's k2 S has its place: mu k1 S, beside the integral and not
-in place of it. Sampled without chatter and kept from winding up as in `twisting`.
+`hybrid_true_sta` with the same gains. This is where the printed law's k2 S has its place: mu k1 S, in addition to the integral
+and not in place of it. Sampled without chatter and kept from winding up as in `twisting`.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""The hybrid law with the printed estimate of f: f_hat = z2 beside d_hat = z3.
+"""The hybrid law with the printed estimate of f: f_hat = z2 next to d_hat = z3.
 
     e = y - r,   S = e' + lambda e,   sat(x) = max(-1, min(1, x))
     b0 u = -z2 - z3 + r'' - lambda e' - k1 |S|^(1/2) sat(S/delta) - k2 S

@@ -11,7 +11,7 @@ finite time and stay there under every disturbance whose derivative is at most L
 M. Horn, Automatica 84, 2017). Sampled without chatter and kept from winding up as in `twisting`; an actuator of lag tau leaves a
 limit cycle of amplitude 1.31 (tau k2/k1)^2 in S at the frequency k1/(tau k2^(1/2)).
 
-Where the channel takes no measured rate, y is differenced, and the half period by which that is late is made up for with the
+If the channel takes no measured rate, y is differenced, and the half period by which that is late is made up for with the
 acceleration delivered and -v, the law's own estimate of the disturbance; without that the term would chatter.
 """
 

@@ -7,7 +7,7 @@ Use it for comparisons with published code alone: `supertwisting` has the same g
 
 The law of `supertwisting`, sampled as most published code does it. It is locally unstable wherever |S| < (k1 h/2)^2 and never
 comes to rest: even undisturbed it swings with |S| of order k1^2 h^2, and b0 u travels k2 per second and more. So it neither
-follows a reference nor rejects a disturbance exactly; its integral is kept from winding up in the same way. Where sensor noise
+follows a reference nor rejects a disturbance exactly; its integral is kept from winding up in the same way. If sensor noise
 and rotor lag set the travel, nothing of the difference is left: with default gains on attitude, the rotors of the Hummingbird
 travel 23 hover thrusts per second in moderate turbulence, and 27 with `supertwisting`, whose gain in its band is higher.
 """

@@ -58,7 +58,7 @@ def positive_root(square: float, linear: float, right: float) -> float:
 
 
 def phi2(xi: float, y: float, sgn: float, mu: float) -> float:
-    """phi2 at |z| = y^2 with the sign sgn; xi: what sgn z stands for, any number of [-1, 1] at z = 0."""
+    """phi2 at |z| = y^2 with the sign sgn; xi: what sgn z represents, any number of [-1, 1] at z = 0."""
     return xi + sgn * mu * y * (3.0 + 2.0 * mu * y)
 
 

@@ -49,7 +49,7 @@ class PlantController:
     `commands` of channels and of `inputs`. Reference: a set point for every channel; those of inner ones are not read.
     Memory: laws; commands and excess of channels; command of inputs: what they were last sent; shortfall: that less what was
     wanted; in_force: what has come into force; waiting: what is on its way; phase: periods since a slower channel stepped;
-    last: what a channel without a measured rate saw when it last stepped, for its rate is the difference over its step.
+    last: what a channel without a measured rate saw when it last stepped, because its rate is the difference over its step.
     prepare(gains, h) -> Constants. start(constants, nominal, seen, held) -> Memory at rest at the outputs seen, with the inputs
     held. step(memory, constants, nominal, reference, seen, h) -> Memory, once every period; its `command` is to be sent.
     """

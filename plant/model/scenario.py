@@ -148,7 +148,7 @@ def draw_plant_scenarios(
 
 
 def references_of(spec: PlantScenario, loop: PlantLoop, times: Array, parameters: Any) -> Array:
-    """Return the references of all channels at times (K,) [s]: (K, 3 channels); nobody reads those of inner ones.
+    """Return the references of all channels at times (K,) [s]: (K, 3 channels); those of inner ones are never read.
 
     They count from where a plant of the nominal parameters rests: a controller does not know those that are drawn.
     """

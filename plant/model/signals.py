@@ -1,7 +1,7 @@
 """Signals of one number over time: what a channel is asked to follow, and what disturbs a plant.
 
 A reference has a value, counted from the output at rest, a rate and an acceleration, all in closed form. A disturbance is such a
-signal, or noise shaped by a forming filter that is sampled exactly (`plant.air.linear_process`), drawn anew for every flight.
+signal, or noise shaped by a forming filter that is sampled exactly (`plant.air.linear_process`), drawn again for every flight.
 """
 
 from abc import ABC, abstractmethod
@@ -29,7 +29,7 @@ class Signal(ABC):
     kind: ClassVar[str]
     meaning: ClassVar[str]
     random: ClassVar[bool] = False
-    """Whether it is drawn anew for every flight; then it can only disturb."""
+    """Whether it is drawn again for every flight; then it can only disturb."""
     positive: ClassVar[tuple[str, ...]] = ()
     """Names of the numbers that must be positive."""
 
@@ -174,7 +174,7 @@ class Noise(Signal):
 
 @cache
 def _sampled(noise: Noise, step: float) -> SampledProcess:
-    """Return the forming filter at a step [s]; worked out once, for it takes longer than the noise of a flight."""
+    """Return the forming filter at a step [s]; worked out once, because it takes longer than the noise of a flight."""
     return discretize(noise.process, step)
 
 

@@ -7,7 +7,7 @@ is a Butterworth low-pass of second order. Both are sampled with the control per
 Lines are heard as they are sampled: one above half the control rate folds down, weakened by L alone. Parts that the airframe's
 file lacks are absent in the loop.
 
-M is one mode beside the rigid body in modal form, W. K. Gawronski, Advanced Structural Dynamics and Active Control of
+M is one mode next to the rigid body in modal form, W. K. Gawronski, Advanced Structural Dynamics and Active Control of
 Structures, 2004, chapter 2: g is -1 for a gyro on a hub whose arms carry the rotors on a spring, positive where both move alike.
 """
 

@@ -1,7 +1,7 @@
 """Flights that the air lost: the default and every finalist lose them, so they say nothing about gains.
 
 A gust that no gains of a vehicle can meet would end every run that allows no loss, whatever it recommends. Such a flight is named
-and counts for nobody: its scores are the mean of the point's other flights in the scenario. Where more than `MAX_SHARE` of the
+and does not count: its scores are the mean of the point's other flights in the scenario. If more than `MAX_SHARE` of the
 flights are lost by all, the study asks for more than any gains reach, and that counts.
 """
 

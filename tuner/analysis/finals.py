@@ -6,8 +6,9 @@ it keeps, whom it dominates, who dominates it, and that it is not the one to rec
 all whose place is open make all flights. As the races of a search (`objectives.racing`), here among equals.
 
 No resample holds a loss that was not seen. A limit on a share is settled by its Clopper-Pearson interval at LEVEL; and as 0 of 64
-losses leave room for 7 %, whoever stopped counts as one who may yet lose a flight, which can only make it worse: the choice must
-be the same with all of them, without any one of them and without all of them. Those on whom it depends make their flights.
+losses leave room for 7 %, a finalist that stopped counts as one that may yet lose a flight, which can only make it worse: the
+choice must be the same with all of them, without any one of them and without all of them. Those on whom it depends make their
+flights.
 """
 
 from collections.abc import Callable

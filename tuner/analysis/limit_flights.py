@@ -112,7 +112,7 @@ class LimitFlights:
     def shown(self, look: Look, flown: FinalFlights) -> np.ndarray:
         """Return values and intervals (3, rows, constraints) to show.
 
-        Where values decide, the interval is the usual one.
+        If values decide, the interval is the usual one.
         """
         parts, first = np.array([look.value, look.low, look.upper]), len(self.problem.objectives)
         for i, entry in enumerate(self.problem.constraints):
@@ -123,7 +123,7 @@ class LimitFlights:
     def samples(
         self, flown: FinalFlights, row: int, further: tuple[np.ndarray, np.ndarray] | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return scores (quantities, flights) of a row, and the scenarios; further: beside its own."""
+        """Return scores (quantities, flights) of a row, and the scenarios; further: next to its own."""
         parts = [
             (flown.scores[row], flown.origin),
             *[part for part in (self._further.get(row), further) if part is not None],
@@ -188,7 +188,7 @@ class LimitFlights:
         return wanted
 
     def _flown(self, row: int, batch: FlightBatch) -> tuple[np.ndarray, np.ndarray]:
-        """Return scores (quantities, flights) and scenarios of further flights; those that the air lost count for nobody."""
+        """Return scores (quantities, flights) and scenarios of further flights; those that the air lost do not count."""
         assert isinstance(self.problem, Problem)
         ranges, everyone = self.problem.chunks(batch), np.ones(1, dtype=bool)
         parts = [

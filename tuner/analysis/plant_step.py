@@ -2,7 +2,7 @@
 
 Steps of RK4 half as long err 2^4 times less, so what halving changes is 15/16 of the error (Hairer, Norsett, Wanner, Solving
 Ordinary Differential Equations I, 2nd ed. 1993, section II.4). It is counted in standard errors of the held-out mean: an error of
-a tenth of one widens an interval by half a percent. Where flights do not differ, it is a share of their value. Margins of a
+a tenth of one widens an interval by half a percent. If flights do not differ, it is a share of their value. Margins of a
 plant of one's own are exact; the loop that flies has those of its steps.
 """
 

@@ -17,8 +17,10 @@ Array = NDArray[np.float64]
 
 SEGMENT = 1.0
 """Length of the windowed segments [s]: the resolution is some 2 Hz."""
-BANDS, MIN_SEGMENT = 120, 16
-"""Bands at most, and the fewest samples of a segment."""
+MAX_BANDS = 120
+"""Bands of a spectrum at most."""
+MIN_SEGMENT = 16
+"""Fewest samples of a segment."""
 
 
 class Spectrum(NamedTuple):
@@ -50,7 +52,7 @@ def spectrum(commands: Array, h: float) -> Spectrum | None:
     frequency, power = welch(commands, 1.0 / h, "hann", segment, detrend="constant", axis=1)
     mean = power.mean(axis=(0, 2))
     # The lowest frequency is the mean itself, the next one what is left of it behind the window.
-    edges = np.geomspace(frequency[2], frequency[-1] * (1.0 + 1e-9), BANDS + 1)
+    edges = np.geomspace(frequency[2], frequency[-1] * (1.0 + 1e-9), MAX_BANDS + 1)
     band = np.digitize(frequency[2:], edges)
     means = [
         [series[2:][band == number].mean(axis=0) for number in np.unique(band).tolist()] for series in (frequency, mean)

@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-N_PERMUTATIONS, LEVEL = 100, 0.95
-"""Permutations of the flights, and the share of them that a significant value exceeds."""
+N_PERMUTATIONS = 100
+"""Permutations of the flights."""
+LEVEL = 0.95
+"""Share of the permutations that a significant value exceeds."""
 FLIGHTS_PER_TERM = 8
 """Flights for each term of a regression on all parameters, below which it has no squares."""
 MIN_FLIGHTS = 32

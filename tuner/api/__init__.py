@@ -1,4 +1,4 @@
 """The public Python interface, behind `import tuner`; the command line is a thin layer over it."""
 
 POSITION_LAW, AIRFRAME = "ladrc", "hummingbird"
-"""Position law and airframe of default gains where nobody names others."""
+"""Position law and airframe of default gains if no others are named."""

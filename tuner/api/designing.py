@@ -58,7 +58,7 @@ class DesignedChannel(DocumentPart):
 
 @dataclass(frozen=True)
 class Design(Documented):
-    """Designed gains beside the default.
+    """Designed gains next to the default.
 
     Attributes:
         gains: The designed gains.

@@ -81,7 +81,7 @@ def export(
     Args:
         gains: Gains, a gains.json or a results folder; of a plant, name its code with `use` or give the study.
         target: Name of a target; see `catalogue("targets")`. A plant goes to c99 alone.
-        out: New folder; by default export/TARGET beside the gains.
+        out: New folder; by default export/TARGET next to the gains.
         options: Options of the target, such as `{"firmware": "1.15"}`.
         previous: Parameter file of what the vehicle flies at present, or a gains.json, for the rollback.
         study: Study that closes the loops around a plant; by default that of its results folder.

@@ -53,7 +53,7 @@ class Results(OpenedFolder[D]):
     Attributes:
         folder: The results folder, None for a comparison that wrote none.
         document: The main document of the folder, such as summary.json, typed, in SI units and radians.
-        flights_made: Flights made just now by `run` or `resume`, None where nobody counted.
+        flights_made: Flights made just now by `run` or `resume`, None if they were not counted.
         study: The study that `run` was given, which may be a notebook's; None for an opened folder.
 
     """

@@ -63,7 +63,7 @@ PROGRESS = "TUNER_PROGRESS"
 
 @contextmanager
 def progress(as_json: bool, quiet: bool = False, answer: RunAnswer | None = None) -> Iterator[Watcher]:
-    """Yield what shows the progress of a command: a display on the terminal, or beside JSON messages alone, none if quiet.
+    """Yield what shows the progress of a command: a display on the terminal, or next to JSON messages alone, none if quiet.
 
     answer: of a run, which is printed before report and figures are drawn.
     """

@@ -267,7 +267,7 @@ class TerminalWatcher(Watcher):
 
 
 def best_text(value: BestValue) -> str:
-    """Return the best feasible value of an objective beside the default's."""
+    """Return the best feasible value of an objective next to the default's."""
     unit, default = after_number(value.unit), f"{value.default:.4g}"
     best = "none feasible" if value.best is None else f"{value.best:.4g}{unit}"
     return f"{value.label} {best} (default {default}{'' if value.is_feasible else ', breaks limits'})"

@@ -18,7 +18,7 @@ EXIT_CODES = {
 """Exit code of each verdict."""
 VERDICTS = tuple(EXIT_CODES)
 REFUSED = tuple(verdict for verdict, code in EXIT_CODES.items() if code)
-"""Verdicts with which nobody should arm."""
+"""Verdicts that forbid arming."""
 
 
 class AssessedFile(DocumentPart):

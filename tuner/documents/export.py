@@ -14,7 +14,7 @@ EXPORT_FORMAT, EXPORT_VERSION = "gainproof-export", "1.0"
 class ExportedParameter(DocumentPart):
     """A number as the target holds it, in its own unit; a bound that is none is null.
 
-    asked: before rounding; held: after it; usual: the target's default; before: on the vehicle, null where nobody said; kept: our
+    asked: before rounding; held: after it; usual: the target's default; before: on the vehicle, null if unknown; kept: our
     loops have no such thing, so the vehicle's value stays; change: held minus before.
     """
 
@@ -120,7 +120,7 @@ class ExportDocument(Document):
     """Content of export.json.
 
     files: SHA-256 by name; rollback: files to go back to; settings: options of the target; before: where it is known from what is
-    on the vehicle, null where nobody said; lossy: what the target adds or lacks. Of a quadrotor there are airframe and laws, of a
+    on the vehicle, null if unknown; lossy: what the target adds or lacks. Of a quadrotor there are airframe and laws, of a
     plant plant and channel_laws.
     """
 

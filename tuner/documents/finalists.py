@@ -12,7 +12,7 @@ class FinalistColumn(NamedTuple):
     """A column of front.csv.
 
     form: how a cell is shown; heading: over its column in the page's table of finalists, "" where it has none of its own;
-    meaning: what the number is, told beside the heading; missing: the value in folders that lack it, None for no value.
+    meaning: what the number is, told next to the heading; missing: the value in folders that lack it, None for no value.
     """
 
     name: str

@@ -1,6 +1,6 @@
 """Parts of summary.json on limits.
 
-Those that nobody kept, what stands behind them, and what the others cost.
+Limits that no candidate satisfied, their causes, and the cost of the others.
 """
 
 from pydantic import Field
@@ -29,7 +29,9 @@ class RelaxationRow(DocumentPart):
 
 
 class ConflictPart(DocumentPart):
-    """Limits that nobody kept together. sets: the smallest; single: steps of one limit; common: of all limits alike."""
+    """Limits that no candidate satisfied together. sets: the smallest; single: steps of one limit; common: of all limits
+    alike.
+    """
 
     sets: list[list[str]]
     single: list[RelaxationRow]

@@ -123,7 +123,7 @@ class ResolvedSearch(DocumentPart):
 
 
 class ResolvedVariable(DocumentPart):
-    """A searched gain and the addresses that it stands for."""
+    """A searched gain and the addresses that it represents."""
 
     name: str
     addresses: list[str]

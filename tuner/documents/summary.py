@@ -17,8 +17,10 @@ from tuner.text.numbers import count as number_text
 from tuner.text.numbers import significant
 from tuner.text.sentences import listing
 
-GAINS, INFEASIBLE = "gains.json", "infeasible.json"
-"""Files of a run's recommended gains, and of those of the nearest point if nothing was feasible."""
+GAINS = "gains.json"
+"""File of a run's recommended gains."""
+INFEASIBLE = "infeasible.json"
+"""File of the nearest point's gains if nothing was feasible."""
 NOTHING = "Nothing feasible"
 """Beginning of the first line on a run that recommends nothing."""
 
@@ -340,7 +342,7 @@ class Summary(Document):
 
     @property
     def shown(self) -> str:
-        """The point that stands beside the default: the recommended one, else the nearest to feasible."""
+        """The point that stands next to the default: the recommended one, else the nearest to feasible."""
         return str(self.nearest if self.tuned is None else self.tuned)
 
     @property

@@ -60,7 +60,7 @@ class TuningFolder(OpenedFolder[Summary]):
 
     @cached_property
     def gains_document(self) -> RecommendedGains:
-        """The gains of the point that stands beside the default."""
+        """The gains of the point that stands next to the default."""
         return RecommendedGains.read(self.home / self.document.gains_file)
 
     @cached_property
@@ -95,7 +95,7 @@ class TuningFolder(OpenedFolder[Summary]):
 
     @property
     def tuned(self) -> str:
-        """Name of the point beside the default: the recommended one, or the nearest where nothing is feasible."""
+        """Name of the point next to the default: the recommended one, or the nearest where nothing is feasible."""
         return self.document.shown
 
     @property
@@ -121,7 +121,7 @@ class TuningFolder(OpenedFolder[Summary]):
 
     @cached_property
     def addresses(self) -> dict[str, list[str]]:
-        """Gains that each variable stands for, as resolved.json says, or as the names of groups do."""
+        """Gains that each variable represents, as resolved.json says, or as the names of groups do."""
         resolved = {entry.name: entry.addresses for entry in self.resolved.variables}
         out = {}
         for name in [variable.name for variable in self.variables]:

@@ -54,7 +54,7 @@ class HeldOutFront:
 
     @property
     def shown_rows(self) -> list[int]:
-        """Rows of the default, of the point beside it and of the front, by the first objective."""
+        """Rows of the default, of the point next to it and of the front, by the first objective."""
         shown = np.array([bool(role) for role in self.roles]) | (self.non_dominated & self.feasible)
         return [int(i) for i in increasing_order(self.held_out[:, 0]) if shown[i]]
 

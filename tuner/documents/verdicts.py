@@ -20,7 +20,7 @@ SIGNS = {
     **{word: forms.sign for word, forms in WORDS.items()},
     SATISFIED: "✓", NOT_CERTAIN: "≈", BROKEN: "✗",
 }  # fmt: skip
-"""Verdict of files -> sign beside it, for the quick eye; color is never the only sign."""
+"""Verdict of files -> sign next to it, for the quick eye; color is never the only sign."""
 FORMER = {"no clear difference": NOT_DISTINGUISHABLE}
 """Verdict of files of earlier versions -> verdict of today."""
 

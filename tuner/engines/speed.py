@@ -113,7 +113,7 @@ WIND = 8.5
 
 
 class MarginBench:
-    """Times margins of a batch of candidates; made once, for CasADi takes a moment to build the model."""
+    """Times margins of a batch of candidates; made once, because CasADi takes a moment to build the model."""
 
     def __init__(self) -> None:
         timing, vehicle = Timing(0.004, 0.001), load("hummingbird").vehicle

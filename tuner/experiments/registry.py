@@ -142,7 +142,7 @@ def completed(experiment: Experiment[Any, Any], kind: ExperimentKind) -> Complet
 
 
 def check_backend(backend: str, dask: str | None) -> None:
-    """Refuse a backend that there is not, or beside a cluster."""
+    """Refuse a backend that there is not, or with a cluster."""
     check(backend)
     if backend != LANES and dask is not None:
         raise InputError(

@@ -58,7 +58,7 @@ class VehicleRecord:
 @dataclass(frozen=True)
 class Controller:
     """A controller ready to fly: the airframe it is for, its cascade, options, periods [s], gains in column order, the vehicle
-    that they were imported from, if any, and the steady states beside hover that its study judged it in.
+    that they were imported from, if any, and the steady states besides hover that its study judged it in.
     """
 
     airframe: Airframe

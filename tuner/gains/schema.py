@@ -5,7 +5,7 @@ controller.position and controller.attitude. It is made once a process; `tuner s
 
 vehicle     parameter file that gains were imported from: what it says of the loops, and what of that our loops cannot carry
 study       name, title, seed, digest, point: where the gains come from; feasible: false where they break limits of that study
-states      steady states beside hover that margins were judged in: heading, velocity over ground and wind in the world frame
+states      steady states besides hover that margins were judged in: heading, velocity over ground and wind in the world frame
 objectives  what held-out flights say, row by row, all values of a row in its unit; interval: of low and high; state: steady
             state in which a margin of the tuned gains is worst
 design      of `tuner design`: which axes were designed, and why not

@@ -8,7 +8,7 @@
     points                             default and finalists: objectives as shown with their ends, gains, limited quantities,
                                        `texts`, and what differs in their gains files (`patch`)
     states                             what a point of each layer is
-    candidates                         what the search tried beside them: number, state, values, packed
+    candidates                         what the search tried next to them: number, state, values, packed
     layers                             how the points look: label, marker and line of plotly.js
     responses                          {scenarios, flights: {SCENARIO: {POINT: number of its worst flight}}}, or null
     charts, arrays                     see `charts.web`

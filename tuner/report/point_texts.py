@@ -24,7 +24,7 @@ STATES = {
     "searched": "feasible, search values",
     "infeasible": "violates a limit, search values",
 }
-"""Layer of a point -> what it is; of the point beside the default the page knows what it is called."""
+"""Layer of a point -> what it is; of the point next to the default the page knows what it is called."""
 Cell = tuple[str, str]
 """A number and its interval, "" where it has none."""
 

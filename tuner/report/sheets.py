@@ -23,8 +23,10 @@ if TYPE_CHECKING:
     from tuner.analysis.responses import Responses
 
 COLUMNS, ROW = 4, 1.7
-ADDED_COLUMNS, ADDED_HEIGHT = 2, 2.4
-"""Columns and height of figures of extensions."""
+ADDED_COLUMNS = 2
+"""Columns of figures of extensions."""
+ADDED_HEIGHT = 2.4
+"""Height of figures of extensions."""
 
 
 def search_sheets(results: TuningFolder) -> dict[str, FigureSpec]:

@@ -74,7 +74,7 @@ def _description(results: TuningFolder) -> Markup:
 
 
 def _opening(results: TuningFolder, limits: Sequence[TableRow]) -> Markup:
-    """Return the answer as a table beside the trade-off."""
+    """Return the answer as a table next to the trade-off."""
     name = results.document.gains_file
     actions = element(
         "div",

@@ -171,7 +171,7 @@ class BayesianOptimization:
         return ObjectiveModels(self._points, values, is_valid, front, self._fit_objective, rng, reference[0])
 
     def _fit_objective(self, index: int, points: Array, values: Array) -> OutputScale:
-        """Return the output scale of an objective; it is fitted anew as data grow."""
+        """Return the output scale of an objective; it is fitted again as data grow."""
         size, fit = self._scales.get(index, (0, None))
         if fit is None or len(points) >= REFIT_GROWTH * size:
             fit = fit_output_scale(points, values, fit)
@@ -270,7 +270,7 @@ def select_batch(
     """Return rows (n,) of the pool: chosen greedily by acquisition times probability of feasibility.
 
     reserve: number of rows that stay selectable for a later batch.
-    Acquisition values only decrease with pending points (submodularity), so only the best stale ones are evaluated anew.
+    Acquisition values only decrease with pending points (submodularity), so only the best stale ones are evaluated again.
     """
     values = acquisition.evaluate(np.arange(len(feasibility.probability)))
     fresh, rows = np.ones(len(values), dtype=bool), list[int]()

@@ -16,7 +16,7 @@ SPREAD = 12.0**-0.5
 
 
 class CmaEs:
-    """CMA-ES, started anew elsewhere once it has converged.
+    """CMA-ES, started again elsewhere once it has converged.
 
     first: points (n, d) of the first generation; its size is the population. seed: of all later draws.
     """

@@ -130,7 +130,7 @@ def search_generations(
         rule: Number of generations.
         now: Seconds since the start of the search, measured here unless given.
         complete: Evaluation of a whole generation -> the one that is recorded, itself unless given.
-        review: Evaluates all generations anew where it has to; the search goes on from these.
+        review: Evaluates all generations again where it has to; the search goes on from these.
         aim: Distances inside the limits at which the search looks; the front that keeps its back-off has to converge. Points that
             follow from no results have none.
     """

@@ -15,7 +15,7 @@ SEARCHING, REFINING, CHECKING, COMPARING, JUDGING = "Searching", "Refining", "He
 
 
 class BestValue(NamedTuple):
-    """Smallest value of an objective so far, beside the default's.
+    """Smallest value of an objective so far, next to the default's.
 
     Attributes:
         label: Label of the objective.
@@ -96,7 +96,7 @@ class Watcher:
     def on_answer(self, folder: "Path", flights_made: int | None) -> None:
         """Called when the documents of a run are in its folder.
 
-        Report and figures follow. flights_made: None where nobody counted.
+        Report and figures follow. flights_made: None if they were not counted.
         """
 
     def on_writing(self, part: str) -> None:

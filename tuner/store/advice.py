@@ -1,6 +1,6 @@
 """Advice on a results folder that is unfinished or damaged: go on with it, or have it written again.
 
-Told from its run.json alone, for whoever reports the error may be at any other work.
+Told from its run.json alone, because the error may occur in any other work.
 """
 
 import shlex

@@ -167,7 +167,7 @@ def _not_json(text: str, otherwise: str) -> str:
 
 
 def _key(fault: Fault, content: Any) -> str:
-    """Return the dotted place of an error; steps that stand for a choice of the model and not for a key are left out."""
+    """Return the dotted place of an error; steps that represent a choice of the model and not for a key are left out."""
     key = ""
     for step in fault.place:
         if isinstance(step, int):

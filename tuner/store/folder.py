@@ -3,7 +3,7 @@
 run.json, inputs/, study.toml, resolved.json, environment.json, history.csv, generations/NNNN.npz, flights/, front.csv,
 summary.json, gains.json, responses.npz, report.html, figures/, manifest.json. Their contents are described in
 results/README.md. A file is on the disk before its name is, and its name before the next file is begun; those that belong
-together are written side by side, for a disk takes some in the time of one.
+together are written side by side, because a disk takes some in the time of one.
 """
 
 import os

@@ -203,7 +203,7 @@ def compute_as_recorded(path: Path, record: RunRecord, instead: str | None = Non
     """Have this process compute with the recorded arithmetic of a run.
 
     A run keeps its arithmetic to the end; StoreError where this process cannot.
-    instead: what else can be done, by default to have the run computed anew.
+    instead: what else can be done, by default to have the run computed again.
     """
     try:
         if record.machine is not None:
@@ -235,7 +235,7 @@ def _copied(folder: Folder, source: Path, taken: dict[str, Path]) -> str:
 
 
 def _copy_imports(folder: Folder, code: Path, taken: dict[str, Path]) -> None:
-    """Copy the files beside a file of code that it imports; they keep their names, by which it imports them."""
+    """Copy the files next to a file of code that it imports; they keep their names, by which it imports them."""
     for source in sources_of(code)[:-1]:
         name = source.file.name
         if taken.setdefault(name, source.file) != source.file:

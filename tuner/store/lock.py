@@ -47,5 +47,5 @@ class Lock:
             self._handle = None
 
     def __del__(self) -> None:
-        """Give the folder back when nobody writes it any more."""
+        """Release the folder at the end of writing."""
         self.release()

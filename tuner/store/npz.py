@@ -32,7 +32,7 @@ N_SAMPLE, MAX_PACKED = 2**12, 0.75
 
 
 def npz_bytes(columns: Mapping[str, Any], **notes: str) -> bytes:
-    """Return a table as the bytes of an .npz file; notes: texts beside the columns, by name."""
+    """Return a table as the bytes of an .npz file; notes: texts next to the columns, by name."""
     arrays, table = {}, filled(columns)
     for name, values in table.items():
         arrays |= _arrays(name, values)
@@ -104,7 +104,7 @@ class NpzTable:
         return values
 
     def note(self, name: str) -> str:
-        """Return a text beside the columns."""
+        """Return a text next to the columns."""
         return self._content(name).decode()
 
     def _array(self, name: str) -> np.ndarray:

@@ -70,7 +70,7 @@ class TableFile:
         return values
 
     def note(self, name: str) -> str:
-        """Return a text beside the columns."""
+        """Return a text next to the columns."""
         with self._refusing():
             return self._table.note(name)
 

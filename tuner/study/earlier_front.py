@@ -26,7 +26,7 @@ class FrontTable:
     """Points of a front.
 
     Attributes:
-        addresses: Gains that each column of the rows stands for.
+        addresses: Gains that each column of the rows represents.
         rows: Values (n, d) of the searched gains.
         values: Held-out objectives (n, m).
         baseline: Those (m,) of the default.
@@ -94,7 +94,7 @@ def _numbers(file: Path, header: list[str], rows: list[list[str]], names: Sequen
 
 
 def _addresses(file: Path) -> dict[str, tuple[str, ...]]:
-    """Return the gains that each variable of a run stands for."""
+    """Return the gains that each variable of a run represents."""
     document = json_table(given_text(file, GIVE_FINISHED), file)
     variables = document.get("variables")
     entries: list[PlainTable] = (

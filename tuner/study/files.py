@@ -5,7 +5,7 @@ from pathlib import Path
 from plant.errors import InputError, UnknownNameError
 
 SHIPPED = Path(__file__).resolve().parents[2] / "studies"
-"""The folder of the shipped studies: beside the packages, in a clone as in an installed wheel."""
+"""The folder of the shipped studies: next to the packages, in a clone as in an installed wheel."""
 
 
 def shipped_studies() -> dict[str, Path]:

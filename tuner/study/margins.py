@@ -86,7 +86,7 @@ def nominal_margins(
 ) -> "MarginModel":
     """Return the nominal vehicle's margins in a trim, at all amplitudes.
 
-    Cached, for a run needs them several times.
+    Cached, because a run needs them several times.
     """
     from objectives.margins.margins import MarginModel
 

@@ -73,7 +73,7 @@ def _unit_breaches(entry: Law) -> list[ContractViolation]:
 
 
 def _units() -> str:
-    """Return the allowed units of a gain, {y} standing for rad or m."""
+    """Return the allowed units of a gain, {y} meaning rad or m."""
     return ", ".join(dict.fromkeys(unit.replace("rad", "{y}") for unit in UCUM if "m" not in unit.replace("rad", "")))
 
 
@@ -145,7 +145,9 @@ def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | A
 
 
 def use_named(file: Path) -> None:
-    """Take a file of code, or all that a study names: of a study in a results folder too, for this is where the user names it."""
+    """Take a file of code, or all that a study names: of a study in a results folder too, because this is where the user names
+    it.
+    """
     if file.suffix != ".toml":
         use(file)
         return

@@ -49,7 +49,7 @@ class PlantTable(StrictTable):
     """[plant]: the file of the plant, an FMU, or the numbers of a linear one, and how it is stepped."""
 
     file: str | None = None
-    """Python file of the plant, beside the study: State, Input, Parameters, Output, derivative and output."""
+    """Python file of the plant, next to the study: State, Input, Parameters, Output, derivative and output."""
     fmu: str | None = None
     """FMU for co-simulation (FMI 2 or 3) in place of a file, next to the study."""
     disturbances: list[str] = Field(default=[])

@@ -27,12 +27,12 @@ from tuner.text.strict_table import StrictTable
 
 
 class AirframeTable(StrictTable):
-    """[airframe]: a bundled name, or a file beside the study."""
+    """[airframe]: a bundled name, or a file next to the study."""
 
     name: str | None = None
     """A bundled airframe."""
     file: str | None = None
-    """A file of your own, beside the study, in place of a name."""
+    """A file of your own, next to the study, in place of a name."""
     allow_unphysical: bool = False
     """Fly numbers that no real vehicle has; the airframe's file must say so too."""
 

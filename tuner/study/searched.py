@@ -161,7 +161,7 @@ class VariableWords(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class SearchedStudy:
-    """A study whose variables are searched, whoever makes the trials: flights of a system, or another program.
+    """A study whose variables are searched, by flights or by another program: flights of a system, or another program.
 
     The members here hold for any variables and values.
 
@@ -230,7 +230,7 @@ class SearchedStudy:
     def censored_times(self) -> list[list[float]]:
         """Return by objective and scenario the time [s] of a missed event.
 
-        The time stands for an event that a flight did not come to.
+        The time represents an event that a flight did not come to.
         """
         return [[] for _ in self.objectives]
 
@@ -269,7 +269,7 @@ class SearchedStudy:
     def with_starts(self) -> Self:
         """Return the study with the starting points that search.starts names; InputError where one cannot be read.
 
-        Where it names none, a model begins from the front that comes with the tool.
+        If it names none, a model begins from the front that comes with the tool.
         """
         entries = self.table.search.starts
         if not self.names_starts and self.has_shipped_front and ALGORITHMS[self.search.algorithm].screens:

@@ -47,7 +47,7 @@ LOOPS = ("attitude", "position")
 
 @dataclass(frozen=True, kw_only=True)
 class Study(TuningStudy):
-    """A study of a quadrotor: vehicle and controller beside what every study has.
+    """A study of a quadrotor: vehicle and controller next to what every study has.
 
     vehicle: record of the vehicle that the default gains were imported from.
     """
@@ -114,7 +114,7 @@ class Study(TuningStudy):
 
     @cached_property
     def trims(self) -> tuple[SteadyState, ...]:
-        """The steady states beside hover that its margins are judged in."""
+        """The steady states besides hover that its margins are judged in."""
         if all(table.at == HOVER for table in self.table.margin):
             return ()
         return steady_states([entry.spec for entry in self.scenarios], self.system)[1:]

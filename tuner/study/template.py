@@ -21,7 +21,7 @@ def write_study(name: str, source: Path | None = None) -> list[Path]:
     """Write the commented template, or a copied study; return the files.
 
     source: the study to copy. The first file is NAME.toml in this folder.
-    Code beside a shipped study is copied along, to be changed. Raises StoreError where a file of such a name is there already,
+    Code next to a shipped study is copied along, to be changed. Raises StoreError where a file of such a name is there already,
     and UnnamedCodeError where a study from elsewhere names code that the user has not named: the copy would run it.
     """
     path = Path(name if name.endswith(".toml") else f"{name}.toml")

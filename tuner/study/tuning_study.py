@@ -156,7 +156,7 @@ class TuningStudy(SearchedStudy):
     def censored_times(self) -> list[list[float]]:
         """Return by objective and scenario the time [s] of a missed event.
 
-        The time stands for an event that a flight did not come to.
+        The time represents an event that a flight did not come to.
         """
         times = []
         for objective in self.objectives:

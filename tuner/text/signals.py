@@ -2,7 +2,8 @@
 
 An exception that is raised inside an import leaves modules half made, and threads that wait for them wait for ever; one inside a
 model of pydantic is taken for a value that does not fit. So a signal that comes there waits until they are done. And
-whatever becomes of it, a watchdog ends the process after `PATIENCE`. Imports little, for it is in place before everything else.
+whatever becomes of it, a watchdog ends the process after `PATIENCE`. Imports little, because it is in place before everything
+else.
 """
 
 import _thread

@@ -86,7 +86,7 @@ def translate_error(
         error: Errors of pydantic.
         path: The file.
         root: The table that was validated.
-        lines: Hint for a missing required key; [] stands for any entry of a list.
+        lines: Hint for a missing required key; [] represents any entry of a list.
         homes: Place of a key that stands at the top by mistake.
     """
     problem = min(map(Fault.of, error.errors()), key=_importance)

@@ -2,7 +2,7 @@
 
 Each autopilot divides its output among the motors by factors of its own, without knowing arms and thrusts; what a unit of output
 does is therefore a matter of the airframe:  G = diag(B T F)  with B the torque of each rotor for one unit of its thrust [m], T
-its thrust for a full command [N], F the factors of the autopilot. Where B T F is not diagonal, a unit of roll turns the vehicle
+its thrust for a full command [N], F the factors of the autopilot. If B T F is not diagonal, a unit of roll turns the vehicle
 about other axes too, and no three numbers describe the loops: such an airframe is refused.
 
 Body axes FRD (x forward, y right, z down), as in the autopilots. Diagonal gains are the same in FRD and FLU, for error and torque

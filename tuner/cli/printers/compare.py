@@ -76,7 +76,7 @@ def verdict(row: DifferenceRow) -> str:
 
 
 def block_table(rows: list[list[str]], width: int) -> TerminalTable:
-    """Return the rows as a table; a value stands beside its interval where the terminal is wide enough, else above it."""
+    """Return the rows as a table; a value stands next to its interval where the terminal is wide enough, else above it."""
     wide = [[cell.replace("\n", " ") for cell in row] for row in rows]
     fits = sum(max(map(len, column)) + 2 for column in zip(*wide, strict=True)) + 2 <= width
     table = TerminalTable(box=None, show_header=False)

@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     from tuner.experiments.again.verify import Verdict
 
 POINTS = "Points of the front, held out"
-BAR, PLAIN_WIDTH = 16, 72
-"""Length of the bar of a range, and columns from which on there is room for it."""
+BAR_LENGTH = 16
+"""Length of the bar of a range."""
+PLAIN_WIDTH = 72
+"""Columns of a terminal from which on there is room for the bar."""
 
 
 def print_verdict(verdict: "Verdict", console: Console) -> None:
@@ -133,7 +135,7 @@ def gains_table(summary: Summary, room: int = PLAIN_WIDTH) -> TerminalTable:
     # The bar is longer than the ends of the range where there is room, else it goes.
     wide = room >= PLAIN_WIDTH
     for row in summary.variables:
-        bar = place_bar(row.place(row.tuned), row.place(row.default), BAR if wide else BAR // 2)
+        bar = place_bar(row.place(row.tuned), row.place(row.default), BAR_LENGTH if wide else BAR_LENGTH // 2)
         ends = f"{row.low:g} {bar} {row.high:g}" if wide else bar
         table.add_row(row.name, unit_text(row.unit), f"{row.default:.4g}", f"{row.tuned:.4g}", ends)
     return table

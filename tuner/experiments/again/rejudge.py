@@ -1,4 +1,4 @@
-"""Judge the flights of a tuning run anew: by other objectives, risks, limits or pick rules, without a search."""
+"""Judge the flights of a tuning run again: by other objectives, risks, limits or pick rules, without a search."""
 
 from collections.abc import Mapping
 from dataclasses import replace

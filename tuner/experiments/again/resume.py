@@ -58,7 +58,7 @@ def reopen(
         budget: Number of generations, None for that of the run.
         search_flights: Flights of each scenario in the search, None for those of the run.
         recompute: Whether to compute with this machine's arithmetic; what another recorded has other keys, so all of it
-            is computed anew.
+            is computed again.
     """
     record = read_record(path)
     _refuse_others(path, record, RESUMED)

@@ -1,6 +1,6 @@
 """Precision of a run's figures, estimated from the flights of a pilot.
 
-It gives the widths of a run's 95 % intervals, and the scenarios that a difference takes. The pilot's flights stand for
+It gives the widths of a run's 95 % intervals, and the scenarios that a difference takes. The pilot's flights represent
 all that could be drawn. A few sets of as many flights as the run has are drawn from them, each scenario in the share
 that it has in the run, and each gets the interval that the run would report of it: the median of their widths is the
 one to expect. It goes with 1/sqrt(n), but holds for a tail of few flights too, where that does not yet.
@@ -126,7 +126,7 @@ def scenarios_needed(
 
     The median over the candidates that lost no flight, each scaled to the default's value: a difference is hard to tell between
     candidates about as good as each other, and a bad one is spread as widely as it is bad. None where the default lost a flight,
-    nobody else completed all or a value is 0. A candidate nearer to the default shares more of its luck and needs fewer.
+    no other completed all or a value is 0. A candidate nearer to the default shares more of its luck and needs fewer.
     """
     others = 1 + np.flatnonzero(complete[1:])
     values = weighed_risk(scores[[0, *others]], weights, risk)

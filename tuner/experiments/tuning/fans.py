@@ -1,8 +1,8 @@
 """Fans of responses: every finalist over many held-out flights, and in the one in which it did worst.
 
 The worst is the one with the largest value of the first objective that counts in the scenario.
-The flights of a fan are the first that every finalist makes held out, so they are recorded while they are made. Where they were
-not, for they were on record or flown elsewhere or in several ranges, they are flown again, with the same bits.
+The flights of a fan are the first that every finalist makes held out, so they are recorded while they are made. If they were
+not, because they were on record or flown elsewhere or in several ranges, they are flown again, with the same bits.
 """
 
 from typing import Any, NamedTuple

@@ -20,11 +20,15 @@ from tuner.study.searched import SearchedStudy
 # that 136 candidates left, the 24 that add most dominated held out 99.0 to 99.5 % of what all of them dominate; of 27 to 34 that
 # 48 candidates left, 16 dominated 97.5 to 98.7 % for a tenth less of the whole run's processor time than 24 (99.3 %). Of three
 # objectives 16 points dominate 93 to 96 % and 48 99 %.
-MAX_FRONT_FINALISTS, OF_TWO, TRIED = 48, 16, 6
-BESIDE_ONE, BESIDE_FRONT = 15, 8
-"""Finalists at most beside the best candidate of one objective, and beside a front."""
-MAX_CHOICES, LOOKED_AT = 4, 4
-"""Choices of finalists at most, and finalists of a choice whose limits known without flying are looked at in all states."""
+MAX_FRONT_FINALISTS, MIN_FRONT_FINALISTS, CANDIDATES_PER_FINALIST = 48, 16, 6
+MAX_NEAR_BEST = 15
+"""Further finalists near the best candidate of one objective."""
+MAX_NEAR_FRONT = 8
+"""Further finalists near a front."""
+MAX_CHOICES = 4
+"""Choices of finalists."""
+N_CHECKED = 4
+"""Finalists of a choice whose limits without flights are checked in all states."""
 
 
 def finalists_in_all_states(
@@ -32,13 +36,13 @@ def finalists_in_all_states(
 ) -> tuple[np.ndarray, list[str]]:
     """Return `finalists_of` of which some keep known limits in all states.
 
-    A search looks at some of the steady states. Where its best all stand at a margin, all may break it in another one, by about
+    A search looks at some of the steady states. If its best all stand at a margin, all may break it in another one, by about
     as much; then those are left out that would break it too.
     """
     first = chosen = finalists_of(survivors, tried, study, back_off)
     limits = len(study.constraints)
     for _ in range(MAX_CHOICES if problem.requirements else 0):
-        some = chosen[0][:: ceil(len(chosen[0]) / LOOKED_AT)]
+        some = chosen[0][:: ceil(len(chosen[0]) / N_CHECKED)]
         values = known_values(problem.screens, problem.space.gains(tried.points[some]), complete=True)
         excess, rows = requirement_excess(problem.requirements, values), np.searchsorted(survivors.candidates, some)
         if np.any(np.all(excess <= 0.0, axis=1)):
@@ -73,7 +77,7 @@ def finalists_of(
 
 
 def around_limits(seen: Evaluation, study: SearchedStudy, front: np.ndarray, back_off: BackOff | None) -> np.ndarray:
-    """Return rows (k,) on both sides of limits that bind, beside a front."""
+    """Return rows (k,) on both sides of binding limits, next to a front."""
     most, first = most_beside(study), np.array([], dtype=int)
     if back_off is not None and np.any(back_off.width > 0.0):
         # What fresh flights of some points say need not hold for others: half go by it, the others by the search's own flights.
@@ -86,12 +90,12 @@ def most_on_front(study: SearchedStudy) -> int:
     """Return the maximum number of finalists of the front: a longer search has a longer front."""
     if len(study.objectives) > 2:
         return MAX_FRONT_FINALISTS
-    return min(max(study.search.candidates // TRIED, OF_TWO), MAX_FRONT_FINALISTS)
+    return min(max(study.search.candidates // CANDIDATES_PER_FINALIST, MIN_FRONT_FINALISTS), MAX_FRONT_FINALISTS)
 
 
 def most_beside(study: SearchedStudy) -> int:
-    """Return the maximum number of finalists beside the front."""
-    return BESIDE_ONE if len(study.objectives) == 1 else BESIDE_FRONT
+    """Return the maximum number of finalists next to the front."""
+    return MAX_NEAR_BEST if len(study.objectives) == 1 else MAX_NEAR_FRONT
 
 
 def most_finalists(study: SearchedStudy) -> int:

@@ -1,7 +1,7 @@
 """Growth of the flights of a search: more of them where fresh ones disagree with those that it goes by.
 
 A search fits itself to its flights, and eight lenient ones mislead it for good: more candidates on the same flights do not help.
-So some points of the front make as many fresh flights every 32 candidates. Where an objective is worse there by a fifth, or a
+So some points of the front make as many fresh flights every 32 candidates. If an objective is worse there by a fifth, or a
 limit is broken, all candidates make these flights too, and those to come; the search goes on from values that rest on both.
 """
 

@@ -22,7 +22,7 @@ DIGITS = 6
 def gains_document(outcome: FlightOutcome, summary: Summary) -> PlainTable:
     """Return the content of gains.json for the point that a summary shows.
 
-    Where nothing is feasible it says so, and `tuner export` refuses it.
+    If nothing is feasible it says so, and `tuner export` refuses it.
     """
     parts = {
         "study": outcome.study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False}),

@@ -101,7 +101,7 @@ def compiled_beside(folder: Path) -> Iterator[None]:
     """Compile the margins of a results folder in another process.
 
     At the end they are compiled. Compiling holds Python's lock, so a thread would not do: for the quickstart 15 of 34 s
-    are margins, on either of two cores. Where the process fails, whoever needs the margins first compiles them.
+    are margins, on either of two cores. If the process fails, the first use of the margins compiles them.
     """
     code = (
         "from pathlib import Path; from tuner.experiments.again.resume import recorded_study; "

@@ -1,6 +1,6 @@
 """The recommended point of a run's held-out flights: better gains, a point of the front, or the default as it is.
 
-A default is what an engineer has. Where points are better than it in every objective, by a relevant share in one, only they are
+A default is what an engineer has. If points are better than it in every objective, by a relevant share in one, only they are
 eligible; where none is and the default keeps the limits, it stays. One that breaks a limit makes way for a point that loses less
 than a relevant share in an objective, too. A default that is among the worst of a first generation in an objective, and breaks a
 limit or is far behind the front, is far from the points of interest: the pick rule then has the whole front, unless a point that

@@ -131,7 +131,7 @@ def search(
 
 
 def best_values(study: SearchedStudy, tried: Archive) -> list[BestValue]:
-    """Return the smallest feasible value of each objective beside the default's."""
+    """Return the smallest feasible value of each objective next to the default's."""
     feasible = tried.flown & np.all(tried.violations <= 0.0, axis=1)
     best = tried.values[feasible].min(axis=0).tolist() if feasible.any() else [None] * len(study.objectives)
     return [

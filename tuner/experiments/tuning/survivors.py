@@ -106,7 +106,7 @@ def joined(problem: Evaluator, one: Evaluation, other: Evaluation) -> Evaluation
 def surviving(problem: Evaluator, seen: Evaluation, root: int) -> np.ndarray:
     """Return the candidates (k,) within limits that the front does not surely beat.
 
-    The front is among them. Where these are too many, those furthest behind are left out, and the last layer is
+    The front is among them. If these are too many, those furthest behind are left out, and the last layer is
     thinned.
     """
     feasible = np.flatnonzero(seen.flown & np.all(seen.violations <= 0.0, axis=1))

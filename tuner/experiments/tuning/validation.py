@@ -98,7 +98,7 @@ class Validation:
     def _strike(self, validated: Validated, is_last: bool) -> None:
         """Leave a refuted row out; the last one leaves nothing but the default.
 
-        Where no flight may be lost, all that lose the same flights make way with it.
+        If no flight may be lost, all that lose the same flights make way with it.
         """
         labels = [self.problem.constraints[i].objective.label for i in validated.broken]
         self._struck[validated.tuned, validated.broken] = np.inf

@@ -1,4 +1,4 @@
-"""A command in a process of its own: its progress while it works, and its end by Ctrl-C where nobody wants it anymore.
+"""A command in a process of its own: its progress while it works, and its end by Ctrl-C after a cancellation.
 
 A run that is cancelled leaves the folder that Ctrl-C leaves, which `resume` goes on with.
 """
@@ -27,8 +27,10 @@ PATIENCE = 10.0
 INTERVAL = 0.25
 """Time between reports of one stage [s]."""
 
-MAX_LINES, MAX_LETTERS = 200, 2000
-"""Lines of standard error that are kept, the last ones, and letters of each."""
+MAX_LINES = 200
+"""Last lines of standard error that are kept."""
+MAX_LETTERS = 2000
+"""Letters of each of these lines."""
 
 SEARCHED = ("PATH", "LD_LIBRARY_PATH")
 """Environment variables of folders in which programs and libraries are looked for."""

@@ -19,8 +19,10 @@ EXCLUDED = frozenset({"json", "threads", "dask", "backend"})
 """Options that concern the terminal or the machine."""
 TYPES = {bool: "boolean", int: "integer", float: "number"}
 """Types of the command line -> types of JSON; all others are texts."""
-MAX_LETTERS, MAX_LETTERS_OF_CALL = 4096, 100_000
-"""Letters of one text, and of all texts of a call."""
+MAX_LETTERS = 4096
+"""Letters of one text."""
+MAX_LETTERS_OF_CALL = 100_000
+"""Letters of all texts of a call."""
 RESULTS = "results"
 """Folder of runs without --out, below the root."""
 

@@ -1,4 +1,4 @@
-"""Settings of a Betaflight file beside the gains: those that its loops have and ours have not, and those of no loop."""
+"""Settings of a Betaflight file besides the gains: those that its loops have and ours have not, and those of no loop."""
 
 import re
 from collections.abc import Collection, Mapping

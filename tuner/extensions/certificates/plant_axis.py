@@ -220,7 +220,7 @@ def _linear(system: PlantSystem) -> StateSpace:
 
 
 def _law(system: PlantSystem, row: Sequence[float], channel: Channel) -> StateSpace:
-    """Return a law from (r, y, v, known) to (u, S); one without a continuous form does nothing, and phi stands for it."""
+    """Return a law from (r, y, v, known) to (u, S); one without a continuous form does nothing, and phi represents it."""
     if channel.law.name not in MODELLED:
         return StateSpace(np.zeros((0, 0)), np.zeros((0, 4)), np.zeros((2, 0)), np.zeros((2, 4)))
     return controller(channel.law.name, gains_of(system, row, channel.name), channel.rate_output is None)
@@ -245,7 +245,7 @@ def _rate(system: PlantSystem, channel: Channel, plant: StateSpace) -> tuple[str
     """Return the plant output of a law's rate, and its processing: measured, its own, or a difference of values.
 
     Differencing and the filter behind it, as sampled, are together about as late as the filter alone in continuous time, so the
-    rate itself stands for the difference, where there is one.
+    rate itself represents the difference, where there is one.
     """
     if channel.rate_output is not None:
         return f"out {channel.rate_output}", _through()

@@ -60,7 +60,7 @@ def estimates_table(document: ContestDocument) -> TerminalTable:
 
 
 def published_table(document: ContestDocument) -> TerminalTable:
-    """Return the printed numbers and ours, contender by contender."""
+    """Return the printed numbers next to ours, contender by contender."""
     table = TerminalTable("Printed numbers and our flights")
     ours = ("printed", "ours, mean", "95 % of our flights", "percentile")
     table.columns_of("quantity", *ours, left=("quantity",), wrap=ours)

@@ -2,7 +2,7 @@
 
 The attitude's PID is an attitude loop (P) around a rate loop (PI), see `tuner.extensions.autopilots.pid`; the position's
 a position loop (P) around a velocity loop (PI) whose output is an angle, a/g in degrees, or counts of thrust. Every other
-gain of the firmware's loops is written as 0, for its defaults are not 0. Pitch is positive nose up in the firmware, and yaw's
+gain of the firmware's loops is written as 0, because its defaults are not 0. Pitch is positive nose up in the firmware, and yaw's
 output is negated: angle, rate and torque change their signs together, so no gain does.
 
 Parameters of platform cf2: bitcraze/crazyflie-firmware, src/modules/src/controller/attitude_pid_controller.c,

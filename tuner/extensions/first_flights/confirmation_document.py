@@ -1,4 +1,4 @@
-"""confirm.json: finalists flown in a real firmware, beside our own flights through the same scenarios, in SI units."""
+"""confirm.json: finalists flown in a real firmware, next to our own flights through the same scenarios, in SI units."""
 
 from typing import Annotated, Literal
 

@@ -9,7 +9,7 @@ from tuner.extensions.flight_plans.document import FlightPlanDocument, PlannedEx
 from tuner.extensions.flight_plans.excitation import UNITS, Excitation, begins, length_of
 from tuner.extensions.flight_plans.flying import FLIGHTS, HEATING
 from tuner.extensions.flight_plans.informativeness import half_widths
-from tuner.extensions.flight_plans.planning import NEARLY, Experiment
+from tuner.extensions.flight_plans.planning import MIN_WIDTH_RATIO, Experiment
 from tuner.extensions.vehicle_fit.identifiability import GIVEN
 from tuner.text.numbers import per_cent
 from tuner.text.sentences import counted, listing
@@ -125,7 +125,7 @@ def verdict(rows: Sequence[PlannedNumber], is_named: bool = False) -> str:
     sentences = [f"The flight is to tell {counted(reached, 'number')} as narrowly as asked."]
     judged = [row for row in rows if row.target is not None or not is_named]
     untold = [row for row in judged if row.reason and row.name not in GIVEN]
-    near = [row.name for row, width in missed if row.foreseen <= NEARLY * width]
+    near = [row.name for row, width in missed if row.foreseen <= MIN_WIDTH_RATIO * width]
     if near:
         sentences.append(f"A little wider than asked: {listing(near)}.")
     wide = [width_text(row, width) for row, width in missed if row.name not in near]

@@ -34,8 +34,10 @@ STEPS = ((0.5, 0.5), (1.0, 1.0))
 """Frequencies of throttle steps that are tried [Hz]: a pilot keeps time with one or two steps a second."""
 SQUARE = Shape(dwell=0.0, fade_in=0.0, fade_out=0.0, cosine=True)
 """Shape of throttle steps."""
-TRIAL, STREAM = 8.0, "experiment"
-"""Length of the excitations that bands are compared with [s]; name of the streams of their air."""
+TRIAL_LENGTH = 8.0
+"""Length of the excitations that compare bands [s]."""
+STREAM = "experiment"
+"""Name of the streams of their air."""
 MIN_LENGTH, LENGTH_STEP, DEFAULT_LENGTH, MAX_LENGTH = 12.0, 2.0, 20.0, 60.0
 """Shortest excitation, what it grows by, the longest where no number is named, and the longest of all [s].
 
@@ -45,8 +47,10 @@ MARGIN = 0.9
 """Share of a limit that excitations are made for."""
 LIFT = 5.0
 """Largest acceleration along z that is asked for [m/s2]: half of gravity, so that the rotors keep half of their thrust."""
-TRIES, CLOSE = 6, 1.05
-"""Flights that an amplitude is sought in, and the room left to the nearest limit that ends it."""
+MAX_TRIALS = 6
+"""Flights of the search for an amplitude."""
+LIMIT_MARGIN = 1.05
+"""Factor to the nearest limit at which the search for an amplitude ends."""
 FIRST_TRY = {"angle": 0.1, "rate": 0.5, "acceleration": 2.0}
 """Amplitudes that are flown first [rad, rad/s, m/s2]."""
 RESOLUTION = {"angle": np.radians(0.1), "rate": np.radians(1.0), "acceleration": 0.05}
@@ -54,7 +58,7 @@ RESOLUTION = {"angle": np.radians(0.1), "rate": np.radians(1.0), "acceleration":
 SPARE = 0.05
 """Spare share of an output's variance that is explained, above the least that identification believes."""
 LONGER = (1.5, 2.0, 3.0, 4.0, 6.0)
-"""Factors on a length that are tried beside the step: an output may count from some length on only."""
+"""Factors on a length that are tried next to the step: an output may count from some length on only."""
 ENOUGH = 0.1
 """Weight of intervals within their target, relative to those above it."""
 
@@ -180,7 +184,7 @@ def candidate_excitations(task: Task, axis: str) -> list[CandidateExcitation]:
     """Return a candidate of an axis for every available wave and band."""
     quantity = task.capabilities.quantities[axis]
     tried = [
-        Excitation(axis, quantity, FIRST_TRY[quantity], *band, TRIAL, wave, shape)
+        Excitation(axis, quantity, FIRST_TRY[quantity], *band, TRIAL_LENGTH, wave, shape)
         for wave, band, shape in task.capabilities.shapes(axis)
     ]
     return [_trial(task, maximize_amplitude(task, entry)) for entry in tried]
@@ -189,7 +193,7 @@ def candidate_excitations(task: Task, axis: str) -> list[CandidateExcitation]:
 def _trial(task: Task, excitation: Excitation) -> CandidateExcitation:
     log = task.simulated.alone.flown([excitation], STREAM, 1).log(0, STREAM)
     problem = problem_of(log, task.airframe, task.space)
-    information = information_of(problem, task.truth, excitation.axis) / TRIAL
+    information = information_of(problem, task.truth, excitation.axis) / TRIAL_LENGTH
     return CandidateExcitation(excitation, information, output_power(problem, task.truth, excitation))
 
 
@@ -200,17 +204,17 @@ def maximize_amplitude(task: Task, excitation: Excitation) -> Excitation:
     the amplitude is bisected.
     """
     allowed, excessive = 0.0, np.inf
-    for _ in range(TRIES):
+    for _ in range(MAX_TRIALS):
         amplitude = excitation.amplitude
         factor = min(_room(task, excitation), command_headroom(excitation, task.limits))
         if factor >= 1.0:
             allowed = max(allowed, amplitude)
         else:
             excessive = min(excessive, amplitude)
-        if 1.0 <= factor < CLOSE:
+        if 1.0 <= factor < LIMIT_MARGIN:
             break
         # Into the middle of the room that is left: an amplitude that comes from above meets the limit itself never.
-        goal = amplitude * float(np.clip(factor, 0.1, 10.0)) / sqrt(CLOSE)
+        goal = amplitude * float(np.clip(factor, 0.1, 10.0)) / sqrt(LIMIT_MARGIN)
         if not allowed < goal < excessive:
             goal = float(np.sqrt(max(allowed, 0.01 * excessive) * excessive))
         excitation = replace(excitation, amplitude=goal)
@@ -250,7 +254,7 @@ def select_excitations(
     chosen = {axis: tried[len(tried) // 2] for axis, tried in trials.items()}
     for axes in capabilities.groups:
         # Long enough for its output to count beside those of the others.
-        lengths = dict.fromkeys(chosen, TRIAL) | dict.fromkeys(axes, DEFAULT_LENGTH)
+        lengths = dict.fromkeys(chosen, TRIAL_LENGTH) | dict.fromkeys(axes, DEFAULT_LENGTH)
         options = [
             ExcitationSet(space, chosen | {axis: trials[axis][k] for axis in axes}) for k in range(len(trials[axes[0]]))
         ]

@@ -25,7 +25,7 @@ class PlannedExcitation(DocumentPart):
 class PlannedNumber(DocumentPart):
     """A number of the vehicle with half-widths of its 95 % intervals: relative of positive numbers, in their unit of others.
 
-    asked: None where nobody asked for it. before: of the prior; foreseen: after the flight; obtained: what identification gave
+    asked: None if it was not requested. before: of the prior; foreseen: after the flight; obtained: what identification gave
     of one simulated flight, and error: how far that was off. reason: why it would stay at its prior, "" where it would not.
     """
 

@@ -8,8 +8,10 @@ from tuner.extensions.flight_plans import choosing
 from tuner.extensions.flight_plans.excitation import PAUSE, Excitation, begins
 from tuner.extensions.flight_plans.flying import FLIGHTS, Flown, SimulatedVehicle
 
-HEIGHT, MOTORS = 1.0, 0.9
-"""Largest excursion of the height [m], and share of the way from hover to idle or full command that motors may go."""
+MAX_HEIGHT = 1.0
+"""Largest excursion of the height [m]."""
+MOTOR_RANGE = 0.9
+"""Share of the range from hover to idle or full command that motors may use."""
 ROTOR_RMS, ROTOR_PEAK = 6.0, 30.0
 """Limits of the acceleration of a rotor over its hover speed [1/s]: RMS over `flying.HEATING`, and peak.
 

@@ -35,10 +35,10 @@ PATIENCE = 2
 """Iterations without improvement before stopping."""
 MIN_GROWTH = 1.3
 """Smallest factor by which a correction lengthens excitations."""
-NEARLY = 1.25
-"""Room that is left to the narrowest interval where nobody asks for a number that stays wider than the others may."""
-FORGIVEN = 0.8
-"""Share of an interval that is left by what is weighed and measured beyond which a longer flight is no advice."""
+MIN_WIDTH_RATIO = 1.25
+"""Smallest ratio of a target width to the width that the longest flight reaches; up to it a wider interval is a near miss."""
+MAX_GIVEN_SHARE = 0.8
+"""Largest share of an interval from weighed and measured values at which a longer flight still helps."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ class ExperimentSpec:
         return {
             "tilt": self.tilt,
             "rate": self.rate,
-            "height": limits.HEIGHT,
-            "motors": limits.MOTORS,
+            "height": limits.MAX_HEIGHT,
+            "motors": limits.MOTOR_RANGE,
             "rotor_rms": limits.ROTOR_RMS,
             "rotor_peak": limits.ROTOR_PEAK,
         }
@@ -202,7 +202,7 @@ def accuracy_target(
         text = out_of_reach(names[place], float(least[place] / largest[place]), request, longest)
         raise InputError(text, key="--numbers" if missed else "--within")
     places = np.array(requested or np.flatnonzero(is_identifiable).tolist())
-    return AccuracyTarget(places, np.maximum(largest, NEARLY * least)[places])
+    return AccuracyTarget(places, np.maximum(largest, MIN_WIDTH_RATIO * least)[places])
 
 
 def _largest(entry: Parameter, within: float, airframe: Airframe) -> float:
@@ -221,7 +221,7 @@ def out_of_reach(name: str, excess: float, request: ExperimentSpec, selection: E
         return f"{name} hardly shows in such a flight; leave it out, or allow more (--tilt, --rate)"
     best = f"{name} comes to within {100.0 * excess * request.within:.1f} % at best, given {100.0 * request.within:g} %"
     shares = _given_shares(name, selection)
-    if sum(shares.values()) <= FORGIVEN**2:
+    if sum(shares.values()) <= MAX_GIVEN_SHARE**2:
         return f"{best}; allow more (--tilt, --rate), or ask for less (--within)"
     largest = max(shares, key=lambda entry: shares[entry])
     if largest in WEIGHED:

@@ -1,4 +1,4 @@
-"""FMI 2.0 for co-simulation: the C99 code of the controller in an FMU, and the gains beside it as SSV.
+"""FMI 2.0 for co-simulation: the C99 code of the controller in an FMU, and the gains next to it as SSV.
 
 Functional Mock-up Interface 2.0.4 (Modelica Association, 2022). The FMU holds its sources, so it can be built for other
 platforms; where gcc for x86-64 Linux is there, the binary is inside.

@@ -3,7 +3,7 @@
 Signals change at control instants only (variability discrete). Gains are constants: their step-independent parts are worked out
 at export and built into the code, so that what runs is bit for bit the C code.
 
-Beside it the gains as an SSV file (System Structure and Parameterization 1.0, Modelica Association, 2019).
+Next to it the gains as an SSV file (System Structure and Parameterization 1.0, Modelica Association, 2019).
 
 SSP defines a unit by whole exponents of SI base units; the one of a super-twisting gain has fractions, so that gain stands
 without a unit and its description names it.

@@ -42,10 +42,10 @@ Array = NDArray[np.float64]
 
 POOR = 0.5
 """Share of an output's variance below which its prediction on windows kept from the fit is called poor."""
-MIN_COVERAGE, MAX_CORRELATED_SHARE = 0.8, 0.25
-"""Share of what is measured below which the 95 % band is called too narrow; share of autocorrelations beyond their bound above
-which what is left over is not called white.
-"""
+MIN_COVERAGE = 0.8
+"""Share of the measurement in the 95 % band below which the band counts as too narrow."""
+MAX_CORRELATED_SHARE = 0.25
+"""Share of autocorrelations beyond their bound above which residuals do not count as white."""
 MAX_DOCUMENTED_VALUE = 1e4
 """Largest number of decibels or degrees in the document."""
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")

@@ -90,7 +90,7 @@ def figures_of(identified: Identified) -> Mapping[str, Callable[[], Figure]]:
 
 
 def response_panels(rows: Sequence[ResponseRow]) -> list[Panel]:
-    """Return three panels for each output: magnitude and phase beside the model's with 95 % bands, and coherence."""
+    """Return three panels for each output: magnitude and phase next to the model's with 95 % bands, and coherence."""
     return [panel for row in rows for panel in _response(row)]
 
 

@@ -17,10 +17,14 @@ from tuner.extensions.vehicle_fit.samples import COMPARED_RATE, LogSegment, resa
 
 Array = NDArray[np.float64]
 
-SLOWEST, SLOW = 50.0, 200.0
-"""Rates of a log [Hz] below which nothing, and little, can be identified."""
-MAX_LOST, MAX_SATURATED_SHARE = 0.02, 0.02
-"""Shares of samples."""
+MIN_RATE = 50.0
+"""Rate of a log [Hz] below which nothing can be identified."""
+USUAL_RATE = 200.0
+"""Rate of a log [Hz] below which little can be identified."""
+MAX_LOST_SHARE = 0.02
+"""Largest share of lost samples."""
+MAX_SATURATED_SHARE = 0.02
+"""Largest share of saturated samples."""
 HOVER = (0.8, 1.25)
 """Median specific force along z of a flight that neither climbs nor falls for long, over gravity."""
 SHAPED = 0.3
@@ -82,16 +86,16 @@ def is_silent(log: FlightLog) -> bool:
 
 
 def _time_base(log: FlightLog) -> Iterator[LogIssue]:
-    if log.rate < SLOWEST:
+    if log.rate < MIN_RATE:
         yield LogIssue(
             True, f"{log.rate:.0f} samples a second are too few; log gyro and motors at {COMPARED_RATE:.0f} Hz or more"
         )
-    elif log.rate < SLOW:
+    elif log.rate < USUAL_RATE:
         yield LogIssue(
             False, f"{log.rate:.0f} samples a second say little of lag and delay; {COMPARED_RATE:.0f} Hz or more would"
         )
     share = log.lost / (len(log.time) + log.lost)
-    if share > MAX_LOST:
+    if share > MAX_LOST_SHARE:
         yield LogIssue(False, f"{log.lost:,} samples ({100.0 * share:.1f} %) are lost; use a faster card or log less")
 
 
@@ -136,7 +140,7 @@ def _gravity(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
 def _turning(log: FlightLog, airframe: Airframe) -> Iterator[LogIssue]:
     """Compare angular accelerations with motor commands: in every order of the motors and with all signs of the axes."""
     part = _longest_segment(log)
-    if part is None or log.rate < SLOWEST:
+    if part is None or log.rate < MIN_RATE:
         return
     turned, best, lag = _changes(part, LAGS.tolist())
     mixer = mixer_matrix(airframe.vehicle)[1:]

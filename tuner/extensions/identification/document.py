@@ -76,7 +76,7 @@ class RegressionRow(DocumentPart):
 class ResponseRow(DocumentPart):
     """Frequency response of an output to the motor commands of its axis.
 
-    Beside that of the logs stands that of the model; rates are in rad/s, lift is in m/s2, commands are shares of full command.
+    Next to that of the logs stands that of the model; rates are in rad/s, lift is in m/s2, commands are shares of full command.
 
     Attributes:
         instrument: "setpoint", or "" where the command is its own.

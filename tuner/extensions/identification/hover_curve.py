@@ -17,8 +17,12 @@ from tuner.extensions.vehicle_fit.parameters import NODES, PhysicalParameters
 
 Array = NDArray[np.float64]
 
-MIN_COMMAND, MIN_LINEAR_SHARE, MIN_SHARE = 0.02, -0.9, 0.01
-"""Least motor command at hover, least share a, and least thrust at hover over that at full command [1]."""
+MIN_COMMAND = 0.02
+"""Least motor command at hover."""
+MIN_LINEAR_SHARE = -0.9
+"""Least share a."""
+MIN_THRUST_SHARE = 0.01
+"""Least thrust at hover over that at full command [1]."""
 EXPONENTS = (1.0, 4.0)
 """Range of the exponent x: that of a line up to that of a rotor that hardly turns below hover."""
 
@@ -42,7 +46,7 @@ class HoverCurve(NamedTuple):
 
     def share(self, linear: float) -> float:
         """Return the hover thrust over that at full command; linear: share a."""
-        return max((1.0 - linear) * self.command**2 + linear * self.command, MIN_SHARE)
+        return max((1.0 - linear) * self.command**2 + linear * self.command, MIN_THRUST_SHARE)
 
     def thrust_by_linear(self, linear: float) -> float:
         """Return d log T/da at hover, full thrust held; linear: share a."""

@@ -1,4 +1,6 @@
-"""The page of an identification: a verdict, what was predicted beside what was measured, what is left over, and the intervals."""
+"""The page of an identification: a verdict, what was predicted next to what was measured, what is left over, and the
+intervals.
+"""
 
 from collections.abc import Sequence
 

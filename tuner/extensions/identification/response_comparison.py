@@ -1,8 +1,8 @@
-"""Frequency responses of the logs beside those of the fitted model.
+"""Frequency responses of the logs next to those of the fitted model.
 
-Measured is the response of body rate, or lift, to the motor commands of the axis. Where the log has setpoints of the rates, they
+Measured is the response of body rate, or lift, to the motor commands of the axis. If the log has setpoints of the rates, they
 are the instrument; without them feedback biases the estimate towards the inverse of the controller, the more the larger noise and
-air are beside what the commands do (Ljung, System Identification, 2nd ed., section 13.5).
+air are relative to the effect of the commands (Ljung, System Identification, 2nd ed., section 13.5).
 """
 
 from collections.abc import Sequence

@@ -36,8 +36,10 @@ FILLED = {1: (0.8, 1.2), 2: (1.6, 2.4), 3: (2.6, 3.4)}
 """Orders over the first line's that each line fills."""
 FLANKS = {1: ((0.72, 0.8), (1.45, 1.55)), 2: ((1.45, 1.55), (2.45, 2.55)), 3: ((2.45, 2.55), (3.45, 3.55))}
 """Those on both sides of it that tell its floor."""
-CALM, MIN_WINDOWS = 0.4, 8
-"""Share of the windows that count, those whose rotors turn most alike, and their least number."""
+CALM_SHARE = 0.4
+"""Share of the windows that count: those with the steadiest rotors."""
+MIN_WINDOWS = 8
+"""Fewest windows that count."""
 CLEAR = 3.0
 """Least height of the first line over its floor."""
 ORDERS = np.arange(0.45, 5.8, 0.01)
@@ -67,7 +69,7 @@ def rotor_lines(identified: Identified) -> tuple[RotorLine, ...]:
     hover = hover_speed(identified.airframe.vehicle) / (2.0 * PI)
     weight = 0.25 * identified.airframe.vehicle.mass * identified.airframe.vehicle.gravity
     windows = [each for log in identified.logs for each in _order_spectra(log, numbers, weight, hover)]
-    calmest = sorted(windows, key=lambda window: window[0])[: max(round(CALM * len(windows)), MIN_WINDOWS)]
+    calmest = sorted(windows, key=lambda window: window[0])[: max(round(CALM_SHARE * len(windows)), MIN_WINDOWS)]
     if len(calmest) < MIN_WINDOWS:
         return ()
     spectra = np.array([spectrum for _, spectrum in calmest])

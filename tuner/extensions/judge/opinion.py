@@ -3,7 +3,7 @@
 Do not fly: a loop is unstable, or its peak sensitivity is above 4.3, with which a thrust 30 % off may make it so; its peak
 sensitivity grows beyond 2; a rule of the firmware's own tools refuses the change; flights are lost. The comparison is of the
 paired flights alone, each difference by the rule of `objectives.risk.differences`. For the verdict a loop
-that comes from above 4.3 to at most 2 counts as better, too. Where no airframe is named, loops are those of the middle of a
+that comes from above 4.3 to at most 2 counts as better, too. If no airframe is named, loops are those of the middle of a
 class, so margins refuse only what the change made worse, and losses where most vehicles are lost.
 """
 
@@ -29,8 +29,10 @@ from tuner.text.numbers import plus, significant
 
 FRAGILE_MS = 4.3
 """Largest peak sensitivity of any loop: Ms / (Ms - 1) = 1.3 is the gain margin that it guarantees."""
-MAX_LOSS, MAX_CLASS_LOSS = 0.01, 0.5
-"""Largest probability of loss, and largest share of lost vehicles of a class."""
+MAX_LOSS = 0.01
+"""Largest probability of loss."""
+MAX_CLASS_LOSS = 0.5
+"""Largest share of lost vehicles of a class."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class Evidence:
         metrics: Means over the flights.
         lost_after: Lost flights.
         lost_before: The same before, None without a file before.
-        loss: Word on the probability of loss beside that before; None without a file before.
+        loss: Word on the probability of loss next to that before; None without a file before.
         unmodeled: Number of changed parameters that no loop of the model has.
     """
 

@@ -42,7 +42,7 @@ class PairedScores:
 
     @property
     def loss(self) -> str | None:
-        """Word on the probability of loss beside that before; None for one file."""
+        """Word on the probability of loss next to that before; None for one file."""
         if len(self.scores) == 1:
             return None
         failed = self.scores[:, 0]

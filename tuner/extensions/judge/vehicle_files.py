@@ -132,7 +132,7 @@ def name_files(after: Path, before: Path | None, source: str | None, airframe: s
         after: The file to judge.
         before: Gains of the vehicle at present, or None.
         source: Firmware of both, or "gains"; None to guess it.
-        airframe: Name or file of the vehicle, None where nobody names one.
+        airframe: Name or file of the vehicle, None if none is named.
     """
     name = guess_source(after) if source is None else find_source(source)
     guessed = f"Read as a file of {name}, guessed from its lines." if source is None else None

@@ -1,4 +1,4 @@
-"""Two flight logs beside each other, and beside what was predicted."""
+"""Comparison of two flight logs with each other and with the prediction."""
 
 from dataclasses import dataclass
 from functools import cached_property

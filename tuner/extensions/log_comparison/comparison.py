@@ -18,8 +18,10 @@ from tuner.extensions.logs.flight_log import FlightLog
 
 Array = NDArray[np.float64]
 
-BLOCK, MIN_BLOCKS = 1.0, 6
-"""Length of a block [s], and the fewest that tell anything."""
+BLOCK = 1.0
+"""Length of a block [s]."""
+MIN_BLOCKS = 6
+"""Fewest blocks of a comparison."""
 WIDTH = 0.975
 """Quantile of a two-sided interval of 95 %."""
 

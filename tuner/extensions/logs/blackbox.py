@@ -18,10 +18,12 @@ from tuner.extensions.logs.flight_log import STANDARD_GRAVITY, Array, FlightLog
 MAGIC = b"H Product:Blackbox flight data recorder"
 MAX_BLACKBOX_BYTES = 2**26
 """Largest file that is read [bytes]: a second of decoding for each MB."""
-LONGEST_INTERVAL, MAX_FIELDS = 1024, 256
-"""Most loops between two frames that stand alone, 32 ms at 32 kHz; most fields of a frame."""
+MAX_INTERVAL = 1024
+"""Most loops between two frames that stand alone: 32 ms at 32 kHz."""
+MAX_FIELDS = 256
+"""Most fields of a frame."""
 PAUSE = 1.0
-"""Time between recordings whose clock begins anew [s]."""
+"""Time between recordings whose clock restarts [s]."""
 
 
 class _FrameColumns(list[Any]):
@@ -83,7 +85,7 @@ def _recording(parser: Any, name: str) -> Array:
     parser.parse_header()
     config, names = parser.sys_config, parser.main_field_names
     # The decoder counts the loops between frames one by one.
-    if config["frameIntervalPNum"] < 1 or config["frameIntervalI"] > LONGEST_INTERVAL or len(names) > MAX_FIELDS:
+    if config["frameIntervalPNum"] < 1 or config["frameIntervalI"] > MAX_INTERVAL or len(names) > MAX_FIELDS:
         raise InputError("its head is damaged", file=name)
     columns = columns_of(names, name)
     frames = _FrameColumns([names.index(column) for column in columns])
@@ -98,7 +100,7 @@ def _recording(parser: Any, name: str) -> Array:
 
 
 def _one_after_the_other(parts: list[Array]) -> list[Array]:
-    """Return recordings on one clock: a clock that begins anew goes on a while after the recording before."""
+    """Return recordings on one clock: a clock that restarts goes on a while after the recording before."""
     for before, after in pairwise(parts):
         after[:, 0] += max(0.0, before[-1, 0] + PAUSE - after[0, 0])
     return parts

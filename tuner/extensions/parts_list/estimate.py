@@ -24,8 +24,10 @@ BLADES = 0.8
 """Power of the number of blades that thrust goes with: less than 1, for blades fly in each other's wake."""
 MERIT = 0.45
 """Figure of merit of small propellers at rest; published ones have 0.3 to 0.65."""
-CELL, LOADED = 3.7, 0.7
-"""Nominal voltage of a lithium cell [V], and the speed at full command over that without load, 0.45 to 0.95."""
+CELL_VOLTAGE = 3.7
+"""Nominal voltage of a lithium cell [V]."""
+LOAD_FACTOR = 0.7
+"""Speed at full command over that without load: 0.45 to 0.95."""
 GYRATION, SHARE = 0.26, 0.86
 """Ixx over mass times the squared distance to the motors: 0.15 where 30 % of the mass is at the motors and the rest in
 the middle. Izz over Ixx + Iyy, 1 of a flat vehicle.
@@ -38,10 +40,14 @@ Kumar, "Towards a swarm of agile micro quadrotors", Autonomous Robots 35, 2013. 
 """
 ROTOR = 0.13
 """Inertia of a rotor over D^5 [kg/m3], were all propellers of one shape and density; of bundled ones 0.11 to 0.17."""
-CLIMB, SIDE = 0.4, 0.2
-"""Drag of a climb and of sideways flight over weight / induced speed of hover."""
-MAX_THRUST, MIN_THRUST = 0.98 * THRUST_TO_WEIGHT[1], 1.3
-"""Thrust to weight: an estimate above the first is lowered to it, one below the second is refused."""
+CLIMB_DRAG = 0.4
+"""Drag of a climb over weight / induced speed of hover."""
+SIDE_DRAG = 0.2
+"""Drag of sideways flight over weight / induced speed of hover."""
+MAX_THRUST = 0.98 * THRUST_TO_WEIGHT[1]
+"""Thrust to weight to which a higher estimate is lowered."""
+MIN_THRUST = 1.3
+"""Thrust to weight below which an estimate is refused."""
 
 SPREADS: dict[str, dict[str, float]] = {
     "mass": {"weighed": 0.02},
@@ -72,7 +78,7 @@ class Propeller(NamedTuple):
 
 class PartsList(NamedTuple):
     """Known data of a vehicle: mass [kg], wheelbase: from a motor to the one opposite [m], propeller, speed constant of the
-    motors [rpm/V], cells of the battery, and the command at hover as a share of full command, None where nobody knows.
+    motors [rpm/V], cells of the battery, and the command at hover as a share of full command, None if unknown.
     """
 
     mass: float
@@ -113,7 +119,7 @@ class Estimate(NamedTuple):
 def estimated(parts: PartsList) -> Estimate:
     """Return the airframe of a parts list; InputError where its propellers would not lift it."""
     coefficient = thrust_coefficient(parts.propeller)
-    free = LOADED * parts.kv * CELL * parts.cells * 2.0 * pi / 60.0
+    free = LOAD_FACTOR * parts.kv * CELL_VOLTAGE * parts.cells * 2.0 * pi / 60.0
     weight = parts.mass * GRAVITY
     ratio = 4.0 * coefficient * free**2 / weight if parts.hover is None else parts.hover**-2
     if ratio < MIN_THRUST:
@@ -168,7 +174,7 @@ def _values(parts: PartsList, coefficient: float, full: float, *, lowered: bool)
     inertia = GYRATION * parts.mass * arm**2
     drag = parts.mass * GRAVITY / induced_speed(parts.mass, blade)
     speed = (
-        f"{LOADED:g} times kv {parts.kv:g} rpm/V at {parts.cells} cells of {CELL:g} V: under load 0.45 to 0.95"
+        f"{LOAD_FACTOR:g} times kv {parts.kv:g} rpm/V at {parts.cells} cells of {CELL_VOLTAGE:g} V: under load 0.45 to 0.95"
         if parts.hover is None
         else f"thrust at full command from hover at {parts.hover:g} of it"
     ) + (f"; lowered to a thrust to weight of {MAX_THRUST:g}" if lowered else "")
@@ -207,12 +213,12 @@ def _values(parts: PartsList, coefficient: float, full: float, *, lowered: bool)
         ),
         "inertia.y": (inertia, "kg m2", "estimated: as for x"),
         "inertia.z": (2.0 * SHARE * inertia, "kg m2", f"estimated: {SHARE:g} of x + y"),
-        "drag_linear.x": (SIDE * drag, "N s/m", f"estimated: {SIDE:g} weight over induced speed; no range"),
-        "drag_linear.y": (SIDE * drag, "N s/m", "estimated: as for x"),
+        "drag_linear.x": (SIDE_DRAG * drag, "N s/m", f"estimated: {SIDE_DRAG:g} weight over induced speed; no range"),
+        "drag_linear.y": (SIDE_DRAG * drag, "N s/m", "estimated: as for x"),
         "drag_linear.z": (
-            CLIMB * drag,
+            CLIMB_DRAG * drag,
             "N s/m",
-            f"estimated: {CLIMB:g} weight over induced speed, momentum theory of a climb",
+            f"estimated: {CLIMB_DRAG:g} weight over induced speed, momentum theory of a climb",
         ),
     }
     zeros = {

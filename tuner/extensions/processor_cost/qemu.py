@@ -43,9 +43,9 @@ def versions() -> tuple[str, str]:
 
 
 def build(sources: Mapping[str, str], folder: Path, flags: Sequence[str] = FLAGS) -> Path:
-    """Write sources (name -> text; headers beside them) into a folder, compile and link them with the board's own start.
+    """Write sources (name -> text; headers next to them) into a folder, compile and link them with the board's own start.
 
-    Any `int main(void)` with printf will do. Returns the ELF file; its object files, named after the sources, stay beside it.
+    Any `int main(void)` with printf will do. Returns the ELF file; its object files, named after the sources, stay next to it.
     Raises InputError with the compiler's words where it refuses.
     """
     require()

@@ -1,4 +1,4 @@
-"""PX4's control libraries on the bench: where they are in a checkout, and which parameters they are given beside the gains.
+"""PX4's control libraries on the bench: where they are in a checkout, and which parameters they are given besides the gains.
 
 Facts of PX4 1.16 and the main branch of August 2025: src/modules/mc_rate_control, mc_att_control, control_allocator and
 sensors/vehicle_angular_velocity, their parameters' defaults included.

@@ -62,7 +62,7 @@ def axes_of(controller: Controller) -> dict[str, AxisOutput]:
     """Return each axis's factor of gains (to torque or force) and output limits.
 
     Torques: the largest that the rotors have at hover. Forces: the tilt cone at hover, and for z what the rotors and the bound on
-    sinking leave beside the weight.
+    sinking leave besides the weight.
     """
     vehicle = controller.airframe.vehicle
     weight = vehicle.mass * vehicle.gravity
@@ -181,7 +181,7 @@ def held(controller: Controller) -> Controller:
 
 
 def differences(controller: Controller) -> tuple[str, ...]:
-    """Return the differences of the target beside the gains."""
+    """Return the differences of the target besides the gains."""
     gains = pack(controller.cascade.Gains, controller.gains)
     longest = max(axis_gains.t_f for axis_gains in gains)
     return (

@@ -151,7 +151,7 @@ def relative(text: str, dots: str, package: str) -> str:
 
 
 def _modules(request: Request, sentence: str) -> dict[str, str]:
-    """Return README.md and the modules that are written anew; repr gives every double back as it was."""
+    """Return README.md and the modules that are written again; repr gives every double back as it was."""
     controller = request.controller
     vehicle, cascade = controller.airframe.vehicle, controller.cascade
     position, attitude = module_of(cascade.position.name), module_of(cascade.attitude.name)

@@ -1,7 +1,7 @@
 """Events of a flight whose probability is estimated: a metric beyond a limit, or the loss of the flight.
 
 An event has demand over capacity of each of its modes and happens where one of them reaches 1. A lost flight is beyond every
-limit of a metric, for its metrics cost more than those of any completed flight (`objectives.metrics.evaluate`).
+limit of a metric, because its metrics cost more than those of any completed flight (`objectives.metrics.evaluate`).
 """
 
 import re
@@ -133,7 +133,7 @@ def _check_metric(metric: MetricAddress, system: FlownSystem, spec: Scenario) ->
 
 
 def _in_unit(number: str, unit: str, metric: MetricAddress) -> float:
-    """Return a limit in the unit of its metric; degrees may stand for radians."""
+    """Return a limit in the unit of its metric; degrees may represent radians."""
     try:
         limit = float(number)
     except ValueError:

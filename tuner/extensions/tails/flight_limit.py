@@ -30,7 +30,7 @@ def inputs_of(system: FlownSystem, spec: Scenario, space: NormalSpace, normals: 
 class FlightLimit:
     """Limit function of an event in flights of a gains row (g,).
 
-    A flight has the same bits whatever flies beside it, so threads change nothing.
+    A flight has the same bits whatever flies with it, so threads change nothing.
 
     Attributes:
         flyer: Flyer of its flights.

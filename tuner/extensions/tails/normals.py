@@ -1,4 +1,4 @@
-"""The Gaussian space of a flight: a vector of independent standard normals that stands for all that is random in it.
+"""The Gaussian space of a flight: a vector of independent standard normals that represents all that is random in it.
 
 A flight is drawn from generators of its parts (`plant.seeds.RandomSource`). Here they read a vector instead: normals as they
 stand, uniform numbers by the normal distribution function (the transformation of Rosenblatt for independent numbers). A first

@@ -18,7 +18,7 @@ from tuner.text.units import bracketed, in_degrees
 OPACITY, SPREAD, TOP = 0.18, 0.3, 1.5
 """Opacity of a band; share of the smallest probability at which the axis ends, and its upper end."""
 FLOOR = 1e-12
-"""Probability that stands for 0 on the axis."""
+"""Probability that represents 0 on the axis."""
 
 
 class Curve(NamedTuple):

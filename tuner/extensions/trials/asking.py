@@ -23,8 +23,10 @@ from tuner.store.manifest import read_manifest
 from tuner.study.kinds import load_any
 from tuner.text.sentences import counted
 
-LOCK_TIMEOUT, PAUSE = 30.0, 0.05
-"""Time [s] to wait for a folder that another process has locked, and between two attempts."""
+LOCK_TIMEOUT = 30.0
+"""Time to wait for a folder that another process has locked [s]."""
+PAUSE = 0.05
+"""Time between two attempts [s]."""
 MAX_REASONS = 1000
 """Rejected lines whose reason is recorded."""
 BEGUN = {".lock", MANIFEST, "generations", "inputs", "study.toml", "resolved.json", "environment.json"}

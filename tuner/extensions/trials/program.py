@@ -1,6 +1,6 @@
 """A process that runs trials: it reads a line of JSON for each on its standard input and prints a line with the result.
 
-One trial at a time. Where a process ends or exceeds the timeout, its trial counts as failed and the next one starts a new
+One trial at a time. If a process ends or exceeds the timeout, its trial counts as failed and the next one starts a new
 process; one that never answered anything stops the run. Its standard error is inherited.
 """
 

@@ -1,7 +1,7 @@
 """Maximum a posteriori estimation of a vehicle's parameters.
 
 Gauss-Newton on the whitened residuals of the model's outputs and the prior; between its runs the noise of each output is fitted
-anew. Intervals come from the information of the data with the scores of blocks of time in the middle ("sandwich"; White,
+again. Intervals come from the information of the data with the scores of blocks of time in the middle ("sandwich"; White,
 Econometrica 50, 1982), so that they hold where residuals stay correlated.
 """
 
@@ -20,8 +20,12 @@ from tuner.extensions.vehicle_fit.whitening import autoregression, leaky_sum, wh
 
 Array = NDArray[np.float64]
 
-MAX_NOISE_FITS, MAX_ITERATIONS, STEP_TOLERANCE = 5, 12, 0.02
-"""Fits of the noise, Gauss-Newton iterations of each, and the step, in posterior standard deviations, that ends them."""
+MAX_NOISE_FITS = 5
+"""Fits of the noise."""
+MAX_ITERATIONS = 12
+"""Gauss-Newton iterations of each fit."""
+STEP_TOLERANCE = 0.02
+"""Step that ends them, in posterior standard deviations."""
 DIFFERENCE_STEP = 1e-4
 """Step of a difference quotient, in prior standard deviations."""
 SCANNED = np.arange(-6, 7)

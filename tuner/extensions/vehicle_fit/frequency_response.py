@@ -26,8 +26,10 @@ MIN_AVERAGES = 3.0
 """Fewest independent segments that have an interval."""
 
 TINY = 1e-300
-NEIGHBORS, LEAKED = 6, 0.01
-"""Reach of the window's leakage in steps of frequency, and its share of the power of the strongest neighbor."""
+LEAKAGE_REACH = 6
+"""Reach of the window's leakage in steps of frequency."""
+LEAKAGE_SHARE = 0.01
+"""Leakage as a share of the power of the strongest neighbor."""
 
 
 class Record(NamedTuple):
@@ -128,5 +130,5 @@ def _cross(a: ComplexArray, b: ComplexArray) -> ComplexArray:
 
 def _leaks(power: Array) -> NDArray[np.bool_]:
     """Return the mask (f,) of a power density below leakage of its neighbors."""
-    padded = np.pad(power, NEIGHBORS)
-    return power < LEAKED * np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBORS + 1).max(axis=1)
+    padded = np.pad(power, LEAKAGE_REACH)
+    return power < LEAKAGE_SHARE * np.lib.stride_tricks.sliding_window_view(padded, 2 * LEAKAGE_REACH + 1).max(axis=1)

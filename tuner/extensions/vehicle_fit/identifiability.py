@@ -21,7 +21,7 @@ GIVEN = {
 }
 """Parameters that are never fitted, with the reason; their errors go into the intervals of all others."""
 EXPLAINED = 0.7
-"""Share of an output's variance that the model must explain before its parameters count. Where air alone moves a vehicle, the
+"""Share of an output's variance that the model must explain before its parameters count. If air alone moves a vehicle, the
 controller's answer explains up to 0.65 of simulated flights; excited axes of the same flights have 0.8 and more.
 """
 NARROWED = 0.5

@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-REACH, POINTS = 6.0, 1201
-"""Prior standard deviations to either side of its center that are integrated over, and points of the quadrature."""
+REACH = 6.0
+"""Prior standard deviations to either side of the center in the integral."""
+N_POINTS = 1201
+"""Points of the quadrature."""
 
 
 def marginal_moments(mode: float, variance: float, center: float, prior_std: float) -> tuple[float, float]:
@@ -29,7 +31,7 @@ def marginal_moments(mode: float, variance: float, center: float, prior_std: flo
         return mode, variance
     # In units of the number at the mode: the gradients of likelihood and prior cancel there.
     peak = 1.0 + (mode - center) / (prior_std**2 * precision)
-    x = center + prior_std * np.linspace(-REACH, REACH, POINTS)
+    x = center + prior_std * np.linspace(-REACH, REACH, N_POINTS)
     exponent = -0.5 * (precision * (np.exp(x - mode) - peak) ** 2 + ((x - center) / prior_std) ** 2)
     weights = np.exp(exponent - exponent.max())
     weights /= weights.sum()

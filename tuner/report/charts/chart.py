@@ -48,7 +48,7 @@ class Mark:
 class Points(Mark):
     """Points (n,) with intervals, given by their ends.
 
-    labels: names of the points, by which the page picks and filters them. hover: lines under the pointer. texts: beside the
+    labels: names of the points, by which the page picks and filters them. hover: lines under the pointer. texts: next to the
     marks, at `place` ("top right", "bottom left"). edge: a point beyond the ends of an axis stands at its
     edge as an arrow head instead of being left out.
     """

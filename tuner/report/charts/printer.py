@@ -39,7 +39,7 @@ def taken() -> Process:
 
 @contextmanager
 def early() -> Iterator[None]:
-    """Start the process now; at the end it is ended, if nobody took it."""
+    """Start the process now; at the end it is ended if it was never used."""
     _EARLY.append(started())
     try:
         yield

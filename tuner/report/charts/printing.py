@@ -73,7 +73,7 @@ def main() -> None:
 
 
 def spare_imports() -> None:
-    """Leave out what matplotlib does as it is imported and nobody needs here, a third of its half second."""
+    """Leave out what matplotlib does as it is imported and is not needed here, a third of its half second."""
     # Axes in three dimensions: it goes on without, and warns.
     sys.modules["mpl_toolkits.mplot3d"] = None  # pyright: ignore[reportArgumentType]
     import matplotlib.artist

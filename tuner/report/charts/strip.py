@@ -1,6 +1,6 @@
 """Small drawings in rows of a table: intervals with marks, a zero line, a limit, a printed number, a place in a range, a scale.
 
-The numbers stand beside them, so they are hidden from screen readers. Colours and strokes come from page.css.
+The numbers stand next to them, so they are hidden from screen readers. Colours and strokes come from page.css.
 """
 
 from collections.abc import Iterable

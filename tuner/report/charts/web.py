@@ -1,6 +1,6 @@
 """Charts for the page: traces and layouts of plotly.js as plain data, which js/chart.js completes.
 
-Texts that begin with "@" or "#" stand for something else there: "@name" or "@name/0.3" is the colour --name of the style sheet
+Texts that begin with "@" or "#" have another meaning there: "@name" or "@name/0.3" is the colour --name of the style sheet
 with an opacity, so that a chart follows the colour scheme; "#name" is an array of `Arrays`. `meta` of a trace is its `Show`.
 """
 
@@ -44,7 +44,7 @@ class Arrays:
         self._names: dict[Any, str] = {}
 
     def texts(self, values: Sequence[str]) -> str:
-        """Store texts and return what stands for them in a trace."""
+        """Store texts and return what represents them in a trace."""
         return self._name(tuple(values), lambda: list(values))
 
     def _name(self, key: Any, make: Callable[[], Any]) -> str:
@@ -54,7 +54,7 @@ class Arrays:
         return self._names[key]
 
     def add(self, values: Array, coarse: bool = False) -> str:
-        """Store a series (n,), in single precision, or coarsely in sixteen bits, and return what stands for it in a trace."""
+        """Store a series (n,), in single precision, or coarsely in sixteen bits, and return what represents it in a trace."""
         values = np.ascontiguousarray(values, dtype=float)
         coarse = coarse and bool(np.isfinite(values).all())
         return self._name((coarse, values.tobytes()), lambda: quantised(values) if coarse else singles(values))

@@ -13,7 +13,7 @@ from objectives.problem import Constraint, Objective
 from objectives.risk import Risk
 from plant.seeds import generator
 from tuner.experiments.tuning.active_limits import BackOff, beside_limits, standard_excess
-from tuner.experiments.tuning.finalists import BESIDE_ONE, around_limits
+from tuner.experiments.tuning.finalists import MAX_NEAR_BEST, around_limits
 from tuner.search.front import feasible_front
 
 MEAN, FLIGHTS = Risk("mean"), 8
@@ -108,10 +108,10 @@ def test_finalists_at_a_limit_go_by_fresh_flights_and_by_the_searchs_own():
     study: Any = SimpleNamespace(constraints=(OVERSHOOT,), seed=1, objectives=(ERROR,))
     nothing, far = np.array([], dtype=int), BackOff(np.array([2.0]), np.array([0.2]))
     unknown = BackOff(np.array([np.nan]), np.array([np.nan]))
-    own = beside_limits(seen, (OVERSHOOT,), nothing, 1, BESIDE_ONE)
+    own = beside_limits(seen, (OVERSHOOT,), nothing, 1, MAX_NEAR_BEST)
     assert np.array_equal(around_limits(seen, study, nothing, unknown), own)
     assert np.array_equal(around_limits(seen, study, nothing, None), own)
     limited = seen.excess[around_limits(seen, study, nothing, far), 0]
     # Fresh flights put the limit at -2, the search's own at 0: each side of both has finalists, none of them twice.
-    assert len(limited) == len(set(limited.tolist())) == BESIDE_ONE
+    assert len(limited) == len(set(limited.tolist())) == MAX_NEAR_BEST
     assert np.sum(np.abs(limited + 2.0) < 0.5) >= 4 and np.sum(np.abs(limited) < 0.7) >= 4

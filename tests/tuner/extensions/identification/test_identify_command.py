@@ -84,7 +84,7 @@ def compiled_laws(monkeypatch):
 
 
 def test_a_limit_without_an_option_is_not_to_be_raised(compiled_laws, monkeypatch):
-    monkeypatch.setattr(limits, "MOTORS", 1e-4)
+    monkeypatch.setattr(limits, "MOTOR_RANGE", 1e-4)
     _, _, message = called("identify", "--plan", "f450")
     assert "air and noise alone take the motors to" in message and "(--gains)" in message
     assert "raise" not in message and "allow more" not in message
@@ -125,7 +125,7 @@ def test_what_cannot_be_used_is_told_in_a_line(arguments, message):
         (["--plan", "f450", "--tilt", "90"], "allowed: 1 to 60"),
         (["--plan", "f450", "--arm", "0"], "up to 0.5"),
         (["--plan", "f450", "--to", "px4"], "MC_AT_SYSID_AMP"),
-        (["--plan", "f450", "--numbers", "arm"], "which no flight tells"),
+        (["--plan", "f450", "--numbers", "arm"], "which no flight identifies"),
         (["--plan", "f450", "--numbers", "lag"], "unknown parameter that a flight identifies 'lag'"),
         (["--plan", "f450", "--tilt", "1", "--rate", "5"], "air and noise alone take the rate to"),
         (["--plan", "f450", "--report", "plan.pdf"], "ends in .html"),

@@ -40,7 +40,7 @@ MUCH = 0.5
 def constant_objectives(labels: Sequence[str], values: np.ndarray, never: Sequence[Times]) -> list[str]:
     """Warn of objectives whose values (n, objectives) are the same for all candidates flown.
 
-    never: for each objective the times [s] that stand for an event that a flight did not come to, by scenario.
+    never: for each objective the times [s] that represent an event that a flight did not come to, by scenario.
     """
     if len(values) < 2:
         return []

@@ -25,16 +25,20 @@ from tuner.extensions.tails.estimation.splitting import evaluate
 
 ROWS = 128
 """Vectors that are evaluated at once; one of 40,000 numbers takes 0.3 MB."""
-DIFFERENCE, BACK = 0.02, 0.1
-"""Step of the differences of a gradient, and how far before the boundary it is taken, in standard deviations."""
+DIFFERENCE_STEP = 0.02
+"""Step of the differences of a gradient, in standard deviations."""
+SETBACK = 0.1
+"""Distance before the boundary at which a gradient is taken, in standard deviations."""
 TURNS = (1.0, 0.6, 0.3, 0.1, 0.03)
 """Shares of the way to the direction of the gradient."""
 REACH = (0.0, *np.geomspace(0.5, 64.0, 15).tolist())
 """Distances at which the direction of a failure is tried, over its own."""
 HALVINGS = 10
 """Number of halvings of the interval that holds the distance of a direction."""
-GAIN, MAX_STEPS = 0.005, 12
-"""Share by which a step must come nearer for the search to go on, and steps at most."""
+MIN_GAIN = 0.005
+"""Share by which a step must come nearer for the search to go on."""
+MAX_STEPS = 12
+"""Steps of a search at most."""
 
 
 class Basis(Protocol):
@@ -92,7 +96,7 @@ def find_design_point(
     best = _first(demand, basis.projected(failure[None])[0])
     for _ in range(steps if best is not None else 0):
         assert best is not None
-        gradient = demand.gradient((best.distance - BACK) * best.direction)
+        gradient = demand.gradient((best.distance - SETBACK) * best.direction)
         size = float(np.linalg.norm(gradient))
         if size == 0.0:
             break
@@ -101,7 +105,7 @@ def find_design_point(
         if nearest is None:
             break
         gain, best = 1.0 - nearest.distance / best.distance, nearest
-        if gain < GAIN:
+        if gain < MIN_GAIN:
             break
     return None if best is None else basis.expanded(best.distance * best.direction[None])[0]
 
@@ -131,8 +135,8 @@ class _Demand:
 
         A failure within a step counts as one that is just reached.
         """
-        values = np.minimum(self.values(np.vstack([at, at + DIFFERENCE * np.eye(len(at))])), 1.0)
-        return (values[1:] - values[0]) / DIFFERENCE
+        values = np.minimum(self.values(np.vstack([at, at + DIFFERENCE_STEP * np.eye(len(at))])), 1.0)
+        return (values[1:] - values[0]) / DIFFERENCE_STEP
 
 
 def _first(demand: _Demand, start: Array) -> Boundary | None:

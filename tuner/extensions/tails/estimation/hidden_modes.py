@@ -5,7 +5,7 @@ mode may be the more probable ones: K. Breitung, "The geometry of limit state fu
 counterexamples", Reliability Engineering & System Safety 182:98-106, 2019 (arXiv 1705.04453). So failures are looked for
 without any level: under normals of inflated deviation (C. G. Bucher, "Asymptotic sampling for high-dimensional reliability
 analysis", Probabilistic Engineering Mechanics 24(4):504-510, 2009). The design points next to them are sought, to states that
-hardly hold, and to those of the ladder. Where they differ by more than 60 degrees, the space is split into the two sectors of
+hardly hold, and to those of the ladder. If they differ by more than 60 degrees, the space is split into the two sectors of
 normals closer in direction to either kind, and both get a ladder. Together they count every failure once, so the estimate is
 unbiased wherever the border lies. They replace the one ladder where one of them is starved on the way: its part of the states
 at some level is `STARVED` times less than its part of the failures.

@@ -189,8 +189,8 @@ def _climb_all(
 def _sized(ascents: list[Ascent], request: Request, dimension: int) -> tuple[Ladder, ...]:
     """Return ladders with chains for about `FIRST` replicas.
 
-    As many as make these as narrow as asked for, dealt out in proportion to the probabilities, for then all modes cost as much
-    as one, but at least a fifth of an equal part each, for a pilot is rough.
+    As many as make these as narrow as asked for, dealt out in proportion to the probabilities, because then all modes cost as
+    much as one, but at least a fifth of an equal part each, because a pilot is rough.
     """
     if not ascents:
         return ()

@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 class Setting(NamedTuple):
-    """Input of a theorem beside the gains.
+    """Input of a theorem besides the gains.
 
     period: of control [s]. rate: bound on |d'| of the channel's total disturbance, y'' = d + b0 u [y/s3].
     """

@@ -46,7 +46,7 @@ def _root_beyond(k1: Array, k2: Array, residual: Array) -> Array:
 def _root_within(a: Array, k2: Array, residual: Array) -> Array:
     """Return S*^(1/2) where sat = S/delta: the positive root of a r^3 + k2 r^2 = residual.
 
-    Each term alone gives a start above the root; from there Newton's steps fall onto it, for the left side is convex.
+    Each term alone gives a start above the root; from there Newton's steps fall onto it, because the left side is convex.
     """
     r = np.minimum(np.cbrt(residual / a), np.sqrt(residual / k2))
     for _ in range(STEPS):
