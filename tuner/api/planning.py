@@ -1,4 +1,4 @@
-"""Before a run: what it will take, and how sure its figures will be."""
+"""Before a run: its duration and the precision of its estimates."""
 
 from dataclasses import dataclass
 from functools import cached_property

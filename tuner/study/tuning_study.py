@@ -1,4 +1,4 @@
-"""A study that searches the gains of a flown system."""
+"""A study that searches for gains of a flown system."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ class Origin(TypedDict):
 
 @dataclass(frozen=True, kw_only=True)
 class TuningStudy(SearchedStudy):
-    """A study that searches the gains of a system.
+    """A study that searches for gains of a system.
 
     Args:
         system: Flies it.

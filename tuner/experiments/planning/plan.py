@@ -1,4 +1,4 @@
-"""Plan a study: compile its kernel, fly a pilot and say what the run will take and how sure its figures will be."""
+"""Plan a study: compile its kernel, fly a pilot, and estimate run time and precision."""
 
 from collections.abc import Callable
 from time import perf_counter
