@@ -59,5 +59,5 @@ def path_of(entrant: str | Path | Results | Gains) -> Path:
         return Path(entrant)
     path = entrant.home if isinstance(entrant, Results) else entrant.path
     if path is None:
-        raise InputError("these gains stand in no file; write them to one first: gains.write('name.json')")
+        raise InputError("these gains are in no file; write them first: gains.write('name.json')")
     return path

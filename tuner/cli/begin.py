@@ -122,7 +122,7 @@ def _print_written(files: list[Path], advice: str, as_json: bool) -> None:
 def _estimated(name: str, source: Path | None, parts: dict[str, Any], hover: float | None) -> Any:
     missing = [f"--{key}" for key, value in parts.items() if value is None]
     if missing:
-        raise InputError(f"an airframe needs its whole parts list; give {' '.join(missing)} too", key="tuner new")
+        raise InputError(f"incomplete parts list: add {' '.join(missing)}", key="tuner new")
     if source is not None:
         raise InputError("copies a study, and the other options write an airframe; leave either out", key="--from")
     estimate = find("api", "name of the Python API", "estimate_airframe")
@@ -166,7 +166,7 @@ def check(
         answer(judged, as_json, BROKEN if judged.verdict == "fail" else 0)
         return
     if seeds is not None:
-        raise InputError("nothing is flown without --requirements; leave it out, or add --requirements", key="--seeds")
+        raise InputError("needs --requirements", key="--seeds")
     result = tuner.check(file, changes=parse_changes(change), watcher=Messages())
     if result.kind == "gains":
         answer_validity(result, as_json)

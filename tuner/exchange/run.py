@@ -141,8 +141,8 @@ def check_feasible(content: Row, force: bool) -> None:
     if study.get("feasible", True) or force:
         return
     raise InputError(
-        f"these gains are of a run that found nothing feasible: {study.get('point', 'the point')} breaks limits of its study, so "
-        "it is not to be flown; tune again until something is feasible, or add --force to write it for a test bench all the same",
+        f"infeasible gains: {study.get('point', 'the point')} violates limits of its study; do not fly them. Tune again, or use "
+        "--force to export for a test bench",
         key="study.feasible",
     )
 
@@ -166,7 +166,7 @@ def check_plants(target: ExportTarget, _: PlantRequest) -> None:
     """Refuse a target that takes quadrotors alone."""
     if target.export_plant is None:
         raise InputError(
-            f"given {target.name}, which takes the loops of a quadrotor; plants of one's own are written in c99: --to c99",
+            f"given {target.name}, which takes the loops of a quadrotor; user plants are written in c99: --to c99",
             key="--to",
         )
 

@@ -25,7 +25,7 @@ def parsed(path: Path) -> Row:
     twice: list[str] = []
     json.loads(text, object_pairs_hook=lambda pairs: _noting_twice(pairs, twice))
     if twice:
-        raise InputError("this key stands twice in one object; leave one out", file=path, key=twice[0])
+        raise InputError("this key occurs twice in one object; remove one", file=path, key=twice[0])
     return document
 
 
@@ -47,7 +47,7 @@ def check_identity(document: Row, path: Path) -> None:
     """Raise InputError for no gains.json, or one of an unknown version."""
     if format_of(document) == PLANT_FORMAT:
         raise InputError(
-            "holds gains of a plant of one's own; this command is for those of quadrotors: `tuner show` and `tuner report` take "
+            "holds gains of a user plant; this command is for quadrotors: `tuner show` and `tuner report` take "
             "the results folder",
             file=path,
             key="format",

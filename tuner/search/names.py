@@ -108,7 +108,7 @@ def check_algorithm(name: str, objectives: int) -> None:
         allowed = ", ".join(sorted(other for other, search in ALGORITHMS.items() if search.supports(objectives)))
         plural = "" if ALGORITHMS[name].max_objectives == 1 else "s"
         raise InputError(
-            f"'{name}' takes {ALGORITHMS[name].objectives} objective{plural}, and here "
-            f"are {objectives}; write one of {allowed}, or change the number of objectives",
+            f"'{name}' supports {ALGORITHMS[name].objectives} objective{plural}, this study has {objectives}; use one of "
+            f"{allowed}",
             key="algorithm",
         )

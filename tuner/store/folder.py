@@ -74,9 +74,7 @@ class Folder:
         free = empty and path.is_dir() and not path.is_symlink() and not any(path.iterdir())
         if os.path.lexists(path) and not free:
             resume = f"continue it with `tuner resume {path}`, " if can_be_resumed(path) else ""
-            raise StoreError(
-                f"{path} exists already and nothing in it was touched; {resume}choose another folder with --out, or remove it"
-            )
+            raise StoreError(f"{path} exists already; {resume}choose another --out, or remove it")
         try:
             output_files.refuse_links_to(path)
             output_files.make_folders(path.parent)
@@ -199,7 +197,7 @@ def put(folder: Path, name: str, content: bytes, made: bool = False) -> Path:
         output_files.replace_file(file, content, _settled)
     except OSError as error:
         raise StoreError(
-            f"{file} cannot be written ({_reason(error)}); what was written before it is kept. Make room, then "
+            f"{file} cannot be written ({_reason(error)}); earlier results are saved. Free disk space and "
             f"{resume_hint(folder, made)}"
         ) from error
     return file

@@ -33,9 +33,7 @@ class Lock:
         except OSError:
             holder = os.read(handle, 100).decode(errors="replace").strip() or "another process"
             os.close(handle)
-            raise FolderLockedError(
-                f"{folder} is being written by {holder}; wait for it to end, or stop it, then try again"
-            ) from None
+            raise FolderLockedError(f"{folder} is locked by {holder}; wait until it finishes, then retry") from None
         self._handle = handle
         os.ftruncate(handle, 0)
         os.write(handle, f"process {os.getpid()}\n".encode())

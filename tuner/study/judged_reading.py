@@ -25,7 +25,7 @@ def unique(name: str, labels: list[str], leaf: str = "") -> None:
     for i, label in enumerate(labels):
         if label in labels[:i]:
             first = labels.index(label)
-            message = f"'{label}' stands here twice, first as {name}[{first}]; change one of the two, or leave one out"
+            message = f"'{label}' occurs twice, first as {name}[{first}]; change one of the two, or leave one out"
             raise InputError(message, key=f"{name}[{i}]{leaf}")
 
 

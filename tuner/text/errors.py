@@ -165,7 +165,7 @@ def message(error: BaseException, number: int | None) -> str | None:
     if isinstance(error, OSError):
         # Files are the only things outside this process that the tool touches: a full disk, a folder without permission.
         where = f"{error.filename}: " if error.filename else ""
-        state = f"what was written so far is kept. Make room, then {notes[-1]}" if notes else "nothing more was written"
+        state = f"earlier results are saved. Free disk space and {notes[-1]}" if notes else "nothing more was written"
         return f"Error: {where}{error.strerror or error}; {state}"
     return None
 

@@ -181,7 +181,7 @@ def _check_correlation(rows: tuple[tuple[float, ...], ...], file: Path) -> None:
     if np.any(np.abs(np.diag(matrix) - 1.0) > 1e-9) or np.any(np.abs(matrix) > 1.0 + 1e-9):
         raise InputError("must have ones on its diagonal and numbers from -1 to 1 elsewhere", file=file, key=key)
     if np.any(np.abs(matrix - matrix.T) > 1e-9):
-        raise InputError("is not symmetric; what names i and j share stands in row i and in row j", file=file, key=key)
+        raise InputError("is not symmetric; rows i and j need equal entries for the names i and j", file=file, key=key)
     least = float(np.linalg.eigvalsh(matrix)[0])
     if least < -1e-6:
         raise InputError(

@@ -210,7 +210,7 @@ def test_compare(case, tmp_path):
     compared = tuner.compare([case.gains, other], study=case.study, flights=8)
     assert isinstance(compared, tuner.ComparisonResults)
     assert compared.summary.index.tolist() == ["run", "other"]
-    with pytest.raises(InputError, match="stand in no file"):
+    with pytest.raises(InputError, match="are in no file"):
         tuner.compare([case.gains, case.results.default], study=case.study)
 
 

@@ -170,7 +170,7 @@ def test_every_problem_is_found_at_once(tmp_path, document):
 def test_a_key_twice_is_refused(tmp_path, document):
     file = tmp_path / "gains.json"
     file.write_text(json.dumps(document).replace('"value": 0.004', '"value": 0.002, "value": 0.004'))
-    with pytest.raises(InputError, match="stands twice") as caught:
+    with pytest.raises(InputError, match="occurs twice") as caught:
         read_gains(file)
     assert caught.value.key == "value"
 

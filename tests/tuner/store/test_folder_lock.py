@@ -16,7 +16,7 @@ from tuner.store.folder import Folder
 
 def test_a_second_writer_is_refused_and_told_who_holds_it(tmp_path):
     held = Folder.create(tmp_path / "r")
-    with pytest.raises(StoreError, match=f"being written by process {os.getpid()}"):
+    with pytest.raises(StoreError, match=f"locked by process {os.getpid()}"):
         Folder.open(tmp_path / "r")
     held.close()
     Folder.open(tmp_path / "r").close()

@@ -97,7 +97,7 @@ def test_values_of_files_are_named_and_the_digest_covers_the_rest():
 def test_one_process_writes_it_at_a_time(tmp_path):
     with KeyedFolder.begin(tmp_path / "a", "tail") as keyed:
         keyed.start("tail", LOGS, "")
-        with pytest.raises(FolderLockedError, match="is being written by process"):
+        with pytest.raises(FolderLockedError, match="is locked by process"):
             KeyedFolder.begin(tmp_path / "a", "tail")
     with pytest.raises(StoreError, match="holds a tail and no autotune"):
         KeyedFolder.begin(tmp_path / "a", "autotune")
@@ -113,5 +113,5 @@ def test_a_folder_that_was_left_before_its_first_record_is_taken_and_any_other_i
     assert folder_with(tmp_path / "left").joinpath("stages.json").exists()
     (tmp_path / "mine").mkdir()
     Path(tmp_path / "mine" / "thesis.txt").write_text("not yours")
-    with pytest.raises(StoreError, match="exists already and nothing in it was touched"):
+    with pytest.raises(StoreError, match="exists already"):
         KeyedFolder.begin(tmp_path / "mine", "tail")

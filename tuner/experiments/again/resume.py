@@ -82,7 +82,7 @@ def _extended(record: RunRecord, study: Any, budget: int | None, search_flights:
     """Return the record of a longer search; InputError where it would be a shorter one."""
     if budget is not None and record.generations is not None and budget < record.generations:
         raise InputError(
-            f"given {budget} generations; the run was asked for {record.generations}, and a search is only ever extended",
+            f"given {budget} generations; the run has {record.generations}; a search can only be extended",
             key="--budget",
         )
     changes = {} if budget is None else {"generations": budget}
@@ -90,7 +90,7 @@ def _extended(record: RunRecord, study: Any, budget: int | None, search_flights:
         most = max(entry.search for entry in study.scenarios)
         if search_flights < most:
             raise InputError(
-                f"given {search_flights} flights; the search made up to {most} of a scenario, and flights are only ever added",
+                f"given {search_flights} flights; the search made up to {most} of a scenario, flights can only be added",
                 key="--search-flights",
             )
         changes |= {} if search_flights == most else {"search_flights": search_flights}
@@ -101,7 +101,7 @@ def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> Non
     refuse_lacking("experiments", record.kind, file=path)
     if record.kind == TRIALS:
         raise StoreError(
-            f"another program makes the trials of {path}; `tuner ask {path / 'study.toml'} --out {path}` prints what is lacking"
+            f"another program runs the trials of {path}; `tuner ask {path / 'study.toml'} --out {path}` prints pending ones"
         )
     if is_codeless(path):
         raise StoreError(

@@ -232,11 +232,11 @@ def replay(
     files = table_files(path / "generations")
     most = study.search.generations
     if finished and len(files) != most and not study.search.budget.converges:
-        raise MismatchError(f"{len(files)} generations are recorded, {most} were asked for")
+        raise MismatchError(f"{len(files)} generations are recorded, the study has {most}")
     done: list[Generation] = []
     for done in replayed(path, study, problem, study.search.budget if finished else StoppingRule(len(files))):
         if len(done) > len(files):
-            raise MismatchError(f"{len(files)} generations are recorded, and the search goes on")
+            raise MismatchError(f"{len(files)} generations are recorded, the search has more")
     for record, file in zip(done, files, strict=False):
         try:
             stored = read_frame(file)

@@ -58,7 +58,7 @@ def install(bench: Bench, content: bytes) -> Callable[[], BetaflightBoard]:
     if match is None:
         raise InputError("the exported file sets no angle_limit, by which sticks are scaled", key="angle_limit")
     if any(mount.x * mount.y == 0.0 for mount in bench.rotors.rotors):
-        raise InputError("the rotors stand in a plus; the bench flies an X, Betaflight's mixer QUADX", key="airframe")
+        raise InputError("the frame is a plus; the bench needs an X, Betaflight's mixer QUADX", key="airframe")
     bench.folder.mkdir(parents=True, exist_ok=True)
     shim = shim_in(bench.folder)
     for lines in (bench_lines(bench.rotors, bench.control_period), text.splitlines()):

@@ -231,7 +231,7 @@ class _Judge:
             if name not in self._names:
                 raise UnknownNameError("contender", name, self._names, key=key)
             if name in names[:i]:
-                raise InputError(f"'{name}' stands here twice; leave one out", key=key)
+                raise InputError(f"'{name}' occurs twice; remove one", key=key)
         return tuple(names)
 
     def _claimed(self, text: str, scenario: str | None, judged: list[Objective]) -> list[Objective]:

@@ -151,7 +151,7 @@ def identify(
     useless = [(log, finding) for log, finding in problems if finding.fatal]
     if useless and not force:
         log, finding = useless[0]
-        raise InputError(f"{finding.text} (or use it all the same: --force)", file=log.name)
+        raise InputError(f"{finding.text} (or use it with --force)", file=log.name)
     steps = _Steps(heard)
     fit = identify_vehicle(read, prior, mass=mass, arm=arm, earlier=posterior, on_progress=steps)
     if update is not None:

@@ -61,7 +61,7 @@ def identify(
     """
     if plan is not None:
         if logs or check or force or not (airframe is update is changed is mapping is None):
-            raise InputError("a plan is made before there are logs; leave out what belongs to them", key="--plan")
+            raise InputError("takes no logs; remove LOG and its options", key="--plan")
         with progress(as_json) as watcher:
             planned = tuner.plan_flight(
                 plan,

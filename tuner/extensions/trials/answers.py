@@ -122,7 +122,7 @@ def _once(pairs: list[tuple[str, PlainValue]]) -> PlainTable:
     if len(table) < len(pairs):
         names = [name for name, _ in pairs]
         twice = next(name for name in names if names.count(name) > 1)
-        raise InputError(f"the key '{shortened(one_line(twice))}' stands in it twice; leave one out")
+        raise InputError(f"the key '{shortened(one_line(twice))}' occurs twice; remove one")
     return table
 
 

@@ -186,7 +186,7 @@ def test_what_cannot_be_judged_is_refused(arguments, words):
 
 def test_a_folder_with_anything_in_it_is_not_touched(tmp_path):
     (tmp_path / "mine.txt").write_text("mine")
-    assert "nothing in it was touched" in str(asked("--law", "pid", "--out", tmp_path).exception)
+    assert "exists already" in str(asked("--law", "pid", "--out", tmp_path).exception)
     assert [entry.name for entry in tmp_path.iterdir()] == ["mine.txt"]
 
 

@@ -114,7 +114,7 @@ def test_a_search_that_converged_and_finalists_that_stopped_keep_their_bits(tmp_
     assert len(TuningRun(study, folder, heard, threads=2).carry_out().generations) == 2
     assert heard.messages == ["The search has converged after 2 of at most 6 generations."]
     (path / "generations" / "0001.npz").unlink()
-    assert verify(path, 1, 2, Watcher()).difference == "1 generations are recorded, and the search goes on"
+    assert verify(path, 1, 2, Watcher()).difference == "1 generations are recorded, the search has more"
 
 
 @pytest.mark.parametrize(
@@ -229,7 +229,7 @@ def test_a_longer_budget_gives_what_the_longer_run_gives(small_run, copy, tmp_pa
 
 
 def test_a_search_is_never_shortened(copy):
-    with pytest.raises(InputError, match="only ever extended"):
+    with pytest.raises(InputError, match="can only be extended"):
         reopen(copy, 2)
 
 

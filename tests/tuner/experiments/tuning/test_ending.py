@@ -163,7 +163,7 @@ def test_export_refuses_the_file_unless_forced(ran, tmp_path, monkeypatch, capsy
     code, out, err = tuner(monkeypatch, capsys, *words)
     assert (
         (code, out) == (2, "")
-        and "found nothing feasible" in err
+        and "infeasible gains" in err
         and "--force" in err
         and not (tmp_path / "c").exists()
     )

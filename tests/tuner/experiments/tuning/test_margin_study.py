@@ -210,7 +210,7 @@ BAD = [
     (PEAK.replace("2", "1"), "margin[0].max", "given 1; allowed: above 1"),
     (TOGETHER.replace("0.4", "2"), "margin[0].min", "allowed: above 0 and below 2"),
     (TOGETHER + 'axis = "tilt"\n', "margin[0].axis", "takes all loops at once; leave axis out"),
-    (PEAK + PHASE + PHASE, "margin[2]", "'phase_margin(tilt)' stands here twice, first as margin[1]"),
+    (PEAK + PHASE + PHASE, "margin[2]", "'phase_margin(tilt)' occurs twice, first as margin[1]"),
     (PHASE + "amplitude = -1\n", "margin[0].amplitude", "given -1; allowed: 0 to 2"),
     (PHASE + "hard = 1\n", "margin[0].hard", "true or false"),
     (PHASE + 'spread = "yes"\n', "margin[0].spread", "true or false"),

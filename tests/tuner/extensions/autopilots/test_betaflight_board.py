@@ -168,5 +168,5 @@ def test_rotors_in_a_plus_are_refused(tmp_path):
     bench = Bench(
         tmp_path / "program", tmp_path / "bench", actuation(load_airframe("hummingbird-rotors").vehicle), 0.001
     )
-    with pytest.raises(InputError, match="stand in a plus"):
+    with pytest.raises(InputError, match="frame is a plus"):
         install(bench, b"set angle_limit = 30\n")

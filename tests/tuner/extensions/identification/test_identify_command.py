@@ -113,8 +113,8 @@ def test_what_cannot_be_used_is_told_in_a_line(arguments, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([LOG, "--plan", "f450"], "leave out what belongs to them"),
-        (["--airframe", "f450", "--plan", "f450"], "leave out what belongs to them"),
+        ([LOG, "--plan", "f450"], "remove LOG and its options"),
+        (["--airframe", "f450", "--plan", "f450"], "remove LOG and its options"),
         ([LOG, *PRIOR, "--numbers", "lag_up"], "belong to a plan; give --plan AIRFRAME"),
         ([LOG], "give a log and --airframe, or --plan AIRFRAME"),
         (["--airframe", "f450"], "give a log and --airframe, or --plan AIRFRAME"),

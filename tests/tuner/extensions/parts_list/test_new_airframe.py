@@ -62,7 +62,7 @@ def test_the_ranges_are_printed_with_what_to_do_next(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ({"--mass": "1.4"}, "give --wheelbase --propeller --kv --cells too"),
+        ({"--mass": "1.4"}, "add --wheelbase --propeller --kv --cells"),
         (PARTS | {"--mass": "nan"}, "allowed: 0.01 to 50"),
         (PARTS | {"--mass": "30"}, "would lift"),
         (PARTS | {"--propeller": "10"}, "write diameter and pitch in inches"),

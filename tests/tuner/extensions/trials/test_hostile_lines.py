@@ -80,7 +80,7 @@ def test_a_wrong_line_is_refused_with_what_is_allowed(begun, given, said):
         (b"\xff\xfe{}", "is not UTF-8 text"),
         (b"[1, 2]", "given [1, 2]; each line is"),
         (b"null", "given null"),
-        (b'{"id": "a", "id": "b"}', "the key 'id' stands in it twice"),
+        (b'{"id": "a", "id": "b"}', "the key 'id' occurs twice"),
         (b"[" * 100_000, "is not JSON"),
         (b"9" * 5000, "is not JSON"),
         (b'{"id": "' + b"a" * MAX_LINE_BYTES + b'"}', f"is longer than {MAX_LINE_BYTES:,} bytes"),

@@ -82,7 +82,7 @@ def test_a_study_without_a_limit_on_cost_keeps_its_digest(tmp_path):
     [
         (limit("instruction", 1.0), "did you mean 'instructions'", "cost[0].quantity"),
         (limit("text", 0.0), "given 0; a limit must be finite and above 0", "cost[0].max"),
-        (limit("text", 9e3) + limit("text", 8e3), r"'cost\(text\)' stands here twice", "cost[1]"),
+        (limit("text", 9e3) + limit("text", 8e3), r"'cost\(text\)' occurs twice", "cost[1]"),
     ],
 )
 def test_what_is_wrong_is_named(text, message, key, tmp_path):
