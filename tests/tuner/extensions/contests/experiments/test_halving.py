@@ -161,7 +161,7 @@ def test_stopped_anywhere_and_resumed_it_ends_in_the_same_bits(race, file, tmp_p
         with pytest.raises(Stopped):
             carried_out(file, folder)
     with monkeypatch.context() as patch:
-        patch.setattr("tuner.extensions.contests.run.fly_groups", lambda *_: (_ for _ in ()).throw(Stopped))
+        patch.setattr("tuner.experiments.compare.run.fly_groups", lambda *_: (_ for _ in ()).throw(Stopped))
         with pytest.raises(Stopped):
             carried_out(file, folder, threads=1)
     finish("resume", folder, "--threads", 1)
