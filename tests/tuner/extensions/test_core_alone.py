@@ -1,4 +1,7 @@
-"""With no extension installed the core does all that it promises, from a new study to code for a vehicle."""
+"""With no extension installed the core does all that it promises, from a new study to code for a vehicle.
+
+With all but one, and those that require it, the others do theirs.
+"""
 
 import json
 import subprocess
@@ -6,7 +9,10 @@ import sys
 
 import pytest
 
+from tuner.extension import extensions
 from tuner.study.files import shipped_studies
+
+RECORDS = extensions()
 
 ALONE = """
 import json
@@ -14,7 +20,8 @@ import sys
 
 import tuner.extension
 
-tuner.extension.extensions = lambda: {}
+records, kept = tuner.extension.extensions(), set(json.loads(sys.argv[2]))
+tuner.extension.extensions = lambda: {name: record for name, record in records.items() if name in kept}
 
 from typer.testing import CliRunner
 
@@ -25,7 +32,7 @@ for words in json.loads(sys.argv[1]):
     if done.exception is not None and not isinstance(done.exception, SystemExit):
         print(json.dumps([words, type(done.exception).__name__, str(done.exception)]))
     else:
-        print(json.dumps([words, done.exit_code, done.output[-2000:]]))
+        print(json.dumps([words, done.exit_code, done.output[-20_000:]]))
 """
 COMMANDS = [
     ["new", "mine", "--from", "quickstart"], ["list"], ["list", "laws"], ["check", "mine.toml"],
@@ -88,9 +95,9 @@ def test_what_only_a_bundled_extension_reads_is_refused_with_its_name(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted({name.partition("/")[0] for name in FILES})
 
 
-def alone(commands, folder):
-    """Run commands in one process without any extension; return exit code, or error, and output of each."""
-    run = [sys.executable, "-c", ALONE, json.dumps(commands)]
+def alone(commands, folder, kept=()):
+    """Run commands in one process with these extensions alone; return exit code, or error, and output of each."""
+    run = [sys.executable, "-c", ALONE, json.dumps(commands), json.dumps(sorted(kept))]
     done = subprocess.run(run, cwd=folder, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     return [json.loads(line) for line in done.stdout.splitlines()]
@@ -105,3 +112,22 @@ def test_every_command_of_the_core_alone_does_its_work(tmp_path):
     for (words, code, output), (_, said) in zip(answers[len(COMMANDS) :], REFUSED.values(), strict=True):
         assert code != 0 and said in " ".join(str(output).split()), (words, code, output)
     assert (tmp_path / "out" / "report.html").exists() and (tmp_path / "out" / "export" / "c99").is_dir()
+
+
+def those_left(name):
+    """Names of the extensions that neither are this one nor require it, in any number of steps."""
+    gone = {name}
+    while more := {other for other, record in RECORDS.items() if gone & {*record.requires}} - gone:
+        gone |= more
+    return {*RECORDS} - gone
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(RECORDS))
+def test_each_extension_can_be_left_out(tmp_path, name):
+    kept = those_left(name)
+    commands = [[command, "--help"] for other in kept for command in RECORDS[other].commands]
+    lists = [["list"], ["list", "targets"], ["list", "laws"], ["list", "extensions", "--json"]]
+    answers = alone([*lists, ["check", "quickstart"], *commands], tmp_path, kept)
+    assert [answer for answer in answers if answer[1] != 0] == []
+    assert {row["name"] for row in json.loads(answers[3][2])} == kept

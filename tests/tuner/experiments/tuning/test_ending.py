@@ -161,12 +161,7 @@ def test_export_refuses_the_file_unless_forced(ran, tmp_path, monkeypatch, capsy
     _, _, _, _, folder = ran
     words = ["export", folder / INFEASIBLE, "--to", "c99", "--out", tmp_path / "c", "--flights", "2"]
     code, out, err = tuner(monkeypatch, capsys, *words)
-    assert (
-        (code, out) == (2, "")
-        and "infeasible gains" in err
-        and "--force" in err
-        and not (tmp_path / "c").exists()
-    )
+    assert (code, out) == (2, "") and "infeasible gains" in err and "--force" in err and not (tmp_path / "c").exists()
     code, _, _ = tuner(monkeypatch, capsys, *words, "--force")
     assert code in (0, 1) and json.loads((tmp_path / "c" / "gains.json").read_text())["study"]["feasible"] is False
 
