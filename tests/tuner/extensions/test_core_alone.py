@@ -130,4 +130,4 @@ def test_each_extension_can_be_left_out(tmp_path, name):
     lists = [["list"], ["list", "targets"], ["list", "laws"], ["list", "extensions", "--json"]]
     answers = alone([*lists, ["check", "quickstart"], *commands], tmp_path, kept)
     assert [answer for answer in answers if answer[1] != 0] == []
-    assert {row["name"] for row in json.loads(answers[3][2])} == kept
+    assert {row["extension"] for row in json.loads(answers[3][2])} == kept
