@@ -1,17 +1,20 @@
 """Accumulators that metrics bring along, next to those of every flight: a record for each axis that a study asks for."""
 
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeVar
 
 from objectives.flown_system import FlownSystem
+from objectives.meters import AxisMeter
 from objectives.metrics.address import MetricAddress
 from objectives.metrics.metric import Accumulator
 from objectives.metrics.over_inputs import ROTORS, over_inputs
 from plant.errors import InputError
 from plant.loop import MeterModel
 from plant.model.functions import written
-from plant.records import record_type
+from plant.records import pack, record_type, size
+from plant.sample import AxisSample, Target
 
 S = TypeVar("S", bound=FlownSystem)
 
@@ -64,6 +67,10 @@ def with_accumulators(
     if not places:
         return model
     bundled_fields = model.Meters.__annotations__
+    axes = [name for name, kind in bundled_fields.items() if kind is AxisMeter]
+    for place in places:
+        if not place.axis:
+            _check_names(place, axes, scales)
     Meters = record_type("Meters", {**bundled_fields, **{place.name: place.accumulator.Record for place in places}})
     names = {"Meters": Meters, "Bundled": model.Meters, "start_bundled": model.start, "update_bundled": model.update}
     for number, place in enumerate(places):
@@ -80,6 +87,37 @@ def with_accumulators(
         f"    return Meters({bundled}, {', '.join(place.updated(number) for number, place in enumerate(places))})",
     ]
     return MeterModel(Meters, written("start", start, names), written("update", update, names))
+
+
+def _check_names(place: Place, axes: Iterable[str], inputs: Iterable[str]) -> None:
+    """Refuse an accumulator of the flight that reads another system's names.
+
+    The compiler of the kernel would end the run with a traceback.
+    """
+    command = record_type("Command", dict.fromkeys(inputs, float))
+    kinds = {
+        "time": float,
+        **dict.fromkeys(axes, AxisSample),
+        "command": command,
+        "previous": command,
+        "saturated": float,
+    }
+    sample, targets = (
+        pack(kind, [1.0] * size(kind))
+        for kind in (record_type("FlightSample", kinds), record_type("Targets", dict.fromkeys(axes, Target)))
+    )
+    try:
+        with suppress(ArithmeticError, ValueError):  # any numbers serve, because only names matter
+            place.accumulator.update(place.accumulator.start(sample, targets), sample, targets, 1.0)
+    except AttributeError as error:
+        seen: Any = error.obj
+        if not isinstance(seen, (type(sample), command, type(targets))):
+            raise
+        raise InputError(
+            f"given '{place.name.removeprefix('own_')}', which reads '{error.name}' of a flight; this system has "
+            f"{', '.join(seen._fields)}: choose a metric that reads these alone",
+            key="metric",
+        ) from error
 
 
 def _places(metered: Iterable[MetricAddress], scales: Mapping[str, float]) -> Iterator[Place]:

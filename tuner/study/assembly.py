@@ -52,7 +52,11 @@ def judging_of(
     )
     unique("constraint", [entry.objective.label for entry in constraints])
     judging = Judging(system, scenarios, objectives, constraints)
-    return Judging(metering(system, judging.metrics), scenarios, objectives, constraints)
+    with located(path, ""):
+        metered = metering(system, judging.metrics)
+        if metered is not system:
+            _ = metered.loop  # here, so that a metric for other systems is refused as a key of the study
+    return Judging(metered, scenarios, objectives, constraints)
 
 
 def assembled(

@@ -124,3 +124,26 @@ def test_a_metric_above_what_samples_show_is_refused():
     with pytest.raises(InputError, match="counts above 20 Hz; a control period of 0.025 s shows less than 20 Hz"):
         metering(slow, [parse("noise")])
     assert metering(replace(SYSTEM, timing=Timing(0.024, 0.024)), [parse("noise")]).metered
+
+
+def add_roll(kept, sample, targets, h):  # noqa: ARG001
+    return Sum(kept.total + h * absolute(sample.roll.actual))
+
+
+@pytest.mark.parametrize(("update", "name"), [(add_roll, "roll"), (add_command, "r1")])
+def test_a_plant_refuses_a_metric_that_reads_axes_or_rotors_of_a_quadrotor(update, name):
+    address = MetricAddress("own_sum", metric("own_sum", "flight", update), ())
+    assert metering(SYSTEM, [address]).loop.Meters
+    with pytest.raises(
+        InputError, match=f"'own_sum', which reads '{name}' of a flight; this system has .*(angle|voltage)"
+    ):
+        _ = metering(load_study("dc_motor", kind=PlantStudy).system, [address]).loop
+
+
+def test_an_error_inside_an_accumulator_of_the_flight_stays_its_own():
+    def broken(kept, sample, targets, h):  # noqa: ARG001
+        return Sum(kept.no_such_sum)
+
+    address = MetricAddress("own_sum", metric("own_sum", "flight", broken), ())
+    with pytest.raises(AttributeError, match="no_such_sum"):
+        _ = metering(SYSTEM, [address]).loop

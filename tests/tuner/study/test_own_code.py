@@ -334,3 +334,26 @@ def test_the_documentation_shows_the_shipped_files() -> None:
 def test_the_shipped_files_are_the_studys(home: Path) -> None:
     named = {file for table in ("law", "metric", "reference") for file in getattr(own_study(home).table, table).files}
     assert named == {f"own_law/{file.name}" for file in (LAW, METRIC, SWAY, REFERENCE)}
+
+
+def test_a_study_of_a_plant_refuses_a_metric_that_reads_a_quadrotor(tmp_path: Path) -> None:
+    shutil.copy(SHIPPED / "dc_motor.py", tmp_path)
+    edited(
+        SWAY,
+        tmp_path,
+        ('"axis"', '"flight"'),
+        ("start(sample, target)", "start(sample, targets)"),
+        ("update(state, sample, target, t, h)", "update(state, sample, targets, h)"),
+        ("return Sway(sample.actual, 0.0)", "return Sway(sample.roll.actual, 0.0)"),
+        ("bound=lambda view: 2.0 * view.limit", "bound=lambda view: 7.0"),
+        ("return Sway(sample.actual, state", "return Sway(sample.roll.actual, state"),
+        ("absolute(sample.actual", "absolute(sample.roll.actual"),
+        ('unit="{}"', 'unit="1"'),
+    )
+    changes = (("[plant]", '[metric]\nfile = "sway.py"\n\n[plant]'), ('metric = "travel"', 'metric = "sway"'))
+    study = edited(SHIPPED / "dc_motor.toml", tmp_path, *changes)
+    with pytest.raises(
+        InputError, match="given 'sway', which reads 'roll' of a flight; this system has time, angle"
+    ) as caught:
+        load_gains_study(study, "test")
+    assert caught.value.key == "metric" and caught.value.file == str(study)
