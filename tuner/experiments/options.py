@@ -10,7 +10,7 @@ from typing import Annotated, Any, NamedTuple, TypedDict, TypeVar, get_args, get
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 # Stands in a docstring for the options.
-PLACE = "**options: As of the command line."
+PLACE = "**options: Options as of the command line."
 
 
 class RunOption(NamedTuple):

@@ -8,7 +8,7 @@ its digest.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from objectives.metrics import METRICS, Metric
 from objectives.metrics.contract import check_metric, violations_of_metric
@@ -97,6 +97,20 @@ TABLES = tuple(kind.noun for kind in OWN_KINDS)
 SystemMaker = Callable[..., PlantSystem]
 
 
+class PlantFile(Protocol):
+    """File of a plant that the user named; nothing of it has run."""
+
+    @property
+    def file(self) -> Path:
+        """Path of the file."""
+        ...
+
+    @property
+    def digest(self) -> str:
+        """Digest of its bytes."""
+        ...
+
+
 class PlantSource(NamedTuple):
     """Plants that an extension reads from files of one ending.
 
@@ -108,7 +122,7 @@ class PlantSource(NamedTuple):
         describe: Function that returns the content that `tuner check` shows of a file.
     """
 
-    name: Callable[[Path], Any]
+    name: Callable[[Path], PlantFile]
     read: Callable[[Path, "PlantTable", Path], tuple[PlantRecords, str, SystemMaker]]
     describe: Callable[[Path], dict[str, Any]]
 
@@ -119,7 +133,7 @@ def plant_source(file: Path) -> PlantSource | None:
     return find("plants", "kind of plant", name) if name in added("plants") else None
 
 
-def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | Any:
+def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | PlantFile:
     """Run your file and register its content.
 
     Its law, metric or reference is then available by name to studies, gains and everything else.

@@ -84,5 +84,5 @@ def test_many_bad_lines_are_counted_and_some_are_told(tmp_path, monkeypatch, cap
     (tmp_path / "lines").write_text("x\n" * 20_000)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     code, _, err = in_this_process(monkeypatch, capsys, "tell", "r", tmp_path / "lines")
-    assert code == 2 and err.count("Refused: ") == MAX_REASONS and "20000 refused" in err
+    assert code == 2 and err.count("Refused: ") == MAX_REASONS and "20000 rejected" in err
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 40_000, "kB"

@@ -30,9 +30,9 @@ def test_a_study_gets_a_search_for_its_number_of_objectives(tmp_path, name, obje
             asked(tmp_path, name, objectives)
         message = str(caught.value)
         assert caught.value.key == "search.algorithm" and caught.value.file is not None
-        assert f"'{name}' takes {'1 objective' if name in single else '2 or more objectives'}" in message
+        assert f"'{name}' supports {'1 objective' if name in single else '2 or more objectives'}" in message
         allowed = ["gaussian_process", "nsga2", "random", "sobol", *(several if objectives == 2 else single)]
-        assert f"write one of {', '.join(sorted(allowed))}" in message
+        assert f"use one of {', '.join(sorted(allowed))}" in message
     else:
         assert asked(tmp_path, name, objectives).search.algorithm == name
 
