@@ -13,6 +13,7 @@ from objectives.problem import Objective
 from plant.input_files import read_input_text
 from plant.texts import PlainTable
 from tuner.study.study import StudyScenario, TuningStudy
+from tuner.text.markup import element, table
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,15 @@ class ComparisonStudy:
     seed: int
     contenders: tuple[Contender, ...]
     stream: str
+
+    def _repr_html_(self) -> str:
+        rows = [(c.name, c.study.flown, "tuned" if c.tuned else "as given") for c in self.contenders]
+        return element("div", element("strong", self.title), table((f"seed {self.seed}", "airframe", "gains"), rows))
+
+    @property
+    def content(self) -> PlainTable:
+        """Content of the study file."""
+        return self.base.content
 
     @property
     def base(self) -> TuningStudy:

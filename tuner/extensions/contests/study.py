@@ -14,7 +14,6 @@ from objectives.problem import Objective
 from objectives.risk import Risk
 from plant.texts import PlainTable
 from tuner.study.comparison import ComparisonStudy
-from tuner.text.markup import element, table
 
 
 @dataclass(frozen=True)
@@ -108,10 +107,6 @@ class Contest(ComparisonStudy):
     claims: tuple[Claim, ...]
     table: PlainTable
     halving: HalvingSchedule | None = None
-
-    def _repr_html_(self) -> str:
-        rows = [(c.name, c.study.flown, "tuned" if c.tuned else "as given") for c in self.contenders]
-        return element("div", element("strong", self.title), table((f"seed {self.seed}", "airframe", "gains"), rows))
 
     @property
     def content(self) -> PlainTable:
