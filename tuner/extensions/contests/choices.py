@@ -19,7 +19,7 @@ from tuner.extensions.contests.terms import terms_of
 from tuner.study.layers import Layer, merged, merged_layers
 from tuner.study.own_code import use_files_of
 from tuner.study.reading import key_parts, put
-from tuner.study.schema import OwnCodeTable
+from tuner.study.schema import ControllerTable, OwnCodeTable
 from tuner.text.input_errors import located
 from tuner.text.toml_text import tables_in
 
@@ -167,7 +167,7 @@ def _gain_names(content: PlainTable, key: str) -> set[str] | None:
         name = channels[place]
     elif place in GROUPS and isinstance(controller, Mapping):
         loop = "position" if GROUPS[place][0] in POSITION_AXES else "attitude"
-        name = controller.get(loop, "ladrc")
+        name = controller.get(loop, ControllerTable.model_fields[loop].default)
     else:
         return None
     if not isinstance(name, str) or name not in LAWS:
