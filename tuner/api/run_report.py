@@ -37,7 +37,7 @@ class Progress(Protocol):
 
     @property
     def texts(self) -> list[str]:
-        """How far it came, in sentences."""
+        """Sentences on its progress."""
         ...
 
 
@@ -57,7 +57,7 @@ class UnfinishedRun(DocumentPart):
 
     @property
     def texts(self) -> list[str]:
-        """How far it came, in sentences."""
+        """Sentences on its progress."""
         done = (
             f"Not finished: {self.generations_done} of {self.generations or 'its'} generations, {self.flights:,} flights in "
             f"{self.seconds:.0f} s."

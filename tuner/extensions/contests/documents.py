@@ -68,7 +68,7 @@ class UnfinishedContest(DocumentPart):
 
     @property
     def texts(self) -> list[str]:
-        """How far it came, in sentences."""
+        """Sentences on its progress."""
         return [
             f"Tuned: {', '.join(self.contenders_finished) or 'none'}",
             f"Begun: {', '.join(self.contenders_begun) or 'none'}",
